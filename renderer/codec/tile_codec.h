@@ -1,0 +1,56 @@
+// A tile on the wire: a complete EXR file whose data window lies in the frame's display window.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+
+namespace helio {
+
+enum class TileCompression { none, rle, zips, zip, piz, dwaa };
+enum class TilePixelType { half, float32 };
+
+// One channel of a tile: `data` holds window.area() floats, row-major, top row first.
+struct TileChannel {
+  std::string name;  // "R", "variance.G", "samples", "Z", ...
+  const float* data = nullptr;
+  // Channels whose values do not fit half (samples above 2048, depth) are always written as float.
+  bool keep_float = false;
+};
+
+struct TileHeader {
+  PixelRect data_window;          // in pixels of the frame
+  int frame_width = 0, frame_height = 0;  // display window [0, width) x [0, height)
+};
+
+struct TileEncoding {
+  TilePixelType pixel_type = TilePixelType::half;
+  TileCompression compression = TileCompression::none;
+};
+
+// Values too large for half are clamped to 65504 so that no infinity appears; NaN is written as it is.
+Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::span<const TileChannel> channels,
+                                              const TileEncoding& encoding);
+
+struct DecodedTile {
+  TileHeader header;
+  std::vector<std::string> names;
+  std::vector<std::vector<float>> channels;  // as names, each data_window.area() floats
+
+  const std::vector<float>* find(std::string_view name) const;
+};
+
+// Any EXR scanline file within the limits; invalid_argument with the reason otherwise. `max_pixels` bounds the
+// allocation before anything is allocated.
+Result<DecodedTile> decode_tile(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels);
+
+// Writes a whole picture (data window = display window) to disk, atomically (temporary file, then rename).
+Status write_exr(const std::string& path, const TileHeader& header, std::span<const TileChannel> channels,
+                 const TileEncoding& encoding);
+Result<DecodedTile> read_exr(const std::string& path, std::uint64_t max_pixels);
+
+}  // namespace helio

@@ -1,0 +1,44 @@
+// Film -> pixels: mean radiance, variance of that mean, sample counts and the picture's error.
+#pragma once
+
+#include <vector>
+
+#include "renderer/film/film.h"
+
+namespace helio {
+
+// Mean radiance of the pixel: halves weighted equally when both have samples (weights by count are biased when counts
+// depend on the samples), else the half that has some; 0 without samples.
+Rgb resolve_mean(const Film& film, int x, int y);
+
+// Planar pixels of a window of the film, row-major, top row first. Vectors have window.area() entries, or none when not
+// asked for.
+struct ResolvedTile {
+  PixelRect window;
+  std::vector<float> radiance[3];
+  std::vector<float> variance[3];  // variance of the mean, per channel, from differences of the halves, pooled
+  std::vector<float> samples;      // valid samples, both halves
+  std::vector<float> alpha, depth, normal[3], albedo[3];
+  std::uint64_t invalid_samples = 0;
+};
+
+enum ResolveChannels : unsigned {
+  kResolveVariance = 1, kResolveSamples = 2, kResolveAlpha = 4, kResolveDepth = 8, kResolveNormal = 16, kResolveAlbedo = 32,
+  kResolveAll = 63,
+};
+
+// `roi` is the part of the film that is being rendered: the pooling neighbourhood never reads outside it, and its
+// result does not depend on how the film is cut into windows.
+ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels);
+
+// Estimated error of the whole picture, from the halves.
+struct FilmError {
+  double rmse = 0;         // root of the mean over pixels and channels of the variance of the mean
+  double relmse = 0;       // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
+  double worst_tile_rmse = 0;  // largest rmse of a 32x32 tile
+  bool known = false;      // false: fewer than one sample in some half of some pixel
+  bool all_zero = false;   // no sample returned light: zero variance proves nothing
+};
+FilmError estimate_error(const Film& film, const PixelRect& roi);
+
+}  // namespace helio

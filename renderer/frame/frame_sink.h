@@ -1,0 +1,77 @@
+// The renderer speaks only through this interface: the daemon, a test and a still-image job are three small listeners.
+//
+// A frame is one view's picture from its first sample until a budget ends it, a newer revision supersedes it or it is
+// cancelled. On the way each of its tiles is published several times (passes), each time with more samples.
+// Calls come from render workers, one at a time per render loop, in order: begun, tiles..., ended.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/film/film.h"
+#include "renderer/film/resolve.h"
+#include "renderer/frame/render_settings.h"
+#include "renderer/trace/path_integrator.h"
+
+namespace helio {
+
+struct FrameTag {
+  std::uint64_t revision = 0;  // of the session: raised by every change of view, settings, budget or region
+  std::uint64_t view_id = 0;
+  std::uint64_t frame = 0;     // counts frames of the render loop
+};
+
+struct FrameBegin {
+  FrameTag tag;
+  RenderSettings settings;
+  PixelRect region;            // rendered part of the film
+};
+
+struct FrameTile {
+  FrameTag tag;
+  std::uint32_t pass = 0;              // publication round within the frame
+  bool final = false;                  // last publication of this tile in the frame
+  std::uint32_t samples_per_pixel = 0; // both halves
+  ResolvedTile pixels;
+};
+
+enum class FrameEndReason { samples, time, error, superseded, cancelled, failed };
+const char* to_string(FrameEndReason reason);
+
+struct PassTime {
+  std::string pass;  // "integrate", "resolve", "publish"
+  double seconds = 0;  // summed over workers
+};
+
+struct FrameProgress {
+  FrameTag tag;
+  double seconds = 0;                 // wall time since the frame began
+  std::uint32_t samples_per_pixel = 0; // completed everywhere in the region, both halves
+  double samples_per_second = 0;      // pixel samples over the frame's wall time
+  TraceStats trace;
+  FilmError error;
+  double budget_used = 0;             // [0, 1]: the largest share among the budgets given; 0 when unlimited
+};
+
+struct FrameEnd {
+  FrameTag tag;
+  FrameEndReason reason = FrameEndReason::samples;
+  std::string message;                // failed: why
+  FrameProgress progress;             // at the end
+  double first_tile_seconds = 0;      // view accepted -> first tile handed to the sink; 0: none was
+  std::vector<PassTime> passes;
+};
+
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  virtual void frame_begun(const FrameBegin& begin) = 0;
+  virtual void tile_ready(FrameTile tile) = 0;
+  virtual void frame_ended(const FrameEnd& end) = 0;
+
+  // How many tiles wait behind the sink (backlog); the scheduler publishes less often when it grows.
+  virtual std::size_t backlog() const { return 0; }
+};
+
+}  // namespace helio

@@ -1,0 +1,59 @@
+// What a session or a job asks for: plain values with their validation.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+#include "renderer/trace/camera.h"
+
+namespace helio {
+
+enum class RenderMode { pt };  // adaptive, reproject, combined, bdpt, ... are added by later passes
+const char* to_string(RenderMode mode);
+Result<RenderMode> parse_render_mode(const std::string& name);
+
+struct RenderSettings {
+  int width = 1280, height = 720;       // [1, limits.max_film_side], width * height <= limits.max_film_pixels
+  RenderMode mode = RenderMode::pt;
+  std::uint64_t seed = 0;
+  int max_segments = 10;                // [1, 65535]
+  int roulette_from = 3;                // [1, 65535]
+  std::optional<PixelRect> region;      // of interest; inside the film; none: the whole film
+
+  PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }
+  bool operator==(const RenderSettings&) const = default;
+};
+
+struct RenderLimits {
+  int max_film_side = 65536;
+  std::uint64_t max_film_pixels = 64ull << 20;
+};
+
+enum class ErrorMeasure { rmse, relmse };  // radiance units | mean(variance / (mean^2 + 1e-2 (image mean)^2))
+
+// The first to be reached ends the frame. All absent: renders until superseded, at most max_samples_per_pixel.
+struct Budget {
+  std::optional<double> time_s;             // wall time since the frame began, > 0
+  std::optional<std::uint32_t> samples;     // per pixel, both halves together; [1, 2^30]
+  std::optional<double> error;              // target standard error, > 0, in the measure below
+  ErrorMeasure error_measure = ErrorMeasure::rmse;
+  std::optional<double> bytes_per_second;   // of tiles sent; paces publishing, never ends a frame; > 0
+
+  bool operator==(const Budget&) const = default;
+};
+
+struct View {
+  std::uint64_t id = 0;   // monotonic per session
+  CameraPose camera;
+  double time_s = 0;      // scene time; only the time the scene was loaded at is served for now
+  double exposure = 0;    // stops, display only: does not change what is rendered
+};
+
+void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where, Problems& problems);
+void validate(const Budget& budget, const std::string& where, Problems& problems);
+void validate(const View& view, const std::string& where, Problems& problems);
+
+}  // namespace helio

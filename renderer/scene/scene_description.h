@@ -1,0 +1,205 @@
+// What a scene file says, as plain data: no BVH, no light tables, no pixels of a film.
+//
+// Loaders (one per format) fill a SceneDescription; the texture store decodes its images; trace/ builds the immutable
+// RenderScene from it. Right-handed, y up, distances in the file's own unit, angles in radians. Transforms are double
+// because node hierarchies may place small objects far from the origin; the scene is rebased once, at build.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/base/math.h"
+
+namespace helio {
+
+// ---- images and textures -------------------------------------------------------------------------------------------
+
+enum class TexelFormat : std::uint8_t { u8, u16, f16, f32 };
+
+// Decoded pixels, row 0 on top, channels interleaved. Stored as decoded, without colour conversion: whether texels are
+// sRGB-encoded is decided by the slot that uses them (see TextureSlot::encoding).
+struct Image {
+  std::string name;  // for messages: uri or "image 3"
+  int width = 0, height = 0;
+  int channels = 0;  // 1 (grey), 2 (grey, alpha), 3 (rgb) or 4 (rgba)
+  TexelFormat format = TexelFormat::u8;
+  std::vector<std::uint8_t> texels;  // width * height * channels * size of format
+
+  std::size_t bytes() const { return texels.size(); }
+};
+
+enum class WrapMode : std::uint8_t { repeat, clamp, mirror };
+enum class FilterMode : std::uint8_t { bilinear, nearest };
+// The one place that says what a texel means: `srgb` texels are decoded to linear before filtering (alpha never is).
+enum class TexelEncoding : std::uint8_t { linear, srgb };
+
+// A use of an image by a material. image < 0: no texture, the factor alone counts.
+struct TextureSlot {
+  int image = -1;     // index into SceneDescription::images
+  int texcoord = 0;   // index of the vertex attribute TEXCOORD_n
+  WrapMode wrap_u = WrapMode::repeat, wrap_v = WrapMode::repeat;
+  FilterMode filter = FilterMode::bilinear;
+  TexelEncoding encoding = TexelEncoding::linear;
+  // KHR_texture_transform: u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
+  std::array<float, 6> uv_transform{1, 0, 0, 0, 1, 0};
+
+  bool present() const { return image >= 0; }
+  bool operator==(const TextureSlot&) const = default;
+};
+
+// ---- materials -----------------------------------------------------------------------------------------------------
+
+enum class MaterialModel : std::uint8_t {
+  metallic_roughness,   // glTF 2.0 appendix B, with transmission / specular / ior / volume
+  specular_glossiness,  // KHR_materials_pbrSpecularGlossiness
+  unlit,                // KHR_materials_unlit: emits its base colour, reflects nothing
+  conductor,            // extras.heliograph: eta, k per channel, alpha
+};
+enum class AlphaMode : std::uint8_t { opaque, mask, blend };
+enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann };
+
+struct Material {
+  std::string name;
+  MaterialModel model = MaterialModel::metallic_roughness;
+
+  Rgb base_color{1, 1, 1};  // diffuse colour for specular_glossiness; [0, 1]
+  float base_alpha = 1;     // [0, 1]
+  TextureSlot base_color_texture;  // rgb times base_color, a times base_alpha
+
+  float metallic = 1;   // [0, 1]; texture channel b
+  float roughness = 1;  // perceptual, [0, 1]; microfacet alpha = roughness^2; texture channel g
+  TextureSlot metallic_roughness_texture;
+
+  // specular_glossiness: roughness above is unused, glossiness = 1 - perceptual roughness.
+  Rgb specular_glossiness_f0{1, 1, 1};
+  float glossiness = 1;
+  TextureSlot specular_glossiness_texture;  // rgb: f0, a: glossiness
+
+  // KHR_materials_specular
+  float specular = 1;                  // texture channel a
+  Rgb specular_color{1, 1, 1};         // texture rgb
+  TextureSlot specular_texture, specular_color_texture;
+
+  float ior = 1.5f;  // KHR_materials_ior; >= 1, or 0 for the specular-glossiness compatibility case (f0 = 1)
+
+  float transmission = 0;  // KHR_materials_transmission; texture channel r
+  TextureSlot transmission_texture;
+  // KHR_materials_volume. thickness 0: thin wall (light passes unbent). > 0: the surface bounds a volume, refracts by
+  // ior, and light inside is absorbed: transmittance attenuation_color^(distance / attenuation_distance).
+  float thickness = 0;
+  TextureSlot thickness_texture;  // channel g; a path tracer only asks whether the mesh is a volume
+  Rgb attenuation_color{1, 1, 1};
+  float attenuation_distance = std::numeric_limits<float>::infinity();
+
+  Rgb emission{0, 0, 0};  // emissiveFactor x emissiveStrength: radiance, W / (sr m^2) per channel, >= 0
+  TextureSlot emission_texture;
+
+  TextureSlot normal_texture;  // tangent space, linear
+  float normal_scale = 1;
+
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;  // false: emission leaves the front only; reflection works on both sides
+
+  // extras.heliograph
+  MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
+  Rgb conductor_eta{0.2f, 0.92f, 1.1f}, conductor_k{3.9f, 2.45f, 2.14f};  // model == conductor
+};
+
+// ---- geometry ------------------------------------------------------------------------------------------------------
+
+inline constexpr int kMaxTexcoordSets = 4;
+
+// Triangles with one material. Attribute arrays are empty or have one entry per vertex.
+struct TriangleMesh {
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;   // unit; empty: flat shading
+  std::vector<V4f> tangents;  // xyz unit, w = +-1 handedness; empty: derived from texture coordinates when needed
+  std::array<std::vector<V2f>, kMaxTexcoordSets> texcoords;
+  std::vector<V4f> colors;    // linear rgba, multiplies base colour and alpha
+  std::vector<std::uint32_t> indices;  // 3 per triangle, each < positions.size()
+  int material = 0;
+
+  std::size_t triangle_count() const { return indices.size() / 3; }
+};
+
+struct Sphere {
+  V3f center{0, 0, 0};
+  float radius = 1;  // > 0
+  int material = 0;
+};
+
+// What a glTF mesh is: parts that move together. An Object is what is instanced.
+struct Object {
+  std::string name;
+  std::vector<TriangleMesh> meshes;
+  std::vector<Sphere> spheres;
+};
+
+struct Instance {
+  std::string name;  // node name, or "node 7"
+  int object = 0;
+  M44d to_world;     // row vectors: p_world = p_local * to_world
+};
+
+// ---- lights, environment, cameras ----------------------------------------------------------------------------------
+
+enum class PunctualKind : std::uint8_t { point, spot, directional };
+
+struct PunctualLight {
+  std::string name;
+  PunctualKind kind = PunctualKind::point;
+  V3d position{0, 0, 0};
+  V3d direction{0, 0, -1};  // unit, the way light travels (spot axis, directional)
+  // point, spot: radiant intensity, W / sr; directional: irradiance on a facing surface, W / m^2.
+  Rgb intensity{1, 1, 1};
+  float range = std::numeric_limits<float>::infinity();  // KHR_lights_punctual "range": windowing distance
+  float inner_cone_angle = 0, outer_cone_angle = kPi / 4;  // spot, half angles
+};
+
+struct Environment {
+  Rgb radiance{1, 1, 1};  // multiplies the map, or is the constant radiance
+  int image = -1;         // latitude-longitude map, index into images; < 0: constant
+  // Rotates map directions into the world. The map's centre column looks along +x... see scene/environment.h.
+  M44d to_world;
+};
+
+enum class Projection : std::uint8_t { perspective, orthographic };
+
+struct CameraDescription {
+  std::string name;
+  Projection projection = Projection::perspective;
+  double vertical_fov = 0.8;        // perspective: full angle, (0, pi)
+  double half_height = 1;           // orthographic: half of the view's height
+  double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
+  M44d to_world;                    // looks along -z, +y up; scale is ignored
+  double lens_radius = 0;           // extras.heliograph; 0: pinhole
+  double focus_distance = 1;
+};
+
+// ---- the whole -----------------------------------------------------------------------------------------------------
+
+struct LoadReport {
+  std::vector<std::string> warnings;  // "optional extension X is ignored", ...
+  std::vector<std::string> notices;   // "no light: constant environment of 1", ...
+  std::vector<std::string> unread;    // keys that no loader looked at
+};
+
+struct SceneDescription {
+  std::string name;
+  std::vector<Image> images;
+  std::vector<Material> materials;  // never empty after loading: meshes without one use a default appended last
+  std::vector<Object> objects;
+  std::vector<Instance> instances;
+  std::vector<PunctualLight> lights;
+  std::optional<Environment> environment;
+  std::vector<CameraDescription> cameras;  // never empty after loading
+  LoadReport report;
+};
+
+}  // namespace helio

@@ -1,0 +1,53 @@
+// The one door for scene files: picks the loader by format, enforces the memory limit, completes what a file leaves out.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/base/result.h"
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// Where a scene's bytes come from. Paths are relative, '/'-separated, already percent-decoded; an implementation
+// refuses absolute paths, drive letters, ".." components and links that leave its root (ErrorCode::permission_denied).
+class FileSource {
+ public:
+  virtual ~FileSource() = default;
+  // The whole file. not_found when absent; resource_exhausted when larger than max_bytes (checked before reading).
+  virtual Result<std::vector<std::uint8_t>> read(std::string_view path, std::uint64_t max_bytes) const = 0;
+};
+
+// Files under one directory of the local disk; nothing outside it (symlinks resolved) can be read.
+std::unique_ptr<FileSource> make_directory_source(std::string directory);
+
+// Files held in memory: an uploaded bundle.
+struct NamedFile {
+  std::string path;
+  std::vector<std::uint8_t> bytes;
+};
+std::unique_ptr<FileSource> make_memory_source(std::vector<NamedFile> files);
+
+struct SceneLoadOptions {
+  double time_s = 0;                        // animations are evaluated at this time
+  std::uint64_t max_memory_bytes = 8ull << 30;  // everything that loading may hold at once, decoded images included
+  // "FILE.exr" (read through environment_source) or "R,G,B"; empty: what the scene says. See environment.h.
+  std::string environment;
+  const FileSource* environment_source = nullptr;
+};
+
+// Loads `path` from `source`; the format follows the content (GLB magic, JSON) and then the extension.
+// Errors: invalid_argument (broken file; `where` is "file/json/pointer" or "file@byte"), unimplemented (required
+// extension, named), not_found, permission_denied, resource_exhausted.
+Result<SceneDescription> load_scene(const FileSource& source, const std::string& path, const SceneLoadOptions& options);
+
+// Relative paths of the other files that a .gltf refers to (buffers, images), for clients that upload a bundle.
+Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> gltf_bytes, std::string_view name);
+
+}  // namespace helio

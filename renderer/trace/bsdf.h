@@ -1,0 +1,62 @@
+// Scattering at a surface point: a closed set of lobes chosen by the material's evaluated parameters.
+//
+// Directions are unit vectors in the local shading frame (z is the shading normal), pointing away from the surface.
+// z > 0 is the outside (front face) for materials that bound a volume; opaque and thin materials are two-sided: wo is
+// flipped to z > 0 by the caller's choice of frame, never in here.
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// Roughness below which a lobe is treated as a delta (mirror, smooth dielectric).
+inline constexpr float kDeltaAlpha = 1e-3f;
+
+// Which kinds of lobe a material has, after textures are evaluated.
+enum class LobeModel : std::uint8_t { lambert, metallic_roughness, specular_glossiness, conductor, none };
+
+// A material with its textures already looked up at the hit.
+struct SurfaceParams {
+  LobeModel model = LobeModel::lambert;
+  MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
+  bool thin = true;            // no volume behind the surface: transmission does not bend
+  float alpha = 1;             // microfacet alpha = perceptual roughness squared, [0, 1]
+  Rgb base_color{1, 1, 1};     // diffuse colour / metal f0 / transmission tint, [0, 1]
+  float metallic = 0;          // [0, 1]
+  float transmission = 0;      // [0, 1]
+  float ior = 1.5f;            // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
+  float specular = 1;          // KHR_materials_specular
+  Rgb specular_color{1, 1, 1};
+  Rgb f0{0.04f, 0.04f, 0.04f}; // specular_glossiness
+  Rgb eta{1, 1, 1}, k{0, 0, 0};// conductor
+};
+
+struct BsdfSample {
+  V3f wi{0, 0, 0};
+  Rgb weight{0, 0, 0};   // f |cos| / pdf for the chosen technique: the path's throughput factor
+  float pdf_w = 0;       // solid angle density of the whole non-delta mixture at wi; probability of the lobe for deltas
+  float eta = 1;         // 1, or the relative ior crossed (for throughput in roulette)
+  bool delta = false;
+  bool transmitted = false;  // went to the other side of the surface
+
+  bool valid() const { return pdf_w > 0; }
+};
+
+struct BsdfValue {
+  Rgb f_cos{0, 0, 0};  // f(wo, wi) |cos wi|, deltas excluded
+  float pdf_w = 0;     // density with which sample_bsdf picks wi given that it may pick any lobe, deltas excluded
+};
+
+BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi);
+
+// u_lobe and u in [0, 1). An invalid sample (pdf_w == 0) ends the path: the direction fell below the surface.
+BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u);
+
+// True when every lobe is a delta: next-event estimation cannot contribute.
+bool is_pure_delta(const SurfaceParams& params);
+
+// Approximate hemispherical-directional reflectance + transmittance for the albedo feature, [0, 1].
+Rgb surface_albedo(const SurfaceParams& params, const V3f& wo);
+
+}  // namespace helio

@@ -1,0 +1,52 @@
+// Camera poses and primary rays.
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// A camera in world coordinates (not rebased), independent of the film's size. Plain data, as it travels in a view.
+struct CameraPose {
+  Projection projection = Projection::perspective;
+  V3d position{0, 0, 0};
+  V3d right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal; pixel rows grow along -up
+  double vertical_fov = 0.8;    // radians, full angle; allowed [0.0017 (0.1 degrees), 3.1241 (179 degrees)]
+  double half_height = 1;       // orthographic, > 0
+  double lens_radius = 0;       // >= 0
+  double focus_distance = 1;    // > 0
+
+  bool operator==(const CameraPose&) const = default;
+};
+
+CameraPose camera_pose(const CameraDescription& camera);
+
+// Position and target in world coordinates; `up` need not be perpendicular. invalid_argument when target == position,
+// up is parallel to the view direction or anything is not finite.
+Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up, double vertical_fov);
+
+// Adds a problem for every field that is not finite or outside its range; `where` prefixes the field names.
+void validate(const CameraPose& pose, const std::string& where, Problems& problems);
+
+struct CameraRay {
+  V3f origin, direction;  // rebased scene coordinates; direction is unit
+};
+
+// A pose bound to a film size and to the scene's origin. Immutable, cheap to copy.
+class Camera {
+ public:
+  Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin);
+
+  // Film position in pixels (x right, y down, pixel centres at .5), lens sample in [0,1)^2.
+  CameraRay generate_ray(const V2f& film, const V2f& lens) const;
+
+  bool pinhole() const { return lens_radius_ == 0; }
+
+ private:
+  V3f origin_, forward_, step_x_, step_y_, corner_, right_, up_;
+  float lens_radius_ = 0, focus_distance_ = 1;
+  bool orthographic_ = false;
+};
+
+}  // namespace helio
