@@ -165,7 +165,7 @@ struct PunctualLight {
 struct Environment {
   Rgb radiance{1, 1, 1};  // multiplies the map, or is the constant radiance
   int image = -1;         // latitude-longitude map, index into images; < 0: constant
-  // Rotates map directions into the world. The map's centre column looks along +x... see scene/environment.h.
+  // Rotates map directions into the world. In map space +y is up and the centre column looks along +z: environment.h.
   M44d to_world;
 };
 

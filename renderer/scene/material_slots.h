@@ -1,0 +1,41 @@
+// The texture slots of a material, visited one by one, for whoever needs "every texture of".
+#pragma once
+
+#include <vector>
+
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// Calls visit(slot) for each slot, present or not; works for Material& and const Material&.
+template <class MaterialRef, class Visit>
+void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
+  visit(material.base_color_texture);
+  visit(material.metallic_roughness_texture);
+  visit(material.specular_glossiness_texture);
+  visit(material.specular_texture);
+  visit(material.specular_color_texture);
+  visit(material.transmission_texture);
+  visit(material.thickness_texture);
+  visit(material.emission_texture);
+  visit(material.normal_texture);
+}
+
+inline bool has_any_texture(const Material& material) {
+  bool any = false;
+  for_each_texture_slot(material, [&](const TextureSlot& slot) { any |= slot.present(); });
+  return any;
+}
+
+// Every slot in use, once.
+inline std::vector<TextureSlot> used_texture_slots(const SceneDescription& scene) {
+  std::vector<TextureSlot> slots;
+  for (const Material& material : scene.materials) {
+    for_each_texture_slot(material, [&](const TextureSlot& slot) {
+      if (slot.present()) slots.push_back(slot);
+    });
+  }
+  return slots;
+}
+
+}  // namespace helio
