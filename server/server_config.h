@@ -1,0 +1,54 @@
+// What a daemon can be told, from flags, a configuration file and the environment: one table feeds all three and --help.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/base/result.h"
+
+namespace helio {
+
+// Defaults are those of a daemon on a person's own machine. Sizes in bytes, times in seconds.
+struct ServerConfig {
+  std::string listen = "127.0.0.1:0";    // HOST:PORT, port 0: any free one; empty: in-process only
+  std::string port_file;                 // written with the bound port; empty: none
+  std::vector<std::string> scene_roots;  // LoadScene paths are served from these directories only
+  int render_threads = 0;                // 0: one per core
+  double session_grace_s = 60;           // life of a session without a stream
+  double drain_grace_s = 10;             // SIGTERM to exit
+  std::uint64_t max_scene_bytes = 4ull << 30;
+  std::uint64_t max_scene_memory = 0;    // 0: max_memory
+  int max_film_side = 65536;
+  std::uint64_t max_film_pixels = 64ull << 20;
+  int max_sessions = 64;
+  int max_jobs = 16;
+  int max_scenes = 64;
+  int max_queued_loads = 16;
+  std::uint64_t max_memory = 0;          // scenes, films and tile queues together; 0: three quarters of the machine's
+  std::string log_level = "info";        // trace, debug, info, warn, error, off
+};
+
+// A row of the table.
+struct ConfigOption {
+  std::string name;    // "max-sessions": flag --max-sessions, variable HELIOGRAPH_MAX_SESSIONS, key max-sessions
+  std::string help;    // one line, unit and range included
+  bool repeatable = false;
+  // Reads the text into the config; returns a clause with the allowed range when it does not fit, else "".
+  std::string (*set)(ServerConfig&, const std::string& text) = nullptr;
+  std::string (*get)(const ServerConfig&) = nullptr;
+};
+const std::vector<ConfigOption>& config_options();
+
+// Resolves the zeros that mean "from the machine" (max_memory, max_scene_memory).
+ServerConfig complete(ServerConfig config);
+
+struct ConfigRequest {
+  ServerConfig config;
+  std::string print;  // not empty: text of --help or --version; print it and exit 0
+};
+
+// Flags win over environment variables, these over the file given with --config. Every problem found is reported.
+Result<ConfigRequest> parse_server_config(const std::string& program, const std::vector<std::string>& arguments);
+
+}  // namespace helio
