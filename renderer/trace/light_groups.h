@@ -1,0 +1,31 @@
+// Emissive triangles as lights: pairs that make up a parallelogram become one light, so that the usual quad lamp is
+// sampled without a random choice between its halves and sample points stay stratified over the whole.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/trace/area_emitter.h"
+#include "renderer/trace/light_shapes.h"
+
+namespace helio {
+
+inline constexpr std::uint32_t kNoLight = ~std::uint32_t(0);
+
+// One selectable area light.
+struct AreaLight {
+  AreaShape shape;
+  Rgb radiance{0, 0, 0};
+  bool textured = false;
+  std::uint32_t emitter = 0;             // one of its emitters: the texture slot
+  V2f uv{0, 0}, uv_s{0, 0}, uv_t{0, 0};  // uv of the point p0 + s e1 + t e2 is uv + s uv_s + t uv_t
+};
+
+struct AreaLights {
+  std::vector<AreaLight> lights;
+  std::vector<std::uint32_t> light_of_emitter;  // kNoLight: degenerate or black, never sampled
+};
+
+AreaLights group_area_emitters(const std::vector<AreaEmitter>& emitters);
+
+}  // namespace helio

@@ -1,0 +1,29 @@
+// Point, spot and directional lights: what arrives at a point, as KHR_lights_punctual recommends.
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// A PunctualLight with its constants worked out, in rebased coordinates.
+struct PunctualSource {
+  PunctualKind kind = PunctualKind::point;
+  V3f position{0, 0, 0};
+  V3f direction{0, 0, -1};  // unit, the way light travels
+  Rgb intensity{0, 0, 0};
+  float inverse_range = 0;                // 1 / range; 0: no windowing
+  float cone_scale = 0, cone_offset = 1;  // spot: attenuation = clamp(cos * scale + offset)^2
+};
+
+PunctualSource make_punctual_source(const PunctualLight& light);
+
+struct PunctualArrival {
+  V3f direction{0, 0, 0};  // unit, towards the light
+  float distance = 0;      // +inf: directional
+  Rgb radiance{0, 0, 0};   // irradiance on a surface that faces the light; black: nothing arrives
+};
+
+PunctualArrival arrive(const PunctualSource& source, const V3f& point);
+
+}  // namespace helio
