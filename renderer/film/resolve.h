@@ -27,15 +27,17 @@ enum ResolveChannels : unsigned {
   kResolveAll = 63,
 };
 
-// `roi` is the part of the film that is being rendered: the pooling neighbourhood never reads outside it, and its
-// result does not depend on how the film is cut into windows.
+// `roi` is the part of the film that is being rendered: the pooling neighbourhood (7x7, variance_pool.h) never reads
+// outside it, and its result does not depend on how the film is cut into windows. Variance reads pixels up to 3 beyond
+// the window: nobody may be writing them. Variance is +infinity where nothing is known (no samples) and 0 where the
+// halves agree to the bit in the whole neighbourhood, black included: that is an observation, no proof.
 ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels);
 
-// Estimated error of the whole picture, from the halves.
+// Estimated error of the whole picture, from the halves. All three are +infinity while not known.
 struct FilmError {
   double rmse = 0;         // root of the mean over pixels and channels of the variance of the mean
   double relmse = 0;       // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
-  double worst_tile_rmse = 0;  // largest rmse of a 32x32 tile
+  double worst_tile_rmse = 0;  // largest rmse of a tile of 32x32, or up to 63 pixels a side at the region's far edges
   bool known = false;      // false: fewer than one sample in some half of some pixel
   bool all_zero = false;   // no sample returned light: zero variance proves nothing
 };

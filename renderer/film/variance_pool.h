@@ -1,0 +1,34 @@
+// Variance of the mean, per pixel and channel, pooled over a 7x7 neighbourhood.
+//
+// The halves A and B are independent estimates of the same pixel, so d = ((A - B) / 2)^2 has the variance of
+// (A + B) / 2 as its expectation, whatever the sampler and the sample counts. The sample variance over n has not: for
+// stratified points it overstates the error. One d has a relative standard deviation of at least 1.4, so d is averaged
+// over the neighbourhood, D. The sample variance of the pixel's own samples over n, q, is wrong in scale but right in
+// shape: q over its own neighbourhood mean Q tells where in the neighbourhood the noise sits. The estimate is
+//
+//     D (1/2 + 1/2 q/Q)
+//
+// It keeps the mean of D, is at least half of D (a pixel that missed a rare event does not report certainty while a
+// neighbour saw it), and is zero only where all d of the neighbourhood are zero. Where some pixel of the neighbourhood
+// has a half with fewer than two samples, q is unknown and the estimate is D.
+//
+// A pixel with samples in one half only gets the mean over the neighbourhood of (x_i - x_j)^2 / 2 over right and lower
+// neighbours (von Neumann 1941): the variance of one sampled half where the picture is flat, more where it is not. A
+// pixel without samples, or without any such neighbour, gets +infinity.
+//
+// Zero is thus reported where the halves of the whole neighbourhood agree to the bit, black included. That is what was
+// observed, not a proof: see FilmError::all_zero.
+#pragma once
+
+#include <vector>
+
+#include "renderer/film/film.h"
+
+namespace helio {
+
+// Fills variance[c] with window.area() values, row-major; finite values lie in {0} and [FLT_MIN, FLT_MAX]. Pixels
+// outside `roi` are never read. A value depends on its pixel's neighbourhood and on `roi` alone, bit for bit.
+// Precondition: window and roi lie in the film.
+void pool_variance(const Film& film, const PixelRect& window, const PixelRect& roi, std::vector<float> variance[3]);
+
+}  // namespace helio
