@@ -92,15 +92,14 @@ class EnvironmentDistribution {
   std::size_t memory_bytes() const;
 
  private:
-  float pdf_of_cell(int row, int column) const;
-
   EnvironmentMap map_;
   int columns_ = 0, rows_ = 0;
   double total_luminance_ = 0;
-  // Cumulative counts out of 2^32, without the leading 0: per row of cells over its columns, and over the rows. The
-  // last entry of each (2^32) is implied. A cell with light owns at least one count.
+  // Cumulative counts out of 2^32 - 1, the end of each cell: per row of cells over its columns, and over the rows. A
+  // cell with light owns at least one count.
   std::vector<std::uint32_t> column_cdf_, row_cdf_;
-  std::vector<float> cell_density_;  // per row: 1 / (solid angle of one of its cells * 2^64)
+  std::vector<double> row_cos_;  // cosine of the polar angle at the rows' edges
+  std::vector<float> density_;   // per row: 1 / (solid angle of one of its cells * (2^32 - 1)^2)
 };
 
 }  // namespace helio

@@ -62,7 +62,7 @@ class TextureTable {
   V4f mean(int image, TexelEncoding encoding) const;
 
   // False: every texel's alpha is exactly one, so that a mask or blend with this image never lets a ray pass.
-  bool has_transparency(int image) const;
+  bool has_transparency(int image) const { return views_[std::size_t(image)].transparent; }
 
   int width(int image) const { return views_[image].width; }
   int height(int image) const { return views_[image].height; }
@@ -76,11 +76,9 @@ class TextureTable {
     const std::uint8_t* texels = nullptr;
     int width = 0, height = 0, channels = 0;
     TexelFormat format = TexelFormat::u8;
+    bool transparent = false;
   };
   struct Pyramid;
-
-  static V4f fetch(const View& view, TexelEncoding encoding, std::size_t index);
-  const Pyramid* find_pyramid(const TextureSlot& slot) const;
 
   std::vector<View> views_;
   std::vector<std::array<std::unique_ptr<const Pyramid>, 2>>

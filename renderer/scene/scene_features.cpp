@@ -1,0 +1,140 @@
+#include "renderer/scene/scene_features.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "renderer/scene/material_slots.h"
+#include "renderer/scene/scene_description.h"
+#include "renderer/scene/texture.h"
+
+namespace helio {
+namespace {
+
+// Microfacet alpha below which a lobe is a delta: kDeltaAlpha of trace/bsdf.h.
+constexpr float kDeltaAlpha = 1e-3f;
+// Perceptual roughness up to which a lobe concentrates light enough for a caustic to be seen.
+constexpr float kFocusRoughness = 0.5f;
+// Lights from which selecting them by tree pays. One two-triangle light behind a tree costs a third of the time for
+// nothing; a tessellated lamp is worth it.
+constexpr std::uint32_t kTreeLights = 32;
+
+// The range of perceptual roughness that a material may show; a texture multiplies by anything in [0, 1].
+struct RoughnessRange {
+  float low = 0, high = 1;
+};
+
+RoughnessRange roughness_range(const Material& m) {
+  if (m.model == MaterialModel::specular_glossiness) {
+    return {1 - m.glossiness, m.specular_glossiness_texture.present() ? 1.0f : 1 - m.glossiness};
+  }
+  return {m.metallic_roughness_texture.present() ? 0.0f : m.roughness, m.roughness};
+}
+
+bool is_lambert(const Material& m) {
+  return m.model == MaterialModel::metallic_roughness && m.metallic == 0 && m.transmission == 0 && m.specular == 0;
+}
+
+bool absorbs(const Material& m) {
+  return m.transmission > 0 && m.thickness > 0 && m.attenuation_distance < std::numeric_limits<float>::infinity() &&
+         m.attenuation_color != Rgb(1, 1, 1);
+}
+
+bool emits(const Material& m) {
+  return m.model != MaterialModel::unlit && !is_black(m.emission);
+}
+
+void add_material(const Material& m, SceneFeatures& f) {
+  f.textures |= has_any_texture(m);
+  f.normal_maps |= m.normal_texture.present();
+  if (emits(m)) {
+    f.area_lights = true;
+    f.textured_emission |= m.emission_texture.present();
+  }
+  f.only_lambert &= is_lambert(m);
+  if (is_lambert(m) || m.model == MaterialModel::unlit) return;
+  f.microfacet = true;
+  const RoughnessRange roughness = roughness_range(m);
+  f.delta_lobes |= roughness.low * roughness.low < kDeltaAlpha;
+  f.rough_transmission |= m.transmission > 0 && roughness.high * roughness.high >= kDeltaAlpha;
+  f.absorption |= absorbs(m);
+  f.caustics |= roughness.low <= kFocusRoughness;
+}
+
+bool lets_light_pass(const Material& m, const TriangleMesh* mesh, const TextureTable& textures) {
+  if (m.alpha_mode == AlphaMode::opaque) return false;
+  if (m.base_alpha < 1) return true;
+  if (m.base_color_texture.present() && textures.has_transparency(m.base_color_texture.image)) return true;
+  return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
+}
+
+}  // namespace
+
+SceneFeatures find_scene_features(const SceneDescription& scene) {
+  SceneFeatures f;
+  f.only_lambert = true;
+  const TextureTable textures(scene.images);
+  std::vector<std::uint32_t> uses(scene.objects.size(), 0);
+  for (const Instance& instance : scene.instances) ++uses[std::size_t(instance.object)];
+
+  std::uint64_t lights = 0;
+  std::vector<bool> used_material(scene.materials.size(), false);
+  const auto add_part = [&](int material_index, const TriangleMesh* mesh, std::uint64_t primitives) {
+    const Material& material = scene.materials[std::size_t(material_index)];
+    used_material[std::size_t(material_index)] = true;
+    f.alpha |= lets_light_pass(material, mesh, textures);
+    if (emits(material)) lights += primitives;
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (uses[i] == 0) continue;
+    const Object& object = scene.objects[i];
+    f.instances |= uses[i] > 1;
+    f.spheres |= !object.spheres.empty();
+    for (const TriangleMesh& mesh : object.meshes) {
+      f.smooth_normals |= !mesh.normals.empty();
+      f.vertex_colors |= !mesh.colors.empty();
+      add_part(mesh.material, &mesh, std::uint64_t(uses[i]) * mesh.triangle_count());
+    }
+    for (const Sphere& sphere : object.spheres) add_part(sphere.material, nullptr, uses[i]);
+  }
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    if (used_material[i]) add_material(scene.materials[i], f);
+  }
+
+  f.environment = scene.environment && !is_black(scene.environment->radiance);
+  f.delta_lights = !scene.lights.empty();
+  lights += scene.lights.size();
+  f.light_tree = lights >= kTreeLights;
+  lights += f.environment ? 1 : 0;
+  f.light_count = std::uint32_t(std::min<std::uint64_t>(lights, std::numeric_limits<std::uint32_t>::max()));
+  return f;
+}
+
+std::vector<std::string> SceneFeatures::names() const {
+  const std::pair<bool, const char*> bits[] = {
+      {only_lambert, "only_lambert"},
+      {delta_lobes, "delta_lobes"},
+      {rough_transmission, "rough_transmission"},
+      {microfacet, "microfacet"},
+      {absorption, "absorption"},
+      {textures, "textures"},
+      {normal_maps, "normal_maps"},
+      {vertex_colors, "vertex_colors"},
+      {alpha, "alpha"},
+      {instances, "instances"},
+      {spheres, "spheres"},
+      {smooth_normals, "smooth_normals"},
+      {area_lights, "area_lights"},
+      {textured_emission, "textured_emission"},
+      {delta_lights, "delta_lights"},
+      {environment, "environment"},
+      {light_tree, "light_tree"},
+      {caustics, "caustics"},
+  };
+  std::vector<std::string> names;
+  for (const auto& [set, name] : bits) {
+    if (set) names.emplace_back(name);
+  }
+  return names;
+}
+
+}  // namespace helio
