@@ -59,4 +59,7 @@ bool is_pure_delta(const SurfaceParams& params);
 // Approximate hemispherical-directional reflectance + transmittance for the albedo feature, [0, 1].
 Rgb surface_albedo(const SurfaceParams& params, const V3f& wo);
 
+// The cheapest model with the same scattering: metallic-roughness without specular, metal and transmission is Lambert.
+SurfaceParams simplify(const SurfaceParams& params);
+
 }  // namespace helio

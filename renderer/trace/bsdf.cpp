@@ -1,0 +1,118 @@
+#include "renderer/trace/bsdf.h"
+
+#include "renderer/trace/bsdf_conductor.h"
+#include "renderer/trace/bsdf_lambert.h"
+#include "renderer/trace/bsdf_metallic_roughness.h"
+
+namespace helio {
+
+namespace {
+
+enum class Side : std::uint8_t { outside, inside, none };
+
+// Only a surface that bounds a volume is seen from below.
+Side side_of(const SurfaceParams& params, const V3f& wo) {
+  if (wo.z > 0) return Side::outside;
+  return wo.z < 0 && !params.thin ? Side::inside : Side::none;
+}
+
+V3f mirrored(const V3f& w) {
+  return {w.x, w.y, -w.z};
+}
+
+BsdfValue evaluate_from_above(const SurfaceParams& params, const V3f& wo, const V3f& wi, bool inside) {
+  switch (params.model) {
+    case LobeModel::lambert:
+      return evaluate_lambert(params.base_color, wo, wi);
+    case LobeModel::metallic_roughness:
+      return evaluate_layered(metallic_roughness_lobes(params, inside), wo, wi);
+    case LobeModel::specular_glossiness:
+      return evaluate_layered(specular_glossiness_lobes(params), wo, wi);
+    case LobeModel::conductor:
+      return evaluate_conductor(params, wo, wi);
+    case LobeModel::none:
+      break;
+  }
+  return {};
+}
+
+BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u, bool inside) {
+  switch (params.model) {
+    case LobeModel::lambert:
+      return sample_lambert(params.base_color, wo, u);
+    case LobeModel::metallic_roughness:
+      return sample_layered(metallic_roughness_lobes(params, inside), wo, u_lobe, u);
+    case LobeModel::specular_glossiness:
+      return sample_layered(specular_glossiness_lobes(params), wo, u_lobe, u);
+    case LobeModel::conductor:
+      return sample_conductor(params, wo, u);
+    case LobeModel::none:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  const Side side = side_of(params, wo);
+  if (side == Side::none) return {};
+  if (side == Side::outside) return evaluate_from_above(params, wo, wi, false);
+  return evaluate_from_above(params, mirrored(wo), mirrored(wi), true);
+}
+
+BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
+  const Side side = side_of(params, wo);
+  if (side == Side::none) return {};
+  if (side == Side::outside) return sample_from_above(params, wo, u_lobe, u, false);
+  BsdfSample sample = sample_from_above(params, mirrored(wo), u_lobe, u, true);
+  sample.wi = mirrored(sample.wi);
+  return sample;
+}
+
+bool is_pure_delta(const SurfaceParams& params) {
+  switch (params.model) {
+    case LobeModel::lambert:
+      return is_black(params.base_color);
+    case LobeModel::metallic_roughness:
+      return is_pure_delta(metallic_roughness_lobes(params, false));
+    case LobeModel::specular_glossiness:
+      return is_pure_delta(specular_glossiness_lobes(params));
+    case LobeModel::conductor:
+      return params.alpha < kDeltaAlpha;
+    case LobeModel::none:
+      break;
+  }
+  return true;
+}
+
+Rgb surface_albedo(const SurfaceParams& params, const V3f& wo) {
+  const Side side = side_of(params, wo);
+  if (side == Side::none) return {0, 0, 0};
+  const bool inside = side == Side::inside;
+  const V3f above = inside ? mirrored(wo) : wo;
+  switch (params.model) {
+    case LobeModel::lambert:
+      return params.base_color;
+    case LobeModel::metallic_roughness:
+      return layered_albedo(metallic_roughness_lobes(params, inside), above);
+    case LobeModel::specular_glossiness:
+      return layered_albedo(specular_glossiness_lobes(params), above);
+    case LobeModel::conductor:
+      return conductor_albedo(params, above);
+    case LobeModel::none:
+      break;
+  }
+  return {0, 0, 0};
+}
+
+SurfaceParams simplify(const SurfaceParams& params) {
+  SurfaceParams simple = params;
+  if (params.model == LobeModel::metallic_roughness && params.metallic == 0 && params.transmission == 0 &&
+      params.specular == 0) {
+    simple.model = LobeModel::lambert;
+  }
+  return simple;
+}
+
+}  // namespace helio

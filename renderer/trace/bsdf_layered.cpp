@@ -1,0 +1,274 @@
+#include "renderer/trace/bsdf_layered.h"
+
+#include "renderer/trace/fresnel.h"
+#include "renderer/trace/microfacet_albedo.h"
+#include "renderer/trace/warp.h"
+
+namespace helio {
+
+namespace {
+
+float mean(const Rgb& c) {
+  return (c.x + c.y + c.z) * (1.0f / 3);
+}
+
+Rgb lerp(const Rgb& f0, float f90, float s) {
+  return {f0.x + (f90 - f0.x) * s, f0.y + (f90 - f0.y) * s, f0.z + (f90 - f0.z) * s};
+}
+
+// What a facet seen under cos_i does with the light.
+struct FacetResponse {
+  Rgb reflected{0, 0, 0}, transmitted{0, 0, 0};  // transmitted as power: without the radiance factor 1 / eta^2
+  float cos_t = 0;                               // of the refracted direction
+  float reflect_share = 1;                       // probability with which reflection is chosen
+};
+
+struct GlassFresnel {
+  Rgb reflected{0, 0, 0};
+  float transmitted = 1, cos_t = 0;
+};
+
+GlassFresnel glass_fresnel(const LayeredLobes& lobes, float cos_i) {
+  if (lobes.passage == Passage::straight) return {Rgb(0, 0, 0), 1, cos_i};
+  float s, cos_t = cos_i;
+  if (lobes.exact_f0 < 1) {
+    const DielectricFresnel exact = fresnel_dielectric(cos_i, lobes.eta);
+    if (exact.cos_t == 0) return {Rgb(1, 1, 1), 0, 0};
+    s = std::max(0.0f, (exact.reflectance - lobes.exact_f0) / (1 - lobes.exact_f0));
+    cos_t = exact.cos_t;
+  } else {
+    s = schlick_term(cos_i);
+  }
+  const Rgb reflected = lerp(lobes.glass_f0, lobes.glass_f90, s);
+  return {reflected, std::max(0.0f, 1 - max_component(reflected)), cos_t};
+}
+
+FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
+  FacetResponse response;
+  response.reflected = lerp(lobes.r0, lobes.r90, schlick_term(cos_i));
+  if (lobes.passage == Passage::none) return response;
+  const GlassFresnel glass = glass_fresnel(lobes, cos_i);
+  response.reflected += glass.reflected * lobes.glass;
+  response.transmitted = lobes.tint * (lobes.glass * glass.transmitted);
+  response.cos_t = glass.cos_t;
+  if (lobes.passage != Passage::straight) {
+    const float r = mean(response.reflected), t = mean(response.transmitted);
+    response.reflect_share = r + t > 0 ? r / (r + t) : 1.0f;
+  }
+  return response;
+}
+
+// Probabilities of choosing the diffuse base, the facets (reflected or transmitted) and the straight passage, from
+// their approximate albedos; and the base's share of light entering along wo.
+struct LobeChoice {
+  float diffuse = 0, facets = 0, straight = 0;
+  float base_entry = 1;
+};
+
+LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
+  LobeChoice choice;
+  const bool base = !is_black(lobes.diffuse);
+  if (!base && lobes.passage != Passage::straight) {
+    choice.facets = 1;
+    return choice;
+  }
+  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
+  choice.base_entry = std::max(0.0f, 1 - terms.albedo(lobes.coat_f0, lobes.coat_f90));
+  float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
+  if (lobes.passage == Passage::straight) {
+    straight = mean(lobes.tint) * lobes.glass;
+  } else if (lobes.passage != Passage::none) {
+    const GlassFresnel glass = glass_fresnel(lobes, wo.z);
+    facets += lobes.glass * (mean(glass.reflected) + mean(lobes.tint) * glass.transmitted) * (terms.a + terms.b);
+  }
+  const float diffuse = mean(lobes.diffuse) * choice.base_entry, sum = diffuse + facets + straight;
+  if (!(sum > 0)) return choice;
+  choice.diffuse = diffuse / sum;
+  choice.straight = straight / sum;
+  choice.facets = std::max(0.0f, 1 - choice.diffuse - choice.straight);
+  if (facets == 0) choice.facets = 0;
+  return choice;
+}
+
+void add_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wi, BsdfValue& value) {
+  if (!(choice.diffuse > 0)) return;
+  const MicrofacetDistribution distribution = lobes.microfacet.distribution;
+  const float alpha = lobes.microfacet.alpha;
+  const float exit =
+      std::max(0.0f, 1 - directional_albedo(distribution, alpha, wi.z).albedo(lobes.coat_f0, lobes.coat_f90));
+  const float entry_mean = 1 - mean_albedo(distribution, alpha).albedo(lobes.coat_f0, lobes.coat_f90);
+  const float cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
+  if (entry_mean > 0) value.f_cos += lobes.diffuse * (choice.base_entry * exit / entry_mean * cosine_pdf);
+  value.pdf_w += choice.diffuse * cosine_pdf;
+}
+
+// wi.z > 0, and m the half vector with cos_m = wo.m = wi.m.
+BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& wi,
+                              const V3f& m, float cos_m) {
+  BsdfValue value;
+  add_diffuse(lobes, choice, wi, value);
+  if (lobes.mirror) return value;
+  const FacetResponse response = facet_response(lobes, cos_m);
+  const float pdf = lobes.microfacet.normal_density(m) / (4 * lobes.microfacet.projected_area(wo));
+  value.f_cos += response.reflected * (lobes.microfacet.masking(wi) * pdf);
+  value.pdf_w += choice.facets * response.reflect_share * pdf;
+  return value;
+}
+
+// `reflected` is wi mirrored to this side, m the half vector of wo and it.
+BsdfValue evaluate_thin_wall(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& reflected,
+                             const V3f& m, float cos_m) {
+  const FacetResponse response = facet_response(lobes, cos_m);
+  const float pdf = lobes.microfacet.normal_density(m) / (4 * lobes.microfacet.projected_area(wo));
+  return {response.transmitted * (lobes.microfacet.masking(reflected) * pdf),
+          choice.facets * (1 - response.reflect_share) * pdf};
+}
+
+// wi.z < 0, and m the normal about which wo refracts into wi. The Jacobian (Walter 2007, eq. 17) is
+// eta^2 cos_t / (cos_m - eta cos_t)^2; the difference is (eta^2 - 1) / (cos_m + eta cos_t).
+BsdfValue evaluate_refraction(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& wi,
+                              const V3f& m, float cos_m) {
+  const FacetResponse response = facet_response(lobes, cos_m);
+  const float eta = lobes.eta, cos_t = response.cos_t;
+  const float difference = (eta - 1) * (eta + 1) / (cos_m + eta * cos_t);
+  const float density_m = lobes.microfacet.normal_density(m) * cos_m / lobes.microfacet.projected_area(wo);
+  const float radiance_pdf = density_m * cos_t / sqr(difference);  // pdf / eta^2
+  const float masking = lobes.microfacet.masking(V3f(wi.x, wi.y, -wi.z));
+  return {response.transmitted * (masking * radiance_pdf),
+          choice.facets * (1 - response.reflect_share) * sqr(eta) * radiance_pdf};
+}
+
+// Unit vector along h with z > 0; false where h is too short or horizontal to have one.
+bool make_normal(const V3f& h, V3f& m) {
+  const float squared = length_squared(h);
+  if (!(squared > 1e-24f) || h.z == 0) return false;
+  m = h * (std::copysign(1.0f, h.z) / std::sqrt(squared));
+  return true;
+}
+
+BsdfSample finish(const V3f& wi, const BsdfValue& value) {
+  BsdfSample sample;
+  if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
+  sample.wi = wi;
+  sample.weight = value.f_cos / value.pdf_w;
+  sample.pdf_w = value.pdf_w;
+  return sample;
+}
+
+BsdfSample finish_delta(const V3f& wi, const Rgb& power, float probability) {
+  BsdfSample sample;
+  if (!(probability > 0)) return sample;
+  sample.wi = wi;
+  sample.weight = power / probability;
+  sample.pdf_w = probability;
+  sample.delta = true;
+  return sample;
+}
+
+void mark_transmitted(const LayeredLobes& lobes, BsdfSample& sample) {
+  sample.transmitted = true;
+  if (lobes.passage == Passage::refract) sample.eta = lobes.eta;
+}
+
+BsdfSample sample_mirror(const LayeredLobes& lobes, float probability, const V3f& wo, float u_lobe) {
+  const FacetResponse response = facet_response(lobes, wo.z);
+  if (u_lobe < response.reflect_share) {
+    return finish_delta(V3f(-wo.x, -wo.y, wo.z), response.reflected, probability * response.reflect_share);
+  }
+  V3f wi = -wo;
+  Rgb radiance = response.transmitted;
+  if (lobes.passage == Passage::refract) {
+    wi = refract(wo, V3f(0, 0, 1), wo.z, response.cos_t, lobes.eta);
+    radiance /= sqr(lobes.eta);
+  }
+  BsdfSample sample = finish_delta(wi, radiance, probability * (1 - response.reflect_share));
+  mark_transmitted(lobes, sample);
+  return sample;
+}
+
+BsdfSample sample_facets(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, float u_lobe,
+                         const V2f& u) {
+  const V3f m = lobes.microfacet.sample_visible_normal(wo, u);
+  const float cos_m = dot(wo, m);
+  if (!(cos_m > 0)) return {};
+  const FacetResponse response = facet_response(lobes, cos_m);
+  const V3f reflected = m * (2 * cos_m) - wo;
+  if (u_lobe < response.reflect_share) {
+    if (!(reflected.z > 0)) return {};
+    return finish(reflected, evaluate_reflection(lobes, choice, wo, reflected, m, cos_m));
+  }
+  BsdfSample sample;
+  if (lobes.passage == Passage::thin) {
+    if (!(reflected.z > 0)) return {};
+    const V3f wi(reflected.x, reflected.y, -reflected.z);
+    sample = finish(wi, evaluate_thin_wall(lobes, choice, wo, reflected, m, cos_m));
+  } else {
+    const V3f wi = refract(wo, m, cos_m, response.cos_t, lobes.eta);
+    if (!(wi.z < 0)) return {};
+    sample = finish(wi, evaluate_refraction(lobes, choice, wo, wi, m, cos_m));
+  }
+  mark_transmitted(lobes, sample);
+  return sample;
+}
+
+BsdfSample sample_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V2f& u) {
+  const V3f wi = square_to_cosine_hemisphere(u);
+  V3f m;
+  if (!(wi.z > 0) || !make_normal(wo + wi, m)) return {};
+  return finish(wi, evaluate_reflection(lobes, choice, wo, wi, m, dot(wo, m)));
+}
+
+}  // namespace
+
+BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
+  V3f m;
+  if (wi.z > 0) {
+    if (!make_normal(wo + wi, m)) return {};
+    return evaluate_reflection(lobes, choose_lobes(lobes, wo), wo, wi, m, dot(wo, m));
+  }
+  if (!(wi.z < 0) || lobes.mirror) return {};
+  if (lobes.passage == Passage::thin) {
+    const V3f reflected(wi.x, wi.y, -wi.z);
+    if (!make_normal(wo + reflected, m)) return {};
+    return evaluate_thin_wall(lobes, choose_lobes(lobes, wo), wo, reflected, m, dot(wo, m));
+  }
+  if (lobes.passage != Passage::refract || !make_normal(wo + wi * lobes.eta, m)) return {};
+  const float cos_m = dot(wo, m);
+  if (!(cos_m > 0) || !(dot(wi, m) < 0)) return {};
+  return evaluate_refraction(lobes, choose_lobes(lobes, wo), wo, wi, m, cos_m);
+}
+
+BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u) {
+  const LobeChoice choice = choose_lobes(lobes, wo);
+  if (u_lobe < choice.diffuse) return sample_diffuse(lobes, choice, wo, u);
+  u_lobe -= choice.diffuse;
+  if (u_lobe < choice.facets) {
+    const float rest = std::min(u_lobe / choice.facets, kOneMinusEpsilon);
+    return lobes.mirror ? sample_mirror(lobes, choice.facets, wo, rest) : sample_facets(lobes, choice, wo, rest, u);
+  }
+  BsdfSample sample = finish_delta(-wo, lobes.tint * lobes.glass, choice.straight);
+  sample.transmitted = sample.valid();
+  return sample;
+}
+
+bool is_pure_delta(const LayeredLobes& lobes) {
+  if (!is_black(lobes.diffuse)) return false;
+  if (lobes.mirror) return true;
+  const bool reflects = !is_black(lobes.r0) || lobes.r90 > 0;
+  return !reflects && (lobes.passage == Passage::straight || lobes.passage == Passage::none);
+}
+
+Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
+  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
+  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) +
+               lobes.diffuse * std::max(0.0f, 1 - terms.albedo(lobes.coat_f0, lobes.coat_f90));
+  if (lobes.passage == Passage::straight) {
+    albedo += lobes.tint * lobes.glass;
+  } else if (lobes.passage != Passage::none) {
+    const GlassFresnel glass = glass_fresnel(lobes, wo.z);
+    albedo += (glass.reflected + lobes.tint * glass.transmitted) * (lobes.glass * (terms.a + terms.b));
+  }
+  return {std::min(1.0f, albedo.x), std::min(1.0f, albedo.y), std::min(1.0f, albedo.z)};
+}
+
+}  // namespace helio

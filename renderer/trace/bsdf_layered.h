@@ -1,0 +1,63 @@
+// The scattering of glTF materials: one rough or smooth interface over a base.
+//
+// Four parts, all of which may be present:
+//   reflection     microfacet lobe; Fresnel term = Schlick part (metal, opaque dielectric) + exact dielectric part
+//   diffuse base   Lambert under the interface
+//   transmission   the same microfacets, through a thin wall or refracted into the volume
+//   straight       the interface has the index of its surroundings: light passes unbent whatever the roughness
+//
+// Diffuse base. fresnel_mix of glTF's appendix B weights it by 1 - F(wo.m), which adds up to almost twice the incident
+// light at grazing angles. Here it is weighted by what the interface lets in and out (Kelemen and Szirmay-Kalos 2001),
+//   f = base / pi (1 - E(wo)) (1 - E(wi)) / (1 - E_mean),
+// with E the albedo of the reflection lobe (microfacet_albedo.h): reciprocal, and a white base returns all the light
+// that the interface does not reflect, to within the accuracy of the tables (0.003).
+//
+// Transmission scales radiance by 1 / eta^2 on the way of the camera path from this side to a medium of relative
+// index eta, and so by eta^2 on the way out: these are radiance factors (Veach 1997, 5.2); powers are eta^2 times that.
+// Reciprocity: f(wo, wi) = f(wi, wo) for reflection and thin walls, f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2 for
+// refraction.
+//
+// Reflection and transmission share one sampled normal; between the two the choice is by their Fresnel terms there.
+// Lost energy (light that would be scattered by a second facet) and samples below the horizon are the same loss:
+// invalid.
+#pragma once
+
+#include "renderer/trace/bsdf.h"
+#include "renderer/trace/microfacet.h"
+
+namespace helio {
+
+// How light gets through the interface where it is transmitted.
+enum class Passage : std::uint8_t { none, thin, refract, straight };
+
+struct LayeredLobes {
+  Microfacet microfacet;  // alpha 0: mirror
+  bool mirror = false;    // reflection and transmission are deltas
+
+  // Schlick part of the reflection: r0 + (r90 - r0) (1 - cos)^5.
+  Rgb r0{0, 0, 0};
+  float r90 = 0;
+
+  // Diffuse base, and the Schlick reflectance of what lies over it.
+  Rgb diffuse{0, 0, 0};
+  float coat_f0 = 0, coat_f90 = 0;
+
+  // Transmissive dielectric: share of the surface, colour of what passes, index of the far side over this side.
+  Passage passage = Passage::none;
+  float glass = 0;
+  Rgb tint{1, 1, 1};
+  float eta = 1;
+  // Its reflectance: glass_f0 + (glass_f90 - glass_f0) s, where s is the exact Fresnel reflectance rescaled from
+  // [exact_f0, 1] to [0, 1]: plain glass has the exact equations themselves. exact_f0 = 1 stands for "no exact
+  // equation" (ior 0) and takes s from Schlick.
+  Rgb glass_f0{0, 0, 0};
+  float glass_f90 = 1, exact_f0 = 0;
+};
+
+// wo.z > 0 in all of these.
+BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi);
+BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u);
+bool is_pure_delta(const LayeredLobes& lobes);
+Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo);
+
+}  // namespace helio

@@ -1,0 +1,24 @@
+// glTF materials as layered lobes.
+#pragma once
+
+#include "renderer/trace/bsdf_layered.h"
+
+namespace helio {
+
+// Index of refraction below which the far side of a volume counts as matched (|ior - 1|): light passes it unbent and
+// unreflected. The reflectance that this drops is below 3e-7 except within 3 degrees of grazing.
+inline constexpr float kMatchedIor = 1e-3f;
+
+// glTF 2.0 appendix B with KHR_materials_ior, _specular, _transmission and _volume:
+//   mix(mix(opaque dielectric, transmissive dielectric, transmission), metal, metallic).
+// Metal: Schlick with f0 = base_color, f90 = 1. Opaque dielectric: Schlick with f0 = specular
+// min(((ior - 1) / (ior + 1))^2 specular_color, 1), f90 = specular, over the diffuse base_color. Transmissive
+// dielectric: exact Fresnel equations scaled to the same f0 and f90, the light that enters tinted by base_color at
+// every crossing; total internal reflection is always complete. `inside`: wo was on the far side and has been mirrored
+// to z > 0.
+LayeredLobes metallic_roughness_lobes(const SurfaceParams& params, bool inside);
+
+// KHR_materials_pbrSpecularGlossiness: Schlick with f0, f90 = 1, over the diffuse base_color (1 - max f0).
+LayeredLobes specular_glossiness_lobes(const SurfaceParams& params);
+
+}  // namespace helio

@@ -1,0 +1,34 @@
+// How much light a rough reflection lobe returns: its directional albedo, and with it the energy that is lost.
+//
+// For Schlick's Fresnel term the albedo is linear in f0 and f90 (Karis 2013, "split sum"):
+//   E(mu) = f0 a + f90 b,   a = <G1(wi) (1 - s)>,  b = <G1(wi) s>,  s = (1 - wo.m)^5 over visible normals m.
+// a + b, the albedo for F = 1, is what the single-scattering model keeps of a white furnace; the rest would be
+// scattered again by other facets, which is not modelled. Kept, by perceptual roughness r (alpha = r^2) and cosine mu,
+// GGX / Beckmann (measured by microfacet_albedo_test, which holds this table to 0.005):
+//
+//             mu = 1          mu = 0.5        mu = 0.1
+//   r = 0.2   KEPT
+#pragma once
+
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+// Both in [0, 1] with a + b <= 1.
+struct AlbedoTerms {
+  float a = 1, b = 0;
+
+  float albedo(float f0, float f90) const { return f0 * a + f90 * b; }
+};
+
+// mu = cosine of the direction, [0, 1]; alpha in [0, 1], 0 being the mirror. Interpolated from a table; absolute error
+// below 0.003. The table of a distribution is computed on first use (about 50 ms) and then immutable.
+AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu);
+
+// Cosine-weighted mean of directional_albedo over the hemisphere, exact for its interpolant.
+AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha);
+
+// Computes the tables now, so that no frame waits for them. Thread safe.
+void prepare_albedo_tables(MicrofacetDistribution distribution);
+
+}  // namespace helio
