@@ -1,0 +1,258 @@
+#include "client/camera_path.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "client/camera_motion.h"
+
+namespace helio {
+
+namespace pb = heliograph::v1;
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kMaxViews = 1000000;
+constexpr double kDegree = std::numbers::pi / 180;
+
+// Reads the keys of one view, noting each problem with its place and each key that it was asked for.
+class ViewReader {
+ public:
+  ViewReader(const json& view, std::string place, Problems& problems)
+      : view_(view), place_(std::move(place)), problems_(problems) {}
+
+  bool has(const char* key) const { return view_.contains(key); }
+  void problem(const std::string& key, const std::string& message) { problems_.add(place_ + "/" + key, message); }
+
+  std::optional<double> number(const char* key, double low, double high, const char* range) {
+    const json* value = find(key);
+    if (!value) return std::nullopt;
+    const double number = value->is_number() ? value->get<double>() : std::nan("");
+    if (number >= low && number <= high) return number;
+    problem(key, value->dump() + " is not a number in " + range);
+    return std::nullopt;
+  }
+
+  std::optional<std::int64_t> integer(const char* key, std::int64_t low, std::int64_t high) {
+    const json* value = find(key);
+    if (!value) return std::nullopt;
+    if (value->is_number_integer() && *value >= low && *value <= high) return value->get<std::int64_t>();
+    problem(key, fmt::format("{} is not an integer in [{}, {}]", value->dump(), low, high));
+    return std::nullopt;
+  }
+
+  std::optional<V3d> vector(const char* key) {
+    const json* value = find(key);
+    if (!value) return std::nullopt;
+    if (value->is_array() && value->size() == 3 &&
+        std::all_of(value->begin(), value->end(), [](const json& v) { return v.is_number(); })) {
+      const V3d v((*value)[0].get<double>(), (*value)[1].get<double>(), (*value)[2].get<double>());
+      if (is_finite(v)) return v;
+    }
+    problem(key, value->dump() + " is not three finite numbers [x, y, z]");
+    return std::nullopt;
+  }
+
+  std::optional<std::string> text(const char* key) {
+    const json* value = find(key);
+    if (!value) return std::nullopt;
+    if (value->is_string()) return value->get<std::string>();
+    if (value->is_number_unsigned()) return value->dump();
+    problem(key, value->dump() + " is not a name");
+    return std::nullopt;
+  }
+
+  void report_unknown_keys() {
+    for (const auto& [key, value] : view_.items()) {
+      if (std::find(known_.begin(), known_.end(), key) == known_.end()) problem(key, "is not a key of a view");
+    }
+  }
+
+ private:
+  const json* find(const char* key) {
+    known_.push_back(key);
+    const auto at = view_.find(key);
+    return at == view_.end() ? nullptr : &*at;
+  }
+
+  const json& view_;
+  std::string place_;
+  Problems& problems_;
+  std::vector<std::string> known_;
+};
+
+constexpr double kHuge = std::numeric_limits<double>::max();
+
+std::optional<pb::Budget> read_budget(ViewReader& reader) {
+  const auto samples = reader.integer("samples", 1, 1 << 30);
+  const auto time = reader.number("time_s", std::numeric_limits<double>::min(), kHuge, "(0, inf)");
+  const auto error = reader.number("error", std::numeric_limits<double>::min(), kHuge, "(0, inf)");
+  if (!samples && !time && !error) return std::nullopt;
+  pb::Budget budget;
+  if (samples) budget.set_samples(static_cast<std::uint32_t>(*samples));
+  if (time) budget.set_time_s(*time);
+  if (error) budget.set_error(*error);
+  return budget;
+}
+
+void read_lens(ViewReader& reader, pb::CameraView& camera) {
+  if (const auto fov = reader.number("fov_degrees", 0.1, 179, "[0.1, 179]")) {
+    if (camera.orthographic_half_height() > 0) reader.problem("fov_degrees", "does not fit an orthographic camera");
+    camera.set_vertical_fov(*fov * kDegree);
+  }
+  if (const auto radius = reader.number("lens_radius", 0, kHuge, "[0, inf)")) camera.set_lens_radius(*radius);
+  if (const auto focus = reader.number("focus_distance", std::numeric_limits<double>::min(), kHuge, "(0, inf)")) {
+    camera.set_focus_distance(*focus);
+  }
+}
+
+// What one view does to the camera, so that "repeat" can do it again.
+struct Step {
+  std::optional<V3d> position, target, up, move;
+  std::optional<double> turn, orbit;
+  V3d pivot{0, 0, 0};
+
+  Result<CameraFrame> apply(const CameraFrame& before) const {
+    CameraFrame frame = before;
+    if (position) frame.position = *position;
+    if (target) {
+      pb::CameraView view = with_frame({}, frame);
+      pb::Vec3& point = *view.mutable_look_at()->mutable_target();
+      point.set_x(target->x);
+      point.set_y(target->y);
+      point.set_z(target->z);
+      const V3d y = up.value_or(V3d(0, 1, 0));
+      pb::Vec3& vertical = *view.mutable_look_at()->mutable_up();
+      vertical.set_x(y.x);
+      vertical.set_y(y.y);
+      vertical.set_z(y.z);
+      Result<CameraFrame> aimed = camera_frame(view);
+      if (!aimed) return aimed;
+      frame = *aimed;
+    }
+    if (turn) frame = turned(frame, *turn);
+    if (orbit) frame = orbited(frame, pivot, *orbit);
+    if (move) frame = moved(frame, *move);
+    return frame;
+  }
+};
+
+Step read_step(ViewReader& reader, const V3d& pivot) {
+  Step step;
+  step.position = reader.vector("position");
+  step.target = reader.vector("target");
+  step.up = reader.vector("up");
+  step.turn = reader.number("turn_degrees", -360000, 360000, "[-360000, 360000]");
+  step.orbit = reader.number("orbit_degrees", -360000, 360000, "[-360000, 360000]");
+  step.pivot = reader.vector("pivot").value_or(pivot);
+  step.move = reader.vector("move");
+  if (reader.has("up") && !reader.has("target")) reader.problem("up", "stands only beside \"target\"");
+  if (reader.has("pivot") && !reader.has("orbit_degrees")) {
+    reader.problem("pivot", "stands only beside \"orbit_degrees\"");
+  }
+  return step;
+}
+
+constexpr const char* kPlacing[] = {"position",      "target", "up",   "turn_degrees",
+                                    "orbit_degrees", "pivot",  "move", "fov_degrees"};
+
+std::string camera_names(const std::vector<pb::SceneCamera>& cameras) {
+  std::string names;
+  for (const pb::SceneCamera& camera : cameras) names += (names.empty() ? "'" : ", '") + camera.name() + "'";
+  return names;
+}
+
+}  // namespace
+
+const pb::SceneCamera* find_camera(const std::vector<pb::SceneCamera>& cameras, const std::string& name) {
+  for (const pb::SceneCamera& camera : cameras) {
+    if (camera.name() == name) return &camera;
+  }
+  std::size_t number = 0;
+  const auto [end, problem] = std::from_chars(name.data(), name.data() + name.size(), number);
+  const bool decimal = problem == std::errc() && end == name.data() + name.size();
+  return decimal && number < cameras.size() ? &cameras[number] : nullptr;
+}
+
+Result<std::vector<PathView>> parse_camera_path(const std::string& text, const std::string& name,
+                                                const PathStart& start) {
+  json path;
+  try {
+    path = json::parse(text);
+  } catch (const json::parse_error& fault) {
+    return Error{ErrorCode::invalid_argument, fault.what(), name + "@" + std::to_string(fault.byte)};
+  }
+  if (!path.is_object() || !path.contains("views") || !path["views"].is_array() || path["views"].empty()) {
+    return Error{ErrorCode::invalid_argument, "must be an object whose \"views\" is an array of at least one view",
+                 name};
+  }
+  Problems problems;
+  for (const auto& [key, value] : path.items()) {
+    if (key != "views") problems.add(name + "/" + key, "is not a key of a camera path");
+  }
+
+  pb::CameraView camera = start.camera;
+  std::vector<PathView> views;
+  std::size_t index = 0;
+  for (const json& view : path["views"]) {
+    const std::string place = fmt::format("{}/views/{}", name, index++);
+    if (!view.is_object()) {
+      problems.add(place, view.dump() + " is not an object");
+      continue;
+    }
+    ViewReader reader(view, place, problems);
+    if (const auto named = reader.text("camera")) {
+      const pb::SceneCamera* found = find_camera(start.cameras, *named);
+      if (found) camera = found->view();
+      if (!found) reader.problem("camera", "'" + *named + "' is none of " + camera_names(start.cameras));
+      for (const char* key : kPlacing) {
+        if (reader.has(key)) reader.problem(key, "does not go with \"camera\"");
+      }
+    }
+    const Step step = read_step(reader, start.pivot);
+    read_lens(reader, camera);
+    const std::optional<pb::Budget> budget = read_budget(reader);
+    const std::int64_t repeat = reader.integer("repeat", 1, 100000).value_or(1);
+    reader.report_unknown_keys();
+    if (!problems.empty()) continue;  // places no longer follow from each other
+    for (std::int64_t i = 0; i < repeat; ++i) {
+      const Result<CameraFrame> before = camera_frame(camera);
+      const Result<CameraFrame> after = before ? step.apply(*before) : before;
+      if (!after) {
+        problems.add(place, after.error().to_string());
+        break;
+      }
+      camera = with_frame(camera, *after);
+      views.push_back({camera, budget});
+    }
+    if (views.size() > kMaxViews) {
+      problems.add(name, fmt::format("more than {} views", kMaxViews));
+      break;
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+  return views;
+}
+
+Result<std::vector<PathView>> play_motion(const CameraMotion& motion, const PathStart& start) {
+  const Result<CameraFrame> first = camera_frame(start.camera);
+  if (!first) return first.error();
+  std::vector<PathView> views;
+  for (int i = 0; i <= motion.steps; ++i) {
+    const double share = double(i) / motion.steps;
+    CameraFrame frame = *first;
+    if (motion.turn_degrees != 0) frame = turned(frame, motion.turn_degrees * share);
+    if (motion.orbit_degrees != 0) frame = orbited(frame, start.pivot, motion.orbit_degrees * share);
+    frame = moved(frame, motion.move * share);
+    views.push_back({with_frame(start.camera, frame), std::nullopt});
+  }
+  return views;
+}
+
+}  // namespace helio

@@ -1,0 +1,35 @@
+#include "client/grpc_error.h"
+
+namespace helio {
+
+Error to_error(const grpc::Status& status, const std::string& peer) {
+  const std::string& text = status.error_message();
+  switch (status.error_code()) {
+    case grpc::StatusCode::INVALID_ARGUMENT:
+    case grpc::StatusCode::OUT_OF_RANGE:
+      return {ErrorCode::invalid_argument, text, {}};
+    case grpc::StatusCode::NOT_FOUND:
+      return {ErrorCode::not_found, text, {}};
+    case grpc::StatusCode::FAILED_PRECONDITION:
+    case grpc::StatusCode::ALREADY_EXISTS:
+    case grpc::StatusCode::ABORTED:
+      return {ErrorCode::failed_precondition, text, {}};
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      return {ErrorCode::resource_exhausted, text, {}};
+    case grpc::StatusCode::PERMISSION_DENIED:
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return {ErrorCode::permission_denied, text, {}};
+    case grpc::StatusCode::UNIMPLEMENTED:
+      return {ErrorCode::unimplemented, text.empty() ? "the server at " + peer + " does not know this call" : text, {}};
+    case grpc::StatusCode::CANCELLED:
+      return {ErrorCode::cancelled, text.empty() ? "cancelled" : text, {}};
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return {ErrorCode::unavailable, "the server at " + peer + " did not answer in time", {}};
+    case grpc::StatusCode::UNAVAILABLE:
+      return {ErrorCode::unavailable, "the server at " + peer + " is not available: " + text, {}};
+    default:
+      return {ErrorCode::internal, text.empty() ? "the call failed without a reason" : text, {}};
+  }
+}
+
+}  // namespace helio

@@ -1,0 +1,204 @@
+#include "client/render_client.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include "client/grpc_error.h"
+#include "client/scene_upload.h"
+#include "client/server_address.h"
+#include "renderer/base/clock.h"
+
+namespace helio {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+std::chrono::system_clock::time_point in_seconds(double seconds) {
+  return std::chrono::system_clock::now() +
+         std::chrono::duration_cast<std::chrono::system_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+// Waits until the channel is connected. The state machine of gRPC tries by itself, with a growing pause in between;
+// without `retry` the first failure is final.
+bool wait_until_ready(grpc::Channel& channel, const ConnectOptions& options) {
+  const auto deadline = in_seconds(options.timeout_s);
+  grpc_connectivity_state state = channel.GetState(true);
+  while (state != GRPC_CHANNEL_READY) {
+    if (state == GRPC_CHANNEL_SHUTDOWN) return false;
+    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE && !options.retry) return false;
+    if (!channel.WaitForStateChange(state, deadline)) return false;
+    state = channel.GetState(true);
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& address, const ConnectOptions& options) {
+  Status valid = validate_server_address(address);
+  if (!valid) return valid.error();
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
+  // A proxy for the web must not swallow calls to a daemon on this machine or at the end of a tunnel.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // Two clients of one process never share a connection: one that stops reading must not hold the other back.
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  std::shared_ptr<grpc::Channel> channel =
+      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  if (!wait_until_ready(*channel, options)) {
+    return Error{ErrorCode::unavailable, "no server answers at " + address, {}};
+  }
+  return std::make_unique<RenderClient>(std::move(channel), address, options);
+}
+
+RenderClient::RenderClient(std::shared_ptr<grpc::Channel> channel, std::string peer, const ConnectOptions& options)
+    : channel_(std::move(channel)),
+      stub_(pb::RenderService::NewStub(channel_)),
+      peer_(std::move(peer)),
+      options_(options) {}
+
+namespace {
+
+// A unary call with the deadline of short calls.
+template <class Request, class Response>
+Result<Response> call_unary(pb::RenderService::StubInterface& stub, const std::string& peer, double timeout_s,
+                            grpc::Status (pb::RenderService::StubInterface::*method)(grpc::ClientContext*,
+                                                                                     const Request&, Response*),
+                            const Request& request) {
+  grpc::ClientContext context;
+  context.set_deadline(in_seconds(timeout_s));
+  Response response;
+  const grpc::Status status = (stub.*method)(&context, request, &response);
+  if (!status.ok()) return to_error(status, peer);
+  return response;
+}
+
+template <class T>
+Status without_value(const Result<T>& result) {
+  if (!result) return result.error();
+  return ok_status();
+}
+
+using Stub = pb::RenderService::StubInterface;
+
+}  // namespace
+
+Result<pb::GetServerInfoResponse> RenderClient::server_info() {
+  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::GetServerInfo, pb::GetServerInfoRequest());
+}
+
+Result<pb::LoadSceneResponse> RenderClient::upload_scene(const SceneBundle& bundle, const SceneLoadRequest& request,
+                                                         CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  pb::LoadSceneResponse response;
+  const auto call = stub_->LoadScene(&context, &response);
+  const Status written = write_bundle(*call, bundle, request);
+  if (!written) {
+    context.TryCancel();
+    call->Finish();
+    return written.error();
+  }
+  call->WritesDone();
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  return response;
+}
+
+Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string& path, const std::string& environment,
+                                                              const SceneLoadRequest& request, CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  pb::LoadSceneResponse response;
+  const auto call = stub_->LoadScene(&context, &response);
+  pb::LoadSceneRequest message;
+  message.mutable_begin()->set_path(path);
+  message.mutable_begin()->set_environment(environment);
+  message.mutable_begin()->set_time_s(request.time_s);
+  call->Write(message);
+  call->WritesDone();
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  return response;
+}
+
+Result<pb::ListScenesResponse> RenderClient::list_scenes() {
+  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListScenes, pb::ListScenesRequest());
+}
+
+Status RenderClient::unload_scene(const std::string& scene_id) {
+  pb::UnloadSceneRequest request;
+  request.set_scene_id(scene_id);
+  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::UnloadScene, request));
+}
+
+Result<pb::CreateSessionResponse> RenderClient::create_session(const pb::CreateSessionRequest& request) {
+  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CreateSession, request);
+}
+
+Status RenderClient::close_session(const std::string& session_id) {
+  pb::CloseSessionRequest request;
+  request.set_session_id(session_id);
+  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CloseSession, request));
+}
+
+Result<pb::ListSessionsResponse> RenderClient::list_sessions() {
+  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListSessions, pb::ListSessionsRequest());
+}
+
+Result<std::uint64_t> RenderClient::update_session(const pb::UpdateSessionRequest& request) {
+  auto response = call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::UpdateSession, request);
+  if (!response) return response.error();
+  return response->revision();
+}
+
+std::unique_ptr<FrameStream> RenderClient::stream_frames(const pb::StreamRequest::Open& open,
+                                                         FrameCallbacks callbacks) {
+  return std::make_unique<FrameStream>(*stub_, peer_, open, std::move(callbacks));
+}
+
+Status RenderClient::watch_frames(const pb::WatchFramesRequest& request, const FrameCallbacks& callbacks,
+                                  CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  const auto call = stub_->WatchFrames(&context, request);
+  pb::StreamResponse response;
+  while (call->Read(&response)) dispatch(response, callbacks);
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  return ok_status();
+}
+
+Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, const JobCallbacks& callbacks,
+                                           CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  const auto call = stub_->RunJob(&context, request);
+  std::optional<pb::FrameEnd> end;
+  pb::RunJobResponse response;
+  while (call->Read(&response)) {
+    if (response.has_accepted() && callbacks.accepted) callbacks.accepted(response.accepted());
+    if (response.has_progress() && callbacks.progress) callbacks.progress(response.progress());
+    if (response.has_tile() && callbacks.tile) callbacks.tile(std::move(*response.mutable_tile()));
+    if (response.has_result()) end = response.result().end();
+  }
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  if (!end) return Error{ErrorCode::internal, "the server ended the job without a result", {}};
+  return *std::move(end);
+}
+
+Status RenderClient::cancel_job(const std::string& job_id) {
+  pb::CancelJobRequest request;
+  request.set_job_id(job_id);
+  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CancelJob, request));
+}
+
+}  // namespace helio

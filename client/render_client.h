@@ -1,0 +1,94 @@
+// The thin client of a Heliograph daemon: scenes, sessions, streams and jobs, as blocking calls with callbacks.
+//
+//   auto client = RenderClient::connect("127.0.0.1:7777");
+//   auto scene = (*client)->upload_scene(*collect_scene_bundle("room.glb", ""));
+//   heliograph::v1::RunJobRequest job;
+//   job.set_scene_id(scene->scene().scene_id());
+//   job.mutable_budget()->set_samples(64);
+//   FrameAssembler picture;
+//   auto end = (*client)->run_job(job, {.accepted = [&](auto& a) { picture.begin(a.settings()); },
+//                                       .tile = [&](auto tile) { picture.add(std::move(tile)); }});
+//
+// Messages are those of proto/heliograph/v1, which states every field's unit, range and the meaning of zero.
+#pragma once
+
+#include <grpcpp/channel.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "client/call_control.h"
+#include "client/frame_stream.h"
+#include "client/scene_bundle.h"
+#include "heliograph/v1/render_service.grpc.pb.h"
+#include "renderer/base/result.h"
+
+namespace helio {
+
+struct ConnectOptions {
+  double timeout_s = 10;  // for the connection, > 0
+  bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
+  double call_timeout_s = 30;  // of the short calls (all but uploads, streams and jobs), > 0
+};
+
+struct SceneLoadRequest {
+  double time_s = 0;  // animations are evaluated at this time
+  // Called during an upload with the bytes sent so far and in total.
+  std::function<void(std::uint64_t, std::uint64_t)> uploaded;
+};
+
+// Called on the thread of run_job, in the order of arrival; empty ones are skipped.
+struct JobCallbacks {
+  std::function<void(const heliograph::v1::RunJobResponse::Accepted&)> accepted;
+  std::function<void(const heliograph::v1::Progress&)> progress;
+  std::function<void(heliograph::v1::Tile)> tile;
+};
+
+// Thread safe: calls may run side by side. Every failure is an Error; ErrorCode::unavailable means that the daemon
+// cannot be reached, drains or died.
+class RenderClient {
+ public:
+  // `address`: HOST:PORT or unix:PATH. Errors: invalid_argument (address), unavailable.
+  static Result<std::unique_ptr<RenderClient>> connect(const std::string& address, const ConnectOptions& options = {});
+  // Over a channel that exists already (in process). `peer` names the other side in messages.
+  RenderClient(std::shared_ptr<grpc::Channel> channel, std::string peer, const ConnectOptions& options = {});
+
+  const std::string& peer() const { return peer_; }
+
+  Result<heliograph::v1::GetServerInfoResponse> server_info();
+
+  // Uploads the bundle's files in chunks, with their SHA-256.
+  Result<heliograph::v1::LoadSceneResponse> upload_scene(const SceneBundle& bundle,
+                                                         const SceneLoadRequest& request = {},
+                                                         CallControl* control = nullptr);
+  // A path under the server's scene roots. `environment`: "", "R,G,B" or a map under the roots.
+  Result<heliograph::v1::LoadSceneResponse> load_server_scene(const std::string& path, const std::string& environment,
+                                                              const SceneLoadRequest& request = {},
+                                                              CallControl* control = nullptr);
+  Result<heliograph::v1::ListScenesResponse> list_scenes();
+  Status unload_scene(const std::string& scene_id);
+
+  Result<heliograph::v1::CreateSessionResponse> create_session(const heliograph::v1::CreateSessionRequest& request);
+  Status close_session(const std::string& session_id);
+  Result<heliograph::v1::ListSessionsResponse> list_sessions();
+  Result<std::uint64_t> update_session(const heliograph::v1::UpdateSessionRequest& request);  // the new revision
+
+  std::unique_ptr<FrameStream> stream_frames(const heliograph::v1::StreamRequest::Open& open, FrameCallbacks callbacks);
+  // Blocks until the server or `control` ends the watch; callbacks come on this thread, `ended` is not called.
+  Status watch_frames(const heliograph::v1::WatchFramesRequest& request, const FrameCallbacks& callbacks,
+                      CallControl* control = nullptr);
+
+  // Blocks until the job ends; a cancelled job ends with reason END_REASON_CANCELLED and what was rendered.
+  Result<heliograph::v1::FrameEnd> run_job(const heliograph::v1::RunJobRequest& request, const JobCallbacks& callbacks,
+                                           CallControl* control = nullptr);
+  Status cancel_job(const std::string& job_id);
+
+ private:
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<heliograph::v1::RenderService::StubInterface> stub_;
+  std::string peer_;
+  ConnectOptions options_;
+};
+
+}  // namespace helio

@@ -1,0 +1,142 @@
+#include "client/scene_bundle.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <system_error>
+
+#include "client/gltf_uris.h"
+
+namespace helio {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<char, 4> kGlbMagic = {'g', 'l', 'T', 'F'};
+constexpr std::uint32_t kGlbJsonChunk = 0x4E4F534A;  // "JSON", little endian
+constexpr std::uint64_t kGlbHeaderBytes = 20;        // file header and the first chunk's
+
+std::uint32_t little_endian(const char* at) {
+  const auto* bytes = reinterpret_cast<const unsigned char*>(at);
+  return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t(bytes[3]) << 24;
+}
+
+// Names in the JSON of the file, whichever of the two containers it is; nothing for other formats.
+std::vector<std::string> uris_of(const std::string& path, std::uint64_t bytes) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kGlbHeaderBytes> header{};
+  file.read(header.data(), header.size());
+  if (file.gcount() == std::streamsize(header.size()) &&
+      std::equal(kGlbMagic.begin(), kGlbMagic.end(), header.begin())) {
+    const std::uint64_t length = little_endian(&header[12]);
+    if (little_endian(&header[16]) != kGlbJsonChunk || length > bytes - kGlbHeaderBytes) return {};
+    std::string json(length, '\0');
+    file.read(json.data(), static_cast<std::streamsize>(length));
+    std::istringstream stream(std::move(json));
+    return find_gltf_uris(stream);
+  }
+  file.clear();
+  file.seekg(0);
+  file >> std::ws;
+  if (static_cast<unsigned char>(file.peek()) == 0xEF) file.ignore(3);  // byte order mark
+  file >> std::ws;
+  return file.peek() == '{' ? find_gltf_uris(file) : std::vector<std::string>{};
+}
+
+// The size of a regular file; none when there is no such file.
+std::optional<std::uint64_t> regular_file_size(const fs::path& path) {
+  std::error_code problem;
+  if (!fs::is_regular_file(path, problem) || problem) return std::nullopt;
+  const std::uint64_t bytes = fs::file_size(path, problem);
+  if (problem) return std::nullopt;
+  return bytes;
+}
+
+bool contains(const SceneBundle& bundle, const std::string& name) {
+  return std::any_of(bundle.files.begin(), bundle.files.end(), [&](const BundleFile& f) { return f.name == name; });
+}
+
+void add_referenced_file(SceneBundle& bundle, const fs::path& folder, const std::string& uri) {
+  const std::string name = percent_decode(uri);
+  if (!is_safe_relative_path(name) || contains(bundle, name)) return;
+  // Some exporters write names with a literal '%' unescaped: the file itself decides.
+  for (const std::string& candidate : {name, uri}) {
+    const fs::path path = folder / candidate;
+    if (const auto bytes = regular_file_size(path)) {
+      bundle.files.push_back({name, path.string(), *bytes});
+      return;
+    }
+  }
+}
+
+bool looks_like_color(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789+-.,eE \t") == std::string::npos &&
+         text.find(',') != std::string::npos;
+}
+
+}  // namespace
+
+std::uint64_t SceneBundle::total_bytes() const {
+  std::uint64_t total = 0;
+  for (const BundleFile& file : files) total += file.bytes;
+  return total;
+}
+
+bool is_environment_color(const std::string& text) {
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (int component = 0; component < 3; ++component) {
+    double value = 0;
+    const auto [next, problem] = std::from_chars(at, end, value);
+    if (problem != std::errc() || !std::isfinite(value) || value < 0) return false;
+    at = next;
+    if (component < 2) {
+      if (at == end || *at != ',') return false;
+      ++at;
+    }
+  }
+  return at == end;
+}
+
+Result<SceneBundle> collect_scene_bundle(const std::string& scene_path, const std::string& environment) {
+  const fs::path scene(scene_path);
+  const auto bytes = regular_file_size(scene);
+  if (!bytes) {
+    std::error_code problem;
+    const bool exists = fs::exists(scene, problem);
+    return Error{ErrorCode::not_found, exists ? "is not a regular file" : "no such file", scene_path};
+  }
+  if (!std::ifstream(scene_path, std::ios::binary)) return Error{ErrorCode::not_found, "cannot be opened", scene_path};
+
+  SceneBundle bundle;
+  bundle.main_file = scene.filename().string();
+  bundle.files.push_back({bundle.main_file, scene_path, *bytes});
+  for (const std::string& uri : uris_of(scene_path, *bytes)) add_referenced_file(bundle, scene.parent_path(), uri);
+
+  if (environment.empty() || is_environment_color(environment)) {
+    bundle.environment = environment;
+    return bundle;
+  }
+  const auto map_bytes = regular_file_size(environment);
+  if (!map_bytes) {
+    return Error{ErrorCode::invalid_argument,
+                 looks_like_color(environment)
+                     ? "'" + environment + "' is not R,G,B: three finite numbers >= 0, separated by commas"
+                     : "'" + environment + "' is neither a file nor R,G,B",
+                 "environment"};
+  }
+  std::string name = fs::path(environment).filename().string();
+  while (contains(bundle, name)) name = "environment/" + name;
+  bundle.files.push_back({name, environment, *map_bytes});
+  bundle.environment = name;
+  return bundle;
+}
+
+}  // namespace helio
