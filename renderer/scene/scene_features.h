@@ -9,6 +9,10 @@ namespace helio {
 
 struct SceneDescription;
 
+// From this many lights on (SceneFeatures::light_count) a light tree selects: below, its descent costs more than what
+// it saves over selection by power. Measured, see tests/unit/trace/light_tree_test.cpp.
+inline constexpr std::uint32_t kLightTreeThreshold = 8;
+
 struct SceneFeatures {
   // surface response
   bool only_lambert = false;        // every material is Lambert (plus emission): no microfacet code is needed

@@ -8,7 +8,7 @@ namespace {
 // Solid angle sampling is used closer to the centre than this many times the largest extent of the light. Chosen by
 // the product of variance and time of unoccluded irradiance estimates (see tests/unit/trace/light_shapes_test.cpp).
 constexpr float kNearRectangle = 1.0f;
-constexpr float kNearTriangle = 1.0f;
+constexpr float kNearTriangle = 0.7f;
 
 // Largest cosine between the edges of a parallelogram that is treated as a rectangle: it shears the map by as much.
 constexpr float kRectangleTolerance = 1e-5f;

@@ -18,6 +18,12 @@ void corner_angle(const V3f& a, const V3f& b, const V3f& c, float& cosine, float
   sine = std::clamp(std::abs(dot(a, cross(b, c))) * scale, 0.0f, 1.0f);  // |ab x ac| = |a| |a . (b x c)|
 }
 
+// The sum, in [0, 2 pi), of two angles in [0, pi) given as (cosine, sine) times any length.
+float sum_of_angles(const V2f& a, const V2f& b) {
+  const float angle = std::atan2(a.x * b.y + a.y * b.x, a.x * b.x - a.y * b.y);
+  return angle < 0 ? angle + kTwoPi : angle;
+}
+
 }  // namespace
 
 SphericalRectangle::SphericalRectangle(const V3f& point, const V3f& corner, const V3f& e1, const V3f& e2) {
@@ -30,14 +36,12 @@ SphericalRectangle::SphericalRectangle(const V3f& point, const V3f& corner, cons
   y1_ = y0_ + l2;
   const float zz = z0_ * z0_, h = -z0_;
   const float xx0 = x0_ * x0_, xx1 = x1_ * x1_, yy0 = y0_ * y0_, yy1 = y1_ * y1_;
-  // Inner angles of the spherical rectangle: cos g = -n_i . n_(i+1), sin g = |n_i x n_(i+1)|, both times |n_i|
+  // Inner angles g_i of the spherical rectangle: cos g = -n_i . n_(i+1), sin g = |n_i x n_(i+1)|, up to |n_i|
   // |n_(i+1)|.
-  const float g0 = std::atan2(h * std::sqrt(xx1 + yy0 + zz), x1_ * y0_);
-  const float g1 = std::atan2(h * std::sqrt(xx1 + yy1 + zz), -x1_ * y1_);
-  const float g2 = std::atan2(h * std::sqrt(xx0 + yy1 + zz), x0_ * y1_);
-  const float g3 = std::atan2(h * std::sqrt(xx0 + yy0 + zz), -x0_ * y0_);
-  k_ = kTwoPi - g2 - g3;
-  solid_angle_ = std::max(0.0f, g0 + g1 - k_);
+  k_ = kTwoPi - sum_of_angles({x0_ * y1_, h * std::sqrt(xx0 + yy1 + zz)}, {-x0_ * y0_, h * std::sqrt(xx0 + yy0 + zz)});
+  solid_angle_ = std::max(
+      0.0f,
+      sum_of_angles({x1_ * y0_, h * std::sqrt(xx1 + yy0 + zz)}, {-x1_ * y1_, h * std::sqrt(xx1 + yy1 + zz)}) - k_);
   b0_ = -y0_ / std::sqrt(std::max(yy0 + zz, 1e-30f));
   b1_ = y1_ / std::sqrt(std::max(yy1 + zz, 1e-30f));
 }
