@@ -72,6 +72,9 @@ class FrameSink {
 
   // How many tiles wait behind the sink (backlog); the scheduler publishes less often when it grows.
   virtual std::size_t backlog() const { return 0; }
+
+  // What tiles must carry besides radiance, bits of ResolveChannels; asked before each tile, from any worker.
+  virtual unsigned channels() const { return kResolveAll; }
 };
 
 }  // namespace helio
