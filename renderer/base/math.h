@@ -12,13 +12,13 @@
 
 namespace helio {
 
+using Imath::Box3d;
+using Imath::Box3f;
+using Imath::M44d;  // row vectors: p' = p * M, translation in row 3
 using Imath::V2f;
 using Imath::V3d;
 using Imath::V3f;
 using Imath::V4f;
-using Imath::Box3f;
-using Imath::Box3d;
-using Imath::M44d;  // row vectors: p' = p * M, translation in row 3
 
 // Linear RGB radiance, reflectance or throughput (sRGB/Rec.709 primaries).
 using Rgb = V3f;
@@ -30,7 +30,9 @@ inline constexpr float kTwoPi = 2.0f * kPi;
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 template <class T>
-inline T dot(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline T dot(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 template <class T>
 inline Imath::Vec3<T> cross(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
@@ -38,22 +40,42 @@ inline Imath::Vec3<T> cross(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
 }
 
 template <class T>
-inline T length_squared(const Imath::Vec3<T>& v) { return dot(v, v); }
+inline T length_squared(const Imath::Vec3<T>& v) {
+  return dot(v, v);
+}
 
 template <class T>
-inline T length(const Imath::Vec3<T>& v) { return std::sqrt(dot(v, v)); }
+inline T length(const Imath::Vec3<T>& v) {
+  return std::sqrt(dot(v, v));
+}
 
 // Unit vector along v. Precondition: v is finite and its squared length neither under- nor overflows.
 template <class T>
-inline Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) { return v * (T(1) / length(v)); }
+inline Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) {
+  return v * (T(1) / length(v));
+}
 
-inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
-inline float max_component(const Rgb& c) { return std::max(c.x, std::max(c.y, c.z)); }
-inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
-inline bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-inline bool is_finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-inline float sqr(float x) { return x * x; }
-inline float safe_sqrt(float x) { return std::sqrt(std::max(0.0f, x)); }
+inline float luminance(const Rgb& c) {
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
+inline float max_component(const Rgb& c) {
+  return std::max(c.x, std::max(c.y, c.z));
+}
+inline bool is_black(const Rgb& c) {
+  return c.x == 0 && c.y == 0 && c.z == 0;
+}
+inline bool is_finite(const V3f& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+inline bool is_finite(const V3d& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+inline float sqr(float x) {
+  return x * x;
+}
+inline float safe_sqrt(float x) {
+  return std::sqrt(std::max(0.0f, x));
+}
 
 // Orthonormal frame around a unit normal n (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
 struct Frame {

@@ -50,6 +50,8 @@ class LightSampler {
   LightSampler(const LightSampler&) = delete;
   LightSampler& operator=(const LightSampler&) = delete;
 
+  // False: sample() does not read u_select.
+  bool needs_selection() const { return selection_ == Selection::power || selection_ == Selection::tree; }
   bool empty() const { return selection_ == Selection::none; }
   // Lights to select from: degenerate and black ones do not count, two triangles of a parallelogram are one.
   std::size_t light_count() const { return areas_.size() + punctual_.size() + (environment_light_ ? 1 : 0); }

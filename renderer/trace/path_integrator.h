@@ -14,8 +14,8 @@ namespace helio {
 
 struct PathSettings {
   std::uint64_t seed = 0;
-  int max_segments = 10;   // path segments, camera segment included (2: direct light); [1, 65535]
-  int roulette_from = 3;   // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
+  int max_segments = 10;  // path segments, camera segment included (2: direct light); [1, 65535]
+  int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
@@ -33,10 +33,10 @@ struct InvalidSample {
 
 struct TraceStats {
   std::uint64_t paths = 0;
-  std::uint64_t rays = 0;          // intersection and occlusion queries, camera rays included
-  std::uint64_t shadow_rays = 0;   // of these
+  std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
+  std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
-  InvalidSample first_invalid;     // meaningful when invalid_samples > 0
+  InvalidSample first_invalid;  // meaningful when invalid_samples > 0
 
   void add(const TraceStats& other);
 };
@@ -45,7 +45,8 @@ struct TraceStats {
 // sample index, half and seed alone. Returns false, leaving the film as it was, when `cancel` was raised on the way.
 // Thread safe for disjoint windows. Camera rays are traced in blocks of 4x4 pixels aligned to the film, so windows
 // aligned to 4 waste nothing.
-bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings, const SampleRange& range,
-                  const PixelRect& window, const CancelToken& cancel, Film& film, TraceStats& stats);
+bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                  const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
+                  TraceStats& stats);
 
 }  // namespace helio

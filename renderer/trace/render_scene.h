@@ -18,25 +18,26 @@ struct RenderSceneOptions {
 };
 
 struct RenderSceneStats {
-  std::uint64_t triangles = 0;           // unique
-  std::uint64_t instanced_triangles = 0; // as seen by a camera
-  std::uint64_t memory_bytes = 0;        // meshes, textures, light tables and BVH
+  std::uint64_t triangles = 0;            // unique
+  std::uint64_t instanced_triangles = 0;  // as seen by a camera
+  std::uint64_t memory_bytes = 0;         // meshes, textures, light tables and BVH
   double build_seconds = 0;
 };
 
 class RenderScene {
  public:
   // Takes the description by value: its arrays become the snapshot's.
-  static Result<std::shared_ptr<const RenderScene>> build(SceneDescription description, const RenderSceneOptions& options);
+  static Result<std::shared_ptr<const RenderScene>> build(SceneDescription description,
+                                                          const RenderSceneOptions& options);
   ~RenderScene();
 
   const SceneDescription& description() const;
   const SceneFeatures& features() const;
   const RenderSceneStats& stats() const;
-  const V3d& origin() const;    // world coordinates of the rebased origin
-  Box3d world_bounds() const;   // world coordinates; empty when there is no geometry
+  const V3d& origin() const;   // world coordinates of the rebased origin
+  Box3d world_bounds() const;  // world coordinates; empty when there is no geometry
 
-  struct Impl;                  // trace/scene_data.h
+  struct Impl;  // trace/scene_data.h
   const Impl& impl() const { return *impl_; }
 
  private:

@@ -1,0 +1,274 @@
+#include "renderer/trace/accel.h"
+
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <limits>
+#include <mutex>
+
+#include "renderer/trace/accel_impl.h"
+
+namespace helio {
+namespace {
+
+using embree::AlphaContext;
+
+// One Embree device for the process; it owns no threads of its own: builds run in the caller's arena.
+std::atomic<std::ptrdiff_t> g_device_bytes{0};
+
+bool count_bytes(void*, ssize_t bytes, bool) {
+  g_device_bytes += bytes;
+  return true;
+}
+
+RTCDevice device() {
+  static const RTCDevice instance = [] {
+    RTCDevice created = rtcNewDevice("start_threads=0,set_affinity=0");
+    if (created) rtcSetDeviceMemoryMonitorFunction(created, count_bytes, nullptr);
+    return created;
+  }();
+  return instance;
+}
+
+Error device_error(const char* what) {
+  return Error{ErrorCode::resource_exhausted,
+               std::string(what) + ": Embree error " + std::to_string(int(rtcGetDeviceError(device()))),
+               {}};
+}
+
+void alpha_filter(const RTCFilterFunctionNArguments* arguments) {
+  const auto* context = reinterpret_cast<const AlphaContext*>(arguments->context);
+  const unsigned n = arguments->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (arguments->valid[i] == 0) continue;
+    const Ray& ray = context->rays[RTCRayN_id(arguments->ray, n, i)];
+    const std::uint32_t instance = RTCHitN_instID(arguments->hit, n, i, 0);
+    const std::uint32_t part = RTCHitN_geomID(arguments->hit, n, i);
+    const bool opaque =
+        context->test->opaque_at(part, instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - context->flat_count,
+                                 RTCHitN_primID(arguments->hit, n, i), RTCHitN_u(arguments->hit, n, i),
+                                 RTCHitN_v(arguments->hit, n, i), ray.alpha_key);
+    if (!opaque) arguments->valid[i] = 0;
+  }
+}
+
+RTCGeometry make_geometry(const AccelPart& part) {
+  RTCGeometry geometry = nullptr;
+  if (part.kind == AccelPart::Kind::triangles) {
+    geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part.positions, 0, sizeof(V3f),
+                               part.vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, part.indices, 0,
+                               3 * sizeof(std::uint32_t), part.triangle_count);
+  } else {
+    geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    auto* sphere = static_cast<V4f*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, sizeof(V4f), 1));
+    *sphere = part.sphere;
+  }
+  if (part.alpha) {
+    rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
+  }
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+RTCScene make_scene(bool robust) {
+  RTCScene scene = rtcNewScene(device());
+  rtcSetSceneFlags(scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  return scene;
+}
+
+void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    RTCGeometry geometry = make_geometry(parts[i]);
+    rtcAttachGeometryByID(scene, geometry, unsigned(i));
+    rtcReleaseGeometry(geometry);
+  }
+}
+
+// Instances share the id space of the top level with the flat parts; they follow them.
+void attach_instances(RTCScene scene, const AccelInput& input, const std::vector<RTCScene>& objects) {
+  for (std::size_t i = 0; i < input.instances.size(); ++i) {
+    RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, objects[input.instances[i].object]);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, input.instances[i].to_world);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, unsigned(input.flat.size() + i));
+    rtcReleaseGeometry(geometry);
+  }
+}
+
+}  // namespace
+
+namespace embree {
+
+void fill(RTCRay& out, const Ray& ray, unsigned id) {
+  out.org_x = ray.origin.x;
+  out.org_y = ray.origin.y;
+  out.org_z = ray.origin.z;
+  out.tnear = 0;
+  out.dir_x = ray.direction.x;
+  out.dir_y = ray.direction.y;
+  out.dir_z = ray.direction.z;
+  out.time = 0;
+  out.tfar = ray.t_max;
+  out.mask = ~0u;
+  out.id = id;
+  out.flags = 0;
+}
+
+}  // namespace embree
+
+Accel::Impl::~Impl() {
+  if (top) rtcReleaseScene(top);
+  for (RTCScene object : objects) rtcReleaseScene(object);
+}
+
+Accel::Accel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Accel::~Accel() = default;
+
+Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
+  if (!device()) return Error{ErrorCode::internal, "Embree cannot create a device", {}};
+  auto impl = std::make_unique<Impl>();
+  impl->alpha_test = input.alpha_test;
+  impl->flat_count = std::uint32_t(input.flat.size());
+  rtcGetDeviceError(device());
+  const auto build = [&] {
+    for (const AccelObject& object : input.objects) {
+      RTCScene scene = make_scene(input.robust);
+      impl->objects.push_back(scene);
+      attach_parts(scene, object.parts);
+      rtcCommitScene(scene);
+    }
+    impl->top = make_scene(input.robust);
+    attach_parts(impl->top, input.flat);
+    attach_instances(impl->top, input, impl->objects);
+    rtcCommitScene(impl->top);
+  };
+  // One build at a time: builds use every core by themselves, and the memory monitor counts for the whole device.
+  static std::mutex build_mutex;
+  const std::lock_guard lock(build_mutex);
+  const std::ptrdiff_t bytes_before = g_device_bytes;
+  tbb::task_arena arena(input.threads > 0 ? input.threads : tbb::task_arena::automatic);
+  arena.execute(build);
+  if (rtcGetDeviceError(device()) != RTC_ERROR_NONE) return device_error("building the BVH failed");
+  impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));
+  return std::unique_ptr<Accel>(new Accel(std::move(impl)));
+}
+
+std::size_t Accel::memory_bytes() const {
+  return impl_->memory_bytes;
+}
+
+const char* Accel::version() {
+  return "Embree " RTC_VERSION_STRING;
+}
+
+Box3f Accel::bounds() const {
+  RTCBounds b;
+  rtcGetSceneBounds(impl_->top, &b);
+  return Box3f(V3f(b.lower_x, b.lower_y, b.lower_z), V3f(b.upper_x, b.upper_y, b.upper_z));
+}
+
+// ---- queries -------------------------------------------------------------------------------------------------------
+
+namespace {
+
+AlphaContext make_context(const Accel::Impl& impl, const Ray* rays) {
+  AlphaContext context;
+  embree::init(&context.embree);
+  context.test = impl.alpha_test;
+  context.rays = rays;
+  context.flat_count = impl.flat_count;
+  return context;
+}
+
+void store_hit(const Accel::Impl& impl, Hit& out, float t, float u, float v, float nx, float ny, float nz,
+               unsigned geometry, unsigned primitive, unsigned instance) {
+  out.t = t;
+  out.u = u;
+  out.v = v;
+  out.normal = V3f(nx, ny, nz);
+  out.part = geometry;  // RTC_INVALID_GEOMETRY_ID == kNoHit
+  out.primitive = primitive;
+  out.instance = instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - impl.flat_count;
+}
+
+}  // namespace
+
+void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits) const {
+  AlphaContext context = make_context(*impl_, rays);
+  RTCRayHit query;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t id = order[i];
+    embree::fill(query.ray, rays[id], id);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embree::intersect1(impl_->top, &context, &query);
+    store_hit(*impl_, hits[id], query.ray.tfar, query.hit.u, query.hit.v, query.hit.Ng_x, query.hit.Ng_y,
+              query.hit.Ng_z, query.hit.geomID, query.hit.primID, query.hit.instID[0]);
+  }
+}
+
+void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const {
+  AlphaContext context = make_context(*impl_, rays);
+  RTCRay query;
+  for (std::size_t i = 0; i < count; ++i) {
+    embree::fill(query, rays[i], unsigned(i));
+    embree::occluded1(impl_->top, &context, &query);
+    occluded[i] = query.tfar < 0;
+  }
+}
+
+namespace {
+
+void fill16(RTCRay16& out, const Ray* rays, int* valid) {
+  for (int i = 0; i < 16; ++i) {
+    const Ray& ray = rays[i];
+    valid[i] = ray.t_max >= 0 ? -1 : 0;
+    out.org_x[i] = ray.origin.x;
+    out.org_y[i] = ray.origin.y;
+    out.org_z[i] = ray.origin.z;
+    out.tnear[i] = 0;
+    out.dir_x[i] = ray.direction.x;
+    out.dir_y[i] = ray.direction.y;
+    out.dir_z[i] = ray.direction.z;
+    out.time[i] = 0;
+    out.tfar[i] = ray.t_max;
+    out.mask[i] = ~0u;
+    out.id[i] = unsigned(i);
+    out.flags[i] = 0;
+  }
+}
+
+}  // namespace
+
+void Accel::intersect16(const Ray* rays, Hit* hits) const {
+  AlphaContext context = make_context(*impl_, rays);
+  alignas(64) RTCRayHit16 query;
+  alignas(64) int valid[16];
+  fill16(query.ray, rays, valid);
+  for (int i = 0; i < 16; ++i) {
+    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  embree::intersect16(valid, impl_->top, &context, &query);
+  for (int i = 0; i < 16; ++i) {
+    store_hit(*impl_, hits[i], query.ray.tfar[i], query.hit.u[i], query.hit.v[i], query.hit.Ng_x[i], query.hit.Ng_y[i],
+              query.hit.Ng_z[i], query.hit.geomID[i], query.hit.primID[i], query.hit.instID[0][i]);
+  }
+}
+
+void Accel::occluded16(const Ray* rays, std::uint8_t* occluded) const {
+  AlphaContext context = make_context(*impl_, rays);
+  alignas(64) RTCRay16 query;
+  alignas(64) int valid[16];
+  fill16(query, rays, valid);
+  embree::occluded16(valid, impl_->top, &context, &query);
+  for (int i = 0; i < 16; ++i) occluded[i] = valid[i] == 0 || query.tfar[i] < 0;
+}
+
+}  // namespace helio

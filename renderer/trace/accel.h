@@ -1,0 +1,101 @@
+// The acceleration structure: batches of rays in, hits out. Embree itself appears only in accel*.cpp.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+
+namespace helio {
+
+struct Ray {
+  V3f origin;
+  float t_max = 0;              // > 0; occlusion rays end before the light's surface
+  V3f direction;                // unit
+  std::uint32_t alpha_key = 0;  // decides stochastically, per hit, whether a blended surface lets this ray through
+};
+
+inline constexpr std::uint32_t kNoHit = ~0u;
+
+struct Hit {
+  float t = 0, u = 0, v = 0;    // barycentrics of the second and third corner
+  V3f normal;                   // geometric, not normalised; in the object's space when instance != kNoHit
+  std::uint32_t part = kNoHit;  // top level: SceneData::flat index; inside an instance: part of the object
+  std::uint32_t primitive = kNoHit;
+  std::uint32_t instance = kNoHit;  // SceneData::instanced index, or kNoHit for geometry of the top level
+
+  bool valid() const { return part != kNoHit; }
+};
+
+// Decides whether a hit on a surface with alpha exists for a ray. `part` and `instance` as in Hit.
+class AlphaTest {
+ public:
+  virtual ~AlphaTest() = default;
+  virtual bool opaque_at(std::uint32_t part, std::uint32_t instance, std::uint32_t primitive, float u, float v,
+                         std::uint32_t alpha_key) const = 0;
+};
+
+// Geometry handed to the builder. Arrays must outlive the Accel (they are shared, not copied) and be padded: the last
+// position must be followed by at least 4 readable bytes.
+struct AccelPart {
+  enum class Kind : std::uint8_t { triangles, sphere };
+  Kind kind = Kind::triangles;
+  const V3f* positions = nullptr;
+  std::size_t vertex_count = 0;
+  const std::uint32_t* indices = nullptr;
+  std::size_t triangle_count = 0;
+  V4f sphere{0, 0, 0, 1};  // centre, radius
+  bool alpha = false;      // hits are subject to the AlphaTest
+};
+
+struct AccelObject {
+  std::vector<AccelPart> parts;
+};
+
+struct AccelInstance {
+  std::uint32_t object = 0;
+  float to_world[12];  // column-major 3x4: columns x, y, z axis, translation
+};
+
+struct AccelInput {
+  std::vector<AccelPart> flat;       // world space
+  std::vector<AccelObject> objects;  // bottom level
+  std::vector<AccelInstance> instances;
+  const AlphaTest* alpha_test = nullptr;  // required when any part has alpha
+  bool robust = true;
+  int threads = 0;
+};
+
+class Accel {
+ public:
+  static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
+  ~Accel();
+
+  // Closest hits of rays[order[i]], i < count, into hits[order[i]]. Each ray is traced by itself: its hit does not
+  // depend on the others.
+  void intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits) const;
+  // Sixteen coherent rays as one packet. Lanes influence each other in the last bit, so callers always group the same
+  // rays.
+  void intersect16(const Ray* rays, Hit* hits) const;
+
+  // occluded[i] = 1 when something lies on rays[i] before t_max, i < count.
+  void occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const;
+  // A packet; lanes with t_max < 0 are off and come back as 1.
+  void occluded16(const Ray* rays, std::uint8_t* occluded) const;
+
+  Box3f bounds() const;
+  std::size_t memory_bytes() const;
+  static const char* version();  // "Embree 4.3.3"
+
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  explicit Accel(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace helio

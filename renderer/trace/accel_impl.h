@@ -1,0 +1,26 @@
+// Embree's side of an Accel, for accel.cpp and for the ray benchmark, which traces the same scenes with bare calls.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/trace/accel.h"
+#include "renderer/trace/embree.h"
+
+namespace helio {
+
+struct Accel::Impl {
+  RTCScene top = nullptr;
+  std::vector<RTCScene> objects;
+  const AlphaTest* alpha_test = nullptr;
+  std::size_t memory_bytes = 0;
+  std::uint32_t flat_count = 0;  // top-level ids below are flat parts, those above are instances
+
+  ~Impl();
+};
+
+namespace embree {
+void fill(RTCRay& out, const Ray& ray, unsigned id);
+}
+
+}  // namespace helio

@@ -1,0 +1,136 @@
+#include "renderer/trace/camera.h"
+
+#include <string>
+
+#include "renderer/trace/warp.h"
+
+namespace helio {
+namespace {
+
+constexpr double kMinFov = 0.0017, kMaxFov = 3.1241;
+
+V3d row(const M44d& m, int i) {
+  return V3d(m[i][0], m[i][1], m[i][2]);
+}
+
+// Orthonormal axes from a forward direction and an approximate up; false when they are parallel or degenerate.
+bool orient(const V3d& forward, const V3d& up, CameraPose& pose) {
+  const double forward_length = length(forward), up_length = length(up);
+  if (!(forward_length > 0) || !(up_length > 0) || !std::isfinite(forward_length) || !std::isfinite(up_length)) {
+    return false;
+  }
+  pose.forward = forward / forward_length;
+  const V3d right = cross(pose.forward, up / up_length);
+  const double right_length = length(right);
+  if (!(right_length > 1e-9)) return false;
+  pose.right = right / right_length;
+  pose.up = cross(pose.right, pose.forward);
+  return true;
+}
+
+void check_range(double value, double low, double high, const std::string& where, const char* range,
+                 Problems& problems) {
+  if (!(value >= low && value <= high)) {
+    problems.add(where, "is " + std::to_string(value) + ", allowed: " + range);
+  }
+}
+
+}  // namespace
+
+CameraPose camera_pose(const CameraDescription& camera) {
+  CameraPose pose;
+  pose.projection = camera.projection;
+  pose.position = row(camera.to_world, 3);
+  // Scale and shear of the node are ignored: only the directions of the view axis and of "up" count.
+  if (!orient(-row(camera.to_world, 2), row(camera.to_world, 1), pose)) {
+    pose.forward = V3d(0, 0, -1);
+    pose.right = V3d(1, 0, 0);
+    pose.up = V3d(0, 1, 0);
+  }
+  pose.vertical_fov = std::clamp(camera.vertical_fov, kMinFov, kMaxFov);
+  pose.half_height = camera.half_height;
+  pose.lens_radius = camera.lens_radius;
+  pose.focus_distance = camera.focus_distance;
+  return pose;
+}
+
+Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up, double vertical_fov) {
+  Problems problems;
+  if (!is_finite(position)) problems.add("position", "is not finite");
+  if (!is_finite(target)) problems.add("target", "is not finite");
+  if (!is_finite(up)) problems.add("up", "is not finite");
+  CameraPose pose;
+  pose.position = position;
+  pose.vertical_fov = vertical_fov;
+  if (problems.empty() && target == position) problems.add("target", "equals the position; it must differ from it");
+  if (problems.empty() && !orient(target - position, up, pose)) {
+    problems.add("up", "must be neither zero nor parallel to the view direction");
+  }
+  check_range(vertical_fov, kMinFov, kMaxFov, "vertical_fov", "[0.0017, 3.1241] radians", problems);
+  if (!problems.empty()) return problems.to_error();
+  return pose;
+}
+
+void validate(const CameraPose& pose, const std::string& where, Problems& problems) {
+  const auto field = [&](const char* name) { return where.empty() ? std::string(name) : where + "." + name; };
+  if (!is_finite(pose.position)) problems.add(field("position"), "is not finite");
+  const bool axes_finite = is_finite(pose.right) && is_finite(pose.up) && is_finite(pose.forward);
+  const auto unit = [](const V3d& v) { return std::abs(length(v) - 1) < 1e-3; };
+  if (!axes_finite || !unit(pose.right) || !unit(pose.up) || !unit(pose.forward) ||
+      std::abs(dot(pose.right, pose.up)) > 1e-3 || std::abs(dot(pose.right, pose.forward)) > 1e-3 ||
+      std::abs(dot(pose.up, pose.forward)) > 1e-3) {
+    problems.add(field("rotation"), "axes are not orthonormal");
+  }
+  if (pose.projection == Projection::perspective) {
+    check_range(pose.vertical_fov, kMinFov, kMaxFov, field("vertical_fov"), "[0.0017, 3.1241] radians", problems);
+  } else if (!(pose.half_height > 0) || !std::isfinite(pose.half_height)) {
+    problems.add(field("half_height"), "is " + std::to_string(pose.half_height) + ", allowed: finite and > 0");
+  }
+  if (!(pose.lens_radius >= 0) || !std::isfinite(pose.lens_radius)) {
+    problems.add(field("lens_radius"), "is " + std::to_string(pose.lens_radius) + ", allowed: finite and >= 0");
+  }
+  if (!(pose.focus_distance > 0) || !std::isfinite(pose.focus_distance)) {
+    problems.add(field("focus_distance"), "is " + std::to_string(pose.focus_distance) + ", allowed: finite and > 0");
+  }
+}
+
+Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin) {
+  orthographic_ = pose.projection == Projection::orthographic;
+  const double half_height = orthographic_ ? pose.half_height : std::tan(0.5 * pose.vertical_fov);
+  const double step = 2 * half_height / height;
+  const V3d step_x = pose.right * step, step_y = pose.up * -step;
+  const V3d corner = step_x * (-0.5 * width) + step_y * (-0.5 * height);
+  origin_ = V3f(pose.position - scene_origin);
+  forward_ = V3f(pose.forward);
+  right_ = V3f(pose.right);
+  up_ = V3f(pose.up);
+  step_x_ = V3f(step_x);
+  step_y_ = V3f(step_y);
+  corner_ = V3f(orthographic_ ? corner : corner + pose.forward);
+  lens_radius_ = float(pose.lens_radius);
+  focus_distance_ = float(pose.focus_distance);
+}
+
+CameraRay Camera::generate_ray(const V2f& film, const V2f& lens) const {
+  const V3f offset = corner_ + step_x_ * film.x + step_y_ * film.y;
+  CameraRay ray;
+  if (orthographic_) {
+    ray.origin = origin_ + offset;
+    ray.direction = forward_;
+  } else {
+    ray.origin = origin_;
+    ray.direction = offset;
+  }
+  if (lens_radius_ > 0) {
+    // `offset` lies on the plane at distance 1 along the view axis (perspective), so scaling it by the focus distance
+    // reaches the plane in focus.
+    const V3f focus = orthographic_ ? ray.origin + forward_ * focus_distance_ : origin_ + offset * focus_distance_;
+    const V2f disk = square_to_disk(lens);
+    ray.origin += right_ * (disk.x * lens_radius_) + up_ * (disk.y * lens_radius_);
+    ray.direction = focus - ray.origin;
+  }
+  ray.direction = normalize(ray.direction);
+  return ray;
+}
+
+}  // namespace helio

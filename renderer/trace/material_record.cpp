@@ -1,0 +1,79 @@
+// Material -> MaterialRecord: everything about a material that does not depend on where it is hit.
+#include "renderer/trace/scene_data.h"
+
+namespace helio {
+namespace {
+
+// Absorption coefficient whose transmittance over attenuation_distance is attenuation_color (KHR_materials_volume).
+Rgb absorption_coefficient(const Material& m) {
+  Rgb sigma(0, 0, 0);
+  if (!(m.attenuation_distance > 0) || !std::isfinite(m.attenuation_distance)) return sigma;
+  for (int c = 0; c < 3; ++c) {
+    // A channel that is absorbed completely would make the coefficient infinite: 1e-6 is invisible and finite.
+    sigma[c] = -std::log(std::clamp(m.attenuation_color[c], 1e-6f, 1.0f)) / m.attenuation_distance;
+  }
+  return sigma;
+}
+
+LobeModel lobe_model(const Material& m) {
+  switch (m.model) {
+    case MaterialModel::unlit:
+      return LobeModel::none;
+    case MaterialModel::conductor:
+      return LobeModel::conductor;
+    case MaterialModel::specular_glossiness:
+      return LobeModel::specular_glossiness;
+    case MaterialModel::metallic_roughness:
+      break;
+  }
+  const bool lambert = m.metallic == 0 && m.transmission == 0 && m.specular == 0;
+  return lambert ? LobeModel::lambert : LobeModel::metallic_roughness;
+}
+
+}  // namespace
+
+MaterialRecord make_material_record(const Material& m) {
+  MaterialRecord r;
+  SurfaceParams& p = r.params;
+  p.model = lobe_model(m);
+  p.distribution = m.distribution;
+  p.thin = !(m.transmission > 0 && m.thickness > 0);
+  const float roughness = m.model == MaterialModel::specular_glossiness ? 1 - m.glossiness : m.roughness;
+  p.alpha = sqr(roughness);
+  p.base_color = m.base_color;
+  p.metallic = m.metallic;
+  p.transmission = m.transmission;
+  p.ior = m.ior;
+  p.specular = m.specular;
+  p.specular_color = m.specular_color;
+  p.f0 = m.specular_glossiness_f0;
+  p.eta = m.conductor_eta;
+  p.k = m.conductor_k;
+
+  r.unlit = m.model == MaterialModel::unlit;
+  r.emission = r.unlit ? m.base_color : m.emission;
+  r.emissive = !is_black(r.emission);
+  r.double_sided = m.double_sided;
+  r.volume = !p.thin;
+  r.absorption = r.volume ? absorption_coefficient(m) : Rgb(0, 0, 0);
+  r.normal_mapped = m.normal_texture.present();
+  const bool needs_lookup = m.base_color_texture.present() || m.metallic_roughness_texture.present() ||
+                            m.specular_texture.present() || m.specular_color_texture.present() ||
+                            m.transmission_texture.present() || m.specular_glossiness_texture.present();
+  r.textured = needs_lookup;
+  r.pure_delta = is_pure_delta(p);
+  return r;
+}
+
+bool has_alpha(const Material& material, const TriangleMesh& mesh, const TextureTable& textures) {
+  if (material.alpha_mode == AlphaMode::opaque) return false;
+  if (material.base_alpha < 1) return true;
+  if (material.base_color_texture.present() && textures.has_transparency(material.base_color_texture.image))
+    return true;
+  for (const V4f& color : mesh.colors) {
+    if (color.w < 1) return true;
+  }
+  return false;
+}
+
+}  // namespace helio

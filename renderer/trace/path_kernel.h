@@ -1,0 +1,43 @@
+// The path tracer's kernels and what they are run with. Internal to trace/ (and to the ray benchmark).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/scene_data.h"
+
+namespace helio {
+
+// Every ray of a run in the order it was traced, for the ray benchmark. Not thread safe: one log per thread.
+struct RayLog {
+  struct Batch {
+    bool occlusion = false;
+    std::uint32_t count = 0;
+  };
+  std::vector<Batch> batches;
+  std::vector<Ray> rays;
+
+  void add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion);
+};
+
+struct WindowTask {
+  const SceneData& scene;
+  const Camera& camera;
+  const PathSettings& settings;
+  SampleRange range;
+  PixelRect window;
+  const CancelToken& cancel;
+  Film& film;
+  RayLog* log;
+};
+
+bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
+bool run_general_kernel(const WindowTask& task, TraceStats& stats);
+
+// trace_window, with the rays written down when log is not null.
+bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                         const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
+                         TraceStats& stats, RayLog* log);
+
+}  // namespace helio

@@ -1,0 +1,525 @@
+// The path loop, as a template over what the scene needs. Included by one .cpp per instantiation.
+//
+// Paths advance together, a batch at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
+// rays. Camera rays and the shadow rays of first hits are packets of 4x4 pixels, always complete (lanes outside the
+// window are traced and shaded once, then dropped), so that a packet's members do not depend on the window. All other
+// rays are traced one by one. Random numbers are drawn for a whole round in loops that vectorise.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <memory>
+
+#include "renderer/trace/bsdf_lambert.h"
+#include "renderer/trace/path_kernel.h"
+#include "renderer/trace/sampler.h"
+#include "renderer/trace/surface.h"
+
+namespace helio {
+
+inline constexpr int kBatchPaths =
+    512;  // measured: 256 to 1024 are equal, the batch then stays in the second-level cache
+inline constexpr int kBlock = 4, kLanes = kBlock * kBlock;
+
+// Balance of two techniques by the power heuristic with exponent 2 (Veach 1997, eq. 9.13): weight of the first.
+inline float mis_weight(float pdf, float other) {
+  const float ratio = other / pdf;
+  return 1 / (1 + ratio * ratio);
+}
+
+// The volumes that a path is inside of, innermost last.
+struct MediumStack {
+  static constexpr int kDepth = 4;
+  std::array<std::uint16_t, kDepth> material{};
+  int count = 0;
+
+  void enter(std::uint32_t m) {
+    if (count < kDepth) material[std::size_t(count++)] = std::uint16_t(m);
+  }
+  void leave(std::uint32_t m) {
+    for (int i = count - 1; i >= 0; --i) {
+      if (material[std::size_t(i)] != std::uint16_t(m)) continue;
+      for (int j = i; j + 1 < count; ++j) material[std::size_t(j)] = material[std::size_t(j + 1)];
+      --count;
+      return;
+    }
+  }
+};
+
+struct PathState {
+  Rgb beta;     // throughput from the camera to this vertex
+  float pdf_w;  // of the direction that was sampled last; 0: camera ray or delta, no other technique finds it
+  Rgb radiance;
+  float eta_scale;  // product of squared relative iors, taken out of the throughput for roulette
+  V3f normal;       // what the light sampler was told at the last vertex
+  std::uint32_t key, reversed_index;
+  MediumStack media;
+};
+
+struct FirstHit {
+  Rgb albedo;
+  V3f normal;
+  float depth;
+  std::uint32_t instance, primitive;
+};
+
+struct Batch {
+  Ray rays[kBatchPaths];
+  Hit hits[kBatchPaths];
+  PathState paths[kBatchPaths];
+  FirstHit first[kBatchPaths];
+  std::uint32_t active[kBatchPaths];
+  Ray shadow_rays[kBatchPaths];
+  Rgb shadow_radiance[kBatchPaths];
+  std::uint32_t shadow_path[kBatchPaths];
+  std::uint8_t occluded[kBatchPaths];
+  std::uint32_t keys[kBatchPaths], indices[kBatchPaths];
+  float light_x[kBatchPaths], light_y[kBatchPaths], bsdf_x[kBatchPaths], bsdf_y[kBatchPaths];
+  float select[kBatchPaths], lobe[kBatchPaths], roulette[kBatchPaths];
+  struct Packet {
+    int x, y;              // upper left pixel
+    std::uint32_t sample;  // index within the half
+  } packets[kBatchPaths / kLanes];
+  int packet_count = 0;
+};
+
+template <bool kGeneral>
+class PathKernel {
+ public:
+  explicit PathKernel(const WindowTask& task)
+      : task_(task),
+        scene_(task.scene),
+        batch_(thread_batch()),
+        lights_(*task.scene.lights),
+        has_lights_(!lights_.empty()) {
+    film_radiance_.resize(std::size_t(task.window.area()) * task.range.count);
+    if (task.range.half == 0) film_first_.resize(film_radiance_.size());
+  }
+
+  bool run(TraceStats& stats) {
+    const PixelRect& w = task_.window;
+    batch_.packet_count = 0;
+    for (int by = w.y0 & ~(kBlock - 1); by < w.y1; by += kBlock) {
+      for (int bx = w.x0 & ~(kBlock - 1); bx < w.x1; bx += kBlock) {
+        for (std::uint32_t s = 0; s < task_.range.count; ++s) {
+          batch_.packets[batch_.packet_count++] = {bx, by, task_.range.first + s};
+          if (batch_.packet_count == kBatchPaths / kLanes && !trace_batch()) return false;
+        }
+      }
+    }
+    if (batch_.packet_count > 0 && !trace_batch()) return false;
+    commit();
+    stats.add(stats_);
+    return true;
+  }
+
+ private:
+  static Batch& thread_batch() {
+    static thread_local std::unique_ptr<Batch> batch(new Batch);
+    return *batch;
+  }
+
+  // Traces every packet of the batch to the end of its paths. False when cancelled.
+  bool trace_batch() {
+    if (task_.cancel.cancelled()) return false;
+    const int count = batch_.packet_count * kLanes;
+    start_paths(count);
+    int active = count;
+    for (int vertex = 1; active > 0; ++vertex) {
+      intersect(vertex, active);
+      draw_random_numbers(vertex, active);
+      active = shade(vertex, active);
+      if (task_.cancel.cancelled()) return false;
+    }
+    store(count);
+    batch_.packet_count = 0;
+    return true;
+  }
+
+  // ---- camera rays -------------------------------------------------------------------------------------------------
+
+  void start_paths(int count) {
+    Batch& b = batch_;
+    for (int i = 0; i < count; ++i) {
+      const auto& packet = b.packets[i / kLanes];
+      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
+      b.keys[i] = pixel_key(x, y, task_.range.half, task_.settings.seed);
+      b.indices[i] = reverse_bits(packet.sample);
+    }
+    for (int i = 0; i < count; ++i) {
+      const SamplePair film = sample_pair(b.keys[i], b.indices[i], 0);
+      b.light_x[i] = film.x;
+      b.light_y[i] = film.y;
+    }
+    const bool lens = !task_.camera.pinhole();
+    for (int i = 0; lens && i < count; ++i) {
+      const SamplePair point = sample_pair(b.keys[i], b.indices[i], 1);
+      b.bsdf_x[i] = point.x;
+      b.bsdf_y[i] = point.y;
+    }
+    for (int i = 0; i < count; ++i) {
+      const auto& packet = b.packets[i / kLanes];
+      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
+      const CameraRay camera = task_.camera.generate_ray(V2f(float(x) + b.light_x[i], float(y) + b.light_y[i]),
+                                                         lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f));
+      Ray& ray = b.rays[i];
+      ray.origin = camera.origin;
+      ray.direction = camera.direction;
+      ray.t_max = std::numeric_limits<float>::infinity();
+      ray.alpha_key = alpha_key(b.keys[i], b.indices[i], 1);
+      PathState& path = b.paths[i];
+      path.beta = Rgb(1, 1, 1);
+      path.pdf_w = 0;
+      path.radiance = Rgb(0, 0, 0);
+      path.eta_scale = 1;
+      path.normal = V3f(0, 0, 0);
+      path.key = b.keys[i];
+      path.reversed_index = b.indices[i];
+      path.media.count = 0;
+      b.active[i] = std::uint32_t(i);
+    }
+    stats_.paths += std::uint64_t(count);
+  }
+
+  static std::uint32_t alpha_key(std::uint32_t key, std::uint32_t index, int segment) {
+    return combine_hash(key ^ 0xa511e9b3u, index + std::uint32_t(segment) * 0x9e3779b9u);
+  }
+
+  // ---- tracing -----------------------------------------------------------------------------------------------------
+
+  void intersect(int vertex, int active) {
+    Batch& b = batch_;
+    if (vertex == 1) {
+      for (int i = 0; i < active; i += kLanes) scene_.accel->intersect16(b.rays + i, b.hits + i);
+    } else {
+      scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits);
+    }
+    stats_.rays += std::uint64_t(active);
+    if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
+  }
+
+  void draw_random_numbers(int vertex, int active) {
+    Batch& b = batch_;
+    for (int j = 0; j < active; ++j) {
+      b.keys[j] = b.paths[b.active[j]].key;
+      b.indices[j] = b.paths[b.active[j]].reversed_index;
+    }
+    const std::uint32_t pair = 2 * std::uint32_t(vertex), dimension = 3 * std::uint32_t(vertex);
+    for (int j = 0; j < active; ++j) {
+      const SamplePair light = sample_pair(b.keys[j], b.indices[j], pair);
+      b.light_x[j] = light.x;
+      b.light_y[j] = light.y;
+    }
+    for (int j = 0; j < active; ++j) {
+      const SamplePair bsdf = sample_pair(b.keys[j], b.indices[j], pair + 1);
+      b.bsdf_x[j] = bsdf.x;
+      b.bsdf_y[j] = bsdf.y;
+    }
+    if (lights_.needs_selection()) {
+      for (int j = 0; j < active; ++j) b.select[j] = sample_1d(b.keys[j], b.indices[j], dimension);
+    }
+    if constexpr (kGeneral) {
+      for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], b.indices[j], dimension + 1);
+    }
+    if (vertex >= task_.settings.roulette_from) {
+      for (int j = 0; j < active; ++j) b.roulette[j] = sample_1d(b.keys[j], b.indices[j], dimension + 2);
+    }
+  }
+
+  // ---- shading -----------------------------------------------------------------------------------------------------
+
+  // Shades all hits, traces their shadow rays and leaves the paths that go on in batch_.active. Returns their number.
+  int shade(int vertex, int active) {
+    Batch& b = batch_;
+    shadow_count_ = 0;
+    int survivors = 0;
+    for (int j = 0; j < active; ++j) {
+      const std::uint32_t i = b.active[j];
+      if (vertex == 1) b.shadow_rays[i].t_max = -1;
+      const bool goes_on = shade_vertex(vertex, j, i);
+      const bool inside = vertex > 1 || lane_inside(int(i));
+      if (goes_on && inside) b.active[survivors++] = i;
+    }
+    trace_shadow_rays(vertex, active);
+    return survivors;
+  }
+
+  bool lane_inside(int i) const {
+    const auto& packet = batch_.packets[i / kLanes];
+    const int lane = i % kLanes;
+    return task_.window.contains(packet.x + lane % kBlock, packet.y + lane / kBlock);
+  }
+
+  void trace_shadow_rays(int vertex, int active) {
+    Batch& b = batch_;
+    if (shadow_count_ == 0) return;
+    stats_.rays += std::uint64_t(shadow_count_);
+    stats_.shadow_rays += std::uint64_t(shadow_count_);
+    if (vertex == 1) {
+      for (int first = 0; first < active; first += kLanes)
+        scene_.accel->occluded16(b.shadow_rays + first, b.occluded + first);
+      for (int i = 0; i < active; ++i) {
+        if (!b.occluded[i]) b.paths[i].radiance += b.shadow_radiance[i];
+      }
+    } else {
+      scene_.accel->occluded(b.shadow_rays, std::size_t(shadow_count_), b.occluded);
+      for (int k = 0; k < shadow_count_; ++k) {
+        if (!b.occluded[k]) b.paths[b.shadow_path[k]].radiance += b.shadow_radiance[k];
+      }
+    }
+    if (task_.log) log_shadow_rays(vertex, active);
+  }
+
+  void log_shadow_rays(int vertex, int active) {
+    std::uint32_t order[kBatchPaths];
+    std::size_t count = 0;
+    const int rays = vertex == 1 ? active : shadow_count_;
+    for (int i = 0; i < rays; ++i) {
+      if (batch_.shadow_rays[i].t_max >= 0) order[count++] = std::uint32_t(i);
+    }
+    task_.log->add(batch_.shadow_rays, order, count, true);
+  }
+
+  void add_shadow_ray(int vertex, std::uint32_t path, const V3f& origin, const V3f& direction, float t_max,
+                      const Rgb& radiance) {
+    Batch& b = batch_;
+    const std::size_t slot = vertex == 1 ? path : std::size_t(shadow_count_);
+    ++shadow_count_;
+    Ray& ray = b.shadow_rays[slot];
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.t_max = t_max;
+    ray.alpha_key = alpha_key(b.paths[path].key, b.paths[path].reversed_index, -vertex);
+    b.shadow_radiance[slot] = radiance;
+    b.shadow_path[slot] = path;
+  }
+
+  // One vertex of one path. True when the path goes on along the new ray in batch_.rays[i].
+  bool shade_vertex(int vertex, int j, std::uint32_t i) {
+    Batch& b = batch_;
+    PathState& path = b.paths[i];
+    Ray& ray = b.rays[i];
+    const Hit& hit = b.hits[i];
+
+    if (!hit.valid()) {
+      // Add what the environment sends along the ray.
+      const Rgb radiance = lights_.environment_radiance(ray.direction);
+      if (!is_black(radiance)) {
+        float weight = 1;
+        if (path.pdf_w > 0) {
+          weight = mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
+        }
+        path.radiance += path.beta * radiance * weight;
+      }
+      if (vertex == 1)
+        b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
+      return false;
+    }
+
+    Surface surface = make_surface<kGeneral>(scene_, ray, hit);
+    const MaterialRecord& material = *surface.material;
+    const V3f wo_world = -ray.direction;
+
+    // Absorb what the medium takes along the segment.
+    if constexpr (kGeneral) {
+      if (path.media.count > 0) path.beta *= transmittance(path.media, hit.t);
+    }
+
+    // Add what the surface emits.
+    if (material.emissive) add_emission(path, ray, hit, surface);
+
+    // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
+    SurfaceParams params;
+    if constexpr (kGeneral) {
+      if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene_, hit, wo_world, surface);
+      params = evaluate_material(scene_, hit, surface);
+    }
+    const bool flip = !surface.front && !material.volume;
+    const V3f normal = flip ? -surface.shading_normal : surface.shading_normal;
+    const V3f geometric_normal = flip ? -surface.geometric_normal : surface.geometric_normal;
+    const Frame frame(normal);
+    const V3f wo = frame.to_local(wo_world);
+    const Rgb& lambert_albedo = kGeneral ? params.base_color : material.params.base_color;
+    const bool lambert = kGeneral ? params.model == LobeModel::lambert : true;
+
+    if (vertex == 1) {
+      b.first[i] = {lambert ? lambert_albedo : surface_albedo(params, wo), normal, hit.t, instance_name(hit),
+                    hit.primitive};
+    }
+    if (vertex >= task_.settings.max_segments) return false;
+    if constexpr (kGeneral) {
+      if (params.model == LobeModel::none) return false;
+    }
+    if (!kGeneral && is_black(lambert_albedo)) return false;
+
+    // Sample a light and weight it against the BSDF's finding it.
+    const bool transmissive = kGeneral && !lambert && params.transmission > 0;
+    const V3f light_normal =
+        transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
+    if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
+      const LightSample light =
+          lights_.sample(surface.position, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
+      if (light.pdf_w > 0 && !is_black(light.radiance)) {
+        const V3f wi = frame.to_local(light.direction);
+        const BsdfValue value = lambert ? evaluate_lambert(lambert_albedo, wo, wi) : evaluate_bsdf(params, wo, wi);
+        // A direction that the shading normal admits but the geometry does not would leak light.
+        const bool consistent = dot(geometric_normal, light.direction) * wi.z > 0;
+        if (consistent && !is_black(value.f_cos)) {
+          const float weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
+          Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
+          float t_max = light.distance;
+          if (std::isfinite(t_max)) {
+            t_max = std::max(0.0f, t_max - (surface.offset + (t_max + scene_.radius) * kOffsetFactor));
+          }
+          if constexpr (kGeneral) {
+            if (scene_.features.absorption)
+              radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
+          }
+          add_shadow_ray(vertex, i, offset_origin(surface, light.direction), light.direction, t_max, radiance);
+        }
+      }
+    }
+
+    // Sample the BSDF for the next direction.
+    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
+    const BsdfSample sample = lambert ? sample_lambert(lambert_albedo, wo, u) : sample_bsdf(params, wo, b.lobe[j], u);
+    if (!sample.valid()) return false;
+    const V3f direction = frame.to_world(sample.wi);
+    if (!(dot(geometric_normal, direction) * sample.wi.z > 0)) return false;
+    path.beta *= sample.weight;
+    path.pdf_w = sample.delta ? 0.0f : sample.pdf_w;
+    path.normal = light_normal;
+    if constexpr (kGeneral) {
+      path.eta_scale *= sample.eta * sample.eta;
+      if (sample.transmitted && material.volume) {
+        if (wo.z > 0)
+          path.media.enter(surface.part->material);
+        else
+          path.media.leave(surface.part->material);
+      }
+    }
+    if (is_black(path.beta)) return false;
+
+    // Let the path die with a probability that its throughput gives.
+    if (vertex >= task_.settings.roulette_from) {
+      const float survival = std::min(0.95f, max_component(path.beta) * path.eta_scale);
+      if (!(b.roulette[j] < survival)) return false;
+      path.beta *= 1 / survival;
+    }
+
+    ray.origin = offset_origin(surface, direction);
+    ray.direction = direction;
+    ray.alpha_key = alpha_key(path.key, path.reversed_index, vertex + 1);
+    return true;
+  }
+
+  void add_emission(PathState& path, const Ray& ray, const Hit& hit, const Surface& surface) {
+    const std::uint32_t emitter = scene_.emitter(hit, *surface.part);
+    const float cos_light = -dot(surface.geometric_normal, ray.direction);
+    Rgb radiance;
+    if constexpr (kGeneral) {
+      radiance = surface_emission(scene_, hit, surface);
+    } else {
+      radiance = surface.front || surface.material->double_sided ? surface.material->emission : Rgb(0, 0, 0);
+    }
+    if (is_black(radiance)) return;
+    float weight = 1;
+    if (path.pdf_w > 0 && emitter != kNoHit) {
+      weight = mis_weight(path.pdf_w, lights_.pdf_w_area(ray.origin, path.normal, emitter, hit.t, cos_light));
+    }
+    path.radiance += path.beta * radiance * weight;
+  }
+
+  Rgb transmittance(const MediumStack& media, float distance) const {
+    const Rgb& sigma = scene_.materials[media.material[std::size_t(media.count - 1)]].absorption;
+    if (is_black(sigma)) return Rgb(1, 1, 1);
+    return Rgb(std::exp(-sigma.x * distance), std::exp(-sigma.y * distance), std::exp(-sigma.z * distance));
+  }
+
+  // Along a shadow ray that starts at the surface towards wi: inside the innermost medium after the crossing.
+  Rgb shadow_transmittance(MediumStack media, const MaterialRecord& material, const Surface& surface, const V3f& wi,
+                           float distance) const {
+    if (material.volume && (wi.z > 0) != surface.front) {
+      if (surface.front)
+        media.enter(surface.part->material);
+      else
+        media.leave(surface.part->material);
+    }
+    if (media.count == 0) return Rgb(1, 1, 1);
+    return transmittance(media, std::isfinite(distance) ? distance : std::numeric_limits<float>::max());
+  }
+
+  std::uint32_t instance_name(const Hit& hit) const {
+    if constexpr (kGeneral) {
+      if (hit.instance != kNoHit) return scene_.instance_names[hit.instance];
+    }
+    return scene_.flat_names[hit.part];
+  }
+
+  // ---- results -----------------------------------------------------------------------------------------------------
+
+  std::size_t result_index(int x, int y, std::uint32_t sample) const {
+    const PixelRect& w = task_.window;
+    return (std::size_t(y - w.y0) * std::size_t(w.width()) + std::size_t(x - w.x0)) * task_.range.count +
+           (sample - task_.range.first);
+  }
+
+  void store(int count) {
+    for (int i = 0; i < count; ++i) {
+      const auto& packet = batch_.packets[i / kLanes];
+      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
+      if (!task_.window.contains(x, y)) continue;
+      const std::size_t slot = result_index(x, y, packet.sample);
+      film_radiance_[slot] = batch_.paths[i].radiance;
+      if (task_.range.half == 0) film_first_[slot] = batch_.first[i];
+    }
+  }
+
+  void commit() {
+    const PixelRect& w = task_.window;
+    const SampleRange& range = task_.range;
+    std::size_t slot = 0;
+    for (int y = w.y0; y < w.y1; ++y) {
+      for (int x = w.x0; x < w.x1; ++x) {
+        HalfPixel& pixel = task_.film.half(range.half, x, y);
+        PixelFeatures& features = task_.film.features(x, y);
+        for (std::uint32_t s = 0; s < range.count; ++s, ++slot) {
+          if (is_finite(film_radiance_[slot])) {
+            pixel.add(film_radiance_[slot]);
+          } else {
+            ++pixel.invalid;
+            if (stats_.invalid_samples++ == 0) stats_.first_invalid = {x, y, range.half, range.first + s};
+          }
+          // Features come from half A alone, so that their order of summation is fixed.
+          if (range.half == 0) add_features(features, film_first_[slot], range.first + s == 0);
+        }
+      }
+    }
+  }
+
+  static void add_features(PixelFeatures& f, const FirstHit& first, bool is_first_sample) {
+    for (int c = 0; c < 3; ++c) {
+      f.albedo[c] += first.albedo[c];
+      f.normal[c] += first.normal[c];
+    }
+    ++f.count;
+    f.coverage += first.primitive != kNoHit ? 1.0f : 0.0f;
+    if (is_first_sample) {
+      f.depth = first.depth;
+      f.instance = first.instance;
+      f.primitive = first.primitive;
+    }
+  }
+
+  const WindowTask& task_;
+  const SceneData& scene_;
+  Batch& batch_;
+  const LightSampler& lights_;
+  const bool has_lights_;
+  int shadow_count_ = 0;
+  TraceStats stats_;
+  std::vector<Rgb> film_radiance_;
+  std::vector<FirstHit> film_first_;
+};
+
+}  // namespace helio

@@ -1,0 +1,446 @@
+#include "renderer/trace/render_scene.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cstring>
+#include <limits>
+
+#include "renderer/base/clock.h"
+#include "renderer/trace/sampler.h"
+#include "renderer/trace/scene_data.h"
+#include "renderer/trace/surface.h"
+
+namespace helio {
+namespace {
+
+V3d transform_point(const M44d& m, const V3d& p) {
+  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
+          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
+          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+}
+
+// Rows are the images of the axes.
+struct Linear {
+  V3d x, y, z;
+  explicit Linear(const M44d& m)
+      : x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]) {}
+  double determinant() const { return dot(x, cross(y, z)); }
+  V3d apply(const V3f& v) const { return x * double(v.x) + y * double(v.y) + z * double(v.z); }
+  // Inverse transpose up to a positive factor: cofactors, with the sign of the determinant.
+  Linear normal_transform() const {
+    Linear r = *this;
+    const double sign = determinant() < 0 ? -1 : 1;
+    r.x = cross(y, z) * sign;
+    r.y = cross(z, x) * sign;
+    r.z = cross(x, y) * sign;
+    return r;
+  }
+  // The factor by which all lengths grow, or 0 when there is no single one.
+  double uniform_scale() const {
+    const double a = length(x), b = length(y), c = length(z), tolerance = 1e-6 * a;
+    const bool equal = std::abs(a - b) <= tolerance && std::abs(a - c) <= tolerance;
+    const bool orthogonal = std::abs(dot(x, y)) <= tolerance * a && std::abs(dot(x, z)) <= tolerance * a &&
+                            std::abs(dot(y, z)) <= tolerance * a;
+    return equal && orthogonal ? a : 0;
+  }
+};
+
+bool usable(const M44d& m) {
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (!std::isfinite(m[i][j])) return false;
+    }
+  }
+  const Linear linear(m);
+  const double volume = length(linear.x) * length(linear.y) * length(linear.z);
+  return volume > 0 && std::abs(linear.determinant()) > 1e-12 * volume;
+}
+
+V3f unit_or_zero(const V3d& v) {
+  const double l = length(v);
+  return l > 0 && std::isfinite(l) ? V3f(v / l) : V3f(0, 0, 0);
+}
+
+Box3d object_box(const Object& object) {
+  Box3d box;
+  for (const TriangleMesh& mesh : object.meshes) {
+    for (const V3f& p : mesh.positions) box.extendBy(V3d(p));
+  }
+  for (const Sphere& s : object.spheres) {
+    box.extendBy(V3d(s.center) - V3d(s.radius));
+    box.extendBy(V3d(s.center) + V3d(s.radius));
+  }
+  return box;
+}
+
+Box3d transform_box(const Box3d& box, const M44d& m) {
+  Box3d out;
+  if (box.isEmpty()) return out;
+  for (int corner = 0; corner < 8; ++corner) {
+    out.extendBy(transform_point(m, V3d(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                                        corner & 4 ? box.max.z : box.min.z)));
+  }
+  return out;
+}
+
+// World space, rebased. The identity with a zero origin leaves every bit as it was.
+void bake(TriangleMesh& mesh, const M44d& to_world, const V3d& origin) {
+  for (V3f& p : mesh.positions) p = V3f(transform_point(to_world, V3d(p)) - origin);
+  const Linear linear(to_world);
+  const Linear normals = linear.normal_transform();
+  if (to_world != M44d()) {
+    for (V3f& n : mesh.normals) n = unit_or_zero(normals.apply(n));
+    for (V4f& t : mesh.tangents) {
+      const V3f d = unit_or_zero(linear.apply(V3f(t.x, t.y, t.z)));
+      t = V4f(d.x, d.y, d.z, linear.determinant() < 0 ? -t.w : t.w);
+    }
+  }
+  if (linear.determinant() < 0) {
+    // A mirrored object keeps its front: the winding turns round.
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+  }
+}
+
+class Builder {
+ public:
+  explicit Builder(SceneData& data) : data_(data), scene_(data.description) {}
+
+  Status run(const RenderSceneOptions& options) {
+    data_.features = find_scene_features(scene_);
+    drop_unusable_instances();
+    place();
+    data_.textures.emplace(std::span<const Image>(scene_.images));
+    for (const Material& m : scene_.materials) data_.materials.push_back(make_material_record(m));
+    split_objects();
+    make_flat_parts();
+    make_instances();
+    make_lights();
+
+    accel_input_.alpha_test = &data_;
+    accel_input_.robust = options.robust;
+    accel_input_.threads = options.threads;
+    auto accel = Accel::build(accel_input_);
+    if (!accel) return std::move(accel).error();
+    data_.accel = std::move(*accel);
+    count();
+    return ok_status();
+  }
+
+ private:
+  void drop_unusable_instances() {
+    std::vector<Instance> kept;
+    kept.reserve(scene_.instances.size());
+    for (Instance& instance : scene_.instances) {
+      if (usable(instance.to_world)) {
+        kept.push_back(std::move(instance));
+      } else {
+        scene_.report.notices.push_back(instance.name + ": its transform flattens it to nothing; not rendered");
+      }
+    }
+    scene_.instances = std::move(kept);
+  }
+
+  void place() {
+    std::vector<Box3d> boxes;
+    for (const Object& object : scene_.objects) boxes.push_back(object_box(object));
+    Box3d world;
+    for (const Instance& instance : scene_.instances) {
+      const Box3d box = transform_box(boxes[instance.object], instance.to_world);
+      if (!box.isEmpty()) world.extendBy(box);
+    }
+    data_.world_bounds = world;
+    if (!world.isEmpty()) {
+      data_.origin = world.center();
+      data_.radius = float(0.5 * length(world.size()));
+    }
+  }
+
+  // Objects that are placed once are baked into the top level; the others stay instances.
+  void split_objects() {
+    uses_.assign(scene_.objects.size(), 0);
+    for (const Instance& instance : scene_.instances) ++uses_[instance.object];
+    baked_.assign(scene_.objects.size(), false);
+    for (const Instance& instance : scene_.instances) {
+      const Object& object = scene_.objects[instance.object];
+      baked_[instance.object] =
+          uses_[instance.object] == 1 && (object.spheres.empty() || Linear(instance.to_world).uniform_scale() > 0);
+    }
+  }
+
+  // Embree reads 16 bytes at the last 12-byte position.
+  static void pad(TriangleMesh& mesh) { mesh.positions.reserve(mesh.positions.size() + 2); }
+
+  AccelPart accel_part(const TriangleMesh& mesh) const {
+    AccelPart part;
+    part.positions = mesh.positions.data();
+    part.vertex_count = mesh.positions.size();
+    part.indices = mesh.indices.data();
+    part.triangle_count = mesh.triangle_count();
+    part.alpha = has_alpha(scene_.materials[mesh.material], mesh, *data_.textures);
+    return part;
+  }
+
+  static AccelPart accel_part(const V3f& center, float radius) {
+    AccelPart part;
+    part.kind = AccelPart::Kind::sphere;
+    part.sphere = V4f(center.x, center.y, center.z, radius);
+    return part;
+  }
+
+  PartRecord part_record(const TriangleMesh& mesh) const {
+    PartRecord record;
+    record.mesh = &mesh;
+    record.material = std::uint32_t(mesh.material);
+    record.smooth = !mesh.normals.empty();
+    float extent = 0;
+    for (const V3f& p : mesh.positions) extent = std::max({extent, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+    record.offset = extent * kOffsetFactor;
+    return record;
+  }
+
+  static PartRecord part_record(const V3f& center, float radius, int material) {
+    PartRecord record;
+    record.center = center;
+    record.radius = radius;
+    record.material = std::uint32_t(material);
+    record.offset =
+        (std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)}) + radius) * kOffsetFactor;
+    return record;
+  }
+
+  void make_flat_parts() {
+    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+      const Instance& instance = scene_.instances[i];
+      if (!baked_[instance.object]) continue;
+      Object& object = scene_.objects[instance.object];
+      for (TriangleMesh& mesh : object.meshes) {
+        bake(mesh, instance.to_world, data_.origin);
+        if (mesh.indices.empty()) continue;
+        pad(mesh);
+        PartRecord record = part_record(mesh);
+        record.first_emitter = add_emitters(mesh, [](const V3f& p) { return p; });
+        add_flat(record, accel_part(mesh), i);
+      }
+      const double scale = Linear(instance.to_world).uniform_scale();
+      for (const Sphere& sphere : object.spheres) {
+        const V3f center(transform_point(instance.to_world, V3d(sphere.center)) - data_.origin);
+        PartRecord record = part_record(center, float(sphere.radius * scale), sphere.material);
+        record.first_emitter = add_emitter(center, record.radius, sphere.material);
+        add_flat(record, accel_part(center, record.radius), i);
+      }
+    }
+  }
+
+  void add_flat(const PartRecord& record, const AccelPart& part, std::size_t instance) {
+    data_.flat.push_back(record);
+    data_.flat_names.push_back(std::uint32_t(instance));
+    accel_input_.flat.push_back(part);
+  }
+
+  void make_instances() {
+    std::vector<std::uint32_t> accel_object(scene_.objects.size(), kNoHit), first_part(scene_.objects.size(), 0);
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      if (baked_[i] || uses_[i] == 0) continue;
+      Object& object = scene_.objects[i];
+      AccelObject accel;
+      first_part[i] = std::uint32_t(data_.object_parts.size());
+      for (TriangleMesh& mesh : object.meshes) {
+        if (mesh.indices.empty()) continue;
+        pad(mesh);
+        data_.object_parts.push_back(part_record(mesh));
+        accel.parts.push_back(accel_part(mesh));
+      }
+      for (const Sphere& sphere : object.spheres) {
+        data_.object_parts.push_back(part_record(sphere.center, sphere.radius, sphere.material));
+        accel.parts.push_back(accel_part(sphere.center, sphere.radius));
+      }
+      if (accel.parts.empty()) continue;
+      accel_object[i] = std::uint32_t(accel_input_.objects.size());
+      accel_input_.objects.push_back(std::move(accel));
+    }
+    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+      const Instance& instance = scene_.instances[i];
+      const std::size_t object = std::size_t(instance.object);
+      if (accel_object[object] == kNoHit) continue;
+      add_instance(instance, accel_object[object], first_part[object], i);
+    }
+  }
+
+  void add_instance(const Instance& instance, std::uint32_t accel_object, std::uint32_t first_part, std::size_t index) {
+    InstanceRecord record;
+    record.first_part = first_part;
+    const Linear linear(instance.to_world), normals = linear.normal_transform();
+    const V3d translation =
+        V3d(instance.to_world[3][0], instance.to_world[3][1], instance.to_world[3][2]) - data_.origin;
+    // Cofactors scale with the square of the transform: bring them to order one before they become float.
+    const double scale = 1 / std::max({length(normals.x), length(normals.y), length(normals.z)});
+    const V3d columns[4] = {linear.x, linear.y, linear.z, translation};
+    for (int c = 0; c < 4; ++c) {
+      for (int r = 0; r < 3; ++r) record.to_world[3 * c + r] = float(columns[c][r]);
+    }
+    const V3d normal_columns[3] = {normals.x * scale, normals.y * scale, normals.z * scale};
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) record.normal_to_world[3 * c + r] = float(normal_columns[c][r]);
+    }
+    record.offset_scale = float(length(linear.x) + length(linear.y) + length(linear.z));
+    record.offset =
+        float(std::max({std::abs(translation.x), std::abs(translation.y), std::abs(translation.z)})) * kOffsetFactor;
+    add_instance_emitters(record, linear.determinant() < 0, scene_.objects[std::size_t(instance.object)]);
+
+    AccelInstance accel;
+    accel.object = accel_object;
+    std::memcpy(accel.to_world, record.to_world, sizeof(accel.to_world));
+    accel_input_.instances.push_back(accel);
+    data_.instances.push_back(record);
+    data_.instance_names.push_back(std::uint32_t(index));
+  }
+
+  void add_instance_emitters(InstanceRecord& record, bool mirrored, const Object& object) {
+    std::vector<std::uint32_t> slots;
+    bool any = false;
+    for (const TriangleMesh& mesh : object.meshes) {
+      if (mesh.indices.empty()) continue;
+      slots.push_back(add_emitters(
+          mesh, [&](const V3f& p) { return record.point(p); }, mirrored));
+      any = any || slots.back() != kNoHit;
+    }
+    // A sphere under a general transform is an ellipsoid: it is found by BSDF sampling alone.
+    for (std::size_t i = 0; i < object.spheres.size(); ++i) slots.push_back(kNoHit);
+    if (!any) return;
+    record.first_emitter_slot = std::uint32_t(data_.instance_emitters.size());
+    data_.instance_emitters.insert(data_.instance_emitters.end(), slots.begin(), slots.end());
+  }
+
+  template <class ToWorld>
+  std::uint32_t add_emitters(const TriangleMesh& mesh, const ToWorld& to_world, bool mirrored = false) {
+    const Material& material = scene_.materials[std::size_t(mesh.material)];
+    const MaterialRecord& record = data_.materials[std::size_t(mesh.material)];
+    if (!record.emissive || record.unlit) return kNoHit;
+    const std::uint32_t first = std::uint32_t(light_input_.areas.size());
+    const std::vector<V2f>* uvs = nullptr;
+    if (material.emission_texture.present() && material.emission_texture.texcoord < kMaxTexcoordSets) {
+      uvs = &mesh.texcoords[std::size_t(material.emission_texture.texcoord)];
+    }
+    for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
+      const std::uint32_t* i = &mesh.indices[3 * t];
+      AreaEmitter emitter{};
+      emitter.two_sided = record.double_sided;
+      emitter.p0 = to_world(mesh.positions[i[0]]);
+      emitter.e1 = to_world(mesh.positions[i[1]]) - emitter.p0;
+      emitter.e2 = to_world(mesh.positions[i[2]]) - emitter.p0;
+      emitter.normal = unit_or_zero(V3d(cross(emitter.e1, emitter.e2)) * (mirrored ? -1.0 : 1.0));
+      emitter.radiance = record.emission;
+      emitter.texture = material.emission_texture;
+      for (int k = 0; k < 3; ++k) emitter.uv[k] = uvs && !uvs->empty() ? (*uvs)[i[k]] : V2f(0, 0);
+      light_input_.areas.push_back(emitter);
+    }
+    return first;
+  }
+
+  std::uint32_t add_emitter(const V3f& center, float radius, int material_index) {
+    const MaterialRecord& record = data_.materials[std::size_t(material_index)];
+    if (!record.emissive || record.unlit) return kNoHit;
+    AreaEmitter emitter{};
+    emitter.shape = AreaEmitter::Shape::sphere;
+    emitter.two_sided = record.double_sided;
+    emitter.p0 = center;
+    emitter.e1 = V3f(radius, 0, 0);
+    emitter.radiance = record.emission;
+    light_input_.areas.push_back(emitter);
+    return std::uint32_t(light_input_.areas.size() - 1);
+  }
+
+  void make_lights() {
+    light_input_.punctual = scene_.lights;
+    for (PunctualLight& light : light_input_.punctual) light.position -= data_.origin;
+    if (scene_.environment) {
+      light_input_.environment = &*scene_.environment;
+      if (scene_.environment->image >= 0) {
+        light_input_.env_distribution =
+            std::make_shared<EnvironmentDistribution>(EnvironmentMap(*scene_.environment, &*data_.textures));
+      }
+    }
+    light_input_.textures = &*data_.textures;
+    light_input_.scene_bounds = data_.world_bounds.isEmpty() ? Box3f(V3f(0, 0, 0), V3f(0, 0, 0))
+                                                             : Box3f(V3f(data_.world_bounds.min - data_.origin),
+                                                                     V3f(data_.world_bounds.max - data_.origin));
+    light_input_.use_tree = data_.features.light_tree;
+    data_.lights = std::make_unique<LightSampler>(std::move(light_input_));
+  }
+
+  void count() {
+    RenderSceneStats& stats = data_.stats;
+    std::vector<std::uint64_t> triangles;
+    std::uint64_t bytes = 0;
+    for (const Object& object : scene_.objects) {
+      std::uint64_t n = 0;
+      for (const TriangleMesh& mesh : object.meshes) {
+        n += mesh.triangle_count();
+        bytes += mesh.positions.capacity() * sizeof(V3f) + mesh.normals.size() * sizeof(V3f) +
+                 mesh.tangents.size() * sizeof(V4f) + mesh.colors.size() * sizeof(V4f) + mesh.indices.size() * 4;
+        for (const auto& uv : mesh.texcoords) bytes += uv.size() * sizeof(V2f);
+      }
+      stats.triangles += n;
+      triangles.push_back(n);
+    }
+    for (const Instance& instance : scene_.instances)
+      stats.instanced_triangles += triangles[std::size_t(instance.object)];
+    for (const Image& image : scene_.images) bytes += image.bytes();
+    stats.memory_bytes =
+        bytes + data_.textures->memory_bytes() + data_.lights->memory_bytes() + data_.accel->memory_bytes();
+  }
+
+  SceneData& data_;
+  SceneDescription& scene_;
+  std::vector<std::uint32_t> uses_;
+  std::vector<bool> baked_;
+  AccelInput accel_input_;
+  LightSampler::Input light_input_;
+};
+
+}  // namespace
+
+bool SceneData::opaque_at(std::uint32_t part, std::uint32_t instance, std::uint32_t primitive, float u, float v,
+                          std::uint32_t alpha_key) const {
+  const PartRecord& record = instance == kNoHit ? flat[part] : object_parts[instances[instance].first_part + part];
+  if (!record.mesh) return true;
+  const Material& material = description.materials[record.material];
+  const float alpha = surface_alpha(*this, record, primitive, u, v);
+  if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
+  // Every surface on the way decides by its own random number, the same whenever the same ray meets it.
+  const std::uint32_t bits = combine_hash(combine_hash(alpha_key, primitive), combine_hash(part, instance));
+  return unit_float(bits) < alpha;
+}
+
+RenderScene::RenderScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RenderScene::~RenderScene() = default;
+
+Result<std::shared_ptr<const RenderScene>> RenderScene::build(SceneDescription description,
+                                                              const RenderSceneOptions& options) {
+  const double begin = now_s();
+  auto impl = std::make_unique<Impl>();
+  impl->description = std::move(description);
+  if (impl->description.materials.empty()) impl->description.materials.emplace_back();
+  Status built = Builder(*impl).run(options);
+  if (!built) return std::move(built).error();
+  impl->stats.build_seconds = now_s() - begin;
+  return std::shared_ptr<const RenderScene>(new RenderScene(std::move(impl)));
+}
+
+const SceneDescription& RenderScene::description() const {
+  return impl_->description;
+}
+const SceneFeatures& RenderScene::features() const {
+  return impl_->features;
+}
+const RenderSceneStats& RenderScene::stats() const {
+  return impl_->stats;
+}
+const V3d& RenderScene::origin() const {
+  return impl_->origin;
+}
+Box3d RenderScene::world_bounds() const {
+  return impl_->world_bounds;
+}
+
+}  // namespace helio

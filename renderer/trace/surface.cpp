@@ -1,0 +1,175 @@
+#include "renderer/trace/surface.h"
+
+namespace helio {
+namespace {
+
+template <class T>
+T interpolate(const std::vector<T>& values, const TriangleMesh& mesh, std::uint32_t primitive, const V2f& b) {
+  const std::uint32_t* i = &mesh.indices[3 * std::size_t(primitive)];
+  return values[i[0]] * (1 - b.x - b.y) + values[i[1]] * b.x + values[i[2]] * b.y;
+}
+
+bool normalizable(const V3f& v) {
+  const float l2 = length_squared(v);
+  return l2 > 1e-30f && l2 < 1e30f;
+}
+
+// (u, v) of a sphere's surface point as glTF's y-up longitude and latitude.
+V2f sphere_uv(const V3f& normal) {
+  return environment_uv(normal);
+}
+
+// Tangent and bitangent in world space; false when the texture coordinates do not span the surface.
+bool tangent_frame(const SceneData& scene, const Hit& hit, const PartRecord& part, int uv_set, const V3f& normal,
+                   V3f& tangent, V3f& bitangent) {
+  const TriangleMesh& mesh = *part.mesh;
+  const InstanceRecord* instance = hit.instance == kNoHit ? nullptr : &scene.instances[hit.instance];
+  const auto world = [&](const V3f& v) { return instance ? instance->direction(v) : v; };
+  if (!mesh.tangents.empty()) {
+    const V4f t = interpolate(mesh.tangents, mesh, hit.primitive, V2f(hit.u, hit.v));
+    tangent = world(V3f(t.x, t.y, t.z));
+    tangent = tangent - normal * dot(tangent, normal);
+    if (!normalizable(tangent)) return false;
+    tangent = normalize(tangent);
+    bitangent = cross(normal, tangent) * (t.w < 0 ? -1.0f : 1.0f);
+    return true;
+  }
+  const auto& uvs = mesh.texcoords[std::size_t(uv_set)];
+  if (uvs.empty()) return false;
+  const std::uint32_t* i = &mesh.indices[3 * std::size_t(hit.primitive)];
+  const V2f d1 = uvs[i[1]] - uvs[i[0]], d2 = uvs[i[2]] - uvs[i[0]];
+  const V3f e1 = world(mesh.positions[i[1]] - mesh.positions[i[0]]);
+  const V3f e2 = world(mesh.positions[i[2]] - mesh.positions[i[0]]);
+  const float determinant = d1.x * d2.y - d1.y * d2.x;
+  if (!(std::fabs(determinant) > 1e-20f)) return false;
+  // The v axis of glTF's texture coordinates points down the image while its bitangent points up.
+  tangent = (e1 * d2.y - e2 * d1.y) * (1 / determinant);
+  V3f down = (e2 * d1.x - e1 * d2.x) * (1 / determinant);
+  tangent = tangent - normal * dot(tangent, normal);
+  if (!normalizable(tangent) || !normalizable(down)) return false;
+  tangent = normalize(tangent);
+  bitangent = cross(normal, tangent);
+  if (dot(bitangent, down) > 0) bitangent = -bitangent;
+  return true;
+}
+
+}  // namespace
+
+V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set) {
+  if (!part.mesh || set < 0 || set >= kMaxTexcoordSets) return V2f(0, 0);
+  const auto& uvs = part.mesh->texcoords[std::size_t(set)];
+  if (uvs.empty()) return V2f(0, 0);
+  return interpolate(uvs, *part.mesh, primitive, barycentric);
+}
+
+namespace {
+
+V2f uv_at(const Hit& hit, const Surface& surface, const TextureSlot& slot) {
+  if (!surface.part->mesh) return sphere_uv(surface.geometric_normal);
+  return surface_uv(*surface.part, hit.primitive, surface.barycentric, slot.texcoord);
+}
+
+}  // namespace
+
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& s) {
+  const PartRecord& part = *s.part;
+  if (!part.mesh) return;
+  V3f normal = s.geometric_normal;
+  if (part.smooth) {
+    V3f n = interpolate(part.mesh->normals, *part.mesh, hit.primitive, s.barycentric);
+    if (hit.instance != kNoHit) n = scene.instances[hit.instance].normal(n);
+    if (normalizable(n)) normal = normalize(n);
+    if (dot(normal, s.geometric_normal) < 0) normal = -normal;
+  }
+  if (s.material->normal_mapped) {
+    const Material& material = scene.description.materials[part.material];
+    V3f tangent, bitangent;
+    if (tangent_frame(scene, hit, part, material.normal_texture.texcoord, normal, tangent, bitangent)) {
+      const V4f texel = scene.textures->lookup(material.normal_texture, uv_at(hit, s, material.normal_texture));
+      const V3f local((2 * texel.x - 1) * material.normal_scale, (2 * texel.y - 1) * material.normal_scale,
+                      2 * texel.z - 1);
+      const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
+      if (normalizable(mapped)) normal = normalize(mapped);
+      // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
+      const float below = dot(normal, s.geometric_normal);
+      if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
+    }
+  }
+  // Keep the viewer in the upper hemisphere of the shading normal: bend it towards the viewer by the missing amount.
+  const float side = s.front ? 1.0f : -1.0f;
+  const float visible = side * dot(normal, wo);
+  constexpr float kLeast = 1e-3f;
+  if (visible < kLeast) {
+    const V3f bent = normal + wo * (side * (kLeast - visible));
+    normal = normalizable(bent) ? normalize(bent) : s.geometric_normal;
+    if (!(side * dot(normal, wo) > 0) || !(dot(normal, s.geometric_normal) > 0)) normal = s.geometric_normal;
+  }
+  s.shading_normal = normal;
+}
+
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const Surface& s) {
+  SurfaceParams p = s.material->params;
+  const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
+  if (!s.material->textured && !colored) return p;
+  const Material& m = scene.description.materials[s.part->material];
+  const TextureTable& textures = *scene.textures;
+  const auto lookup = [&](const TextureSlot& slot) { return textures.lookup(slot, uv_at(hit, s, slot)); };
+  if (colored) {
+    const V4f c = interpolate(s.part->mesh->colors, *s.part->mesh, hit.primitive, s.barycentric);
+    p.base_color *= Rgb(c.x, c.y, c.z);
+  }
+  if (m.base_color_texture.present()) {
+    const V4f c = lookup(m.base_color_texture);
+    p.base_color *= Rgb(c.x, c.y, c.z);
+  }
+  if (m.metallic_roughness_texture.present()) {
+    const V4f c = lookup(m.metallic_roughness_texture);
+    p.alpha = sqr(m.roughness * c.y);
+    p.metallic *= c.z;
+  }
+  if (m.specular_texture.present()) p.specular *= lookup(m.specular_texture).w;
+  if (m.specular_color_texture.present()) {
+    const V4f c = lookup(m.specular_color_texture);
+    p.specular_color *= Rgb(c.x, c.y, c.z);
+  }
+  if (m.transmission_texture.present()) p.transmission *= lookup(m.transmission_texture).x;
+  if (m.specular_glossiness_texture.present()) {
+    const V4f c = lookup(m.specular_glossiness_texture);
+    p.f0 *= Rgb(c.x, c.y, c.z);
+    p.alpha = sqr(1 - m.glossiness * c.w);
+  }
+  return p;
+}
+
+Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& s) {
+  if (!s.front && !s.material->double_sided) return Rgb(0, 0, 0);
+  Rgb emission = s.material->emission;
+  const Material& m = scene.description.materials[s.part->material];
+  const TextureSlot& slot = s.material->unlit ? m.base_color_texture : m.emission_texture;
+  if (slot.present()) {
+    const V4f c = scene.textures->lookup(slot, uv_at(hit, s, slot));
+    emission *= Rgb(c.x, c.y, c.z);
+  }
+  if (s.material->unlit && s.part->mesh && !s.part->mesh->colors.empty()) {
+    const V4f c = interpolate(s.part->mesh->colors, *s.part->mesh, hit.primitive, s.barycentric);
+    emission *= Rgb(c.x, c.y, c.z);
+  }
+  return emission;
+}
+
+float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, float u, float v) {
+  const Material& m = scene.description.materials[part.material];
+  float alpha = m.base_alpha;
+  const V2f barycentric(u, v);
+  if (m.base_color_texture.present()) {
+    alpha *= scene.textures
+                 ->lookup(m.base_color_texture, surface_uv(part, primitive, barycentric, m.base_color_texture.texcoord))
+                 .w;
+  }
+  if (part.mesh && !part.mesh->colors.empty()) {
+    alpha *= interpolate(part.mesh->colors, *part.mesh, primitive, barycentric).w;
+  }
+  return alpha;
+}
+
+}  // namespace helio

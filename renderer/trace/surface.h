@@ -1,0 +1,83 @@
+// From a hit to a surface that scatters: position with its error bound, normals, material with textures looked up.
+#pragma once
+
+#include "renderer/trace/scene_data.h"
+
+namespace helio {
+
+// A ray that leaves a surface starts off it by (largest coordinate of the part) x kOffsetFactor plus (distance
+// travelled) x kOffsetPerDistance. A float plane distance inside a part of extent E is off by at most about 6 x 2^-24 E
+// (three products and the rounding of the vertices), the hit itself by 3 x 2^-24 of the distance: 16 and 8 units leave
+// room.
+inline constexpr float kOffsetFactor = 0x1p-20f;
+inline constexpr float kOffsetPerDistance = 0x1p-21f;
+
+struct Surface {
+  V3f position;
+  V3f geometric_normal;  // unit, front side
+  V3f shading_normal;    // unit, same hemisphere as geometric_normal
+  bool front = true;     // the ray arrived on the front side
+  float offset = 0;      // see above
+  V2f barycentric;
+  const PartRecord* part = nullptr;
+  const MaterialRecord* material = nullptr;
+};
+
+inline const V3f& corner(const TriangleMesh& mesh, std::uint32_t primitive, int k) {
+  return mesh.positions[mesh.indices[3 * std::size_t(primitive) + std::size_t(k)]];
+}
+
+// Position, geometric normal, offset. kGeneral: spheres, instances and vertex normals may occur.
+template <bool kGeneral>
+inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& hit) {
+  Surface s;
+  s.part = &scene.flat[0] + hit.part;
+  s.position = ray.origin + ray.direction * hit.t;
+  s.barycentric = V2f(hit.u, hit.v);
+  V3f normal = hit.normal;
+  s.offset = s.part->offset + hit.t * kOffsetPerDistance;
+  if constexpr (kGeneral) {
+    const InstanceRecord* instance = nullptr;
+    if (hit.instance != kNoHit) {
+      instance = &scene.instances[hit.instance];
+      s.part = &scene.object_parts[instance->first_part + hit.part];
+      // Embree's normal follows the winding; the cofactor matrix keeps fronts in front under mirroring too.
+      normal = instance->normal(normal);
+      s.offset = s.part->offset * instance->offset_scale + instance->offset + hit.t * kOffsetPerDistance;
+    } else {
+      s.part = &scene.flat[hit.part];
+    }
+    if (!s.part->mesh && !instance) {
+      // A point on a sphere is refined onto it: the ray's parameter loses digits far away.
+      normal = normalize(s.position - s.part->center);
+      s.position = s.part->center + normal * s.part->radius;
+    }
+  }
+  s.geometric_normal = normalize(normal);
+  s.front = dot(s.geometric_normal, ray.direction) <= 0;
+  s.shading_normal = s.geometric_normal;
+  s.material = &scene.materials[s.part->material];
+  return s;
+}
+
+// Vertex normals, normal map: sets shading_normal, flipped into the geometric normal's hemisphere, and kept visible to
+// the viewer: a shading normal that faces away from `wo` (unit, towards the viewer) is bent back to just above it.
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& surface);
+
+// The material's parameters with textures and vertex colours applied.
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const Surface& surface);
+
+// Emitted radiance of an emissive or unlit surface towards the side that was hit, no light sampler involved.
+Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surface);
+
+// Texture coordinates at a hit; (0, 0) where the mesh has none.
+V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set);
+
+// Opacity in [0, 1] at a hit.
+float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, float u, float v);
+
+inline V3f offset_origin(const Surface& s, const V3f& direction) {
+  return s.position + s.geometric_normal * std::copysign(s.offset, dot(s.geometric_normal, direction));
+}
+
+}  // namespace helio
