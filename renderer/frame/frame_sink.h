@@ -2,7 +2,8 @@
 //
 // A frame is one view's picture from its first sample until a budget ends it, a newer revision supersedes it or it is
 // cancelled. On the way each of its tiles is published several times (passes), each time with more samples.
-// Calls come from render workers, one at a time per render loop, in order: begun, tiles..., ended.
+// Calls come from render workers, one at a time per render loop, in order: begun, tiles..., ended. They must not throw
+// and must return soon: a worker that waits in a sink renders for nobody.
 #pragma once
 
 #include <cstdint>
@@ -19,20 +20,20 @@ namespace helio {
 struct FrameTag {
   std::uint64_t revision = 0;  // of the session: raised by every change of view, settings, budget or region
   std::uint64_t view_id = 0;
-  std::uint64_t frame = 0;     // counts frames of the render loop
+  std::uint64_t frame = 0;  // counts frames of the render loop
 };
 
 struct FrameBegin {
   FrameTag tag;
   RenderSettings settings;
-  PixelRect region;            // rendered part of the film
+  PixelRect region;  // rendered part of the film
 };
 
 struct FrameTile {
   FrameTag tag;
-  std::uint32_t pass = 0;              // publication round within the frame
-  bool final = false;                  // last publication of this tile in the frame
-  std::uint32_t samples_per_pixel = 0; // both halves
+  std::uint32_t pass = 0;               // publication round within the frame
+  bool final = false;                   // last publication of this tile in the frame
+  std::uint32_t samples_per_pixel = 0;  // both halves
   ResolvedTile pixels;
 };
 
@@ -40,26 +41,26 @@ enum class FrameEndReason { samples, time, error, superseded, cancelled, failed 
 const char* to_string(FrameEndReason reason);
 
 struct PassTime {
-  std::string pass;  // "integrate", "resolve", "publish"
+  std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink)
   double seconds = 0;  // summed over workers
 };
 
 struct FrameProgress {
   FrameTag tag;
-  double seconds = 0;                 // wall time since the frame began
-  std::uint32_t samples_per_pixel = 0; // completed everywhere in the region, both halves
-  double samples_per_second = 0;      // pixel samples over the frame's wall time
-  TraceStats trace;
-  FilmError error;
-  double budget_used = 0;             // [0, 1]: the largest share among the budgets given; 0 when unlimited
+  double seconds = 0;                   // wall time since the frame began
+  std::uint32_t samples_per_pixel = 0;  // completed everywhere in the region, both halves
+  double samples_per_second = 0;        // pixel samples over the frame's wall time
+  TraceStats trace;                     // since the film was cleared: earlier frames of a kept film included
+  FilmError error;                      // newest estimate
+  double budget_used = 0;               // [0, 1]: the largest share among the budgets given; 0 when unlimited
 };
 
 struct FrameEnd {
   FrameTag tag;
   FrameEndReason reason = FrameEndReason::samples;
-  std::string message;                // failed: why
-  FrameProgress progress;             // at the end
-  double first_tile_seconds = 0;      // view accepted -> first tile handed to the sink; 0: none was
+  std::string message;            // failed: why
+  FrameProgress progress;         // at the end
+  double first_tile_seconds = 0;  // view accepted -> first tile handed to the sink; 0: none was
   std::vector<PassTime> passes;
 };
 
@@ -70,7 +71,8 @@ class FrameSink {
   virtual void tile_ready(FrameTile tile) = 0;
   virtual void frame_ended(const FrameEnd& end) = 0;
 
-  // How many tiles wait behind the sink (backlog); the scheduler publishes less often when it grows.
+  // How many tiles wait behind the sink (backlog); the scheduler publishes less often when it grows, and only the final
+  // state once a whole picture waits. Called at any time, from any worker, also during the calls above.
   virtual std::size_t backlog() const { return 0; }
 
   // What tiles must carry besides radiance, bits of ResolveChannels; asked before each tile, from any worker.

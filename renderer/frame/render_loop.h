@@ -10,6 +10,7 @@
 
 #include "renderer/base/result.h"
 #include "renderer/frame/frame_sink.h"
+#include "renderer/frame/integrate_function.h"
 #include "renderer/frame/render_settings.h"
 #include "renderer/trace/render_scene.h"
 
@@ -33,12 +34,28 @@ class RenderEngine {
   std::unique_ptr<Impl> impl_;
 };
 
+struct RenderLoopOptions {
+  int tile_size = 128;  // pixels, aligned to the film, rounded up to a multiple of 8; >= 1
+  unsigned channels = kResolveVariance | kResolveSamples;  // ResolveChannels of the tiles, besides radiance
+  // Show the picture while it is made: after 1, 2, 4, ... samples and at most about every publish_interval_s. False:
+  // its final state alone. Absent: yes for interactive loops, no for jobs.
+  std::optional<bool> publish_passes;
+  double publish_interval_s = 0.25;
+  double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per channel
+};
+
 // Thread safe. No member blocks on rendering, except the destructor, which cancels and waits for the pieces in flight
-// (at most about 5 ms each); the sink is not called after it returns.
+// (at most about 5 ms each) and must not be called from the sink; the sink is not called after it returns, not even for
+// the end of the frame in flight. The film is allocated by the constructor and by an update that changes its size, in
+// the calling thread: std::bad_alloc leaves the loop as it was.
 class RenderLoop {
  public:
   RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
-             const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink);
+             const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
+             const RenderLoopOptions& options = {});
+  // With another source of radiance than a scene.
+  RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings, const Budget& budget,
+             RenderRank rank, std::shared_ptr<FrameSink> sink, const RenderLoopOptions& options = {});
   ~RenderLoop();
   RenderLoop(const RenderLoop&) = delete;
   RenderLoop& operator=(const RenderLoop&) = delete;
@@ -48,20 +65,28 @@ class RenderLoop {
     std::optional<View> view;
     std::optional<RenderSettings> settings;
     std::optional<Budget> budget;
+    std::optional<unsigned> channels;  // RenderLoopOptions::channels
   };
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
-  // picture go on: the film is kept. An identical view keeps the film as well. Rendering starts with the first view.
+  // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may
+  // differ). Rendering starts with the first view.
+  //
+  // Tiles of older revisions that wait are dropped. The revision is checked right before each call of the sink, so the
+  // only old tile that the sink may still see after update() has returned is one whose call had begun; the newer
+  // frame_begun comes after it, and no older tile after that.
   std::uint64_t update(const Update& update);
 
-  // Ends the frame in flight with FrameEndReason::cancelled; nothing is rendered until the next update.
+  // Ends the frame in flight with FrameEndReason::cancelled, drops tiles that wait; nothing is rendered until the next
+  // update. The revision stays.
   void cancel();
 
   std::uint64_t revision() const;
-  FrameProgress progress() const;       // of the frame in flight, or of the last one
-  double used_seconds() const;          // worker time charged to this loop
-  std::size_t memory_bytes() const;     // film and scratch
+  FrameProgress progress() const;    // of the frame in flight, or of the last one; counts as of its last whole plan
+  double used_seconds() const;       // worker time charged to this loop
+  std::size_t memory_bytes() const;  // film and scratch
 
-  // Publishes every tile of the newest state again (a client re-attached). Does nothing without samples.
+  // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame
+  // of its own (begun, final tiles, ended with the last reason). Does nothing without samples.
   void republish();
 
  private:

@@ -1,0 +1,92 @@
+#include "renderer/frame/frame_pipeline.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace helio {
+
+void FramePipeline::enter(Stage stage) {
+  stage_ = stage;
+  stage_began_s_ = 0;
+}
+
+void FramePipeline::start(const FramePlan& plan) {
+  assert(in_flight_ == 0);
+  plan_ = plan;
+  cut_ = false;
+  seconds_ = {};
+  integrate_.begin(plan, grid_);
+  measure_.begin(plan.measure);
+  if (plan.publish == Publish::early) {
+    resolve_.begin(plan, grid_);
+    for (std::uint32_t t = 0; t < grid_.tiles().size(); ++t) {
+      if (integrate_.tile_finished(t)) resolve_.tile_ready(t);
+    }
+  }
+  enter(Stage::integrate);
+}
+
+void FramePipeline::leave_finished_stages(double now_s) {
+  const auto seconds = [&] { return stage_began_s_ > 0 ? now_s - stage_began_s_ : 0.0; };
+  if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
+    cut_ = integrate_.stopped();
+    if (!cut_) seconds_.integrate = seconds();
+    enter(cut_ ? Stage::over : Stage::measure);
+  }
+  if (stage_ == Stage::measure && measure_.finished()) {
+    if (plan_.measure) seconds_.measure = seconds();
+    if (plan_.publish == Publish::round) resolve_.begin(plan_, grid_);
+    enter(Stage::publish);
+  }
+  if (stage_ == Stage::publish && resolve_.finished()) {
+    if (plan_.publish == Publish::round) seconds_.publish = seconds();
+    enter(Stage::over);
+  }
+}
+
+std::optional<Piece> FramePipeline::take(bool room, double now_s) {
+  if (stage_ == Stage::integrate && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
+  leave_finished_stages(now_s);
+
+  std::optional<Piece> piece;
+  if (room && resolve_.any_open()) {
+    piece = resolve_.next(grid_);
+  } else if (stage_ == Stage::integrate) {
+    const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
+    if (auto next = integrate_.next(grid_, seconds)) piece = *next;
+  } else if (stage_ == Stage::measure && measure_.next()) {
+    piece = MeasurePiece{};
+  }
+  if (!piece) return std::nullopt;
+  if (stage_began_s_ == 0) stage_began_s_ = now_s;
+  ++in_flight_;
+  return piece;
+}
+
+bool FramePipeline::may_take(bool room) const {
+  if (room && resolve_.any_open()) return true;
+  return (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
+}
+
+void FramePipeline::finish(const Piece& piece, bool done, double seconds, double now_s) {
+  --in_flight_;
+  if (const auto* integrate = std::get_if<IntegratePiece>(&piece)) {
+    integrate_.finish(*integrate, done, seconds, grid_);
+    if (stage_ == Stage::integrate && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
+      resolve_.tile_ready(integrate->tile);
+  } else if (std::holds_alternative<MeasurePiece>(piece)) {
+    measure_.finish();
+  } else {
+    resolve_.finish();
+  }
+  leave_finished_stages(now_s);
+}
+
+void FramePipeline::stop() {
+  integrate_.stop();
+  measure_.stop();
+  resolve_.stop();
+  enter(Stage::over);
+}
+
+}  // namespace helio

@@ -1,0 +1,76 @@
+// Carries out one plan after another: integrate, measure, resolve, in this order, each cut into pieces that workers
+// take.
+//
+// Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
+// rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <variant>
+
+#include "renderer/frame/frame_plan.h"
+#include "renderer/frame/passes/integrate.h"
+#include "renderer/frame/passes/measure.h"
+#include "renderer/frame/passes/resolve.h"
+#include "renderer/frame/tile_grid.h"
+
+namespace helio {
+
+struct MeasurePiece {};
+using Piece = std::variant<IntegratePiece, MeasurePiece, ResolvePiece>;
+
+// Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
+struct StageSeconds {
+  double integrate = 0, measure = 0, publish = 0;
+};
+
+class FramePipeline {
+ public:
+  FramePipeline(int threads, double piece_seconds) : integrate_(threads), piece_seconds_(piece_seconds) {}
+
+  // All three need in_flight() == 0.
+  void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
+  void forget_samples() { grid_.clear(); }
+  void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
+  void start(const FramePlan& plan);
+
+  // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
+  // flight, waits for room, or the plan is over.
+  std::optional<Piece> take(bool room, double now_s);
+  // What take() would probably find; never false when it would find something.
+  bool may_take(bool room) const;
+  // `done`: integrate: the samples are in the film.
+  void finish(const Piece& piece, bool done, double seconds, double now_s);
+
+  // Drops everything that is not in flight.
+  void stop();
+
+  bool over() const { return stage_ == Stage::over; }
+  // The plan's deadline came before its samples were in.
+  bool cut() const { return cut_; }
+  int in_flight() const { return in_flight_; }
+  const FramePlan& plan() const { return plan_; }
+  const TileGrid& grid() const { return grid_; }
+  const StageSeconds& seconds() const { return seconds_; }
+  bool published_final() const { return resolve_.all_final(); }
+
+ private:
+  enum class Stage { integrate, measure, publish, over };
+  void enter(Stage stage);
+  void leave_finished_stages(double now_s);
+
+  FramePlan plan_;
+  TileGrid grid_;
+  IntegratePass integrate_;
+  MeasurePass measure_;
+  ResolvePass resolve_;
+  double piece_seconds_;
+  Stage stage_ = Stage::over;
+  bool cut_ = false;
+  int in_flight_ = 0;
+  double stage_began_s_ = 0;  // 0: no piece was taken yet
+  StageSeconds seconds_;
+};
+
+}  // namespace helio

@@ -1,0 +1,37 @@
+// One step of a frame, as a value: what the scheduler decided and the pipeline obeys.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "renderer/film/film.h"
+#include "renderer/frame/frame_sink.h"
+
+namespace helio {
+
+enum class Publish {
+  none,
+  early,  // each tile as soon as its own pixels have reached the target
+  round,  // every tile, once the plan's samples are in
+};
+
+struct FramePlan {
+  std::uint64_t revision = 0;
+
+  // integrate: every pixel of the region gets samples until it has this many of each half. A half that already has as
+  // many is left alone, so {0, 0} integrates nothing.
+  std::uint32_t target[kHalves] = {0, 0};
+  // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
+  double deadline_s = std::numeric_limits<double>::infinity();
+
+  bool measure = false;  // estimate the picture's error afterwards
+  Publish publish = Publish::none;
+  bool final = false;  // what is published is the last of the frame; pixels without samples are shown empty
+
+  std::optional<FrameEndReason> end;  // the frame ends with this plan
+
+  bool operator==(const FramePlan&) const = default;
+};
+
+}  // namespace helio

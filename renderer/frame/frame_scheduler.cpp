@@ -1,0 +1,156 @@
+#include "renderer/frame/frame_scheduler.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace helio {
+
+namespace {
+
+// Publications are at least this share of the view's age apart: a long render is shown O(log) times.
+constexpr double kIntervalPerAge = 1.0 / 16;
+// Even a plan that is not to be published is kept this short, so that a republish or new budget need not wait.
+constexpr double kLongestPlanSeconds = 1.0;
+// The variance of Sobol points falls between 1/n (noise) and 1/n^2 (smooth); the exponent that was measured is trusted
+// within these bounds.
+constexpr double kSlowestDecay = 1.0, kFastestDecay = 2.0;
+// The next look at the error is at least this share of the samples away.
+constexpr double kSmallestErrorStep = 1.0 / 32;
+
+std::uint32_t next_power_of_two(std::uint32_t n) {
+  return n == 0 ? 1 : std::bit_ceil(n + 1);
+}
+
+}  // namespace
+
+std::uint32_t FrameScheduler::sample_limit() const {
+  return std::min(budget_.samples.value_or(kMaxSamplesPerPixel), kMaxSamplesPerPixel);
+}
+
+// Measuring and showing the result belong to the time asked for, unless they would eat more than half of it.
+double FrameScheduler::deadline_s(const FrameState& state) const {
+  if (!budget_.time_s) return std::numeric_limits<double>::infinity();
+  const double reserve = std::min(state.measure_seconds + state.publish_seconds, *budget_.time_s / 2);
+  return state.begun_s + *budget_.time_s - reserve;
+}
+
+double FrameScheduler::interval_s(double view_age_s) const {
+  return std::max(policy_.interval_s, view_age_s * kIntervalPerAge);
+}
+
+bool FrameScheduler::error_usable(const ErrorAtCount& measured) const {
+  return budget_.error && measured.samples >= kMinSamplesForError && measured.error.known && !measured.error.all_zero;
+}
+
+double FrameScheduler::variance_over_target(const FilmError& error) const {
+  const double ratio = (budget_.error_measure == ErrorMeasure::rmse ? error.rmse : error.relmse) / *budget_.error;
+  return budget_.error_measure == ErrorMeasure::rmse ? ratio * ratio : ratio;
+}
+
+std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, double now_s) const {
+  if (error_usable(state.measured) && state.measured.samples == state.total() &&
+      variance_over_target(state.measured.error) <= 1)
+    return FrameEndReason::error;
+  if (state.total() >= sample_limit()) return FrameEndReason::samples;
+  if (now_s >= deadline_s(state)) return FrameEndReason::time;
+  return std::nullopt;
+}
+
+bool FrameScheduler::publication_due(const FrameState& state, double view_age_s, std::size_t backlog,
+                                     double now_s) const {
+  if (state.total() == 0) return false;
+  if (state.republish) return true;
+  if (!policy_.passes) return false;
+  if (!state.published) return true;
+  if (state.total() == state.published_samples) return false;
+
+  const double since = now_s - state.published_s;
+  if (budget_.bytes_per_second && since < state.publish_bytes / *budget_.bytes_per_second) return false;
+  if (backlog >= state.tiles) return false;  // a whole picture waits already: the newest state comes after it
+  if (std::has_single_bit(state.total()) && backlog == 0) return true;
+  const double waiting_pictures = double(backlog) / double(std::max<std::size_t>(state.tiles, 1));
+  return since >= interval_s(view_age_s) * (1 + 3 * waiting_pictures);
+}
+
+FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_age_s, double now_s) const {
+  const std::uint32_t limit = sample_limit();
+  const std::uint32_t limit_of[kHalves] = {limit - limit / 2, limit / 2};
+  FramePlan plan;
+  plan.revision = state.revision;
+  plan.deadline_s = deadline_s(state);
+
+  if (state.done[0] == 0 && policy_.passes) {
+    plan.target[0] = 1;
+    plan.publish = Publish::early;
+    plan.final = limit == 1;
+    return plan;
+  }
+
+  const std::uint32_t pairs = std::min(state.done[0], state.done[1]);
+  std::uint32_t goal = next_power_of_two(pairs);
+  if (state.done[1] < state.done[0]) {
+    goal = state.done[0];
+  } else if (state.sample_seconds > 0) {
+    const double pair_seconds = state.sample_seconds * kHalves;
+    double longest = policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
+    longest = std::min(longest, plan.deadline_s - now_s);
+    const double affordable = std::max(1.0, std::floor(longest / pair_seconds));
+    goal = std::uint32_t(std::min<double>(goal, double(pairs) + affordable));
+  }
+
+  bool error_expected = false;
+  if (error_usable(state.measured) && pairs > 0) {
+    double decay = kSlowestDecay;
+    const ErrorAtCount& before = state.measured_before;
+    if (error_usable(before) && 2 * before.samples <= state.measured.samples) {
+      const double fall = variance_over_target(before.error) / variance_over_target(state.measured.error);
+      decay = std::clamp(std::log(fall) / std::log(double(state.measured.samples) / before.samples), kSlowestDecay,
+                         kFastestDecay);
+    }
+    const double wanted =
+        state.measured.samples * std::pow(variance_over_target(state.measured.error), 1 / decay) / kHalves;
+    const double smallest = pairs + std::max(1.0, std::floor(state.measured.samples * kSmallestErrorStep / kHalves));
+    const double expected = std::max(std::ceil(wanted), smallest);
+    if (expected <= goal) {
+      goal = std::uint32_t(expected);
+      error_expected = true;
+    }
+  }
+
+  for (int h = 0; h < kHalves; ++h) plan.target[h] = std::max(state.done[h], std::min(goal, limit_of[h]));
+  const std::uint32_t total = plan.target[0] + plan.target[1];
+  plan.measure = plan.target[1] > 0 && (error_expected || std::has_single_bit(total) || total >= limit);
+  return plan;
+}
+
+FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, std::size_t backlog,
+                                    double now_s) const {
+  FramePlan plan;
+  plan.revision = state.revision;
+  if (const auto reason = reached(state, now_s)) {
+    plan.measure = state.measured.samples != state.total() && state.done[0] > 0 && state.done[1] > 0;
+    plan.publish = state.published_final ? Publish::none : Publish::round;
+    plan.final = true;
+    plan.end = reason;
+    return plan;
+  }
+  if (publication_due(state, view_age_s, backlog, now_s)) {
+    plan.publish = Publish::round;
+    return plan;
+  }
+  return plan_integration(state, view_age_s, now_s);
+}
+
+double FrameScheduler::budget_used(const FrameState& state, double now_s) const {
+  double used = 0;
+  if (budget_.samples) used = std::max(used, double(state.total()) / *budget_.samples);
+  if (budget_.time_s) used = std::max(used, (now_s - state.begun_s) / *budget_.time_s);
+  // Variance falls about as 1/n, so the share of the samples that are needed is target variance over variance.
+  if (error_usable(state.measured))
+    used = std::max(used, 1 / std::max(1.0, variance_over_target(state.measured.error)));
+  return std::clamp(used, 0.0, 1.0);
+}
+
+}  // namespace helio

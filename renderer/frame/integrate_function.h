@@ -1,0 +1,30 @@
+// The seam between the frame machinery and what turns samples into radiance.
+#pragma once
+
+#include <functional>
+
+#include "renderer/base/cancel.h"
+#include "renderer/film/film.h"
+#include "renderer/frame/render_settings.h"
+#include "renderer/trace/path_integrator.h"
+
+namespace helio {
+
+// Samples [range.first, range.first + range.count) of one half, for every pixel of the window.
+struct IntegrateJob {
+  CameraPose camera;
+  RenderSettings settings;
+  SampleRange range;
+  PixelRect window;
+};
+
+// Adds the job's samples to the film in index order, or leaves the film as it was and returns false when `cancel` was
+// raised on the way (it is polled often: a cancel must take effect within a few milliseconds). Called from several
+// workers at once, for disjoint windows. Throwing ends the frame as failed, with the exception's message.
+using IntegrateFunction =
+    std::function<bool(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats)>;
+
+// trace_window() on a scene.
+IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene);
+
+}  // namespace helio

@@ -1,0 +1,146 @@
+#include "renderer/frame/passes/integrate.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace helio {
+
+namespace {
+
+// Assumed before anything was measured: a slow path, so that the first piece is a short one.
+constexpr double kFirstCostGuess = 4e-6;
+// Handing out a piece costs a few microseconds, so it is not cut smaller than this for the sake of an even end.
+constexpr std::uint64_t kSmallestShare = 512;
+
+void clear_pixels(Film& film, const PixelRect& window) {
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int h = 0; h < kHalves; ++h) std::fill_n(&film.half(h, window.x0, y), window.width(), HalfPixel{});
+    std::fill_n(&film.features(window.x0, y), window.width(), PixelFeatures{});
+  }
+}
+
+}  // namespace
+
+// The next samples of the cell; false: it has all that it should have.
+bool IntegratePass::wants(const Cell& cell, SampleRange& range) const {
+  for (int h = 0; h < kHalves; ++h) {
+    if (cell.done[h] >= target_[h]) continue;
+    range = {h, cell.done[h], target_[h] - cell.done[h]};
+    return true;
+  }
+  range = {0, 0, 0};
+  return clear_rest_ && !cell.rendered;
+}
+
+double IntegratePass::sample_cost(std::size_t tile) const {
+  if (tile_cost_[tile] > 0) return tile_cost_[tile];
+  return mean_cost_ > 0 ? mean_cost_ : kFirstCostGuess;
+}
+
+void IntegratePass::begin(const FramePlan& plan, TileGrid& grid) {
+  assert(in_flight_ == 0);
+  std::copy(plan.target, plan.target + kHalves, target_);
+  clear_rest_ = plan.final;
+  stopped_ = false;
+  first_tile_ = 0;
+  open_cells_ = 0;
+  samples_left_ = 0;
+  const std::vector<Tile>& tiles = grid.tiles();
+  cells_left_.assign(tiles.size(), 0);
+  tile_cost_.resize(tiles.size(), 0.0f);
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    for (int row = 0; row < tiles[t].rows; ++row) {
+      for (int column = 0; column < tiles[t].columns; ++column) {
+        const Cell& cell = grid.cell(tiles[t], column, row);
+        SampleRange range;
+        if (!wants(cell, range)) continue;
+        ++cells_left_[t];
+        const auto area = std::uint64_t(grid.window(tiles[t], column, row, 1).area());
+        for (int h = 0; h < kHalves; ++h) samples_left_ += area * (std::max(target_[h], cell.done[h]) - cell.done[h]);
+      }
+    }
+    open_cells_ += cells_left_[t];
+  }
+}
+
+std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds) {
+  if (open_cells_ == 0) return std::nullopt;
+  const std::vector<Tile>& tiles = grid.tiles();
+  while (cells_left_[first_tile_] == 0) ++first_tile_;
+  for (std::size_t t = first_tile_; t < tiles.size(); ++t) {
+    if (cells_left_[t] == 0) continue;
+    const Tile& tile = tiles[t];
+    for (int row = 0; row < tile.rows; ++row) {
+      for (int column = 0; column < tile.columns; ++column) {
+        const Cell& first = grid.cell(tile, column, row);
+        SampleRange range;
+        if (first.busy || !wants(first, range)) continue;
+
+        const std::uint64_t fair_share = std::max(samples_left_ / (4 * std::uint64_t(threads_)), kSmallestShare);
+        const auto affordable = std::uint64_t(std::clamp(seconds / sample_cost(t), 1.0, 1e9));
+        const std::uint64_t samples = std::min(fair_share, affordable);
+        constexpr std::uint64_t kCellArea = kCellSize * kCellSize;
+        range.count = std::uint32_t(std::clamp<std::uint64_t>(samples / kCellArea, range.count > 0, range.count));
+        const std::uint64_t per_cell = kCellArea * std::max(range.count, 1u);
+        const int most = int(std::clamp<std::uint64_t>(samples / per_cell, 1, std::uint64_t(tile.columns)));
+
+        IntegratePiece piece;
+        piece.tile = std::uint32_t(t);
+        piece.column = column;
+        piece.row = row;
+        piece.clear = !first.rendered;
+        for (int c = column; c < tile.columns && piece.cells < most; ++c) {
+          Cell& cell = grid.cell(tile, c, row);
+          SampleRange other;
+          if (cell.busy || cell.rendered != first.rendered || !wants(cell, other)) break;
+          if (other.half != range.half || other.first != range.first || other.count < range.count) break;
+          ++piece.cells;
+        }
+        for (int c = column; c < column + piece.cells; ++c) grid.cell(tile, c, row).busy = true;
+        piece.range = range;
+        piece.window = grid.window(tile, column, row, piece.cells);
+        open_cells_ -= std::uint64_t(piece.cells);
+        ++in_flight_;
+        return piece;
+      }
+    }
+  }
+  assert(false && "open_cells_ counts a cell that no tile has");
+  open_cells_ = 0;
+  return std::nullopt;
+}
+
+void IntegratePass::finish(const IntegratePiece& piece, bool done, double seconds, TileGrid& grid) {
+  --in_flight_;
+  const Tile& tile = grid.tiles()[piece.tile];
+  for (int c = piece.column; c < piece.column + piece.cells; ++c) {
+    Cell& cell = grid.cell(tile, c, piece.row);
+    cell.busy = false;
+    if (done) {
+      cell.done[piece.range.half] += piece.range.count;
+      cell.rendered = true;
+    }
+    SampleRange range;
+    if (!wants(cell, range)) {
+      --cells_left_[piece.tile];
+    } else if (!stopped_) {
+      ++open_cells_;
+    }
+  }
+  if (!done || piece.range.count == 0) return;
+  samples_left_ -= piece.samples();
+  const double cost = seconds / double(piece.samples());
+  mean_cost_ = mean_cost_ > 0 ? mean_cost_ + 0.1 * (cost - mean_cost_) : cost;
+  float& tile_cost = tile_cost_[piece.tile];
+  tile_cost = tile_cost > 0 ? float(tile_cost + 0.3 * (cost - tile_cost)) : float(cost);
+}
+
+bool run_integrate(const IntegratePiece& piece, const IntegrateFunction& integrate, const CameraPose& camera,
+                   const RenderSettings& settings, const CancelToken& cancel, Film& film, TraceStats& stats) {
+  if (cancel.cancelled()) return false;
+  if (piece.clear) clear_pixels(film, piece.window);
+  if (piece.range.count == 0) return true;
+  return integrate({camera, settings, piece.range, piece.window}, cancel, film, stats);
+}
+
+}  // namespace helio

@@ -1,0 +1,101 @@
+#include "renderer/frame/render_engine.h"
+
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <cassert>
+
+#include "renderer/base/clock.h"
+
+namespace helio {
+
+struct RenderEngine::Impl::Arena {
+  // Every slot is reserved for our own threads: none waits for a worker of oneTBB's pool, which is free for BVH builds.
+  explicit Arena(int threads) : arena(threads, unsigned(threads)) {}
+  tbb::task_arena arena;
+};
+
+RenderEngine::Impl::Impl(int threads) {
+  const int count = threads > 0 ? threads : tbb::info::default_concurrency();
+  arena_ = std::make_unique<Arena>(count);
+  workers_.reserve(std::size_t(count));
+  for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
+}
+
+RenderEngine::Impl::~Impl() {
+  {
+    const std::lock_guard lock(mutex_);
+    assert(clients_.empty());
+    stop_ = true;
+  }
+  work_or_stop_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank) {
+  const std::lock_guard lock(mutex_);
+  const FairQueue::Id id = queue_.add(rank == RenderRank::interactive ? 0 : 1);
+  clients_[id].source = &source;
+  return id;
+}
+
+void RenderEngine::Impl::remove(FairQueue::Id id) {
+  std::unique_lock lock(mutex_);
+  clients_.at(id).removing = true;
+  queue_.set_ready(id, false);
+  piece_finished_.wait(lock, [&] { return queue_.in_flight(id) == 0; });
+  queue_.remove(id);
+  clients_.erase(id);
+}
+
+void RenderEngine::Impl::set_ready(FairQueue::Id id, Client& client) {
+  if (client.removing) return;
+  ++client.wakes;
+  queue_.set_ready(id, true);
+}
+
+void RenderEngine::Impl::wake(FairQueue::Id id) {
+  {
+    const std::lock_guard lock(mutex_);
+    set_ready(id, clients_.at(id));
+  }
+  work_or_stop_.notify_all();
+}
+
+double RenderEngine::Impl::used_seconds(FairQueue::Id id) const {
+  const std::lock_guard lock(mutex_);
+  return queue_.used_seconds(id);
+}
+
+void RenderEngine::Impl::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    work_or_stop_.wait(lock, [this] { return stop_ || queue_.any_ready(); });
+    if (stop_) return;
+    const FairQueue::Id id = *queue_.take();
+    Client& client = clients_.at(id);  // stays: remove() waits for this piece
+    const std::uint64_t wakes = client.wakes;
+    lock.unlock();
+    const double started = now_s();
+    const bool more = arena_->arena.execute([&] { return client.source->run_piece(); });
+    const double seconds = now_s() - started;
+    lock.lock();
+    if (more) {
+      const bool others_slept = !queue_.any_ready();
+      set_ready(id, client);
+      if (others_slept) work_or_stop_.notify_all();
+    } else if (client.wakes == wakes) {
+      queue_.set_ready(id, false);
+    }
+    queue_.finish(id, seconds);
+    if (client.removing) piece_finished_.notify_all();
+  }
+}
+
+RenderEngine::RenderEngine(int threads) : impl_(std::make_unique<Impl>(threads)) {}
+RenderEngine::~RenderEngine() = default;
+int RenderEngine::threads() const {
+  return impl_->threads();
+}
+
+}  // namespace helio

@@ -1,0 +1,60 @@
+// The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue.
+//
+// The threads are ours and step into one oneTBB arena for each piece, so whatever parallel algorithm a piece may call
+// stays within the engine's share of the machine, while an idle worker sleeps on a condition variable and holds no
+// slot.
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "renderer/frame/fair_queue.h"
+#include "renderer/frame/render_loop.h"
+
+namespace helio {
+
+// Something whose work comes in pieces.
+class PieceSource {
+ public:
+  virtual ~PieceSource() = default;
+  // Runs one piece (at most about 5 ms) on the calling worker, if there is one; several workers may call at once. True
+  // when another call would find something to do. Must not throw.
+  virtual bool run_piece() = 0;
+};
+
+// Thread safe.
+struct RenderEngine::Impl {
+  explicit Impl(int threads);
+  ~Impl();
+
+  FairQueue::Id add(PieceSource& source, RenderRank rank);
+  void remove(FairQueue::Id id);  // waits for its pieces in flight; never call from one
+  void wake(FairQueue::Id id);    // run_piece() has something to do
+  double used_seconds(FairQueue::Id id) const;
+  int threads() const { return int(workers_.size()); }
+
+ private:
+  struct Arena;
+  struct Client {
+    PieceSource* source = nullptr;
+    std::uint64_t wakes = 0;  // tells a worker that found nothing whether something came in since it looked
+    bool removing = false;
+  };
+
+  void work();
+  void set_ready(FairQueue::Id id, Client& client);
+
+  mutable std::mutex mutex_;
+  std::condition_variable work_or_stop_, piece_finished_;
+  FairQueue queue_;
+  std::map<FairQueue::Id, Client> clients_;
+  bool stop_ = false;
+  std::unique_ptr<Arena> arena_;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace helio

@@ -1,0 +1,497 @@
+#include "renderer/frame/render_loop.h"
+
+#include <algorithm>
+#include <bit>
+#include <exception>
+#include <mutex>
+#include <utility>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/clock.h"
+#include "renderer/frame/frame_pipeline.h"
+#include "renderer/frame/frame_scheduler.h"
+#include "renderer/frame/render_engine.h"
+#include "renderer/frame/sink_queue.h"
+
+namespace helio {
+
+namespace {
+
+// Resolved tiles that may wait for the sink: a few for each worker, so that resolving and handing over overlap.
+std::size_t tiles_that_may_wait(int threads) {
+  return 2 + 2 * std::size_t(threads);
+}
+
+int channel_count(unsigned channels) {
+  int count = 3;  // radiance
+  for (const unsigned triple : {kResolveVariance, kResolveNormal, kResolveAlbedo}) count += channels & triple ? 3 : 0;
+  for (const unsigned single : {kResolveSamples, kResolveAlpha, kResolveDepth}) count += channels & single ? 1 : 0;
+  return count;
+}
+
+void blend(double& mean, double value) {
+  if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
+}
+
+}  // namespace
+
+// Everything below `mutex` is guarded by it. It is never held while the sink, the integrate function or the film's
+// pixels are touched; the film is written and read by pieces, and replaced or given to another picture only while none
+// is in flight.
+struct RenderLoop::Impl final : PieceSource {
+  Impl(RenderEngine::Impl& engine, IntegrateFunction integrate, const RenderSettings& settings, const Budget& budget,
+       RenderRank rank, std::shared_ptr<FrameSink> sink, const RenderLoopOptions& options);
+  ~Impl() override;
+
+  bool run_piece() override;
+
+  std::uint64_t update(const Update& update);
+  void cancel();
+  void republish();
+  FrameProgress progress() const;
+  std::size_t memory_bytes() const;
+
+  // All of these: `mutex` is held.
+  bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
+  bool has_work() const;
+  bool deliver_waiting(std::unique_lock<std::mutex>& lock);
+  void begin_frame(std::unique_ptr<Film>& retired_film);
+  void advance(std::size_t backlog);
+  void note_finished_plan(double now);
+  void end_frame(FrameEndReason reason, std::string message);
+  void abandon_frame(FrameEndReason reason);
+  FrameProgress progress_at(double now) const;
+  std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
+  void note_error(const FilmError& error);
+
+  RenderEngine::Impl& engine;
+  const IntegrateFunction integrate;
+  const std::shared_ptr<FrameSink> sink;
+  const RenderLoopOptions options;
+  const PublishPolicy policy;
+  FairQueue::Id id = 0;
+
+  mutable std::mutex mutex;
+  // What is asked for.
+  RenderSettings settings;
+  Budget budget;
+  unsigned channels;
+  std::optional<View> view;
+  std::uint64_t revision = 0;
+  double accepted_s = 0, view_accepted_s = 0;
+  // What has to happen before pieces are handed out again; carried out once none is in flight.
+  enum class Next { nothing, render, show_again } next = Next::nothing;
+  bool another_picture = false;  // the film's samples are of no use to it
+  bool another_grid = true;
+  std::unique_ptr<Film> next_film;  // null: the same film
+
+  // What is.
+  std::unique_ptr<Film> film;
+  FramePipeline pipeline;
+  FrameScheduler scheduler;
+  FrameState state;
+  TraceStats trace;                                   // since the film was cleared
+  std::uint64_t film_samples = 0, frame_samples = 0;  // pixel samples, since the film was cleared | the frame began
+  bool planned = false;                               // the pipeline carries out a plan of this frame
+  std::shared_ptr<FrameRecord> frame;                 // in flight; null: none
+  std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
+  std::uint64_t frames = 0;
+  FrameProgress last_progress;
+  FrameEndReason last_reason = FrameEndReason::cancelled;
+
+  SinkQueue waiting;
+  bool delivering = false;
+};
+
+RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_, const RenderSettings& settings_,
+                       const Budget& budget_, RenderRank rank, std::shared_ptr<FrameSink> sink_,
+                       const RenderLoopOptions& options_)
+    : engine(engine_),
+      integrate(std::move(integrate_)),
+      sink(std::move(sink_)),
+      options(options_),
+      policy{options_.publish_passes.value_or(rank == RenderRank::interactive), options_.publish_interval_s},
+      settings(settings_),
+      budget(budget_),
+      channels(options_.channels),
+      film(std::make_unique<Film>(settings_.width, settings_.height)),
+      pipeline(engine_.threads(), kPieceSeconds),
+      scheduler(budget_, policy) {
+  id = engine.add(*this, rank);
+}
+
+RenderLoop::Impl::~Impl() {
+  {
+    const std::lock_guard lock(mutex);
+    token->cancel();
+    pipeline.stop();
+    waiting.clear();
+    frame.reset();
+    next = Next::nothing;
+  }
+  engine.remove(id);
+}
+
+bool RenderLoop::Impl::has_work() const {
+  if (!waiting.empty() && !delivering) return true;
+  if (pipeline.in_flight() == 0 && (next != Next::nothing || (frame && pipeline.over()))) return true;
+  return frame && next == Next::nothing && pipeline.may_take(room());
+}
+
+std::uint64_t RenderLoop::Impl::update(const Update& update) {
+  std::unique_lock lock(mutex);
+  std::unique_ptr<Film> fresh, retired;
+  while (update.settings) {
+    const Film& newest = next_film ? *next_film : *film;
+    const int width = update.settings->width, height = update.settings->height;
+    const bool fits = newest.width() == width && newest.height() == height;
+    if (fits || (fresh && fresh->width() == width && fresh->height() == height)) {
+      if (fits) fresh.reset();
+      break;
+    }
+    lock.unlock();  // clearing the memory of a large film takes long
+    fresh = std::make_unique<Film>(width, height);
+    lock.lock();
+  }
+
+  const double now = now_s();
+  if (update.settings && *update.settings != settings) {
+    if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
+    another_picture = true;
+    settings = *update.settings;
+  }
+  if (fresh) {
+    retired = std::move(next_film);
+    next_film = std::move(fresh);
+  }
+  if (update.view) {
+    if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
+      another_picture = true;
+      view_accepted_s = now;
+    }
+    view = update.view;
+  }
+  if (update.budget) budget = *update.budget;
+  if (update.channels) channels = *update.channels;
+
+  ++revision;
+  accepted_s = now;
+  abandon_frame(FrameEndReason::superseded);
+  if (view) next = Next::render;
+  const std::uint64_t mine = revision;
+  lock.unlock();
+  engine.wake(id);
+  return mine;
+}
+
+void RenderLoop::Impl::cancel() {
+  {
+    const std::lock_guard lock(mutex);
+    abandon_frame(FrameEndReason::cancelled);
+    next = Next::nothing;
+  }
+  engine.wake(id);
+}
+
+void RenderLoop::Impl::republish() {
+  {
+    const std::lock_guard lock(mutex);
+    if (film_samples == 0 || next != Next::nothing || another_picture) return;
+    if (frame) {
+      state.republish = true;
+    } else {
+      next = Next::show_again;
+    }
+  }
+  engine.wake(id);
+}
+
+// Ends the frame in flight from outside and drops what it had to say.
+void RenderLoop::Impl::abandon_frame(FrameEndReason reason) {
+  waiting.drop_tiles();
+  if (!frame) return;
+  token->cancel();
+  pipeline.stop();
+  if (frame->begin_delivered) {
+    end_frame(reason, {});
+  } else {
+    waiting.drop_frame(*frame);  // the sink never heard of it
+    frame.reset();
+  }
+}
+
+void RenderLoop::Impl::end_frame(FrameEndReason reason, std::string message) {
+  FrameEnd end;
+  end.tag = frame->begin.tag;
+  end.reason = reason;
+  end.message = std::move(message);
+  end.progress = progress_at(now_s());
+  last_progress = end.progress;
+  last_reason = reason;
+  waiting.push({frame, std::move(end)});
+  frame.reset();
+}
+
+FrameProgress RenderLoop::Impl::progress_at(double now) const {
+  FrameProgress p;
+  p.tag = frame->begin.tag;
+  p.seconds = now - frame->begun_s;
+  p.samples_per_pixel = state.total();
+  p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
+  p.trace = trace;
+  p.error = state.measured.error;
+  p.budget_used = scheduler.budget_used(state, now);
+  return p;
+}
+
+FrameProgress RenderLoop::Impl::progress() const {
+  const std::lock_guard lock(mutex);
+  return frame ? progress_at(now_s()) : last_progress;
+}
+
+std::size_t RenderLoop::Impl::memory_bytes() const {
+  const std::lock_guard lock(mutex);
+  return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes();
+}
+
+// One worker at a time tells the sink what waits. True: something was told.
+bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
+  if (delivering || waiting.empty()) return false;
+  delivering = true;
+  const double began = now_s();
+  double now = began;
+  while (!waiting.empty() && now - began < kPieceSeconds) {
+    SinkEvent event = waiting.pop();
+    const std::shared_ptr<FrameRecord> record = event.frame;
+    if (std::holds_alternative<FrameBegin>(event.what)) {
+      record->begin_delivered = true;
+    } else if (std::holds_alternative<FrameTile>(event.what)) {
+      if (record->first_tile_s == 0) record->first_tile_s = now;
+    } else {
+      auto& end = std::get<FrameEnd>(event.what);
+      if (record->first_tile_s > 0) end.first_tile_seconds = record->first_tile_s - record->accepted_s;
+      end.passes = {{"integrate", record->integrate_seconds},
+                    {"measure", record->measure_seconds},
+                    {"resolve", record->resolve_seconds},
+                    {"publish", record->publish_seconds}};
+    }
+    lock.unlock();
+    deliver(std::move(event), *sink);
+    const double after = now_s();
+    lock.lock();
+    record->publish_seconds += after - now;
+    now = after;
+  }
+  delivering = false;
+  return true;
+}
+
+void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
+  const bool show_again = next == Next::show_again;
+  next = Next::nothing;
+  if (next_film) {
+    retired_film = std::move(film);
+    film = std::move(next_film);
+  }
+  if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
+  if (another_picture) pipeline.forget_samples();
+  if (another_picture || another_grid) {
+    trace = {};
+    film_samples = 0;
+    state.measured = state.measured_before = {};
+  }
+  another_picture = another_grid = false;
+
+  frame = std::make_shared<FrameRecord>();
+  frame->begin.tag = {revision, view->id, ++frames};
+  frame->begin.settings = settings;
+  frame->begin.region = settings.rendered_region();
+  frame->accepted_s = accepted_s;
+  frame->begun_s = now_s();
+  waiting.push({frame, frame->begin});
+  token = std::make_shared<CancelToken>();
+  scheduler = FrameScheduler(budget, policy);
+  frame_samples = 0;
+  planned = false;
+
+  state.revision = revision;
+  state.begun_s = frame->begun_s;
+  state.published = state.published_final = state.republish = false;
+  state.published_samples = 0;
+  state.tiles = pipeline.grid().tiles().size();
+  const double bytes_per_pixel = options.bytes_per_pixel > 0 ? options.bytes_per_pixel : 2.0 * channel_count(channels);
+  state.publish_bytes = bytes_per_pixel * double(pipeline.grid().region().area());
+  pipeline.grid().done_everywhere(state.done);
+  pipeline.begin_frame();
+
+  if (show_again) {
+    FramePlan plan;
+    plan.revision = revision;
+    plan.publish = Publish::round;
+    plan.final = true;
+    plan.end = last_reason;
+    pipeline.start(plan);
+    planned = true;
+  }
+}
+
+void RenderLoop::Impl::note_error(const FilmError& error) {
+  std::uint32_t done[kHalves];
+  pipeline.grid().done_everywhere(done);
+  const std::uint32_t samples = done[0] + done[1];
+  if (samples != state.measured.samples) state.measured_before = state.measured;
+  state.measured = {samples, error};
+}
+
+void RenderLoop::Impl::note_finished_plan(double now) {
+  const FramePlan& plan = pipeline.plan();
+  std::uint32_t before[kHalves];
+  std::copy(state.done, state.done + kHalves, before);
+  pipeline.grid().done_everywhere(state.done);
+
+  const StageSeconds& seconds = pipeline.seconds();
+  std::uint32_t added = 0;
+  for (int h = 0; h < kHalves; ++h) added += state.done[h] - before[h];
+  if (added > 0 && !pipeline.cut()) blend(state.sample_seconds, seconds.integrate / added);
+  blend(state.measure_seconds, seconds.measure);
+  blend(state.publish_seconds, seconds.publish);
+
+  if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
+    state.published = true;
+    state.published_samples = state.total();
+    state.published_s = now;
+    state.published_final = pipeline.published_final();
+    if (plan.publish == Publish::round) state.republish = false;
+  }
+}
+
+// Precondition: a frame is in flight, its plan is over and no piece is.
+void RenderLoop::Impl::advance(std::size_t backlog) {
+  const double now = now_s();
+  if (planned) {
+    note_finished_plan(now);
+    if (pipeline.plan().end && !pipeline.cut()) {
+      end_frame(*pipeline.plan().end, {});
+      return;
+    }
+  }
+  pipeline.start(scheduler.plan_next(state, now - view_accepted_s, backlog + waiting.size(), now));
+  planned = true;
+}
+
+std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, std::unique_ptr<Film>& retired_film) {
+  if (next != Next::nothing) {
+    if (pipeline.in_flight() > 0) return std::nullopt;
+    begin_frame(retired_film);
+  }
+  while (frame) {
+    if (!planned || (pipeline.over() && pipeline.in_flight() == 0)) advance(backlog);
+    if (!frame) break;
+    if (auto piece = pipeline.take(room(), now_s())) return piece;
+    if (!pipeline.over()) break;
+  }
+  return std::nullopt;
+}
+
+bool RenderLoop::Impl::run_piece() {
+  const std::size_t backlog = sink->backlog();
+  std::unique_ptr<Film> retired_film;  // freed after the lock
+  std::unique_lock lock(mutex);
+  if (deliver_waiting(lock)) return has_work();
+  std::optional<Piece> piece = take(backlog, retired_film);
+  if (!piece) return has_work();
+
+  const std::shared_ptr<FrameRecord> mine = frame;
+  const std::shared_ptr<CancelToken> cancelled = token;
+  const CameraPose camera = view->camera;
+  const unsigned wanted_channels = channels;
+  Film& pixels = *film;
+  lock.unlock();
+
+  const double started = now_s();
+  bool done = true;
+  std::optional<std::string> failure;
+  TraceStats stats;
+  FilmError error;
+  FrameTile tile;
+  try {
+    if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
+      done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
+    } else if (std::holds_alternative<MeasurePiece>(*piece)) {
+      error = estimate_error(pixels, mine->begin.region);
+    } else {
+      tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, pixels);
+    }
+  } catch (const std::exception& e) {
+    failure = e.what();
+  } catch (...) {
+    failure = "unknown exception";
+  }
+  const double ended = now_s();
+
+  lock.lock();
+  pipeline.finish(*piece, done && !failure, ended - started, ended);
+  const bool current = frame == mine;
+  if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
+    mine->integrate_seconds += ended - started;
+    if (done && !failure) {
+      trace.add(stats);
+      film_samples += p->samples();
+      if (current) frame_samples += p->samples();
+    }
+  } else if (std::holds_alternative<MeasurePiece>(*piece)) {
+    mine->measure_seconds += ended - started;
+    if (current && !failure) note_error(error);
+  } else {
+    mine->resolve_seconds += ended - started;
+    if (current && !failure) waiting.push({mine, std::move(tile)});
+  }
+  if (failure) {
+    another_picture = true;  // the film may hold half a piece
+    if (current) {
+      token->cancel();
+      pipeline.stop();
+      waiting.drop_tiles();
+      end_frame(FrameEndReason::failed, *failure);
+    }
+  }
+  deliver_waiting(lock);
+  return has_work();
+}
+
+RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
+                       const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
+                       const RenderLoopOptions& options)
+    : RenderLoop(engine, path_tracer(std::move(scene)), settings, budget, rank, std::move(sink), options) {}
+
+RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,
+                       const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
+                       const RenderLoopOptions& options)
+    : impl_(std::make_unique<Impl>(engine.impl(), std::move(integrate), settings, budget, rank, std::move(sink),
+                                   options)) {}
+
+RenderLoop::~RenderLoop() = default;
+std::uint64_t RenderLoop::update(const Update& update) {
+  return impl_->update(update);
+}
+void RenderLoop::cancel() {
+  impl_->cancel();
+}
+std::uint64_t RenderLoop::revision() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->revision;
+}
+FrameProgress RenderLoop::progress() const {
+  return impl_->progress();
+}
+double RenderLoop::used_seconds() const {
+  return impl_->engine.used_seconds(impl_->id);
+}
+std::size_t RenderLoop::memory_bytes() const {
+  return impl_->memory_bytes();
+}
+void RenderLoop::republish() {
+  impl_->republish();
+}
+
+}  // namespace helio

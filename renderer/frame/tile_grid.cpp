@@ -1,0 +1,71 @@
+#include "renderer/frame/tile_grid.h"
+
+namespace helio {
+
+namespace {
+
+int align_down(int x, int step) {
+  return x / step * step;
+}  // x >= 0
+int cells_across(int from, int to) {
+  return (to - align_down(from, kCellSize) + kCellSize - 1) / kCellSize;
+}
+
+}  // namespace
+
+TileGrid::TileGrid(const PixelRect& region, int tile_size) : region_(region) {
+  const int size = (std::max(tile_size, 1) + kCellSize - 1) / kCellSize * kCellSize;
+  for (int y = align_down(region.y0, size); y < region.y1; y += size) {
+    for (int x = align_down(region.x0, size); x < region.x1; x += size) {
+      Tile tile;
+      tile.window = intersect({x, y, x + size, y + size}, region);
+      tile.columns = cells_across(tile.window.x0, tile.window.x1);
+      tile.rows = cells_across(tile.window.y0, tile.window.y1);
+      tiles_.push_back(tile);
+    }
+  }
+  const auto from_middle = [&](const Tile& tile) {
+    const std::int64_t dx = std::int64_t(tile.window.x0) + tile.window.x1 - region.x0 - region.x1;
+    const std::int64_t dy = std::int64_t(tile.window.y0) + tile.window.y1 - region.y0 - region.y1;
+    return dx * dx + dy * dy;
+  };
+  std::stable_sort(tiles_.begin(), tiles_.end(),
+                   [&](const Tile& a, const Tile& b) { return from_middle(a) < from_middle(b); });
+  std::uint32_t cells = 0;
+  for (Tile& tile : tiles_) {
+    tile.first_cell = cells;
+    cells += std::uint32_t(tile.columns * tile.rows);
+  }
+  cells_.resize(cells);
+}
+
+PixelRect TileGrid::window(const Tile& tile, int column, int row, int count) const {
+  const int x = align_down(tile.window.x0, kCellSize) + column * kCellSize;
+  const int y = align_down(tile.window.y0, kCellSize) + row * kCellSize;
+  return intersect({x, y, x + count * kCellSize, y + kCellSize}, tile.window);
+}
+
+void TileGrid::clear() {
+  for (Cell& cell : cells_) {
+    for (std::uint32_t& done : cell.done) done = 0;
+    cell.rendered = false;
+  }
+}
+
+void TileGrid::done_everywhere(std::uint32_t done[kHalves]) const {
+  for (int h = 0; h < kHalves; ++h) {
+    done[h] = cells_.empty() ? 0 : ~0u;
+    for (const Cell& cell : cells_) done[h] = std::min(done[h], cell.done[h]);
+  }
+}
+
+std::uint32_t TileGrid::samples_in(const Tile& tile) const {
+  std::uint32_t least = ~0u;
+  for (int i = 0; i < tile.columns * tile.rows; ++i) {
+    const Cell& cell = cells_[tile.first_cell + std::size_t(i)];
+    least = std::min(least, cell.done[0] + cell.done[1]);
+  }
+  return least;
+}
+
+}  // namespace helio

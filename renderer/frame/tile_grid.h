@@ -1,0 +1,66 @@
+// How the rendered region is cut: into tiles, which are published, and those into cells, which hold the progress.
+//
+// Both are aligned to the film, not to the region, and clipped to the region.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/base/math.h"
+#include "renderer/film/film.h"
+
+namespace helio {
+
+// Side of a cell in pixels: a multiple of the integrator's 4x4 blocks, small enough that one sample of each pixel stays
+// well under 5 ms at 50 us a path.
+inline constexpr int kCellSize = 8;
+
+// All pixels of a cell have the same number of samples.
+struct Cell {
+  std::uint32_t done[kHalves] = {0, 0};
+  bool busy = false;      // a piece is working on it
+  bool rendered = false;  // the film's pixels are of this picture; false: whatever an older one left there
+};
+
+struct Tile {
+  PixelRect window;
+  std::uint32_t first_cell = 0;  // cells are row-major
+  int columns = 0, rows = 0;
+};
+
+class TileGrid {
+ public:
+  TileGrid() = default;
+  // Tiles are ordered from the region's middle outwards. tile_size is rounded up to a multiple of kCellSize.
+  TileGrid(const PixelRect& region, int tile_size);
+
+  const PixelRect& region() const { return region_; }
+  const std::vector<Tile>& tiles() const { return tiles_; }
+  Cell& cell(const Tile& tile, int column, int row) { return cells_[index(tile, column, row)]; }
+  const Cell& cell(const Tile& tile, int column, int row) const { return cells_[index(tile, column, row)]; }
+
+  // Pixels of `count` neighbouring cells of one row.
+  PixelRect window(const Tile& tile, int column, int row, int count) const;
+
+  // Forgets all samples. Cells stay busy: pieces in flight still hold them.
+  void clear();
+
+  // What every pixel has, per half.
+  void done_everywhere(std::uint32_t done[kHalves]) const;
+  // Both halves, of the tile's pixel that has the fewest.
+  std::uint32_t samples_in(const Tile& tile) const;
+
+  std::size_t bytes() const { return cells_.capacity() * sizeof(Cell) + tiles_.capacity() * sizeof(Tile); }
+
+ private:
+  std::size_t index(const Tile& tile, int column, int row) const {
+    return tile.first_cell + std::size_t(row) * std::size_t(tile.columns) + std::size_t(column);
+  }
+
+  PixelRect region_;
+  std::vector<Tile> tiles_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace helio
