@@ -33,7 +33,7 @@ GlassFresnel glass_fresnel(const LayeredLobes& lobes, float cos_i) {
   float s, cos_t = cos_i;
   if (lobes.exact_f0 < 1) {
     const DielectricFresnel exact = fresnel_dielectric(cos_i, lobes.eta);
-    if (exact.cos_t == 0) return {Rgb(1, 1, 1), 0, 0};
+    if (exact.reflectance >= 1 && exact.cos_t == 0) return {Rgb(1, 1, 1), 0, 0};
     s = std::max(0.0f, (exact.reflectance - lobes.exact_f0) / (1 - lobes.exact_f0));
     cos_t = exact.cos_t;
   } else {
@@ -73,7 +73,7 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     return choice;
   }
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  choice.base_entry = std::max(0.0f, 1 - terms.albedo(lobes.coat_f0, lobes.coat_f90));
+  choice.base_entry = terms.entering(lobes.coat_f0, lobes.coat_f90);
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
     straight = mean(lobes.tint) * lobes.glass;
@@ -94,9 +94,8 @@ void add_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f&
   if (!(choice.diffuse > 0)) return;
   const MicrofacetDistribution distribution = lobes.microfacet.distribution;
   const float alpha = lobes.microfacet.alpha;
-  const float exit =
-      std::max(0.0f, 1 - directional_albedo(distribution, alpha, wi.z).albedo(lobes.coat_f0, lobes.coat_f90));
-  const float entry_mean = 1 - mean_albedo(distribution, alpha).albedo(lobes.coat_f0, lobes.coat_f90);
+  const float exit = directional_albedo(distribution, alpha, wi.z).entering(lobes.coat_f0, lobes.coat_f90);
+  const float entry_mean = mean_albedo(distribution, alpha).entering(lobes.coat_f0, lobes.coat_f90);
   const float cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
   if (entry_mean > 0) value.f_cos += lobes.diffuse * (choice.base_entry * exit / entry_mean * cosine_pdf);
   value.pdf_w += choice.diffuse * cosine_pdf;
@@ -260,8 +259,8 @@ bool is_pure_delta(const LayeredLobes& lobes) {
 
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) +
-               lobes.diffuse * std::max(0.0f, 1 - terms.albedo(lobes.coat_f0, lobes.coat_f90));
+  Rgb albedo =
+      lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * terms.entering(lobes.coat_f0, lobes.coat_f90);
   if (lobes.passage == Passage::straight) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {

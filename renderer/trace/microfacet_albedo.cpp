@@ -20,7 +20,7 @@ struct AlbedoTable {
 
 AlbedoTerms mirror_terms(float mu) {
   const float s = schlick_term(mu);
-  return {1 - s, s};
+  return {1 - s, s, s};
 }
 
 // Mean over visible normals by a rank-1 lattice (golden ratio), whose error is far below that of the interpolation.
@@ -37,11 +37,12 @@ AlbedoTerms integrate_terms(const Microfacet& microfacet, float mu) {
     a += kept * (1 - s);
     b += kept * s;
   }
-  return {static_cast<float>(a / kQuadraturePoints), static_cast<float>(b / kQuadraturePoints)};
+  return {static_cast<float>(a / kQuadraturePoints), static_cast<float>(b / kQuadraturePoints),
+          static_cast<float>(b / (a + b))};
 }
 
 AlbedoTerms mix(const AlbedoTerms& p, const AlbedoTerms& q, float t) {
-  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t};
+  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t, p.s + (q.s - p.s) * t};
 }
 
 // 2 int E(mu) mu dmu = 4 int E(x) x^3 dx with x = sqrt(mu), E linear in x within a cell: a polynomial of degree 4,
@@ -49,16 +50,17 @@ AlbedoTerms mix(const AlbedoTerms& p, const AlbedoTerms& q, float t) {
 AlbedoTerms integrate_mean(const std::array<AlbedoTerms, kMuNodes>& row) {
   constexpr double kNode[3] = {0.112701665379258311, 0.5, 0.887298334620741689};
   constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  double a = 0, b = 0;
+  double a = 0, b = 0, s = 0;
   for (int i = 0; i + 1 < kMuNodes; ++i) {
     for (int q = 0; q < 3; ++q) {
       const double x = (i + kNode[q]) / (kMuNodes - 1), weight = 4 * x * x * x * kWeight[q] / (kMuNodes - 1);
       const AlbedoTerms terms = mix(row[i], row[i + 1], static_cast<float>(kNode[q]));
       a += weight * terms.a;
       b += weight * terms.b;
+      s += weight * terms.s;
     }
   }
-  return {static_cast<float>(a), static_cast<float>(b)};
+  return {static_cast<float>(a), static_cast<float>(b), static_cast<float>(s)};
 }
 
 std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distribution) {

@@ -10,15 +10,25 @@
 //   r = 0.2   KEPT
 #pragma once
 
+#include <algorithm>
+
 #include "renderer/scene/scene_description.h"
 
 namespace helio {
 
-// Both in [0, 1] with a + b <= 1.
+// The three are averages over the hemisphere of outgoing directions, so that mixtures of them are averages too.
 struct AlbedoTerms {
-  float a = 1, b = 0;
+  float a = 1, b = 0;  // as above; a, b >= 0 and a + b <= 1
+  float s = 0;         // mean of (1 - wo.m)^5 over the light that leaves: b / (a + b)
 
   float albedo(float f0, float f90) const { return f0 * a + f90 * b; }
+
+  // Share of the light that enters the surface: what the first facet lets in, and of the light that a second facet
+  // would receive the part 1 - f0. At most 1 - albedo; 0 for a perfect reflector.
+  float entering(float f0, float f90) const {
+    const float first = f0 + (f90 - f0) * s;
+    return std::max(0.0f, 1 - first + (1 - f0) * (first - albedo(f0, f90)));
+  }
 };
 
 // mu = cosine of the direction, [0, 1]; alpha in [0, 1], 0 being the mirror. Interpolated from a table; absolute error
