@@ -74,9 +74,6 @@ class FrameSink {
   // How many tiles wait behind the sink (backlog); the scheduler publishes less often when it grows, and only the final
   // state once a whole picture waits. Called at any time, from any worker, also during the calls above.
   virtual std::size_t backlog() const { return 0; }
-
-  // What tiles must carry besides radiance, bits of ResolveChannels; asked before each tile, from any worker.
-  virtual unsigned channels() const { return kResolveAll; }
 };
 
 }  // namespace helio
