@@ -20,10 +20,12 @@ struct TileChannel {
   const float* data = nullptr;
   // Channels whose values do not fit half (samples above 2048, depth) are always written as float.
   bool keep_float = false;
+  // Positive values below the smallest half (6e-8) are written as that, not as 0: a variance must not become certainty.
+  bool keep_positive = false;
 };
 
 struct TileHeader {
-  PixelRect data_window;          // in pixels of the frame
+  PixelRect data_window;                  // in pixels of the frame
   int frame_width = 0, frame_height = 0;  // display window [0, width) x [0, height)
 };
 
@@ -32,7 +34,9 @@ struct TileEncoding {
   TileCompression compression = TileCompression::none;
 };
 
-// Values too large for half are clamped to 65504 so that no infinity appears; NaN is written as it is.
+// Values too large for half, infinities included, are clamped to +-65504; NaN is written as it is. float32 and
+// keep_float channels are written bit for bit. Names are unique, 1 to 255 bytes; the data window is not empty and lies
+// in the display window: invalid_argument otherwise. dwaa is lossy for channels whose name ends in R, G or B.
 Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::span<const TileChannel> channels,
                                               const TileEncoding& encoding);
 
@@ -44,8 +48,10 @@ struct DecodedTile {
   const std::vector<float>* find(std::string_view name) const;
 };
 
-// Any EXR scanline file within the limits; invalid_argument with the reason otherwise. `max_pixels` bounds the
-// allocation before anything is allocated.
+// Any EXR scanline file (one part, flat, no subsampling, at most 64 channels, every chunk present) within the limits;
+// invalid_argument with the reason otherwise. `max_pixels` bounds the data window's area, and with it what is
+// allocated, before it is allocated. Windows are given relative to the display window's corner; a data window that
+// reaches out of the display window is kept as it is.
 Result<DecodedTile> decode_tile(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels);
 
 // Writes a whole picture (data window = display window) to disk, atomically (temporary file, then rename).

@@ -1,0 +1,86 @@
+#include "renderer/codec/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace helio {
+namespace {
+
+Error failure(const std::string& path, const char* doing) {
+  const int number = errno;
+  const ErrorCode code = number == ENOENT   ? ErrorCode::not_found
+                         : number == EACCES ? ErrorCode::permission_denied
+                         : number == ENOSPC ? ErrorCode::resource_exhausted
+                                            : ErrorCode::internal;
+  return {code, std::string(doing) + ": " + std::strerror(number), path};
+}
+
+// Closes on every way out.
+struct Descriptor {
+  int value = -1;
+  ~Descriptor() {
+    if (value >= 0) ::close(value);
+  }
+};
+
+bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes = bytes.subspan(std::size_t(written));
+  }
+  return true;
+}
+
+}  // namespace
+
+Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes) {
+  static std::atomic<unsigned> serial{0};
+  const std::string temporary = path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
+  Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
+  if (file.value < 0) return failure(path, "cannot be created");
+  const char* failed = nullptr;
+  if (!write_all(file.value, bytes)) {
+    failed = "cannot be written";
+  } else if (::fsync(file.value) != 0) {
+    failed = "cannot be flushed";
+  } else if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+    failed = "cannot be put in place";
+  }
+  if (failed == nullptr) return ok_status();
+  const Error error = failure(path, failed);
+  ::unlink(temporary.c_str());
+  return error;
+}
+
+Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes) {
+  Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  struct stat info {};
+  if (file.value < 0 || ::fstat(file.value, &info) != 0) return failure(path, "cannot be read");
+  if (!S_ISREG(info.st_mode)) return Error{ErrorCode::invalid_argument, "is not a regular file", path};
+  if (std::uint64_t(info.st_size) > max_bytes) {
+    return Error{ErrorCode::resource_exhausted,
+                 "has " + std::to_string(info.st_size) + " bytes, at most " + std::to_string(max_bytes) + " allowed",
+                 path};
+  }
+  std::vector<std::uint8_t> bytes(std::size_t(info.st_size));
+  std::size_t have = 0;
+  while (have < bytes.size()) {
+    const ssize_t got = ::read(file.value, bytes.data() + have, bytes.size() - have);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return failure(path, "cannot be read");
+    if (got == 0) break;  // it has become shorter
+    have += std::size_t(got);
+  }
+  bytes.resize(have);
+  return bytes;
+}
+
+}  // namespace helio
