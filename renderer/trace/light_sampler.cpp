@@ -104,6 +104,7 @@ void LightSampler::add_areas(std::vector<AreaEmitter> emitters, std::vector<doub
   emitters_ = std::move(emitters);
   AreaLights grouped = group_area_emitters(emitters_);
   const std::vector<double> radiances = mean_radiances(grouped.lights, emitters_, textures_);
+  areas_.reserve(grouped.lights.size());
   std::vector<std::uint32_t> kept(grouped.lights.size(), kNoLight);
   for (std::size_t i = 0; i < grouped.lights.size(); ++i) {
     if (!(radiances[i] > 0)) continue;
@@ -204,6 +205,11 @@ LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float 
 LightSample LightSampler::sample_area(const AreaLight& light, const V3f& point, const V2f& u) const {
   const ShapeSample shape = sample_shape(light.shape, point, u);
   LightSample sample{shape.direction, shape.distance, light.radiance, shape.pdf_w, false};
+  V3f surface_normal = light.shape.normal;
+  if (light.shape.kind == ShapeKind::sphere) {
+    surface_normal = (point + shape.direction * shape.distance - light.shape.center) * (1 / light.shape.radius);
+  }
+  sample.cos_light = std::abs(dot(surface_normal, shape.direction));
   if (light.textured && shape.pdf_w > 0) {
     const V2f uv = light.uv + light.uv_s * shape.st.x + light.uv_t * shape.st.y;
     sample.radiance = textured_emission(emitters_[light.emitter], uv);

@@ -32,6 +32,7 @@ struct LightSample {
                            // contribution is f_cos * radiance / pdf
   float pdf_w = 0;         // selection x solid angle density; for delta lights the selection probability alone; 0: none
   bool delta = false;      // cannot be hit by a BSDF sample: MIS weight 1
+  float cos_light = 1;     // |cosine| between the direction and the light's surface normal; 1 where there is no surface
 };
 
 class LightSampler {
@@ -66,7 +67,8 @@ class LightSampler {
     if (plain_quad_ && !detail::is_near(areas_[0].shape, point)) [[likely]] {
       const AreaLight& light = areas_[0];
       const ShapeSample shape = detail::sample_planar_area(light.shape, point, u);
-      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false};
+      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false,
+              std::abs(dot(light.shape.normal, shape.direction))};
     }
     return sample_any(point, normal, u_select, u);
   }

@@ -367,9 +367,12 @@ class PathKernel {
         if (consistent && !is_black(value.f_cos)) {
           const float weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
           Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
+          // Stop short of the light's own surface: the ray starts `offset` off its surface, and both ends are rounded.
+          // What is perpendicular to the light must be travelled along a slanted ray, hence the cosine.
           float t_max = light.distance;
           if (std::isfinite(t_max)) {
-            t_max = std::max(0.0f, t_max - (surface.offset + (t_max + scene_.radius) * kOffsetFactor));
+            const float margin = surface.offset + (t_max + scene_.radius) * kOffsetFactor;
+            t_max = std::max(0.0f, t_max - margin / std::max(light.cos_light, 1e-3f));
           }
           if constexpr (kGeneral) {
             if (scene_.features.absorption)
