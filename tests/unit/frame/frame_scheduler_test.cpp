@@ -1,0 +1,325 @@
+#include "renderer/frame/frame_scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace helio {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+FramePlan integrate(std::uint32_t a, std::uint32_t b, bool measure) {
+  FramePlan plan;
+  plan.target[0] = a;
+  plan.target[1] = b;
+  plan.measure = measure;
+  return plan;
+}
+
+FramePlan first_look() {
+  FramePlan plan = integrate(1, 0, false);
+  plan.publish = Publish::early;
+  return plan;
+}
+
+FramePlan show() {
+  FramePlan plan;
+  plan.publish = Publish::round;
+  return plan;
+}
+
+FramePlan finish(FrameEndReason reason, bool measure = false) {
+  FramePlan plan = show();
+  plan.measure = measure;
+  plan.final = true;
+  plan.end = reason;
+  return plan;
+}
+
+FrameState at(std::uint32_t a, std::uint32_t b) {
+  FrameState state;
+  state.done[0] = a;
+  state.done[1] = b;
+  state.published = a > 0;
+  state.published_samples = a + b;
+  state.measured.samples = a + b;
+  return state;
+}
+
+FrameState with_error(FrameState state, double rmse, double relmse) {
+  state.measured.samples = state.total();
+  state.measured.error.rmse = rmse;
+  state.measured.error.relmse = relmse;
+  state.measured.error.known = true;
+  return state;
+}
+
+// A printable comparison: GoogleTest shows bytes of unknown types.
+std::string text(const FramePlan& p) {
+  return std::string("A") + std::to_string(p.target[0]) + " B" + std::to_string(p.target[1]) + (p.measure ? " measure" : "") +
+         (p.publish == Publish::early   ? " early"
+          : p.publish == Publish::round ? " round"
+                                        : "") +
+         (p.final ? " final" : "") + (p.end ? std::string(" end:") + to_string(*p.end) : "") +
+         (p.deadline_s == kNever ? "" : " deadline:" + std::to_string(p.deadline_s));
+}
+#define EXPECT_PLAN(actual, expected) EXPECT_EQ(text(actual), text(expected))
+
+TEST(FrameScheduler, BeginsWithHalfAThenBThenDoubles) {
+  const FrameScheduler scheduler({}, {});
+  EXPECT_PLAN(scheduler.plan_next(FrameState{}, 0, 0, 0), first_look());
+  EXPECT_PLAN(scheduler.plan_next(at(1, 0), 0, 0, 0), integrate(1, 1, true));
+  EXPECT_PLAN(scheduler.plan_next(at(1, 1), 0, 0, 0), integrate(2, 2, true));
+  EXPECT_PLAN(scheduler.plan_next(at(2, 2), 0, 0, 0), integrate(4, 4, true));
+  EXPECT_PLAN(scheduler.plan_next(at(5, 5), 0, 0, 0), integrate(8, 8, true));
+}
+
+TEST(FrameScheduler, CarriesTheRevision) {
+  FrameState state;
+  state.revision = 41;
+  EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0).revision, 41u);
+}
+
+TEST(FrameScheduler, PublishesAtPowersOfTwoAndByTheClock) {
+  const FrameScheduler scheduler({}, {});
+  FrameState state = at(2, 2);
+  state.published_samples = 2;
+  state.published_s = 10;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 10.001), show());
+  state = at(3, 3);
+  state.published_samples = 4;
+  state.published_s = 10;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 10.2), integrate(4, 4, true));
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 10.25), show());
+  // An old view is shown less often: every 1/16 of its age.
+  EXPECT_PLAN(scheduler.plan_next(state, 160, 0, 19.9), integrate(4, 4, true));
+  EXPECT_PLAN(scheduler.plan_next(state, 160, 0, 20), show());
+}
+
+TEST(FrameScheduler, BacklogPutsPublicationOff) {
+  const FrameScheduler scheduler({}, {});
+  FrameState state = at(2, 2);
+  state.tiles = 10;
+  state.published_samples = 2;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 5, 0.3), integrate(4, 4, true));
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 5, 0.63), show());  // 0.25 (1 + 3 * 5/10) = 0.625
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 10, 1e6), integrate(4, 4, true));
+}
+
+TEST(FrameScheduler, BytesPerSecondPacePublicationButNotTheEnd) {
+  Budget budget;
+  budget.bytes_per_second = 1e6;
+  budget.samples = 8;
+  const FrameScheduler scheduler(budget, {});
+  FrameState state = at(2, 2);
+  state.publish_bytes = 3e6;
+  state.published_samples = 2;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 2.9), integrate(4, 4, true));
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 3), show());
+  state = at(4, 4);
+  state.published_samples = 2;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 0.1), finish(FrameEndReason::samples));
+}
+
+TEST(FrameScheduler, RepublishShowsAtOnce) {
+  FrameState state = at(3, 3);
+  state.republish = true;
+  EXPECT_PLAN(FrameScheduler({}, {}).plan_next(state, 0, 1000, 0), show());
+  EXPECT_PLAN(FrameScheduler({}, {false}).plan_next(state, 0, 0, 0), show());
+}
+
+TEST(FrameScheduler, SampleBudgetIsExact) {
+  for (const std::uint32_t samples : {1u, 2u, 3u, 4u, 5u, 7u, 8u, 100u, 1023u}) {
+    for (const bool passes : {true, false}) {
+      Budget budget;
+      budget.samples = samples;
+      const FrameScheduler scheduler(budget, {passes});
+      FrameState state;
+      FramePlan plan;
+      int steps = 0;
+      for (; !plan.end && steps < 100; ++steps) {
+        plan = scheduler.plan_next(state, 0, 0, 0);
+        for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
+        if (plan.measure) state.measured.samples = state.total();
+        if (plan.publish != Publish::none) {
+          EXPECT_TRUE(passes || plan.final);
+          state.published = true;
+          state.published_samples = state.total();
+          state.published_final = plan.final;
+        }
+      }
+      ASSERT_LT(steps, 100);
+      EXPECT_EQ(*plan.end, FrameEndReason::samples);
+      EXPECT_EQ(state.done[0], samples - samples / 2);
+      EXPECT_EQ(state.done[1], samples / 2);
+      EXPECT_TRUE(state.published_final);
+      EXPECT_TRUE(samples == 1 || state.measured.samples == samples) << "the end has no error estimate";
+    }
+  }
+}
+
+TEST(FrameScheduler, OneSampleIsFinalAtOnce) {
+  Budget budget;
+  budget.samples = 1;
+  FramePlan plan = first_look();
+  plan.final = true;
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(FrameState{}, 0, 0, 0), plan);
+}
+
+TEST(FrameScheduler, UnlimitedEndsAtTheLargestCount) {
+  const FrameScheduler scheduler({}, {});
+  EXPECT_PLAN(scheduler.plan_next(at(kMaxSamplesPerPixel / 2, kMaxSamplesPerPixel / 2), 0, 0, 0),
+              finish(FrameEndReason::samples));
+}
+
+TEST(FrameScheduler, TimeBudgetKeepsRoomForTheEnd) {
+  Budget budget;
+  budget.time_s = 2;
+  const FrameScheduler scheduler(budget, {});
+  FrameState state = at(4, 4);
+  state.begun_s = 100;
+  state.measure_seconds = 0.01;
+  state.publish_seconds = 0.04;
+  state.sample_seconds = 0.05;  // 0.1 a pair; 0.25 of a plan hold two
+  FramePlan plan = integrate(6, 6, false);
+  plan.deadline_s = 101.95;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 100.5), plan);
+  plan = integrate(5, 5, false);  // 0.15 left: one pair fits
+  plan.deadline_s = 101.95;
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 101.8), plan);
+  EXPECT_PLAN(scheduler.plan_next(state, 0, 0, 101.951), finish(FrameEndReason::time));
+}
+
+TEST(FrameScheduler, TimeBudgetCanEndBeforeTheFirstSample) {
+  Budget budget;
+  budget.time_s = 1;
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(FrameState{}, 0, 0, 1.5), finish(FrameEndReason::time));
+}
+
+TEST(FrameScheduler, EndMeasuresWhatItShows) {
+  Budget budget;
+  budget.time_s = 1;
+  FrameState state = at(5, 5);
+  state.measured.samples = 8;
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(state, 0, 0, 1.5), finish(FrameEndReason::time, true));
+}
+
+TEST(FrameScheduler, PlansLastAboutTheInterval) {
+  const FrameScheduler scheduler({}, {});
+  FrameState state = at(1024, 1024);
+  state.sample_seconds = 0.025;  // 0.05 a pair
+  EXPECT_PLAN(scheduler.plan_next(state, 1, 0, 0), integrate(1029, 1029, false));
+  state.sample_seconds = 3;  // one pair outlasts any interval
+  EXPECT_PLAN(scheduler.plan_next(state, 1, 0, 0), integrate(1025, 1025, false));
+}
+
+TEST(FrameScheduler, ErrorEndsTheFrame) {
+  Budget budget;
+  budget.error = 0.1;
+  const FrameScheduler scheduler(budget, {});
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(8, 8), 0.1, 9), 0, 0, 0), finish(FrameEndReason::error));
+  EXPECT_EQ(scheduler.plan_next(with_error(at(8, 8), 0.101, 0), 0, 0, 0).end, std::nullopt);
+  budget.error_measure = ErrorMeasure::relmse;
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(with_error(at(8, 8), 9, 0.1), 0, 0, 0),
+              finish(FrameEndReason::error));
+}
+
+TEST(FrameScheduler, ErrorIsNotBelievedTooEarlyNorWhenNothingShines) {
+  Budget budget;
+  budget.error = 0.1;
+  const FrameScheduler scheduler(budget, {});
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(4, 4), 0, 0), 0, 0, 0), integrate(8, 8, true));
+  FrameState black = with_error(at(64, 64), 0, 0);
+  black.measured.error.all_zero = true;
+  EXPECT_PLAN(scheduler.plan_next(black, 0, 0, 0), integrate(128, 128, true));
+  FrameState unknown = with_error(at(64, 64), 0, 0);
+  unknown.measured.error.known = false;
+  EXPECT_PLAN(scheduler.plan_next(unknown, 0, 0, 0), integrate(128, 128, true));
+  FrameState stale = with_error(at(8, 8), 0.01, 0);
+  stale.done[0] = stale.done[1] = 9;
+  stale.published_samples = 18;
+  EXPECT_FALSE(scheduler.plan_next(stale, 0, 0, 0).end);
+}
+
+TEST(FrameScheduler, ErrorBudgetAimsAtTheCountThatIsNeeded) {
+  Budget budget;
+  budget.error = 0.1;
+  const FrameScheduler scheduler(budget, {});
+  // Variance is 1.44x the target at 32 samples; falling as 1/n it meets it at 46.08.
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(16, 16), 0.12, 0), 0, 0, 0), integrate(24, 24, true));
+  // Not further than the next power of two: it may fall faster.
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(16, 16), 0.5, 0), 0, 0, 0), integrate(32, 32, true));
+  // It was seen to fall as n^-2: from 1.44 to 1 takes 32 * 1.2.
+  FrameState fast = with_error(at(16, 16), 0.12, 0);
+  fast.measured_before = with_error(at(8, 8), 0.24, 0).measured;
+  EXPECT_PLAN(scheduler.plan_next(fast, 0, 0, 0), integrate(20, 20, true));
+  // Almost there: steps do not get endlessly small.
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(512, 512), 0.100001, 0), 0, 0, 0), integrate(528, 528, true));
+}
+
+// Runs the scheduler against an ideal picture whose error falls as error_at_1 n^-decay: it must stop with an error
+// between 0.8x and 1.0x of the target.
+TEST(FrameScheduler, ErrorBudgetEndsCloseToItsTarget) {
+  for (const double decay : {0.5, 0.6, 0.75, 0.9}) {
+    for (const double target : {0.2, 0.05, 0.03, 0.011}) {
+      Budget budget;
+      budget.error = target;
+      const FrameScheduler scheduler(budget, {false});
+      FrameState state;
+      FramePlan plan;
+      int estimates = 0;
+      while (!plan.end && estimates < 100) {
+        plan = scheduler.plan_next(state, 0, 0, 0);
+        for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
+        if (!plan.measure) continue;
+        ++estimates;
+        if (state.measured.samples != state.total()) state.measured_before = state.measured;
+        state = with_error(state, std::pow(state.total(), -decay), 0);
+      }
+      const double error = state.measured.error.rmse;
+      EXPECT_EQ(plan.end, FrameEndReason::error);
+      EXPECT_LE(error, target);
+      if (state.total() > kMinSamplesForError) {
+        EXPECT_GE(error, 0.8 * target) << decay << " " << target << " n " << state.total();
+      }
+      EXPECT_LT(estimates, 25);
+    }
+  }
+}
+
+TEST(FrameScheduler, KeptFilmIsShownFirst) {
+  FrameState state = at(8, 8);
+  state.published = false;
+  EXPECT_PLAN(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), show());
+  // Some tiles were never reached: the rest is shown as it comes.
+  state = FrameState{};
+  EXPECT_PLAN(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), first_look());
+}
+
+TEST(FrameScheduler, JobsShowTheEndAlone) {
+  Budget budget;
+  budget.samples = 4;
+  const FrameScheduler scheduler(budget, {false});
+  EXPECT_PLAN(scheduler.plan_next(FrameState{}, 0, 0, 0), integrate(1, 1, true));
+  FrameState state = at(1, 1);
+  state.published = false;
+  EXPECT_PLAN(scheduler.plan_next(state, 100, 0, 100), integrate(2, 2, true));
+  EXPECT_PLAN(scheduler.plan_next(at(2, 2), 100, 0, 100), finish(FrameEndReason::samples));
+}
+
+TEST(FrameScheduler, BudgetUsedIsTheLargestShare) {
+  Budget budget;
+  const FrameState state = with_error(at(16, 16), 0.2, 0);
+  EXPECT_EQ(FrameScheduler(budget, {}).budget_used(state, 5), 0);
+  budget.samples = 64;
+  EXPECT_DOUBLE_EQ(FrameScheduler(budget, {}).budget_used(state, 5), 0.5);
+  budget.time_s = 8;
+  EXPECT_DOUBLE_EQ(FrameScheduler(budget, {}).budget_used(state, 5), 5.0 / 8);
+  budget.error = 0.19;  // 0.95^2 of the samples needed
+  EXPECT_NEAR(FrameScheduler(budget, {}).budget_used(state, 5), 0.9025, 1e-12);
+  EXPECT_EQ(FrameScheduler(budget, {}).budget_used(state, 50), 1);
+}
+
+}  // namespace
+}  // namespace helio

@@ -1,0 +1,110 @@
+#include "renderer/frame/render_settings.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace helio {
+namespace {
+
+std::string problems_of(const RenderSettings& settings, const RenderLimits& limits = {}) {
+  Problems problems;
+  validate(settings, limits, "settings", problems);
+  return problems.empty() ? "" : problems.to_error().to_string();
+}
+
+std::string problems_of(const Budget& budget) {
+  Problems problems;
+  validate(budget, "budget", problems);
+  return problems.empty() ? "" : problems.to_error().to_string();
+}
+
+TEST(RenderSettings, DefaultsAndLimitsAreValid) {
+  EXPECT_EQ(problems_of(RenderSettings{}), "");
+  RenderSettings s;
+  s.width = s.height = 1;
+  s.max_segments = s.roulette_from = 65535;
+  s.region = PixelRect{0, 0, 1, 1};
+  EXPECT_EQ(problems_of(s), "");
+  s.width = 65536;
+  s.height = 1024;  // exactly 64 Mi pixels
+  EXPECT_EQ(problems_of(s), "");
+}
+
+TEST(RenderSettings, EveryProblemIsReportedWithFieldValueAndRange) {
+  RenderSettings s;
+  s.width = 0;
+  s.height = 65537;
+  s.mode = RenderMode(9);
+  s.max_segments = 0;
+  s.roulette_from = 65536;
+  EXPECT_EQ(problems_of(s),
+            "settings.width: 0 is outside [1, 65536]; settings.height: 65537 is outside [1, 65536]; "
+            "settings.mode: 9 is not a mode; allowed: pt; settings.max_segments: 0 is outside [1, 65535]; "
+            "settings.roulette_from: 65536 is outside [1, 65535]");
+}
+
+TEST(RenderSettings, PixelsAreLimitedWithoutOverflow) {
+  RenderSettings s;
+  s.width = s.height = 65536;
+  EXPECT_EQ(problems_of(s), "settings.width x height: 65536 x 65536 = 4294967296 pixels is outside [1, 67108864]");
+}
+
+TEST(RenderSettings, RegionMustLieInTheFilm) {
+  RenderSettings s;
+  s.width = 100;
+  s.height = 50;
+  s.region = PixelRect{10, 10, 10, 20};
+  EXPECT_EQ(problems_of(s), "settings.region: [10, 10) x [10, 20) is empty; x0 < x1 and y0 < y1 are needed");
+  s.region = PixelRect{-1, 0, 101, 50};
+  EXPECT_EQ(problems_of(s), "settings.region: [-1, 101) x [0, 50) is not inside the film [0, 100) x [0, 50)");
+  s.region = PixelRect{99, 49, 100, 50};
+  EXPECT_EQ(problems_of(s), "");
+}
+
+TEST(RenderSettings, ModesByName) {
+  EXPECT_EQ(parse_render_mode("pt").value(), RenderMode::pt);
+  const auto unknown = parse_render_mode("bdpt");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error().to_string(), "mode: \"bdpt\" is not a mode; allowed: pt");
+}
+
+TEST(Budget, EveryProblemIsReported) {
+  EXPECT_EQ(problems_of(Budget{}), "");
+  Budget b;
+  b.time_s = 0;
+  b.samples = 0;
+  b.error = -1;
+  b.bytes_per_second = std::numeric_limits<double>::quiet_NaN();
+  b.error_measure = ErrorMeasure(3);
+  EXPECT_EQ(problems_of(b),
+            "budget.time_s: 0 is not a finite number above 0; budget.samples: 0 is outside [1, 1073741824]; "
+            "budget.error: -1 is not a finite number above 0; "
+            "budget.bytes_per_second: nan is not a finite number above 0; "
+            "budget.error_measure: 3 is not a measure; allowed: rmse, relmse");
+  b = {};
+  b.samples = (1u << 30) + 1;
+  b.time_s = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(problems_of(b),
+            "budget.time_s: inf is not a finite number above 0; "
+            "budget.samples: 1073741825 is outside [1, 1073741824]");
+}
+
+TEST(View, TimeAndExposureAreChecked) {
+  View view;
+  Problems none;
+  validate(view, "view", none);
+  EXPECT_TRUE(none.empty());
+  view.time_s = std::numeric_limits<double>::infinity();
+  view.exposure = std::numeric_limits<double>::quiet_NaN();
+  view.camera.position.x = std::numeric_limits<double>::quiet_NaN();
+  Problems problems;
+  validate(view, "view", problems);
+  const std::string all = problems.to_error().to_string();
+  EXPECT_NE(all.find("view.camera.position"), std::string::npos) << all;
+  EXPECT_NE(all.find("view.time_s: inf is not a finite number"), std::string::npos) << all;
+  EXPECT_NE(all.find("view.exposure: nan is outside [-64, 64]"), std::string::npos) << all;
+}
+
+}  // namespace
+}  // namespace helio
