@@ -8,7 +8,7 @@
 
 namespace helio {
 
-Result<FileHash> hash_file(const std::string& path) {
+Result<FileHash> sha256_of_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{ErrorCode::not_found, "cannot be opened", path};
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> digest(EVP_MD_CTX_new(), &EVP_MD_CTX_free);

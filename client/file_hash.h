@@ -15,6 +15,6 @@ struct FileHash {
 };
 
 // not_found: the file cannot be opened; internal: reading failed.
-Result<FileHash> hash_file(const std::string& path);
+Result<FileHash> sha256_of_file(const std::string& path);
 
 }  // namespace helio

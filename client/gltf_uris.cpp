@@ -1,9 +1,9 @@
 #include "client/gltf_uris.h"
 
-#include <algorithm>
-#include <cctype>
+#include <filesystem>
 #include <istream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <unordered_set>
 
 namespace helio {
@@ -16,7 +16,7 @@ class UriCollector : public nlohmann::json_sax<nlohmann::json> {
   std::vector<std::string> take() { return std::move(uris_); }
 
   bool key(string_t& name) override {
-    is_uri_ = name == "uri";
+    is_uri_ = name == "uri" || name == "image";
     return true;
   }
   bool string(string_t& text) override {
@@ -77,16 +77,13 @@ std::string percent_decode(const std::string& text) {
   return decoded;
 }
 
-bool is_safe_relative_path(const std::string& path) {
-  if (path.empty() || path.front() == '/' || path.find('\\') != std::string::npos) return false;
-  if (path.find(':') != std::string::npos || path.find('\0') != std::string::npos) return false;
-  std::size_t start = 0;
-  while (start <= path.size()) {
-    const std::size_t end = std::min(path.find('/', start), path.size());
-    if (path.compare(start, end - start, "..") == 0) return false;
-    start = end + 1;
-  }
-  return true;
+std::optional<std::string> relative_path_of(const std::string& uri) {
+  const std::string text = percent_decode(uri);
+  if (text.find_first_of(std::string_view("\\:\0", 3)) != std::string::npos) return std::nullopt;
+  const std::filesystem::path path = std::filesystem::path(text).lexically_normal();
+  if (path.empty() || path.is_absolute() || !path.has_filename()) return std::nullopt;
+  if (*path.begin() == ".." || path == ".") return std::nullopt;
+  return path.generic_string();
 }
 
 }  // namespace helio

@@ -94,13 +94,13 @@ Result<pb::GetServerInfoResponse> RenderClient::server_info() {
   return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::GetServerInfo, pb::GetServerInfoRequest());
 }
 
-Result<pb::LoadSceneResponse> RenderClient::upload_scene(const SceneBundle& bundle, const SceneLoadRequest& request,
+Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene, const SceneLoadRequest& request,
                                                          CallControl* control) {
   grpc::ClientContext context;
   const CallControl::Scope scope(control, context);
   pb::LoadSceneResponse response;
   const auto call = stub_->LoadScene(&context, &response);
-  const Status written = write_bundle(*call, bundle, request);
+  const Status written = write_scene(*call, scene, request);
   if (!written) {
     context.TryCancel();
     call->Finish();

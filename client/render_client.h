@@ -1,7 +1,7 @@
 // The thin client of a Heliograph daemon: scenes, sessions, streams and jobs, as blocking calls with callbacks.
 //
 //   auto client = RenderClient::connect("127.0.0.1:7777");
-//   auto scene = (*client)->upload_scene(*collect_scene_bundle("room.glb", ""));
+//   auto scene = (*client)->upload_scene(*collect_local_scene("room.glb", ""));
 //   heliograph::v1::RunJobRequest job;
 //   job.set_scene_id(scene->scene().scene_id());
 //   job.mutable_budget()->set_samples(64);
@@ -20,7 +20,7 @@
 
 #include "client/call_control.h"
 #include "client/frame_stream.h"
-#include "client/scene_bundle.h"
+#include "client/local_scene.h"
 #include "heliograph/v1/render_service.grpc.pb.h"
 #include "renderer/base/result.h"
 
@@ -58,9 +58,8 @@ class RenderClient {
 
   Result<heliograph::v1::GetServerInfoResponse> server_info();
 
-  // Uploads the bundle's files in chunks, with their SHA-256.
-  Result<heliograph::v1::LoadSceneResponse> upload_scene(const SceneBundle& bundle,
-                                                         const SceneLoadRequest& request = {},
+  // Uploads the scene's files in chunks, with their SHA-256.
+  Result<heliograph::v1::LoadSceneResponse> upload_scene(const LocalScene& scene, const SceneLoadRequest& request = {},
                                                          CallControl* control = nullptr);
   // A path under the server's scene roots. `environment`: "", "R,G,B" or a map under the roots.
   Result<heliograph::v1::LoadSceneResponse> load_server_scene(const std::string& path, const std::string& environment,

@@ -18,20 +18,20 @@ Error changed(const std::string& path) {
 
 }  // namespace
 
-Status write_bundle(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, const SceneBundle& bundle,
-                    const SceneLoadRequest& request) {
-  const std::uint64_t total = bundle.total_bytes();
+Status write_scene(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, const LocalScene& scene,
+                   const SceneLoadRequest& request) {
+  const std::uint64_t total = scene.total_bytes();
   pb::LoadSceneRequest message;
   pb::LoadSceneRequest::Begin& begin = *message.mutable_begin();
-  begin.set_main_file(bundle.main_file);
+  begin.set_main_file(scene.main_file);
   begin.set_time_s(request.time_s);
-  begin.set_environment(bundle.environment);
+  begin.set_environment(scene.environment);
   begin.set_total_bytes(total);
   if (!call.Write(message)) return ok_status();
 
   std::uint64_t sent = 0;
-  for (const BundleFile& file : bundle.files) {
-    const Result<FileHash> hash = hash_file(file.path);
+  for (const LocalSceneFile& file : scene.files) {
+    const Result<FileHash> hash = sha256_of_file(file.path);
     if (!hash) return hash.error();
     if (hash->bytes != file.bytes) return changed(file.path);
     pb::LoadSceneRequest::BeginFile& begin_file = *message.mutable_begin_file();

@@ -7,9 +7,9 @@
 
 namespace helio {
 
-// Writes the whole bundle. Stops early, without an error, when the server has ended the call: its status tells why.
+// Writes the whole scene. Stops early, without an error, when the server has ended the call: its status tells why.
 // Errors: not_found, internal (a file cannot be read, or changed its size meanwhile).
-Status write_bundle(grpc::ClientWriterInterface<heliograph::v1::LoadSceneRequest>& call, const SceneBundle& bundle,
-                    const SceneLoadRequest& request);
+Status write_scene(grpc::ClientWriterInterface<heliograph::v1::LoadSceneRequest>& call, const LocalScene& scene,
+                   const SceneLoadRequest& request);
 
 }  // namespace helio

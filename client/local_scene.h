@@ -9,15 +9,15 @@
 
 namespace helio {
 
-struct BundleFile {
+struct LocalSceneFile {
   std::string name;  // within the bundle: relative, '/'-separated, unique
   std::string path;  // on this machine's disk
   std::uint64_t bytes = 0;
 };
 
-struct SceneBundle {
+struct LocalScene {
   std::string main_file;  // name of the scene file; always files[0].name
-  std::vector<BundleFile> files;
+  std::vector<LocalSceneFile> files;
   std::string environment;  // what LoadScene.Begin wants: "", "R,G,B" or the name of a bundled map
 
   std::uint64_t total_bytes() const;
@@ -27,7 +27,7 @@ struct SceneBundle {
 // scene's folder and files that do not exist are left out: the server, which knows whether they matter, reports them.
 // `environment`: empty, "R,G,B" (finite, >= 0), or a map on this disk, which joins the bundle.
 // Errors: not_found (scene file), invalid_argument (environment; where is "environment").
-Result<SceneBundle> collect_scene_bundle(const std::string& scene_path, const std::string& environment);
+Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment);
 
 // True for three comma-separated finite numbers >= 0.
 bool is_environment_color(const std::string& text);

@@ -1,4 +1,4 @@
-#include "client/scene_bundle.h"
+#include "client/local_scene.h"
 
 #include <algorithm>
 #include <array>
@@ -59,18 +59,19 @@ std::optional<std::uint64_t> regular_file_size(const fs::path& path) {
   return bytes;
 }
 
-bool contains(const SceneBundle& bundle, const std::string& name) {
-  return std::any_of(bundle.files.begin(), bundle.files.end(), [&](const BundleFile& f) { return f.name == name; });
+bool contains(const LocalScene& local, const std::string& name) {
+  return std::any_of(local.files.begin(), local.files.end(), [&](const LocalSceneFile& f) { return f.name == name; });
 }
 
-void add_referenced_file(SceneBundle& bundle, const fs::path& folder, const std::string& uri) {
-  const std::string name = percent_decode(uri);
-  if (!is_safe_relative_path(name) || contains(bundle, name)) return;
-  // Some exporters write names with a literal '%' unescaped: the file itself decides.
-  for (const std::string& candidate : {name, uri}) {
+void add_referenced_file(LocalScene& local, const fs::path& folder, const std::string& uri) {
+  const std::optional<std::string> name = relative_path_of(uri);
+  if (!name || contains(local, *name)) return;
+  // Some exporters leave a '%' of the name as it is: the file itself decides.
+  for (const std::string& candidate : {*name, uri}) {
     const fs::path path = folder / candidate;
+    if (candidate.find("..") != std::string::npos) continue;
     if (const auto bytes = regular_file_size(path)) {
-      bundle.files.push_back({name, path.string(), *bytes});
+      local.files.push_back({*name, path.string(), *bytes});
       return;
     }
   }
@@ -83,9 +84,9 @@ bool looks_like_color(const std::string& text) {
 
 }  // namespace
 
-std::uint64_t SceneBundle::total_bytes() const {
+std::uint64_t LocalScene::total_bytes() const {
   std::uint64_t total = 0;
-  for (const BundleFile& file : files) total += file.bytes;
+  for (const LocalSceneFile& file : files) total += file.bytes;
   return total;
 }
 
@@ -105,7 +106,7 @@ bool is_environment_color(const std::string& text) {
   return at == end;
 }
 
-Result<SceneBundle> collect_scene_bundle(const std::string& scene_path, const std::string& environment) {
+Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment) {
   const fs::path scene(scene_path);
   const auto bytes = regular_file_size(scene);
   if (!bytes) {
@@ -115,14 +116,14 @@ Result<SceneBundle> collect_scene_bundle(const std::string& scene_path, const st
   }
   if (!std::ifstream(scene_path, std::ios::binary)) return Error{ErrorCode::not_found, "cannot be opened", scene_path};
 
-  SceneBundle bundle;
-  bundle.main_file = scene.filename().string();
-  bundle.files.push_back({bundle.main_file, scene_path, *bytes});
-  for (const std::string& uri : uris_of(scene_path, *bytes)) add_referenced_file(bundle, scene.parent_path(), uri);
+  LocalScene local;
+  local.main_file = scene.filename().string();
+  local.files.push_back({local.main_file, scene_path, *bytes});
+  for (const std::string& uri : uris_of(scene_path, *bytes)) add_referenced_file(local, scene.parent_path(), uri);
 
   if (environment.empty() || is_environment_color(environment)) {
-    bundle.environment = environment;
-    return bundle;
+    local.environment = environment;
+    return local;
   }
   const auto map_bytes = regular_file_size(environment);
   if (!map_bytes) {
@@ -133,10 +134,10 @@ Result<SceneBundle> collect_scene_bundle(const std::string& scene_path, const st
                  "environment"};
   }
   std::string name = fs::path(environment).filename().string();
-  while (contains(bundle, name)) name = "environment/" + name;
-  bundle.files.push_back({name, environment, *map_bytes});
-  bundle.environment = name;
-  return bundle;
+  while (contains(local, name)) name = "environment/" + name;
+  local.files.push_back({name, environment, *map_bytes});
+  local.environment = name;
+  return local;
 }
 
 }  // namespace helio

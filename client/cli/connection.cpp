@@ -1,0 +1,64 @@
+#include "client/cli/connection.h"
+
+#include "client/server_address.h"
+#include "server/server.h"
+
+namespace helio::cli {
+
+void add_connection_options(CLI::App& app, ConnectionOptions& options) {
+  add_text(app, options.server, "--server", "ADDRESS",
+           "Daemon to use: HOST:PORT or unix:PATH. Default: render in this process");
+  add_text(app, options.wait, "--wait", "SECONDS",
+           "Keep trying to reach the daemon for so long, (0, 3600]. Default: a refused connection is final");
+  add_text(app, options.threads, "--threads", "N",
+           "Render threads, [1, 1024]; only without --server. Default: one per core");
+}
+
+Connection read_connection(const ConnectionOptions& options, OptionReader& reader) {
+  Connection connection;
+  if (const auto address = reader.text(options.server)) {
+    connection.address = *address;
+    const Status valid = validate_server_address(*address);
+    if (!valid) reader.problem(options.server, valid.error().message);
+    if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
+  } else if (options.wait.given()) {
+    reader.problem(options.wait, "stands only beside --server");
+  }
+  if (const auto wait = reader.number(options.wait, 0, false, 3600)) {
+    connection.connect.retry = true;
+    connection.connect.timeout_s = *wait;
+  }
+  if (const auto threads = reader.integer(options.threads, 1, 1024)) connection.threads = static_cast<int>(*threads);
+  return connection;
+}
+
+Renderer::Renderer() = default;
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&& other) noexcept {
+  client_ = std::move(other.client_);
+  server_ = std::move(other.server_);
+  return *this;
+}
+
+Result<Renderer> Renderer::open(const Connection& connection) {
+  Renderer renderer;
+  if (!connection.address.empty()) {
+    auto client = RenderClient::connect(connection.address, connection.connect);
+    if (!client) return client.error();
+    renderer.client_ = *std::move(client);
+    return renderer;
+  }
+  ServerConfig config;
+  config.listen.clear();
+  config.render_threads = connection.threads;
+  config.log_level = "off";  // failures come back as statuses
+  auto server = Server::start(config);
+  if (!server) return server.error();
+  renderer.server_ = *std::move(server);
+  renderer.client_ =
+      std::make_unique<RenderClient>(renderer.server_->in_process_channel(), "in process", connection.connect);
+  return renderer;
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,47 @@
+// Where the rendering happens: a daemon named by --server, or this very process.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/cli/options.h"
+#include "client/render_client.h"
+
+namespace helio {
+class Server;
+}
+
+namespace helio::cli {
+
+struct ConnectionOptions {
+  TextOption server, wait, threads;
+};
+void add_connection_options(CLI::App& app, ConnectionOptions& options);
+
+struct Connection {
+  std::string address;  // empty: in process
+  ConnectOptions connect;
+  int threads = 0;  // in process: render threads, 0: one per core
+};
+Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
+
+// A client and, in process, the server behind it.
+class Renderer {
+ public:
+  static Result<Renderer> open(const Connection& connection);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  RenderClient& client() { return *client_; }
+  bool in_process() const { return server_ != nullptr; }
+
+ private:
+  Renderer();
+
+  std::unique_ptr<Server> server_;  // outlives the client
+  std::unique_ptr<RenderClient> client_;
+};
+
+}  // namespace helio::cli

@@ -1,0 +1,55 @@
+// Flags as text, and their validation: every problem of a command line is found before anything is reported.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/base/math.h"
+#include "renderer/base/result.h"
+
+namespace helio::cli {
+
+// An option with one value. It must not move once it is added to an app.
+struct TextOption {
+  std::string text;
+  CLI::Option* option = nullptr;
+
+  bool given() const { return option && option->count() > 0; }
+};
+
+void add_text(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
+              const std::string& help);
+
+// Each reader returns none when the option is absent, and adds a problem (name, value, allowed range) and returns none
+// when its value does not fit.
+class OptionReader {
+ public:
+  explicit OptionReader(Problems& problems) : problems_(problems) {}
+
+  std::optional<std::uint64_t> integer(const TextOption& option, std::uint64_t low, std::uint64_t high);
+  // Finite; above low (or equal to it when low_included), at most high.
+  std::optional<double> number(const TextOption& option, double low, bool low_included, double high);
+  std::optional<std::pair<int, int>> size(const TextOption& option);  // WIDTHxHEIGHT
+  std::optional<PixelRect> rect(const TextOption& option);            // x0,y0,x1,y1
+  std::optional<V3d> vector(const TextOption& option);                // x,y,z
+  std::optional<std::string> choice(const TextOption& option, const std::vector<std::string>& names);
+  // Comma-separated, each one of the names.
+  std::vector<std::string> choices(const TextOption& option, const std::vector<std::string>& names);
+  std::optional<std::string> text(const TextOption& option);  // not empty
+  // A file to be written: not a folder, and its folder exists.
+  std::optional<std::string> output_file(const TextOption& option);
+
+  void problem(const TextOption& option, const std::string& message);
+  Problems& problems() { return problems_; }
+
+ private:
+  Problems& problems_;
+};
+
+std::string join(const std::vector<std::string>& names, const std::string& separator);
+
+}  // namespace helio::cli

@@ -1,0 +1,181 @@
+#include "client/cli/render_options.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "client/camera_path.h"
+#include "client/cli/scene_options.h"
+#include "client/enum_names.h"
+#include "client/server_address.h"
+
+namespace helio::cli {
+
+namespace {
+
+constexpr std::uint32_t kDefaultSamples = 64;
+constexpr int kDefaultWidth = 1280, kDefaultHeight = 720;
+constexpr std::uint64_t kMaxSegments = 65535;  // the protocol's range
+constexpr double kHuge = std::numeric_limits<double>::max();
+
+const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo"};
+
+}  // namespace
+
+void add_settings_options(CLI::App& app, SettingsOptions& options) {
+  add_text(app, options.size, "--size", "WxH",
+           "Picture size in pixels. Default: 720 rows at the camera's aspect; 1280x720 when it has none");
+  add_text(app, options.camera, "--camera", "NAME",
+           "Camera of the scene, by name or number from 0. Default: the first");
+  add_text(app, options.mode, "--mode", "MODE",
+           "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") + ". Default: pt, path tracing");
+  add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
+  add_text(app, options.max_segments, "--max-segments", "N",
+           "Longest path, in segments with the camera's counted, [1, 65535]. Default: 10");
+  add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
+           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: 3");
+  add_text(app, options.region, "--region", "x0,y0,x1,y1",
+           "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
+}
+
+pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader) {
+  pb::RenderSettings settings;
+  if (const auto size = reader.size(options.size)) {
+    settings.set_width(size->first);
+    settings.set_height(size->second);
+  }
+  if (const auto mode = reader.choice(options.mode, short_names(*pb::Mode_descriptor()))) {
+    settings.set_mode(from_short_name<pb::Mode>(*mode).value());
+  }
+  reader.text(options.camera);
+  settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
+  settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));
+  settings.set_roulette_from(static_cast<int>(reader.integer(options.roulette_from, 1, kMaxSegments).value_or(0)));
+  if (const auto rect = reader.rect(options.region)) {
+    pb::Rect& region = *settings.mutable_region();
+    region.set_x0(rect->x0);
+    region.set_y0(rect->y0);
+    region.set_x1(rect->x1);
+    region.set_y1(rect->y1);
+  }
+  if (settings.width() > 0) check_region(options, settings, reader);
+  return settings;
+}
+
+void check_against_server(const SettingsOptions& options, const pb::RenderSettings& settings,
+                          const pb::GetServerInfoResponse& server, OptionReader& reader) {
+  const std::int64_t side = server.limits().max_film_side();
+  const std::uint64_t pixels = std::uint64_t(settings.width()) * std::uint64_t(settings.height());
+  if (side > 0 && std::max(settings.width(), settings.height()) > side) {
+    reader.problem(options.size, fmt::format("'{}': width and height must lie in [1, {}]", options.size.text, side));
+  } else if (server.limits().max_film_pixels() > 0 && pixels > server.limits().max_film_pixels()) {
+    reader.problem(options.size, fmt::format("'{}' is {} pixels, more than the allowed {}", options.size.text, pixels,
+                                             server.limits().max_film_pixels()));
+  }
+  if (settings.mode() == pb::MODE_UNSPECIFIED || server.modes().empty()) return;
+  if (std::find(server.modes().begin(), server.modes().end(), settings.mode()) == server.modes().end()) {
+    std::vector<std::string> known;
+    for (const int mode : server.modes()) known.push_back(to_short_name(static_cast<pb::Mode>(mode)));
+    reader.problem(options.mode, "'" + options.mode.text + "' is none of the daemon's: " + join(known, ", "));
+  }
+}
+
+const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::SceneInfo& scene, OptionReader& reader) {
+  if (scene.cameras().empty()) {
+    reader.problems().add("FILE", "the server reports no camera");
+    return nullptr;
+  }
+  if (!options.camera.given()) return &scene.cameras(0);
+  const std::vector<pb::SceneCamera> cameras = cameras_of(scene);
+  const pb::SceneCamera* found = find_camera(cameras, options.camera.text);
+  if (found) return &scene.cameras(static_cast<int>(found - cameras.data()));
+  std::vector<std::string> names;
+  for (const pb::SceneCamera& camera : cameras) names.push_back("'" + camera.name() + "'");
+  reader.problem(options.camera, fmt::format("'{}' is none of {} and no number in [0, {}]", options.camera.text,
+                                             join(names, ", "), cameras.size() - 1));
+  return nullptr;
+}
+
+void set_default_size(pb::RenderSettings& settings, const pb::SceneCamera& camera) {
+  if (settings.width() > 0) return;
+  settings.set_width(kDefaultWidth);
+  settings.set_height(kDefaultHeight);
+  // Beyond 8:1 an aspect is more likely a mistake in the file than a wish.
+  if (camera.aspect() >= 0.125 && camera.aspect() <= 8) {
+    settings.set_width(static_cast<int>(std::lround(kDefaultHeight * camera.aspect())));
+  }
+}
+
+void check_region(const SettingsOptions& options, const pb::RenderSettings& settings, OptionReader& reader) {
+  if (!settings.has_region()) return;
+  if (settings.region().x1() > settings.width() || settings.region().y1() > settings.height()) {
+    reader.problem(options.region, fmt::format("'{}' leaves the picture of {}x{} pixels", options.region.text,
+                                               settings.width(), settings.height()));
+  }
+}
+
+void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what) {
+  add_text(app, options.samples, "--samples", "N",
+           "Ends " + of_what + " at N samples per pixel, [1, 2^30]. Default when no budget is given: 64");
+  add_text(app, options.time, "--time", "SECONDS", "Ends " + of_what + " after this wall time, > 0");
+  add_text(app, options.error, "--error", "E",
+           "Ends " + of_what +
+               " when the estimated error has come down to E, > 0, in radiance units unless "
+               "--error-measure says otherwise");
+  add_text(app, options.error_measure, "--error-measure", "MEASURE",
+           "What --error counts: rmse (standard error of the picture in radiance units) or relmse (mean of variance / "
+           "(mean^2 + 0.01 (image mean)^2)). Default: rmse");
+  add_text(app, options.bytes_per_second, "--bytes-per-second", "R",
+           "Paces the tiles that are sent on the way, > 0; ends nothing. Default: unlimited");
+}
+
+pb::Budget read_budget(const BudgetOptions& options, OptionReader& reader) {
+  pb::Budget budget;
+  if (const auto samples = reader.integer(options.samples, 1, 1u << 30)) {
+    budget.set_samples(static_cast<std::uint32_t>(*samples));
+  }
+  if (const auto time = reader.number(options.time, 0, false, kHuge)) budget.set_time_s(*time);
+  if (const auto error = reader.number(options.error, 0, false, kHuge)) budget.set_error(*error);
+  if (const auto rate = reader.number(options.bytes_per_second, 0, false, kHuge)) budget.set_bytes_per_second(*rate);
+  if (const auto measure = reader.choice(options.error_measure, short_names(*pb::ErrorMeasure_descriptor()))) {
+    budget.set_error_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
+    if (!options.error.given()) reader.problem(options.error_measure, "stands only beside --error");
+  }
+  if (!options.samples.given() && !options.time.given() && !options.error.given()) budget.set_samples(kDefaultSamples);
+  return budget;
+}
+
+void add_transport_options(CLI::App& app, TransportOptions& options) {
+  add_text(app, options.compression, "--compression", "KIND",
+           "Of the tiles on their way: " + join(short_names(*pb::Compression_descriptor()), ", ") +
+               " (dwaa loses detail). Default: none in process and on loopback, zip otherwise");
+  add_text(app, options.pixel_type, "--pixel-type", "TYPE",
+           "Of the tiles on their way: float, or half for half the bytes. Default: float");
+  add_text(app, options.layers, "--layers", "LIST",
+           "Further layers of the picture, comma-separated: alpha (A), depth (Z), normal (N.x, N.y, N.z), albedo "
+           "(albedo.r, albedo.g, albedo.b)");
+}
+
+pb::TileFormat read_transport(const TransportOptions& options, const std::string& address, OptionReader& reader) {
+  pb::TileFormat format;
+  const bool near = address.empty() || is_loopback(address);
+  format.set_compression(near ? pb::COMPRESSION_NONE : pb::COMPRESSION_ZIP);
+  format.set_pixel_type(pb::PIXEL_TYPE_FLOAT);
+  if (const auto name = reader.choice(options.compression, short_names(*pb::Compression_descriptor()))) {
+    format.set_compression(from_short_name<pb::Compression>(*name).value());
+  }
+  if (const auto name = reader.choice(options.pixel_type, short_names(*pb::PixelType_descriptor()))) {
+    format.set_pixel_type(from_short_name<pb::PixelType>(*name).value());
+  }
+  for (const std::string& layer : reader.choices(options.layers, kLayers)) {
+    if (layer == "alpha") format.set_alpha(true);
+    if (layer == "depth") format.set_depth(true);
+    if (layer == "normal") format.set_normal(true);
+    if (layer == "albedo") format.set_albedo(true);
+  }
+  return format;
+}
+
+}  // namespace helio::cli

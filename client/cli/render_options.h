@@ -1,0 +1,44 @@
+// Film, mode and budget of a command, as the protocol's messages.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "client/cli/options.h"
+#include "heliograph/v1/render_service.pb.h"
+
+namespace helio::cli {
+
+struct SettingsOptions {
+  TextOption size, camera, mode, seed, max_segments, roulette_from, region;
+};
+void add_settings_options(CLI::App& app, SettingsOptions& options);
+// Width and height stay 0 when --size is absent: see default_size.
+heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);
+// What the daemon's limits add to the rules for --size, --mode and --region.
+void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,
+                          const heliograph::v1::GetServerInfoResponse& server, OptionReader& reader);
+
+// The camera to look through: --camera, else the scene's first.
+const heliograph::v1::SceneCamera* choose_camera(const SettingsOptions& options, const heliograph::v1::SceneInfo& scene,
+                                                 OptionReader& reader);
+// 720 rows at the camera's aspect, 1280x720 when it has none.
+void set_default_size(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneCamera& camera);
+// A region that leaves the film is a problem; call it once the size is known.
+void check_region(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings, OptionReader& reader);
+
+struct BudgetOptions {
+  TextOption samples, time, error, error_measure, bytes_per_second;
+};
+void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what);
+heliograph::v1::Budget read_budget(const BudgetOptions& options, OptionReader& reader);
+
+struct TransportOptions {
+  TextOption compression, pixel_type, layers;
+};
+void add_transport_options(CLI::App& app, TransportOptions& options);
+// `address`: the daemon's; empty: in process.
+heliograph::v1::TileFormat read_transport(const TransportOptions& options, const std::string& address,
+                                          OptionReader& reader);
+
+}  // namespace helio::cli

@@ -1,0 +1,112 @@
+#include "client/cli/scene_options.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "client/cli/exit_code.h"
+#include "renderer/base/clock.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+constexpr double kHuge = std::numeric_limits<double>::max();
+constexpr int kShownUnread = 5;
+
+LoadFailure to_failure(Error error) {
+  if (error.code == ErrorCode::unavailable) return {std::move(error), kUnreachable};
+  if (error.code == ErrorCode::invalid_argument && error.where == "environment") {
+    error.where = "--environment";
+    return {std::move(error), kUsage};
+  }
+  return {std::move(error), kSceneRefused};
+}
+
+void report(const pb::LoadSceneResponse& response, Terminal& terminal) {
+  for (const std::string& text : response.warnings()) terminal.warn(text);
+  for (const std::string& text : response.notices()) terminal.say("notice: " + single_line(text));
+  if (response.unread_size() == 0) return;
+  std::string keys;
+  for (int i = 0; i < std::min(response.unread_size(), kShownUnread); ++i) keys += (i ? ", " : "") + response.unread(i);
+  if (response.unread_size() > kShownUnread) {
+    keys += fmt::format(" and {} more (scene inspect lists them)", response.unread_size() - kShownUnread);
+  }
+  terminal.warn("nothing reads " + keys);
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App& app, SceneOptions& options) {
+  add_text(app, options.file, "FILE", "", "Scene: glTF 2.0 (.gltf with its files, or .glb). Required");
+  add_text(app, options.environment, "--environment", "FILE.exr|R,G,B",
+           "Light from everywhere: a latitude-longitude map, or a constant radiance, each number >= 0. Sets or "
+           "replaces the scene's own");
+  add_text(app, options.scene_time, "--scene-time", "SECONDS", "Animations are evaluated at this time. Default: 0");
+  app.add_flag("--scene-path", options.scene_path,
+               "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
+}
+
+SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& connection, OptionReader& reader) {
+  SceneChoice choice;
+  if (options.file.given()) {
+    choice.file = reader.text(options.file).value_or("");
+  } else {
+    reader.problems().add("FILE", "is missing: the scene to load");
+  }
+  choice.environment = reader.text(options.environment).value_or("");
+  choice.time_s = reader.number(options.scene_time, -kHuge, true, kHuge).value_or(0);
+  choice.on_server = options.scene_path;
+  if (options.scene_path && !connection.server.given()) {
+    reader.problems().add("--scene-path", "stands only beside --server");
+  }
+  return choice;
+}
+
+LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal& terminal, CallControl* control) {
+  const double start = now_s();
+  SceneLoadRequest request;
+  request.time_s = choice.time_s;
+  request.uploaded = [&](std::uint64_t sent, std::uint64_t total) {
+    terminal.progress(sent < total ? fmt::format("sending the scene: {:.0f} % of {}B", 100.0 * sent / total,
+                                                 human_count(static_cast<double>(total)))
+                                   : std::string("loading the scene"));
+  };
+  Result<pb::LoadSceneResponse> response = Error{};
+  if (choice.on_server) {
+    terminal.progress("loading the scene");
+    response = client.load_server_scene(choice.file, choice.environment, request, control);
+  } else {
+    const Result<LocalScene> local = collect_local_scene(choice.file, choice.environment);
+    if (!local) return {std::nullopt, to_failure(local.error())};
+    response = client.upload_scene(*local, request, control);
+  }
+  terminal.end_progress();
+  if (!response) return {std::nullopt, to_failure(response.error())};
+  const double seconds = now_s() - start;
+  report(*response, terminal);
+  return {LoadedScene{*std::move(response), seconds}, std::nullopt};
+}
+
+std::vector<pb::SceneCamera> cameras_of(const pb::SceneInfo& scene) {
+  return {scene.cameras().begin(), scene.cameras().end()};
+}
+
+std::string scene_stem(const SceneChoice& choice) {
+  const std::string stem = std::filesystem::path(choice.file).stem().string();
+  return stem.empty() ? "picture" : stem;
+}
+
+void add_load_report(Json& json, const pb::LoadSceneResponse& response) {
+  json["warnings"] = Json::array();
+  for (const std::string& text : response.warnings()) json["warnings"].push_back(text);
+  json["notices"] = Json::array();
+  for (const std::string& text : response.notices()) json["notices"].push_back(text);
+  json["unread"] = Json::array();
+  for (const std::string& text : response.unread()) json["unread"].push_back(text);
+}
+
+}  // namespace helio::cli
