@@ -1,0 +1,45 @@
+// Pictures for the eye: exposed and sRGB-encoded PNGs, and heat maps of one value per pixel.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "renderer/base/math.h"
+#include "renderer/base/picture_view.h"
+#include "renderer/base/result.h"
+
+namespace helio {
+
+// Factor that brings the log-average luminance (Reinhard 2002, eq. 1) of the pixels that see light to middle grey, 0.18
+// linear, held to [2^-40, 2^40]. Pixels that are black, not finite, or darker than 1e-4 of the arithmetic mean do not
+// count: a picture that is half empty is exposed by its other half. 1 when no pixel counts.
+double auto_exposure(const PictureView& picture);
+
+// Clamps exposure * value to [0, 1] (NaN: 0), encodes as sRGB, rounds to 8 bits and writes a PNG, atomically.
+Status write_display_png(const std::string& path, const PictureView& picture, double exposure);
+
+// Linear RGB in [0, 1]^3 of a map that rises evenly in lightness from near black through violet, red and orange to pale
+// yellow: OkLab lightness (Ottosson 2020) is linear in t, hue turns by half a circle, chroma follows a half sine and is
+// lowered where sRGB cannot show it. t is clamped to [0, 1]; NaN gives green, which the map does not contain.
+Rgb heat_color(float t);
+
+// What the ends of the map stand for.
+struct HeatRange {
+  float low = 0, high = 1;   // low < high; logarithmic: 0 < low
+  bool logarithmic = false;  // else linear
+
+  // 0 at low, 1 at high, clamped. Values <= 0 on a logarithmic scale give 0, +infinity 1, NaN NaN.
+  float position(float value) const;
+  // "1.0e-05 to 2.3e-02, logarithmic"
+  std::string describe() const;
+};
+
+// From the 1st to the 99th percentile of the finite (logarithmic: and positive) values, widened when they are equal.
+// [0, 1], or [1e-6, 1] on a logarithmic scale, when there are none.
+HeatRange find_heat_range(std::span<const float> values, bool logarithmic);
+
+// Writes the heat map of width * height values, row-major, top row first, as a PNG, atomically. The range is written
+// into the file's "Description".
+Status write_heat_map_png(const std::string& path, int width, int height, const float* values, const HeatRange& range);
+
+}  // namespace helio

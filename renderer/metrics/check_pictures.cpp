@@ -1,0 +1,36 @@
+#include "renderer/metrics/check_pictures.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace helio {
+namespace {
+
+Status check_finite(const PictureView& picture, const char* name) {
+  for (int c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < picture.pixels(); ++i) {
+      if (std::isfinite(picture.channels[c][i])) continue;
+      std::ostringstream text;
+      text << "is not finite at pixel (" << i % std::size_t(picture.width) << ", " << i / std::size_t(picture.width)
+           << "), channel " << c;
+      return Error{ErrorCode::invalid_argument, text.str(), name};
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status check_pictures(const PictureView& picture, const PictureView& reference) {
+  if (picture.width < 1 || picture.height < 1 || picture.width != reference.width ||
+      picture.height != reference.height) {
+    std::ostringstream text;
+    text << picture.width << "x" << picture.height << " against a reference of " << reference.width << "x"
+         << reference.height << "; sizes must be equal and not empty";
+    return Error{ErrorCode::invalid_argument, text.str(), "picture"};
+  }
+  if (Status finite = check_finite(picture, "picture"); !finite) return finite;
+  return check_finite(reference, "reference");
+}
+
+}  // namespace helio

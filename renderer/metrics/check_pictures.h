@@ -1,0 +1,13 @@
+// The precondition that all metrics share.
+#pragma once
+
+#include "renderer/base/picture_view.h"
+#include "renderer/base/result.h"
+
+namespace helio {
+
+// Ok when both have the same size of at least one pixel and finite values; else invalid_argument naming the first
+// pixel that is not.
+Status check_pictures(const PictureView& picture, const PictureView& reference);
+
+}  // namespace helio
