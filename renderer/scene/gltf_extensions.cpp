@@ -1,0 +1,113 @@
+#include "renderer/scene/gltf_extensions.h"
+
+#include <algorithm>
+#include <set>
+
+namespace helio::gltf {
+
+namespace {
+
+struct KnownExtension {
+  std::string_view name;
+  bool implemented;
+  unsigned sites;
+};
+
+constexpr unsigned operator|(Site a, Site b) {
+  return unsigned(a) | unsigned(b);
+}
+
+// Ratified extensions that are not implemented are listed for their place, which is checked all the same.
+constexpr KnownExtension kKnown[] = {
+    {"EXT_mesh_gpu_instancing", true, unsigned(Site::node)},
+    {"EXT_meshopt_compression", true, Site::buffer | Site::buffer_view},
+    {"EXT_texture_webp", false, unsigned(Site::texture)},
+    {"KHR_animation_pointer", false, unsigned(Site::channel_target)},
+    {"KHR_draco_mesh_compression", true, unsigned(Site::primitive)},
+    {"KHR_lights_punctual", true, Site::root | Site::node},
+    {"KHR_materials_anisotropy", false, unsigned(Site::material)},
+    {"KHR_materials_clearcoat", false, unsigned(Site::material)},
+    {"KHR_materials_diffuse_transmission", false, unsigned(Site::material)},
+    {"KHR_materials_dispersion", false, unsigned(Site::material)},
+    {"KHR_materials_emissive_strength", true, unsigned(Site::material)},
+    {"KHR_materials_ior", true, unsigned(Site::material)},
+    {"KHR_materials_iridescence", false, unsigned(Site::material)},
+    {"KHR_materials_pbrSpecularGlossiness", true, unsigned(Site::material)},
+    {"KHR_materials_sheen", false, unsigned(Site::material)},
+    {"KHR_materials_specular", true, unsigned(Site::material)},
+    {"KHR_materials_transmission", true, unsigned(Site::material)},
+    {"KHR_materials_unlit", true, unsigned(Site::material)},
+    {"KHR_materials_variants", true, Site::root | Site::primitive},
+    {"KHR_materials_volume", true, unsigned(Site::material)},
+    {"KHR_mesh_quantization", true, 0},
+    {"KHR_node_visibility", false, unsigned(Site::node)},
+    {"KHR_texture_basisu", false, unsigned(Site::texture)},
+    {"KHR_texture_transform", true, unsigned(Site::texture_info)},
+};
+
+const KnownExtension* find_known(std::string_view name) {
+  for (const KnownExtension& known : kKnown)
+    if (known.name == name) return &known;
+  return nullptr;
+}
+
+bool contains(const std::vector<std::string>& list, std::string_view name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+void check_unique(const JsonObject& root, const char* key, const std::vector<std::string>& list) {
+  std::set<std::string_view> seen;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (!seen.insert(list[i]).second) root.diagnostics().fail(root.place() / key / i, "repeats \"" + list[i] + '"');
+  }
+}
+
+}  // namespace
+
+ExtensionList ExtensionList::read(const JsonObject& root) {
+  ExtensionList list;
+  Diagnostics& diagnostics = root.diagnostics();
+  list.used_ = root.strings("extensionsUsed");
+  list.required_ = root.strings("extensionsRequired");
+  for (std::size_t i = 0; i < list.required_.size(); ++i) {
+    const std::string& name = list.required_[i];
+    const KnownExtension* known = find_known(name);
+    if (!known || !known->implemented)
+      diagnostics.fail(root.place() / "extensionsRequired" / i,
+                       "requires the extension " + name + ", which is not supported", ErrorCode::unimplemented);
+    else if (!contains(list.used_, name))
+      diagnostics.fail(root.place() / "extensionsRequired" / i, "requires " + name + ", which extensionsUsed misses");
+  }
+  for (std::size_t i = 0; i < list.used_.size(); ++i) {
+    const std::string& name = list.used_[i];
+    const KnownExtension* known = find_known(name);
+    if ((!known || !known->implemented) && !contains(list.required_, name))
+      diagnostics.warn("", "optional extension " + name + " is ignored");
+    if (name == "KHR_mesh_quantization" && !contains(list.required_, name))
+      diagnostics.fail(root.place() / "extensionsUsed" / i, name + " cannot be optional");
+  }
+  check_unique(root, "extensionsUsed", list.used_);
+  check_unique(root, "extensionsRequired", list.required_);
+  return list;
+}
+
+bool ExtensionList::used(std::string_view name) const {
+  return contains(used_, name);
+}
+bool ExtensionList::required(std::string_view name) const {
+  return contains(required_, name);
+}
+
+void ExtensionList::check(const JsonObject& owner, Site site) const {
+  if (!owner.has("extensions")) return;
+  const JsonObject extensions = owner.object("extensions");
+  for (const std::string& name : extensions.keys()) {
+    const JsonObject extension = extensions.object(name.c_str());  // fails when it is not an object
+    if (!used(name)) owner.diagnostics().fail(extension.place(), "the extension is not declared in extensionsUsed");
+    const KnownExtension* known = find_known(name);
+    if (known && !(known->sites & unsigned(site)))
+      owner.diagnostics().fail(extension.place(), "the extension may not stand here");
+  }
+}
+
+}  // namespace helio::gltf

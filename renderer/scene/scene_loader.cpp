@@ -1,0 +1,64 @@
+#include "renderer/scene/scene_loader.h"
+
+#include <algorithm>
+
+#include "renderer/scene/default_camera.h"
+#include "renderer/scene/environment.h"
+#include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf_loader.h"
+
+namespace helio {
+
+namespace {
+
+bool looks_like_gltf(std::span<const std::uint8_t> bytes, const std::string& path) {
+  if (gltf::looks_like_glb(bytes) || path.ends_with(".gltf") || path.ends_with(".glb")) return true;
+  const auto first = std::find_if(bytes.begin(), bytes.end(),
+                                  [](std::uint8_t c) { return c != ' ' && c != '\t' && c != '\r' && c != '\n'; });
+  return first != bytes.end() && *first == '{';
+}
+
+bool has_light(const SceneDescription& scene) {
+  if (!scene.lights.empty() || scene.environment) return true;
+  for (const Object& object : scene.objects) {
+    const auto emits = [&](int material) { return !is_black(scene.materials[std::size_t(material)].emission); };
+    for (const TriangleMesh& mesh : object.meshes)
+      if (emits(mesh.material)) return true;
+    for (const Sphere& sphere : object.spheres)
+      if (emits(sphere.material)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<SceneDescription> load_scene(const FileSource& source, const std::string& path,
+                                    const SceneLoadOptions& options) {
+  MemoryBudget budget(options.max_memory_bytes);
+  Result<std::vector<std::uint8_t>> file = source.read(path, options.max_memory_bytes);
+  if (!file.ok()) return file.error();
+  budget.add_source_bytes(file->size());
+  if (Status s = budget.reserve(file->size(), path); !s.ok()) return s.error();
+  if (!looks_like_gltf(*file, path))
+    return Error{ErrorCode::invalid_argument, "the format is not known; glTF 2.0 (.gltf, .glb) is", path + "@0"};
+
+  Result<SceneDescription> loaded = load_gltf(*file, path, source, options, budget);
+  if (!loaded.ok()) return loaded;
+  SceneDescription& scene = *loaded;
+  if (!options.environment.empty()) {
+    Result<Environment> environment =
+        parse_environment(options.environment, options.environment_source, budget.remaining_configured(), scene.images);
+    if (!environment.ok()) return environment.error();
+    scene.environment = *environment;
+  } else if (!has_light(scene)) {
+    scene.environment = Environment{};
+    scene.report.notices.push_back("no light in the file: a constant environment of radiance 1 is used");
+  }
+  if (scene.cameras.empty()) {
+    scene.cameras.push_back(frame_bounds(scene_bounds(scene)));
+    scene.report.notices.push_back("no camera in the file: the bounding box is framed");
+  }
+  return loaded;
+}
+
+}  // namespace helio
