@@ -14,9 +14,6 @@ namespace {
 constexpr float kDeltaAlpha = 1e-3f;
 // Perceptual roughness up to which a lobe concentrates light enough for a caustic to be seen.
 constexpr float kFocusRoughness = 0.5f;
-// Lights from which selecting them by tree pays. One two-triangle light behind a tree costs a third of the time for
-// nothing; a tessellated lamp is worth it.
-constexpr std::uint32_t kTreeLights = 32;
 
 // The range of perceptual roughness that a material may show; a texture multiplies by anything in [0, 1].
 struct RoughnessRange {
@@ -103,8 +100,8 @@ SceneFeatures find_scene_features(const SceneDescription& scene) {
   f.environment = scene.environment && !is_black(scene.environment->radiance);
   f.delta_lights = !scene.lights.empty();
   lights += scene.lights.size();
-  f.light_tree = lights >= kTreeLights;
   lights += f.environment ? 1 : 0;
+  f.light_tree = lights >= kLightTreeThreshold;
   f.light_count = std::uint32_t(std::min<std::uint64_t>(lights, std::numeric_limits<std::uint32_t>::max()));
   return f;
 }

@@ -146,14 +146,17 @@ TEST(SceneFeatures, LightsAreCountedOverInstances) {
   scene.environment = Environment{};
   const SceneFeatures f = find_scene_features(scene);
   EXPECT_EQ(f.light_count, 6u);
-  EXPECT_TRUE(f.delta_lights && f.environment && !f.light_tree && !f.textured_emission);
+  EXPECT_TRUE(f.delta_lights && f.environment && !f.textured_emission);
 
   scene.environment->radiance = Rgb(0, 0, 0);
   EXPECT_EQ(find_scene_features(scene).light_count, 5u);
   EXPECT_FALSE(find_scene_features(scene).environment);
 
-  for (int i = 0; i < 40; ++i) scene.lights.push_back({});
-  EXPECT_TRUE(find_scene_features(scene).light_tree);
+  SceneDescription lamps = scene_of(lambert());
+  lamps.lights.resize(kLightTreeThreshold - 1);
+  EXPECT_FALSE(find_scene_features(lamps).light_tree);
+  lamps.lights.emplace_back();
+  EXPECT_TRUE(find_scene_features(lamps).light_tree);
 }
 
 }  // namespace
