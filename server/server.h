@@ -27,8 +27,9 @@ class Server {
   std::shared_ptr<grpc::Channel> in_process_channel();
 
   // Health turns NOT_SERVING at once, new work is refused with UNAVAILABLE, interactive frames end, jobs may finish
-  // until the grace is over and are cancelled then. Returns when no call is left. Idempotent.
-  void drain(double grace_s);
+  // until the grace is over and are cancelled then. Returns when no call is left, at the latest soon after the grace.
+  // Idempotent. False: a scene load is still in progress, which the destructor will wait for.
+  bool drain(double grace_s);
 
  private:
   struct Impl;

@@ -1,4 +1,5 @@
-// What a daemon can be told, from flags, a configuration file and the environment: one table feeds all three and --help.
+// What a daemon can be told, from flags, a configuration file and the environment: one table feeds all three and
+// --help.
 #pragma once
 
 #include <cstdint>
@@ -18,21 +19,21 @@ struct ServerConfig {
   double session_grace_s = 60;           // life of a session without a stream
   double drain_grace_s = 10;             // SIGTERM to exit
   std::uint64_t max_scene_bytes = 4ull << 30;
-  std::uint64_t max_scene_memory = 0;    // 0: max_memory
+  std::uint64_t max_scene_memory = 0;  // 0: max_memory
   int max_film_side = 65536;
   std::uint64_t max_film_pixels = 64ull << 20;
   int max_sessions = 64;
   int max_jobs = 16;
   int max_scenes = 64;
   int max_queued_loads = 16;
-  std::uint64_t max_memory = 0;          // scenes, films and tile queues together; 0: three quarters of the machine's
-  std::string log_level = "info";        // trace, debug, info, warn, error, off
+  std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
+  std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
 
 // A row of the table.
 struct ConfigOption {
-  std::string name;    // "max-sessions": flag --max-sessions, variable HELIOGRAPH_MAX_SESSIONS, key max-sessions
-  std::string help;    // one line, unit and range included
+  std::string name;  // "max-sessions": flag --max-sessions, variable HELIOGRAPH_MAX_SESSIONS, key max-sessions
+  std::string help;  // one line, unit and range included
   bool repeatable = false;
   // Reads the text into the config; returns a clause with the allowed range when it does not fit, else "".
   std::string (*set)(ServerConfig&, const std::string& text) = nullptr;

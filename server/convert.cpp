@@ -1,0 +1,439 @@
+#include "server/convert.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace helio {
+namespace {
+
+constexpr double kDefaultFov = 0.8, kMinFov = 0.0017, kMaxFov = 3.1241;
+constexpr std::size_t kMaxId = 64;
+constexpr std::size_t kMaxShown = 128;
+
+std::string at(const std::string& where, const char* field) {
+  return where.empty() ? field : where + "." + field;
+}
+
+std::string shown(const std::string& text) {
+  return text.size() <= kMaxShown ? "'" + text + "'" : "'" + text.substr(0, kMaxShown) + "...'";
+}
+
+void refuse(Problems& problems, const std::string& where, double value, const char* allowed) {
+  problems.add(where, fmt::format("{}; allowed: {}", value, allowed));
+}
+
+V3d read_vector(const pb::Vec3& message, const std::string& where, Problems& problems) {
+  const V3d v(message.x(), message.y(), message.z());
+  if (!is_finite(v)) problems.add(where, fmt::format("({}, {}, {}); allowed: finite numbers", v.x, v.y, v.z));
+  return v;
+}
+
+void write_vector(const V3d& v, pb::Vec3& message) {
+  message.set_x(v.x);
+  message.set_y(v.y);
+  message.set_z(v.z);
+}
+
+// Checks an enum that may hold any number on the wire.
+template <class Enum>
+bool known(bool valid, Enum value, const char* allowed, const std::string& where, Problems& problems) {
+  if (!valid) problems.add(where, fmt::format("unknown value {}; allowed: {}", static_cast<int>(value), allowed));
+  return valid;
+}
+
+CameraPose find_camera(const std::string& name, const std::vector<CameraDescription>& cameras, const std::string& where,
+                       Problems& problems) {
+  for (const CameraDescription& camera : cameras) {
+    if (camera.name == name) return camera_pose(camera);
+  }
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (error == std::errc() && end == name.data() + name.size() && number < cameras.size()) {
+    return camera_pose(cameras[number]);
+  }
+  problems.add(where, fmt::format("{}; allowed: the name of a camera of the scene, or a number from 0 to {}",
+                                  shown(name), cameras.empty() ? 0 : cameras.size() - 1));
+  return {};
+}
+
+V3d rotate(const V3d& axis, double w, const V3d& v) {  // by the unit quaternion (axis, w)
+  const V3d t = cross(axis, v) * 2.0;
+  return v + t * w + cross(axis, t);
+}
+
+void read_rotation(const pb::CameraView::Quaternion& message, const std::string& where, CameraPose& pose,
+                   Problems& problems) {
+  V3d axis(message.x(), message.y(), message.z());
+  double w = message.w();
+  const double norm = std::sqrt(dot(axis, axis) + w * w);
+  if (!(std::abs(norm - 1) <= 1e-3)) {
+    problems.add(where, fmt::format("({}, {}, {}, {}) has length {}; allowed: within 0.001 of 1", axis.x, axis.y,
+                                    axis.z, w, norm));
+    return;
+  }
+  axis /= norm;
+  w /= norm;
+  pose.right = rotate(axis, w, V3d(1, 0, 0));
+  pose.up = rotate(axis, w, V3d(0, 1, 0));
+  pose.forward = rotate(axis, w, V3d(0, 0, -1));
+}
+
+void read_look_at(const pb::CameraView::LookAt& message, const std::string& where, CameraPose& pose,
+                  Problems& problems) {
+  if (!message.has_target()) {
+    problems.add(at(where, "target"), "is absent; required");
+    return;
+  }
+  const std::size_t before = problems.size();
+  const V3d target = read_vector(message.target(), at(where, "target"), problems);
+  const V3d up = message.has_up() ? read_vector(message.up(), at(where, "up"), problems) : V3d(0, 1, 0);
+  if (problems.size() != before || !is_finite(pose.position)) return;
+  auto looking = look_at(pose.position, target, up, kDefaultFov);
+  if (!looking) {
+    problems.add(where, looking.error().to_string());
+    return;
+  }
+  pose.right = looking->right;
+  pose.up = looking->up;
+  pose.forward = looking->forward;
+}
+
+// Unit quaternion (x, y, z, w) of the rotation whose columns are the images of the axes (Shepperd 1978: the largest of
+// the four is found first, so that no small number is divided by).
+std::array<double, 4> to_quaternion(const V3d& cx, const V3d& cy, const V3d& cz) {
+  const double trace = cx.x + cy.y + cz.z;
+  std::array<double, 4> q;
+  if (trace >= cx.x && trace >= cy.y && trace >= cz.z) {
+    q = {cy.z - cz.y, cz.x - cx.z, cx.y - cy.x, 1 + trace};
+  } else if (cx.x >= cy.y && cx.x >= cz.z) {
+    q = {1 + 2 * cx.x - trace, cx.y + cy.x, cz.x + cx.z, cy.z - cz.y};
+  } else if (cy.y >= cz.z) {
+    q = {cx.y + cy.x, 1 + 2 * cy.y - trace, cy.z + cz.y, cz.x - cx.z};
+  } else {
+    q = {cz.x + cx.z, cy.z + cz.y, 1 + 2 * cz.z - trace, cx.y - cy.x};
+  }
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (double& value : q) value /= norm;
+  return q;
+}
+
+pb::EndReason to_message(FrameEndReason reason) {
+  switch (reason) {
+    case FrameEndReason::samples:
+      return pb::END_REASON_SAMPLES;
+    case FrameEndReason::time:
+      return pb::END_REASON_TIME;
+    case FrameEndReason::error:
+      return pb::END_REASON_ERROR;
+    case FrameEndReason::superseded:
+      return pb::END_REASON_SUPERSEDED;
+    case FrameEndReason::cancelled:
+      return pb::END_REASON_CANCELLED;
+    case FrameEndReason::failed:
+      return pb::END_REASON_FAILED;
+  }
+  return pb::END_REASON_UNSPECIFIED;
+}
+
+void write_rect(const PixelRect& rect, pb::Rect& message) {
+  message.set_x0(rect.x0);
+  message.set_y0(rect.y0);
+  message.set_x1(rect.x1);
+  message.set_y1(rect.y1);
+}
+
+}  // namespace
+
+void check_id(const std::string& id, const std::string& where, Problems& problems) {
+  if (id.empty() || id.size() > kMaxId) {
+    problems.add(where,
+                 fmt::format("{} bytes; allowed: an id of 1 to {} bytes as the daemon gave it", id.size(), kMaxId));
+  }
+}
+
+RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
+                             Problems& problems) {
+  RenderSettings settings;
+  if (message.width() != 0) settings.width = message.width();
+  if (message.height() != 0) settings.height = message.height();
+  known(pb::Mode_IsValid(message.mode()), message.mode(), "MODE_PT (1), or 0 for the default", at(where, "mode"),
+        problems);
+  settings.mode = RenderMode::pt;
+  settings.seed = message.seed();
+  if (message.max_segments() != 0) settings.max_segments = message.max_segments();
+  if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
+  if (message.has_region()) {
+    const pb::Rect& region = message.region();
+    settings.region = PixelRect{region.x0(), region.y0(), region.x1(), region.y1()};
+  }
+  validate(settings, RenderLimits{limits.max_film_side, std::numeric_limits<std::uint64_t>::max()}, where, problems);
+  return settings;
+}
+
+Status check_film_size(const RenderSettings& settings, const RenderLimits& limits, const std::string& where) {
+  const std::uint64_t pixels = std::uint64_t(settings.width) * std::uint64_t(settings.height);
+  if (pixels <= limits.max_film_pixels) return ok_status();
+  return Error{ErrorCode::resource_exhausted,
+               fmt::format("{} x {} = {} pixels; allowed: max_film_pixels = {}", settings.width, settings.height,
+                           pixels, limits.max_film_pixels),
+               at(where, "width x height")};
+}
+
+Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems) {
+  Budget budget;
+  if (message.time_s() != 0) budget.time_s = message.time_s();
+  if (message.samples() != 0) budget.samples = message.samples();
+  if (message.error() != 0) budget.error = message.error();
+  if (message.bytes_per_second() != 0) budget.bytes_per_second = message.bytes_per_second();
+  if (known(pb::ErrorMeasure_IsValid(message.error_measure()), message.error_measure(),
+            "ERROR_MEASURE_RMSE (1), ERROR_MEASURE_RELMSE (2), or 0 for RMSE", at(where, "error_measure"), problems)) {
+    budget.error_measure =
+        message.error_measure() == pb::ERROR_MEASURE_RELMSE ? ErrorMeasure::relmse : ErrorMeasure::rmse;
+  }
+  validate(budget, where, problems);
+  return budget;
+}
+
+TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems) {
+  TileFormat format;
+  if (known(pb::PixelType_IsValid(message.pixel_type()), message.pixel_type(),
+            "PIXEL_TYPE_HALF (1), PIXEL_TYPE_FLOAT (2), or 0 for half", at(where, "pixel_type"), problems)) {
+    format.encoding.pixel_type =
+        message.pixel_type() == pb::PIXEL_TYPE_FLOAT ? TilePixelType::float32 : TilePixelType::half;
+  }
+  if (known(pb::Compression_IsValid(message.compression()), message.compression(),
+            "COMPRESSION_NONE (1) to COMPRESSION_DWAA (6), or 0 for none", at(where, "compression"), problems)) {
+    static constexpr TileCompression kByNumber[] = {TileCompression::none, TileCompression::none, TileCompression::rle,
+                                                    TileCompression::zips, TileCompression::zip,  TileCompression::piz,
+                                                    TileCompression::dwaa};
+    format.encoding.compression = kByNumber[message.compression()];
+  }
+  format.channels = 0;
+  if (!message.without_variance()) format.channels |= kResolveVariance;
+  if (!message.without_samples()) format.channels |= kResolveSamples;
+  if (message.alpha()) format.channels |= kResolveAlpha;
+  if (message.depth()) format.channels |= kResolveDepth;
+  if (message.normal()) format.channels |= kResolveNormal;
+  if (message.albedo()) format.channels |= kResolveAlbedo;
+  return format;
+}
+
+CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDescription>& cameras,
+                       const std::string& where, Problems& problems) {
+  if (message.orientation_case() == pb::CameraView::kSceneCamera) {
+    if (message.has_position() || message.vertical_fov() != 0 || message.orthographic_half_height() != 0 ||
+        message.lens_radius() != 0 || message.focus_distance() != 0) {
+      problems.add(where, "scene_camera is given beside other fields; allowed: scene_camera alone");
+    }
+    return find_camera(message.scene_camera(), cameras, at(where, "scene_camera"), problems);
+  }
+
+  const std::size_t before = problems.size();
+  CameraPose pose;
+  if (message.has_position()) {
+    pose.position = read_vector(message.position(), at(where, "position"), problems);
+  } else {
+    problems.add(at(where, "position"), "is absent; required unless scene_camera is given");
+  }
+  switch (message.orientation_case()) {
+    case pb::CameraView::kLookAt:
+      read_look_at(message.look_at(), at(where, "look_at"), pose, problems);
+      break;
+    case pb::CameraView::kRotation:
+      read_rotation(message.rotation(), at(where, "rotation"), pose, problems);
+      break;
+    default:
+      problems.add(where, "has no orientation; one of look_at, rotation, scene_camera is required");
+  }
+
+  const double fov = message.vertical_fov(), half_height = message.orthographic_half_height();
+  if (half_height != 0) {
+    pose.projection = Projection::orthographic;
+    pose.half_height = half_height;
+    if (!(half_height > 0 && std::isfinite(half_height))) {
+      refuse(problems, at(where, "orthographic_half_height"), half_height, "finite and > 0, or 0 for perspective");
+    }
+    if (fov != 0) {
+      refuse(problems, at(where, "vertical_fov"), fov, "0 (absent) beside orthographic_half_height");
+    }
+  } else {
+    pose.vertical_fov = fov != 0 ? fov : kDefaultFov;
+    if (!(pose.vertical_fov >= kMinFov && pose.vertical_fov <= kMaxFov)) {
+      refuse(problems, at(where, "vertical_fov"), fov, "[0.0017, 3.1241] radians, or 0 for 0.8");
+    }
+  }
+  pose.lens_radius = message.lens_radius();
+  if (!(pose.lens_radius >= 0 && std::isfinite(pose.lens_radius))) {
+    refuse(problems, at(where, "lens_radius"), pose.lens_radius, "finite and >= 0");
+  }
+  if (message.focus_distance() != 0) pose.focus_distance = message.focus_distance();
+  if (!(pose.focus_distance > 0 && std::isfinite(pose.focus_distance))) {
+    refuse(problems, at(where, "focus_distance"), pose.focus_distance, "finite and > 0, or 0 for 1");
+  }
+  if (problems.size() == before) validate(pose, where, problems);
+  return pose;
+}
+
+View read_view(const pb::View& message, const ViewRules& rules, const std::string& where, Problems& problems) {
+  View view;
+  view.id = message.id();
+  constexpr std::uint64_t kEnd = 1ull << 63;
+  if (view.id <= rules.last_view_id || view.id >= kEnd) {
+    problems.add(at(where, "id"), fmt::format("{}; allowed: [{}, 2^63), larger than every id sent before", view.id,
+                                              rules.last_view_id + 1));
+  }
+  if (message.has_camera()) {
+    view.camera = read_camera(message.camera(), *rules.cameras, at(where, "camera"), problems);
+  } else {
+    problems.add(at(where, "camera"), "is absent; required");
+  }
+  view.exposure = message.exposure();
+  if (!(std::abs(view.exposure) <= 64)) {
+    refuse(problems, at(where, "exposure"), view.exposure, "[-64, 64] stops");
+  }
+  view.time_s = message.time_s();
+  if (!(view.time_s == rules.scene_time_s)) {
+    problems.add(at(where, "time_s"), fmt::format("{}; allowed: {}, the time that the scene was loaded at", view.time_s,
+                                                  rules.scene_time_s));
+  }
+  return view;
+}
+
+pb::RenderSettings to_message(const RenderSettings& settings) {
+  pb::RenderSettings message;
+  message.set_width(settings.width);
+  message.set_height(settings.height);
+  message.set_mode(pb::MODE_PT);
+  message.set_seed(settings.seed);
+  message.set_max_segments(settings.max_segments);
+  message.set_roulette_from(settings.roulette_from);
+  if (settings.region) write_rect(*settings.region, *message.mutable_region());
+  return message;
+}
+
+pb::Budget to_message(const Budget& budget) {
+  pb::Budget message;
+  message.set_time_s(budget.time_s.value_or(0));
+  message.set_samples(budget.samples.value_or(0));
+  message.set_error(budget.error.value_or(0));
+  message.set_error_measure(budget.error_measure == ErrorMeasure::relmse ? pb::ERROR_MEASURE_RELMSE
+                                                                         : pb::ERROR_MEASURE_RMSE);
+  message.set_bytes_per_second(budget.bytes_per_second.value_or(0));
+  return message;
+}
+
+pb::CameraView to_message(const CameraPose& pose) {
+  pb::CameraView message;
+  write_vector(pose.position, *message.mutable_position());
+  const auto q = to_quaternion(pose.right, pose.up, -pose.forward);
+  pb::CameraView::Quaternion& rotation = *message.mutable_rotation();
+  rotation.set_x(q[0]);
+  rotation.set_y(q[1]);
+  rotation.set_z(q[2]);
+  rotation.set_w(q[3]);
+  if (pose.projection == Projection::orthographic) {
+    message.set_orthographic_half_height(pose.half_height);
+  } else {
+    message.set_vertical_fov(pose.vertical_fov);
+  }
+  message.set_lens_radius(pose.lens_radius);
+  message.set_focus_distance(pose.focus_distance);
+  return message;
+}
+
+pb::FrameTag to_message(const FrameTag& tag, const std::string& session_id) {
+  pb::FrameTag message;
+  message.set_session_id(session_id);
+  message.set_revision(tag.revision);
+  message.set_view_id(tag.view_id);
+  message.set_frame(tag.frame);
+  return message;
+}
+
+pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id) {
+  pb::FrameBegin message;
+  *message.mutable_tag() = to_message(begin.tag, session_id);
+  *message.mutable_settings() = to_message(begin.settings);
+  return message;
+}
+
+pb::Progress to_message(const FrameProgress& progress, const std::string& session_id) {
+  pb::Progress message;
+  *message.mutable_tag() = to_message(progress.tag, session_id);
+  message.set_seconds(progress.seconds);
+  message.set_samples_per_pixel(progress.samples_per_pixel);
+  message.set_samples_per_second(progress.samples_per_second);
+  message.set_rays(progress.trace.rays);
+  message.set_paths(progress.trace.paths);
+  message.set_invalid_samples(progress.trace.invalid_samples);
+  pb::ErrorEstimate& error = *message.mutable_error();
+  error.set_known(progress.error.known);
+  if (progress.error.known) {
+    error.set_rmse(progress.error.rmse);
+    error.set_relmse(progress.error.relmse);
+    error.set_worst_tile_rmse(progress.error.worst_tile_rmse);
+  }
+  error.set_all_black(progress.error.all_zero);
+  message.set_budget_used(progress.budget_used);
+  return message;
+}
+
+pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id) {
+  const FrameEnd& end = report.end;
+  pb::FrameEnd message;
+  *message.mutable_tag() = to_message(end.tag, session_id);
+  message.set_reason(to_message(end.reason));
+  message.set_message(end.message);
+  *message.mutable_totals() = to_message(end.progress, session_id);
+  message.set_first_tile_seconds(end.first_tile_seconds);
+  for (const PassTime& pass : end.passes) {
+    pb::PassTime& entry = *message.add_passes();
+    entry.set_pass(pass.pass);
+    entry.set_seconds(pass.seconds);
+  }
+  message.set_bytes_sent(report.bytes_sent);
+  message.set_dropped_tiles(report.dropped_tiles);
+  if (end.progress.trace.invalid_samples > 0) {
+    const InvalidSample& invalid = end.progress.trace.first_invalid;
+    pb::SampleId& first = *message.mutable_first_invalid();
+    first.set_x(invalid.x);
+    first.set_y(invalid.y);
+    first.set_half(invalid.half);
+    first.set_index(invalid.index);
+  }
+  return message;
+}
+
+pb::Notice to_message(const Notice& notice) {
+  pb::Notice message;
+  switch (notice.severity) {
+    case NoticeSeverity::info:
+      message.set_severity(pb::Notice::SEVERITY_INFO);
+      break;
+    case NoticeSeverity::warning:
+      message.set_severity(pb::Notice::SEVERITY_WARNING);
+      break;
+    case NoticeSeverity::draining:
+      message.set_severity(pb::Notice::SEVERITY_DRAINING);
+      break;
+  }
+  message.set_text(notice.text);
+  return message;
+}
+
+pb::Tile to_message(const EncodedTile& tile, const std::string& session_id) {
+  pb::Tile message;
+  *message.mutable_tag() = to_message(tile.tag, session_id);
+  write_rect(tile.window, *message.mutable_window());
+  message.set_crc32(tile.crc32);
+  message.set_pass(tile.pass);
+  message.set_final(tile.final);
+  message.set_samples_per_pixel(tile.samples_per_pixel);
+  message.set_invalid_samples(tile.invalid_samples);
+  return message;
+}
+
+}  // namespace helio

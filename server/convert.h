@@ -1,0 +1,53 @@
+// Messages <-> values. Every function that reads a message reports all problems that it finds, with field, value and
+// allowed range, and fills in the defaults that the protocol states for zero.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "heliograph/v1/frame_stream.pb.h"
+#include "heliograph/v1/job.pb.h"
+#include "heliograph/v1/render_service.pb.h"
+#include "heliograph/v1/types.pb.h"
+#include "renderer/base/result.h"
+#include "renderer/frame/frame_sink.h"
+#include "renderer/frame/render_settings.h"
+#include "server/outbound_queue.h"
+#include "server/tile_encoder.h"
+
+namespace helio {
+
+namespace pb = heliograph::v1;
+
+RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
+                             Problems& problems);
+// resource_exhausted, naming max_film_pixels, for a film that is too large. Call it with settings without problems.
+Status check_film_size(const RenderSettings& settings, const RenderLimits& limits, const std::string& where);
+Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems);
+TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems);
+// `cameras` are the scene's: a view may name one.
+CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDescription>& cameras,
+                       const std::string& where, Problems& problems);
+
+struct ViewRules {
+  const std::vector<CameraDescription>* cameras = nullptr;
+  double scene_time_s = 0;
+  std::uint64_t last_view_id = 0;
+};
+View read_view(const pb::View& message, const ViewRules& rules, const std::string& where, Problems& problems);
+
+// A required id: 1 to 64 bytes.
+void check_id(const std::string& id, const std::string& where, Problems& problems);
+
+pb::RenderSettings to_message(const RenderSettings& settings);
+pb::Budget to_message(const Budget& budget);
+pb::CameraView to_message(const CameraPose& pose);
+pb::FrameTag to_message(const FrameTag& tag, const std::string& session_id);
+pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id);
+pb::Progress to_message(const FrameProgress& progress, const std::string& session_id);
+pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id);
+pb::Notice to_message(const Notice& notice);
+// Everything but the EXR itself.
+pb::Tile to_message(const EncodedTile& tile, const std::string& session_id);
+
+}  // namespace helio

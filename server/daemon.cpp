@@ -1,0 +1,87 @@
+#include "server/daemon.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "server/build_info.h"
+#include "server/server.h"
+
+namespace helio {
+namespace {
+
+enum ExitCode { kDrained = 0, kCouldNotServe = 1, kBadConfig = 2 };
+
+void set_up_log(const std::string& program, const std::string& level) {
+  auto log = spdlog::stderr_color_mt("heliographd");
+  log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  log->set_level(spdlog::level::from_str(level == "error" ? "err" : level));
+  spdlog::set_default_logger(log);
+  spdlog::debug("{} {} {} {}", program, build_version(), build_description(), build_isa());
+}
+
+sigset_t stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+// The number appears in one step, so that whoever waits for the file never reads half of it.
+bool write_port_file(const std::string& path, const std::string& address) {
+  const std::string draft = path + ".tmp";
+  std::ofstream(draft) << address.substr(address.rfind(':') + 1) << "\n";
+  return std::rename(draft.c_str(), path.c_str()) == 0;
+}
+
+}  // namespace
+
+int run_daemon(const std::string& program, const std::vector<std::string>& arguments) {
+  auto request = parse_server_config(program, arguments);
+  if (!request) {
+    std::fprintf(stderr, "%s\n", request.error().to_string().c_str());
+    return kBadConfig;
+  }
+  if (!request->print.empty()) {
+    std::fputs(request->print.c_str(), stdout);
+    return kDrained;
+  }
+  const ServerConfig& config = request->config;
+  set_up_log(program, config.log_level);
+  // Blocked before any thread exists, so that only sigwait below gets them.
+  const sigset_t signals = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  auto server = Server::start(config);
+  if (!server) {
+    std::fprintf(stderr, "%s: %s\n", program.c_str(), server.error().to_string().c_str());
+    return server.error().code == ErrorCode::invalid_argument ? kBadConfig : kCouldNotServe;
+  }
+  if (!config.port_file.empty() && !write_port_file(config.port_file, (*server)->address())) {
+    std::fprintf(stderr, "%s: port-file: cannot write '%s'\n", program.c_str(), config.port_file.c_str());
+    return kCouldNotServe;
+  }
+  std::printf("heliographd listening on %s\n", (*server)->address().c_str());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&signals, &signal);
+  spdlog::info("{}: draining, at most {} s", signal == SIGTERM ? "SIGTERM" : "SIGINT", config.drain_grace_s);
+  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the process at once
+  const bool idle = (*server)->drain(config.drain_grace_s);
+  spdlog::info("drained");
+  if (!idle) {
+    // A load cannot be interrupted and may take longer than the grace; nothing of it is worth keeping.
+    spdlog::default_logger()->flush();
+    std::_Exit(kDrained);
+  }
+  return kDrained;
+}
+
+}  // namespace helio

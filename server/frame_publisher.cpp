@@ -1,0 +1,96 @@
+#include "server/frame_publisher.h"
+
+#include <spdlog/spdlog.h>
+
+namespace helio {
+namespace {
+
+bool same_frame(const FrameTag& a, const FrameTag& b) {
+  return a.revision == b.revision && a.frame == b.frame;
+}
+
+}  // namespace
+
+std::shared_ptr<OutboundStream> FramePublisher::attach(std::shared_ptr<OutboundStream> stream,
+                                                       const TileFormat& format) {
+  const std::lock_guard lock(mutex_);
+  stream_.swap(stream);
+  format_ = format;
+  finish_after_.reset();
+  const bool in_flight = begin_ && !(end_ && same_frame(begin_->tag, end_->tag));
+  if (in_flight) stream_->push(*begin_);
+  return stream;
+}
+
+bool FramePublisher::detach(const OutboundStream* stream) {
+  const std::lock_guard lock(mutex_);
+  if (stream_.get() != stream) return false;
+  stream_.reset();
+  return true;
+}
+
+std::shared_ptr<OutboundStream> FramePublisher::stream() const {
+  const std::lock_guard lock(mutex_);
+  return stream_;
+}
+
+void FramePublisher::finish_after(std::uint64_t revision) {
+  const std::lock_guard lock(mutex_);
+  finish_after_ = revision;
+  if (stream_ && end_ && end_->tag.revision >= revision) {
+    stream_->finish_when_drained(grpc::Status::OK);
+  }
+}
+
+std::optional<FrameEnd> FramePublisher::last_end() const {
+  const std::lock_guard lock(mutex_);
+  return end_;
+}
+
+void FramePublisher::forget_end() {
+  const std::lock_guard lock(mutex_);
+  end_.reset();
+}
+
+void FramePublisher::frame_begun(const FrameBegin& begin) {
+  const std::lock_guard lock(mutex_);
+  begin_ = begin;
+  if (stream_) stream_->push(begin);
+}
+
+void FramePublisher::tile_ready(FrameTile tile) {
+  std::shared_ptr<OutboundStream> stream;
+  TileFormat format;
+  int width = 0, height = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stream_ || !begin_ || (tiles_ == Tiles::final_only && !tile.final)) return;
+    stream = stream_;
+    format = format_;
+    width = begin_->settings.width;
+    height = begin_->settings.height;
+  }
+  if (!stream->queue().wants(tile.tag)) return;
+  auto encoded = encode(tile, width, height, format);
+  if (!encoded) {
+    spdlog::error("tile not sent revision={} x={} y={}: {}", tile.tag.revision, tile.pixels.window.x0,
+                  tile.pixels.window.y0, encoded.error().to_string());
+    return;
+  }
+  stream->push(std::move(*encoded));
+}
+
+void FramePublisher::frame_ended(const FrameEnd& end) {
+  const std::lock_guard lock(mutex_);
+  end_ = end;
+  if (!stream_) return;
+  stream_->push(end);
+  if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(grpc::Status::OK);
+}
+
+std::size_t FramePublisher::backlog() const {
+  const auto listening = stream();
+  return listening ? listening->queue().tiles() : 0;
+}
+
+}  // namespace helio

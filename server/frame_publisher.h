@@ -1,0 +1,51 @@
+// The daemon's FrameSink: encodes tiles for whoever listens and puts them into the listener's queue. Nothing is encoded
+// while nobody listens.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "renderer/frame/frame_sink.h"
+#include "server/outbound_stream.h"
+#include "server/tile_encoder.h"
+
+namespace helio {
+
+class FramePublisher final : public FrameSink {
+ public:
+  enum class Tiles { all, final_only };
+  explicit FramePublisher(Tiles tiles = Tiles::all) : tiles_(tiles) {}
+
+  // Where frames go from now on; returns the stream that they went to before. When a frame is in flight, the new
+  // listener is told of its begin.
+  std::shared_ptr<OutboundStream> attach(std::shared_ptr<OutboundStream> stream, const TileFormat& format);
+  // False when another stream has taken over since.
+  bool detach(const OutboundStream* stream);
+  std::shared_ptr<OutboundStream> stream() const;
+
+  // The listener's call ends with OK once the end of a frame of this or a later revision has been sent.
+  void finish_after(std::uint64_t revision);
+
+  // Of the frame that ended last; nothing before the first end.
+  std::optional<FrameEnd> last_end() const;
+  // The newest state is about to be published again, with an end of its own.
+  void forget_end();
+
+  void frame_begun(const FrameBegin& begin) override;
+  void tile_ready(FrameTile tile) override;
+  void frame_ended(const FrameEnd& end) override;
+  std::size_t backlog() const override;
+
+ private:
+  const Tiles tiles_;
+
+  mutable std::mutex mutex_;
+  std::shared_ptr<OutboundStream> stream_;
+  TileFormat format_;
+  std::optional<FrameBegin> begin_;  // of the newest frame
+  std::optional<FrameEnd> end_;      // of the newest frame that has ended
+  std::optional<std::uint64_t> finish_after_;
+};
+
+}  // namespace helio

@@ -1,0 +1,139 @@
+#include "server/frame_stream_reactor.h"
+
+#include <spdlog/spdlog.h>
+
+#include "server/convert.h"
+#include "server/grpc_status.h"
+#include "server/message_check.h"
+#include "server/stream_messages.h"
+
+namespace helio {
+namespace {
+
+constexpr std::uint32_t kMaxCredit = 65536;
+
+Error out_of_order(std::string message) {
+  return {ErrorCode::failed_precondition, std::move(message), "request"};
+}
+
+}  // namespace
+
+FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
+  stream_ = std::make_shared<OutboundStream>(
+      static_cast<OutboundStream::Call&>(*this),
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) {
+    end(to_grpc_status(accepting));
+  } else {
+    StartRead(&request_);
+  }
+}
+
+void FrameStreamReactor::OnReadDone(bool ok) {
+  const auto attached = session();
+  if (!ok) {
+    if (attached) {
+      attached->finish_after_frame(stream_);
+    } else {
+      end(to_grpc_status(out_of_order("the stream ended before open")));
+    }
+    return;
+  }
+  pb::StreamRequest request;
+  if (const Status parsed = parse_message(request_, request); !parsed.ok()) return end(to_grpc_status(parsed));
+  request_.Clear();
+  if (handle(request)) StartRead(&request_);
+}
+
+bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
+  const auto attached = session();
+  if (!attached && request.request_case() != pb::StreamRequest::kOpen) {
+    end(to_grpc_status(out_of_order("the first message is not open")));
+    return false;
+  }
+  Status status = ok_status();
+  Session::Change change;
+  switch (request.request_case()) {
+    case pb::StreamRequest::kOpen:
+      status = attached ? Status(out_of_order("open was sent before; allowed: once, as the first message"))
+                        : open(request.open());
+      break;
+    case pb::StreamRequest::kView:
+      change.view = &request.view();
+      break;
+    case pb::StreamRequest::kSettings:
+      change.settings = &request.settings();
+      break;
+    case pb::StreamRequest::kBudget:
+      change.budget = &request.budget();
+      break;
+    case pb::StreamRequest::kCredit: {
+      const std::uint32_t tiles = request.credit().tiles();
+      if (tiles < 1 || tiles > kMaxCredit) {
+        status =
+            Error{ErrorCode::invalid_argument, fmt::format("{}; allowed: [1, {}]", tiles, kMaxCredit), "credit.tiles"};
+      } else if (!stream_->queue().add_credit(tiles)) {
+        status = Error{ErrorCode::invalid_argument, "this stream was opened without credit", "credit"};
+      } else {
+        stream_->kick();
+      }
+      break;
+    }
+    case pb::StreamRequest::kClose:
+      if (request.close().close_session()) {
+        (void)core_.sessions.close(session_id_, "session_id", grpc::Status::OK);
+        spdlog::info("session closed id={}", session_id_);
+      }
+      end(grpc::Status::OK);
+      return false;
+    case pb::StreamRequest::REQUEST_NOT_SET:
+      status = Error{ErrorCode::invalid_argument,
+                     "is empty; allowed: one of open, view, settings, budget, credit, close", "request"};
+      break;
+  }
+  if (status.ok() && (change.view || change.settings || change.budget)) {
+    if (const auto revision = attached->update(change); !revision) status = revision.error();
+  }
+  if (!status.ok()) end(to_grpc_status(status));
+  return status.ok();
+}
+
+Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
+  Problems problems;
+  check_id(open.session_id(), "open.session_id", problems);
+  const TileFormat format = read_tile_format(open.format(), "open.format", problems);
+  if (open.credit() > kMaxCredit) {
+    problems.add("open.credit", fmt::format("{}; allowed: [1, {}], or 0 for none", open.credit(), kMaxCredit));
+  }
+  if (!problems.empty()) return problems.to_error();
+  auto found = core_.sessions.find(open.session_id(), "open.session_id");
+  if (!found) return found.error();
+  session_id_ = open.session_id();
+  if (open.credit() > 0) stream_->queue().limit_credit(open.credit());
+  {
+    const std::lock_guard lock(mutex_);
+    session_ = *found;
+  }
+  return (*found)->attach(stream_, format);
+}
+
+void FrameStreamReactor::OnCancel() {
+  end({grpc::StatusCode::CANCELLED, "the caller gave up"});
+}
+
+void FrameStreamReactor::end(const grpc::Status& status) {
+  if (const auto attached = session()) attached->detach(stream_.get());
+  stream_->finish(status);
+}
+
+void FrameStreamReactor::OnDone() {
+  if (const auto attached = session()) attached->detach(stream_.get());
+  delete this;
+}
+
+std::shared_ptr<Session> FrameStreamReactor::session() const {
+  const std::lock_guard lock(mutex_);
+  return session_;
+}
+
+}  // namespace helio

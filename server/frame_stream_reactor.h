@@ -1,0 +1,46 @@
+// StreamFrames: one read and one write in flight; the call is finished by its OutboundStream alone.
+#pragma once
+
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/outbound_stream.h"
+#include "server/service_core.h"
+
+namespace helio {
+
+// Deletes itself when the call is over.
+class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                                 private OutboundStream::Call {
+ public:
+  explicit FrameStreamReactor(ServiceCore& core);
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override { stream_->write_done(ok); }
+  void OnCancel() override;
+  void OnDone() override;
+
+ private:
+  void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
+  void finish(const grpc::Status& status) override { Finish(status); }
+
+  // False: the stream ends, nothing more is read.
+  bool handle(const pb::StreamRequest& request);
+  Status open(const pb::StreamRequest::Open& open);
+  void end(const grpc::Status& status);
+  std::shared_ptr<Session> session() const;
+
+  ServiceCore& core_;
+  std::string session_id_;  // set before anything is sent
+  grpc::ByteBuffer request_;
+  std::shared_ptr<OutboundStream> stream_;
+
+  mutable std::mutex mutex_;
+  std::shared_ptr<Session> session_;
+};
+
+}  // namespace helio

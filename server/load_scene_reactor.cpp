@@ -1,0 +1,157 @@
+#include "server/load_scene_reactor.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <mutex>
+
+#include "server/convert.h"
+#include "server/grpc_status.h"
+#include "server/message_check.h"
+#include "server/scene_messages.h"
+#include "server/stream_messages.h"
+
+namespace helio {
+namespace {
+
+constexpr std::size_t kMaxEnvironment = 4096;
+
+Error out_of_order(const char* message, const char* where) {
+  return {ErrorCode::invalid_argument, message, where};
+}
+
+}  // namespace
+
+// The one place that finishes the call. A load that outlasts its call finds no reactor any more.
+struct LoadSceneReactor::Shared {
+  std::mutex mutex;
+  LoadSceneReactor* reactor;  // null: finished
+  grpc::ByteBuffer* response;
+  CancelToken cancel;
+
+  void finish(const grpc::Status& status, const pb::LoadSceneResponse* answer = nullptr) {
+    const std::lock_guard lock(mutex);
+    if (!reactor) return;
+    if (answer) *response = to_bytes(*answer);
+    std::exchange(reactor, nullptr)->Finish(status);
+  }
+};
+
+LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::ByteBuffer* response)
+    : core_(core), shared_(std::make_shared<Shared>()) {
+  shared_->reactor = this;
+  shared_->response = response;
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) {
+    shared_->finish(to_grpc_status(accepting));
+  } else {
+    StartRead(&request_);
+  }
+}
+
+void LoadSceneReactor::OnReadDone(bool ok) {
+  Status status = ok_status();
+  if (ok) {
+    pb::LoadSceneRequest request;
+    status = parse_message(request_, request);
+    if (status.ok()) status = handle(request);
+    request_.Clear();
+    if (status.ok()) return StartRead(&request_);
+  } else if (!shared_->cancel.cancelled()) {
+    status = submit();
+  }
+  if (!status.ok()) shared_->finish(to_grpc_status(status));
+}
+
+Status LoadSceneReactor::handle(const pb::LoadSceneRequest& request) {
+  if (!load_ && request.request_case() != pb::LoadSceneRequest::kBegin) {
+    return out_of_order("the first message is not begin", "request");
+  }
+  switch (request.request_case()) {
+    case pb::LoadSceneRequest::kBegin:
+      if (load_) return out_of_order("was sent before; allowed: once, as the first message", "begin");
+      return begin(request.begin());
+    case pb::LoadSceneRequest::kBeginFile:
+      if (!upload_) return out_of_order("begin.path was given; allowed: no files", "begin_file");
+      return upload_->begin_file(request.begin_file());
+    case pb::LoadSceneRequest::kData:
+      if (!upload_) return out_of_order("begin.path was given; allowed: no files", "data");
+      return upload_->data(request.data());
+    case pb::LoadSceneRequest::REQUEST_NOT_SET:
+      break;
+  }
+  return out_of_order("is empty; allowed: one of begin, begin_file, data", "request");
+}
+
+Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
+  Problems problems;
+  if (!std::isfinite(begin.time_s())) {
+    problems.add("begin.time_s", fmt::format("{}; allowed: finite", begin.time_s()));
+  }
+  if (begin.environment().size() > kMaxEnvironment) {
+    problems.add("begin.environment",
+                 fmt::format("{} bytes; allowed: at most {}", begin.environment().size(), kMaxEnvironment));
+  }
+  if (!begin.path().empty() && !begin.main_file().empty()) {
+    problems.add("begin.main_file", "is given beside path; allowed: one of them");
+  }
+  if (!begin.path().empty() && begin.total_bytes() != 0) {
+    problems.add("begin.total_bytes", fmt::format("{} beside path; allowed: 0", begin.total_bytes()));
+  }
+  if (begin.path().empty() && begin.main_file().empty()) {
+    problems.add("begin.path", "is empty and so is main_file; one of them is required");
+  }
+  if (!problems.empty()) return problems.to_error();
+  load_.emplace();
+  load_->time_s = begin.time_s();
+  load_->environment = begin.environment();
+  if (begin.path().empty()) {
+    upload_.emplace(core_.config.max_scene_bytes, core_.memory);
+    return upload_->begin(begin);
+  }
+  load_->files = begin.path();
+  return ok_status();
+}
+
+Status LoadSceneReactor::submit() {
+  if (!load_) return out_of_order("the stream ended before begin", "request");
+  if (upload_) {
+    auto bundle = upload_->finish();
+    if (!bundle) return bundle.error();
+    load_->files = std::move(*bundle);
+  }
+  // The task owns the request, so that dropping it from the loader's queue frees it.
+  auto request = std::make_shared<SceneRequest>(std::move(*load_));
+  ServiceCore& core = core_;
+  const bool taken = core_.loader.submit([shared = shared_, request, &core] {
+    if (const Status accepting = core.check_accepting(); !accepting.ok()) {
+      return shared->finish(to_grpc_status(accepting));
+    }
+    const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
+    if (!outcome) {
+      spdlog::info("scene refused: {}", outcome.error().to_string().substr(0, 300));
+      return shared->finish(to_grpc_status(outcome.error()));
+    }
+    const LoadedScene& scene = *outcome->scene;
+    spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
+                 outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
+                 scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
+    const pb::LoadSceneResponse answer = to_load_response(scene, outcome->already_loaded);
+    shared->finish(grpc::Status::OK, &answer);
+  });
+  if (taken) return ok_status();
+  if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
+  return Error{ErrorCode::resource_exhausted,
+               fmt::format("max_queued_loads: {} loads wait already", core_.config.max_queued_loads),
+               {}};
+}
+
+void LoadSceneReactor::OnCancel() {
+  shared_->cancel.cancel();
+  shared_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
+}
+
+void LoadSceneReactor::OnDone() {
+  delete this;
+}
+
+}  // namespace helio

@@ -1,0 +1,123 @@
+// What waits to be sent to one listener: at most one frame of tiles, whatever the listener's pace.
+//
+// Rules when it fills: a newer state of a tile replaces the older one in its place; a newer frame or revision drops the
+// older one's tiles; a frame of which nothing was sent leaves no trace. So the queue holds, at most, the end of the
+// frame that the listener knows of and one whole frame. Together with the message in flight that is less than two
+// frames of memory.
+//
+// Guarantee: once drop_before(r), or push of the begin of a frame of revision r, has returned, pop() gives no tile of
+// an older revision. After pop() gave the begin of a frame, it gives no tile of any earlier frame.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "renderer/frame/frame_sink.h"
+
+namespace helio {
+
+struct EncodedTile {
+  FrameTag tag;
+  PixelRect window;
+  std::uint32_t pass = 0;
+  bool final = false;
+  std::uint32_t samples_per_pixel = 0;
+  std::uint64_t invalid_samples = 0;
+  std::vector<std::uint8_t> exr;
+  std::uint32_t crc32 = 0;
+};
+
+struct FrameReport {
+  FrameEnd end;
+  std::uint64_t bytes_sent = 0;     // EXR bytes of this frame's tiles
+  std::uint64_t dropped_tiles = 0;  // of this frame, superseded before they were sent
+};
+
+enum class NoticeSeverity { info, warning, draining };
+struct Notice {
+  NoticeSeverity severity = NoticeSeverity::info;
+  std::string text;
+};
+
+// The first message of a stream, made by whoever opened it: serialized StreamResponse or RunJobResponse.
+struct Greeting {
+  std::string message;
+};
+
+using Outbound = std::variant<Greeting, Notice, FrameBegin, FrameProgress, EncodedTile, FrameReport>;
+
+// Thread safe.
+class OutboundQueue {
+ public:
+  void push(Greeting greeting);
+  void push(Notice notice);  // the newest of a severity replaces an older one that still waits
+  void push(const FrameBegin& begin);
+  void push(const FrameProgress& progress);  // the newest replaces an older one that still waits
+  // Of a frame that is not the current one or is older than the revision asked for: ignored.
+  void push(EncodedTile tile);
+  void push(const FrameEnd& end);
+
+  // Tiles of revisions before this one are no longer wanted.
+  void drop_before(std::uint64_t revision);
+  bool wants(const FrameTag& tag) const;
+
+  // Until then any number of tiles may be sent; afterwards as many as credit was given.
+  void limit_credit(std::uint32_t tiles);
+  // False without a credit scheme.
+  bool add_credit(std::uint32_t tiles);
+  // Mean rate of tile bytes; none: unlimited.
+  void limit_rate(std::optional<double> bytes_per_second);
+
+  struct Next {
+    std::optional<Outbound> message;
+    double wait_until_s = 0;  // without a message: when the rate allows the next tile; 0: nothing to wait for
+  };
+  // The next message to send, in order: greeting, notices, the end of the frame before, begin, progress, tiles in the
+  // order in which their places were taken, end.
+  Next pop(double now_s);
+
+  bool empty() const;
+  // Drops everything and takes nothing more.
+  void close();
+  std::size_t tiles() const;
+  std::uint64_t bytes() const;       // of the tiles that wait
+  std::uint64_t peak_bytes() const;  // the most that ever waited
+
+ private:
+  struct Frame {
+    FrameBegin begin;
+    bool begun = false;  // begin was popped
+    std::list<EncodedTile> tiles;
+    std::map<std::pair<int, int>, std::list<EncodedTile>::iterator> places;  // by top left corner
+    std::optional<FrameProgress> progress;
+    std::optional<FrameEnd> end;
+    bool ended = false;  // end was popped
+    std::uint64_t bytes_sent = 0, dropped = 0;
+  };
+
+  void drop_tiles();
+  void retire_frame();
+  bool wants_locked(const FrameTag& tag) const;
+  Next pop_tile(double now_s);
+
+  mutable std::mutex mutex_;
+  std::optional<Greeting> greeting_;
+  std::map<NoticeSeverity, Notice> notices_;
+  std::optional<FrameReport> previous_end_;
+  std::optional<Frame> frame_;
+  std::uint64_t min_revision_ = 0;
+  std::uint64_t bytes_ = 0, peak_bytes_ = 0;
+  std::optional<std::uint64_t> credit_;
+  std::optional<double> rate_;
+  double rate_free_s_ = 0;  // when the next tile may go
+  bool closed_ = false;
+};
+
+}  // namespace helio

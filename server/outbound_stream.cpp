@@ -1,0 +1,69 @@
+#include "server/outbound_stream.h"
+
+#include "renderer/base/clock.h"
+
+namespace helio {
+
+void OutboundStream::kick() {
+  const std::lock_guard lock(mutex_);
+  advance();
+}
+
+void OutboundStream::advance() {
+  while (!writing_ && !finished_) {
+    OutboundQueue::Next next = queue_.pop(now_s());
+    if (next.message) {
+      message_ = encoder_(std::move(*next.message));
+      if (!message_.Valid()) continue;
+      writing_ = true;
+      call_->start_write(&message_);
+      return;
+    }
+    if (end_ && queue_.empty()) {
+      finished_ = true;
+      call_->finish(*end_);
+      return;
+    }
+    if (next.wait_until_s > 0) wake_at(next.wait_until_s);
+    return;
+  }
+}
+
+void OutboundStream::wake_at(double at_s) {
+  if (wake_at_s_ == at_s) return;
+  wake_at_s_ = at_s;
+  timers_.call_at(at_s, [weak = weak_from_this()] {
+    if (const auto stream = weak.lock()) stream->kick();
+  });
+}
+
+void OutboundStream::finish(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (!end_) end_ = status;
+  queue_.close();
+  advance();
+}
+
+void OutboundStream::finish_when_drained(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (!end_) end_ = status;
+  advance();
+}
+
+bool OutboundStream::finished() const {
+  const std::lock_guard lock(mutex_);
+  return end_.has_value();
+}
+
+void OutboundStream::write_done(bool ok) {
+  const std::lock_guard lock(mutex_);
+  writing_ = false;
+  message_.Clear();
+  if (!ok) {
+    if (!end_) end_ = grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone");
+    queue_.close();
+  }
+  advance();
+}
+
+}  // namespace helio

@@ -1,0 +1,215 @@
+#include "server/render_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "server/build_info.h"
+#include "server/convert.h"
+#include "server/frame_stream_reactor.h"
+#include "server/grpc_status.h"
+#include "server/job_reactor.h"
+#include "server/load_scene_reactor.h"
+#include "server/message_check.h"
+#include "server/scene_messages.h"
+#include "server/stream_messages.h"
+#include "server/watch_reactor.h"
+
+namespace helio {
+namespace {
+
+constexpr double kMaxGrace = 86400;
+constexpr std::uint64_t kMaxMessage = 4 << 20;
+
+// Parses, calls `method(request)`, which gives a Result<Response>, and answers.
+template <class Request, class Method>
+grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grpc::ByteBuffer* bytes,
+                                 grpc::ByteBuffer* response, Method&& method) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  grpc::ByteBuffer copy(*bytes);  // shares the slices
+  Request request;
+  if (const Status parsed = parse_message(copy, request); !parsed.ok()) {
+    reactor->Finish(to_grpc_status(parsed));
+    return reactor;
+  }
+  auto result = method(request);
+  if (result) *response = to_bytes(*result);
+  reactor->Finish(result ? grpc::Status::OK : to_grpc_status(result.error()));
+  return reactor;
+}
+
+Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+  Problems problems;
+  check_id(request.scene_id(), "scene_id", problems);
+  const RenderSettings settings = read_settings(request.settings(), core.render_limits(), "settings", problems);
+  const Budget budget = read_budget(request.budget(), "budget", problems);
+  double grace_s = core.config.session_grace_s;
+  if (request.grace_s() != 0) {
+    grace_s = request.grace_s();
+    if (!(grace_s > 0 && grace_s <= kMaxGrace)) {
+      problems.add("grace_s", fmt::format("{}; allowed: (0, {}] seconds, or 0 for {}", grace_s, kMaxGrace,
+                                          core.config.session_grace_s));
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+  if (const Status fits = check_film_size(settings, core.render_limits(), "settings"); !fits.ok()) return fits.error();
+  auto scene = core.scenes.acquire(request.scene_id(), "scene_id");
+  if (!scene) return scene.error();
+  auto session =
+      core.sessions.create(core.resources(), std::move(*scene), settings, budget, grace_s, core.render_limits());
+  if (!session) return session.error();
+  spdlog::info("session created id={} scene={} size={}x{}", (*session)->id(), request.scene_id().substr(0, 12),
+               settings.width, settings.height);
+  pb::CreateSessionResponse response;
+  response.set_session_id((*session)->id());
+  *response.mutable_settings() = to_message(settings);
+  response.set_grace_s(grace_s);
+  return response;
+}
+
+Result<pb::UpdateSessionResponse> update_session(ServiceCore& core, const pb::UpdateSessionRequest& request) {
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+  Problems problems;
+  check_id(request.session_id(), "session_id", problems);
+  if (!problems.empty()) return problems.to_error();
+  const auto session = core.sessions.find(request.session_id(), "session_id");
+  if (!session) return session.error();
+  Session::Change change;
+  if (request.has_view()) change.view = &request.view();
+  if (request.has_settings()) change.settings = &request.settings();
+  if (request.has_budget()) change.budget = &request.budget();
+  const auto revision = (*session)->update(change);
+  if (!revision) return revision.error();
+  pb::UpdateSessionResponse response;
+  response.set_revision(*revision);
+  return response;
+}
+
+pb::GetServerInfoResponse server_info(const ServiceCore& core) {
+  const ServerConfig& config = core.config;
+  pb::GetServerInfoResponse response;
+  response.set_version(build_version());
+  response.set_build(build_description());
+  response.set_isa(build_isa());
+  pb::Device& device = *response.add_devices();
+  device.set_kind("embree");
+  device.set_name(std::string(build_embree()) + ", " + build_isa());
+  pb::Limits& limits = *response.mutable_limits();
+  limits.set_max_scene_bytes(config.max_scene_bytes);
+  limits.set_max_scene_memory(config.max_scene_memory);
+  limits.set_max_film_side(config.max_film_side);
+  limits.set_max_film_pixels(config.max_film_pixels);
+  limits.set_max_sessions(config.max_sessions);
+  limits.set_max_jobs(config.max_jobs);
+  limits.set_max_memory(config.max_memory);
+  limits.set_max_message_bytes(kMaxMessage);
+  limits.set_max_scenes(config.max_scenes);
+  response.add_modes(pb::MODE_PT);
+  response.add_scene_formats("gltf");
+  response.add_scene_formats("glb");
+  response.set_threads(core.engine.threads());
+  response.set_draining(core.draining);
+  response.set_uptime_s(now_s() - core.started_s);
+  return response;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::GetServerInfoRequest>(context, request, response, [this](const auto&) {
+    return Result<pb::GetServerInfoResponse>(server_info(core_));
+  });
+}
+
+grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext*,
+                                                                    grpc::ByteBuffer* response) {
+  return new LoadSceneReactor(core_, response);
+}
+
+grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
+                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::ListScenesRequest>(context, request, response, [this](const auto&) {
+    pb::ListScenesResponse list;
+    for (const auto& scene : core_.scenes.list()) *list.add_scenes() = to_scene_info(*scene);
+    return Result<pb::ListScenesResponse>(std::move(list));
+  });
+}
+
+grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::UnloadSceneRequest>(
+      context, request, response, [this](const pb::UnloadSceneRequest& unload) -> Result<pb::UnloadSceneResponse> {
+        Problems problems;
+        check_id(unload.scene_id(), "scene_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        if (const Status done = core_.scenes.unload(unload.scene_id(), "scene_id"); !done.ok()) return done.error();
+        return pb::UnloadSceneResponse();
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::CreateSessionRequest>(context, request, response, [this](const pb::CreateSessionRequest& create) {
+    return create_session(core_, create);
+  });
+}
+
+grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::CloseSessionRequest>(
+      context, request, response, [this](const pb::CloseSessionRequest& close) -> Result<pb::CloseSessionResponse> {
+        Problems problems;
+        check_id(close.session_id(), "session_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        const Status done = core_.sessions.close(close.session_id(), "session_id", grpc::Status::OK);
+        if (!done.ok()) return done.error();
+        spdlog::info("session closed id={}", close.session_id());
+        return pb::CloseSessionResponse();
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::ListSessionsRequest>(context, request, response, [this](const auto&) {
+    pb::ListSessionsResponse list;
+    for (const auto& session : core_.sessions.list()) *list.add_sessions() = session->info();
+    return Result<pb::ListSessionsResponse>(std::move(list));
+  });
+}
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::StreamFrames(grpc::CallbackServerContext*) {
+  return new FrameStreamReactor(core_);
+}
+
+grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::UpdateSessionRequest>(context, request, response, [this](const pb::UpdateSessionRequest& update) {
+    return update_session(core_, update);
+  });
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext*,
+                                                                       const grpc::ByteBuffer* request) {
+  return new WatchReactor(core_, *request);
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext*,
+                                                                  const grpc::ByteBuffer* request) {
+  return new JobReactor(core_, *request);
+}
+
+grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::CancelJobRequest>(
+      context, request, response, [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+        Problems problems;
+        check_id(cancel.job_id(), "job_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
+        return pb::CancelJobResponse();
+      });
+}
+
+}  // namespace helio

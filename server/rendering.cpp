@@ -1,0 +1,74 @@
+#include "server/rendering.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "renderer/base/clock.h"
+
+namespace helio {
+namespace {
+
+constexpr double kProgressInterval = 0.25;
+
+std::uint64_t pixels(const RenderSettings& settings) {
+  return std::uint64_t(settings.width) * std::uint64_t(settings.height);
+}
+
+}  // namespace
+
+std::uint64_t film_bytes(const RenderSettings& settings) {
+  return pixels(settings) * (kHalves * sizeof(HalfPixel) + sizeof(PixelFeatures));
+}
+
+Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
+                                                     const RenderSettings& settings, const Budget& budget,
+                                                     RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
+  std::shared_ptr<Rendering> rendering(new Rendering(resources, std::move(scene)));
+  if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
+  rendering->publisher_ = std::make_shared<FramePublisher>(tiles);
+  RenderLoopOptions options;
+  options.channels = channels;
+  options.publish_passes = tiles == FramePublisher::Tiles::all;
+  rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene_->snapshot, settings, budget, rank,
+                                                  rendering->publisher_, options);
+  return rendering;
+}
+
+Status Rendering::resize(const RenderSettings& settings) {
+  const std::uint64_t bytes = film_bytes(settings);
+  if (bytes == film_memory_.bytes()) return ok_status();
+  // The film that is replaced goes first, so that its bytes count as free.
+  const std::uint64_t before = film_memory_.bytes();
+  film_memory_.release();
+  auto memory = resources_.memory.reserve(bytes, fmt::format("a film of {} x {}", settings.width, settings.height));
+  if (memory) {
+    film_memory_ = std::move(*memory);
+    return ok_status();
+  }
+  auto restored = resources_.memory.reserve(before, "the film");
+  if (restored) film_memory_ = std::move(*restored);
+  return memory.error();
+}
+
+Status Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) {
+  auto memory = resources_.memory.reserve(2 * pixels(settings) * format.bytes_per_pixel(), "the queue of a stream");
+  if (!memory) return memory.error();
+  queue_memory_ = std::move(*memory);
+  return ok_status();
+}
+
+void Rendering::report_progress(const std::shared_ptr<OutboundStream>& stream) {
+  report_progress_later(stream, -1);
+}
+
+void Rendering::report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told) {
+  resources_.timers.call_at(now_s() + kProgressInterval, [weak = weak_from_this(), stream, seconds_told] {
+    const auto rendering = weak.lock();
+    const auto listener = stream.lock();
+    if (!rendering || !listener || listener->finished() || rendering->publisher_->stream() != listener) return;
+    const FrameProgress progress = rendering->loop_->progress();
+    if (progress.seconds != seconds_told) listener->push(progress);
+    rendering->report_progress_later(stream, progress.seconds);
+  });
+}
+
+}  // namespace helio

@@ -1,0 +1,56 @@
+// What a session and a job have in common: a scene, a render loop, and the way of its frames to whoever listens.
+#pragma once
+
+#include <memory>
+
+#include "renderer/base/result.h"
+#include "renderer/frame/render_loop.h"
+#include "server/frame_publisher.h"
+#include "server/memory_account.h"
+#include "server/scene_registry.h"
+#include "server/timer_queue.h"
+
+namespace helio {
+
+// Bytes of a film of this size.
+std::uint64_t film_bytes(const RenderSettings& settings);
+
+class Rendering : public std::enable_shared_from_this<Rendering> {
+ public:
+  struct Resources {
+    RenderEngine& engine;
+    MemoryAccount& memory;
+    TimerQueue& timers;
+  };
+
+  // Reserves the film's memory. resource_exhausted: max_memory.
+  static Result<std::shared_ptr<Rendering>> create(const Resources& resources, SceneLease scene,
+                                                   const RenderSettings& settings, const Budget& budget,
+                                                   RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
+
+  const LoadedScene& scene() const { return *scene_; }
+  RenderLoop& loop() { return *loop_; }
+  const RenderLoop& loop() const { return *loop_; }
+  FramePublisher& publisher() { return *publisher_; }
+  const FramePublisher& publisher() const { return *publisher_; }
+
+  // Memory for a film of these settings instead of the present one; on error the present one stays.
+  Status resize(const RenderSettings& settings);
+  // Memory for the queue of a listener, two frames; it is given back when another one replaces it.
+  Status reserve_queue(const RenderSettings& settings, const TileFormat& format);
+
+  // Puts the progress into the stream's queue about four times a second, until the stream ends or is replaced.
+  void report_progress(const std::shared_ptr<OutboundStream>& stream);
+
+ private:
+  Rendering(const Resources& resources, SceneLease scene) : resources_(resources), scene_(std::move(scene)) {}
+  void report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told);
+
+  Resources resources_;
+  SceneLease scene_;
+  Reservation film_memory_, queue_memory_;
+  std::shared_ptr<FramePublisher> publisher_;
+  std::unique_ptr<RenderLoop> loop_;  // after what its sink uses
+};
+
+}  // namespace helio

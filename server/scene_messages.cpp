@@ -1,0 +1,93 @@
+#include "server/scene_messages.h"
+
+#include <algorithm>
+
+#include "server/convert.h"
+
+namespace helio {
+namespace {
+
+// Keeps the answer below the message limit whatever a file contains.
+constexpr int kMaxCameras = 256;
+constexpr int kMaxLines = 256;
+constexpr std::size_t kMaxLine = 1000;
+constexpr std::size_t kMaxName = 256;
+
+// At most `size` bytes, UTF-8 kept whole; bytes that are not UTF-8 would not travel in a string field.
+std::string printable(const std::string& text, std::size_t size) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size() && out.size() < size;) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+    const bool whole = length > 0 && i + length <= text.size() &&
+                       std::all_of(text.begin() + i + 1, text.begin() + i + length,
+                                   [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; });
+    out += whole ? text.substr(i, length) : "?";
+    i += whole ? length : 1;
+  }
+  return out;
+}
+
+void add_lines(const std::vector<std::string>& lines, google::protobuf::RepeatedPtrField<std::string>& out) {
+  for (const std::string& line : lines) {
+    if (out.size() == kMaxLines) {
+      *out.Add() = "and " + std::to_string(lines.size() - kMaxLines) + " more";
+      return;
+    }
+    *out.Add() = printable(line, kMaxLine);
+  }
+}
+
+void write_point(const V3d& point, pb::Vec3& message) {
+  message.set_x(point.x);
+  message.set_y(point.y);
+  message.set_z(point.z);
+}
+
+}  // namespace
+
+pb::SceneInfo to_scene_info(const LoadedScene& scene) {
+  const SceneDescription& description = scene.snapshot->description();
+  const RenderSceneStats& stats = scene.snapshot->stats();
+  pb::SceneInfo info;
+  info.set_scene_id(scene.id);
+  info.set_name(printable(description.name, kMaxName));
+  info.set_triangles(stats.triangles);
+  info.set_instanced_triangles(stats.instanced_triangles);
+  std::uint32_t meshes = 0;
+  for (const Object& object : description.objects) meshes += std::uint32_t(object.meshes.size());
+  info.set_meshes(meshes);
+  info.set_instances(std::uint32_t(description.instances.size()));
+  info.set_materials(std::uint32_t(description.materials.size()));
+  info.set_textures(std::uint32_t(description.images.size()));
+  info.set_lights(scene.snapshot->features().light_count);
+  for (const CameraDescription& camera : description.cameras) {
+    if (info.cameras_size() == kMaxCameras) break;
+    pb::SceneCamera& entry = *info.add_cameras();
+    entry.set_name(printable(camera.name, kMaxName));
+    *entry.mutable_view() = to_message(camera_pose(camera));
+    entry.set_aspect(camera.aspect);
+  }
+  for (const std::string& name : scene.snapshot->features().names()) info.add_features(name);
+  info.set_memory_bytes(stats.memory_bytes);
+  if (const Box3d bounds = scene.snapshot->world_bounds(); !bounds.isEmpty()) {
+    write_point(bounds.min, *info.mutable_bounds_min());
+    write_point(bounds.max, *info.mutable_bounds_max());
+  }
+  info.set_references(std::uint32_t(std::max(0, scene.references.load())));
+  info.set_load_seconds(scene.load_seconds);
+  info.set_build_seconds(stats.build_seconds);
+  return info;
+}
+
+pb::LoadSceneResponse to_load_response(const LoadedScene& scene, bool already_loaded) {
+  pb::LoadSceneResponse response;
+  *response.mutable_scene() = to_scene_info(scene);
+  add_lines(scene.report.warnings, *response.mutable_warnings());
+  add_lines(scene.report.notices, *response.mutable_notices());
+  add_lines(scene.report.unread, *response.mutable_unread());
+  response.set_already_loaded(already_loaded);
+  return response;
+}
+
+}  // namespace helio

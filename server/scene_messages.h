@@ -1,0 +1,12 @@
+// What the daemon tells about a scene.
+#pragma once
+
+#include "heliograph/v1/render_service.pb.h"
+#include "server/scene_registry.h"
+
+namespace helio {
+
+heliograph::v1::SceneInfo to_scene_info(const LoadedScene& scene);
+heliograph::v1::LoadSceneResponse to_load_response(const LoadedScene& scene, bool already_loaded);
+
+}  // namespace helio

@@ -1,0 +1,259 @@
+#include "server/scene_registry.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+
+#include "renderer/base/clock.h"
+#include "renderer/scene/environment.h"
+
+namespace helio {
+namespace {
+
+// Passes reads on, remembering the digest of each file, and holds all of them together to max_scene_bytes.
+class RecordingSource final : public FileSource {
+ public:
+  RecordingSource(std::unique_ptr<FileSource> files, std::uint64_t max_scene_bytes)
+      : files_(std::move(files)), max_scene_bytes_(max_scene_bytes) {}
+
+  Result<std::vector<std::uint8_t>> read(std::string_view path, std::uint64_t max_bytes) const override {
+    const std::uint64_t left = max_scene_bytes_ - std::min(read_bytes_, max_scene_bytes_);
+    auto bytes = files_->read(path, std::min(max_bytes, left));
+    if (!bytes) {
+      if (bytes.error().code == ErrorCode::resource_exhausted && left < max_bytes) {
+        return Error{ErrorCode::resource_exhausted,
+                     fmt::format("max_scene_bytes: the scene's files are larger than {} bytes", max_scene_bytes_),
+                     std::string(path)};
+      }
+      return bytes;
+    }
+    read_bytes_ += bytes->size();
+    Sha256 hash;
+    hash.update(*bytes);
+    digests_[std::string(path)] = hash.finish();
+    return bytes;
+  }
+
+  const std::map<std::string, Sha256Digest>& digests() const { return digests_; }
+
+ private:
+  std::unique_ptr<FileSource> files_;
+  std::uint64_t max_scene_bytes_;
+  mutable std::uint64_t read_bytes_ = 0;
+  mutable std::map<std::string, Sha256Digest> digests_;
+};
+
+// Whether the text names a file; an error when it is neither a colour nor a possible name.
+Result<bool> names_file(const std::string& environment) {
+  if (environment.empty()) return false;
+  std::vector<Image> none;
+  const auto parsed = parse_environment(environment, nullptr, 0, none);
+  if (parsed) return false;
+  if (parsed.error().code == ErrorCode::failed_precondition) return true;
+  return parsed.error();
+}
+
+Error cancelled() {
+  return {ErrorCode::cancelled, "the load was cancelled", {}};
+}
+
+}  // namespace
+
+std::string SceneManifest::id() const {
+  Sha256 hash;
+  const auto add = [&](std::string_view text) {
+    hash.update(std::to_string(text.size()) + ":");
+    hash.update(text);
+  };
+  add("heliograph scene 1");
+  add(main_file);
+  add(std::to_string(std::bit_cast<std::uint64_t>(time_s)));
+  add(environment);
+  for (const auto& [name, digest] : files) {
+    add(name);
+    hash.update(digest);
+  }
+  return to_hex(hash.finish());
+}
+
+// One load: opens the sources, reads, builds.
+class SceneRegistry::Load {
+ public:
+  Load(const SceneRegistry& registry, SceneRequest request) : registry_(registry), request_(std::move(request)) {}
+
+  Status open() {
+    auto environment_is_file = names_file(request_.environment);
+    if (!environment_is_file) return located("begin.environment", environment_is_file.error());
+    manifest_.time_s = request_.time_s;
+    manifest_.environment = request_.environment;
+    environment_ = request_.environment;
+    if (auto* bundle = std::get_if<SceneBundle>(&request_.files)) {
+      manifest_.main_file = bundle->main_file;
+      manifest_.files = bundle->digests;
+      bundle_memory_ = std::move(bundle->memory);
+      files_ = record(make_memory_source(std::move(bundle->files)));
+      return ok_status();
+    }
+    auto main = registry_.roots_.find(std::get<std::string>(request_.files), "begin.path");
+    if (!main) return main.error();
+    manifest_.main_file = main->relative;
+    files_ = record(make_directory_source(main->root));
+    root_ = main->root;
+    if (*environment_is_file) {
+      auto map = registry_.roots_.find(request_.environment, "begin.environment");
+      if (!map) return map.error();
+      environment_ = map->relative;
+      environment_root_ = map->root;
+      environment_files_ = record(make_directory_source(map->root));
+    }
+    return ok_status();
+  }
+
+  // Known before loading for uploads only.
+  const SceneManifest& manifest() const { return manifest_; }
+
+  Result<std::shared_ptr<LoadedScene>> run(const CancelToken& cancel) {
+    if (cancel.cancelled()) return cancelled();
+    const double start = now_s();
+    SceneLoadOptions options;
+    options.time_s = request_.time_s;
+    options.max_memory_bytes = std::min(registry_.limits_.max_scene_memory, registry_.memory_.available());
+    options.environment = environment_;
+    options.environment_source = environment_files_ ? environment_files_.get() : files_.get();
+    auto description = load_scene(*files_, manifest_.main_file, options);
+    if (!description) return description.error();
+    if (cancel.cancelled()) return cancelled();
+
+    auto scene = std::make_shared<LoadedScene>();
+    scene->load_seconds = now_s() - start;
+    scene->report = description->report;
+    RenderSceneOptions build;
+    build.threads = registry_.limits_.build_threads;
+    auto snapshot = RenderScene::build(std::move(*description), build);
+    if (!snapshot) return snapshot.error();
+    if (cancel.cancelled()) return cancelled();
+    auto memory = registry_.memory_.reserve((*snapshot)->stats().memory_bytes, "the scene");
+    if (!memory) return memory.error();
+    scene->snapshot = std::move(*snapshot);
+    scene->memory = std::move(*memory);
+    record_files(*scene);
+    scene->id = manifest_.id();
+    scene->manifest = manifest_;
+    return scene;
+  }
+
+ private:
+  static Status located(const std::string& where, Error error) {
+    error.where = error.where.empty() ? where : where + ": " + error.where;
+    return error;
+  }
+
+  std::unique_ptr<RecordingSource> record(std::unique_ptr<FileSource> source) const {
+    return std::make_unique<RecordingSource>(std::move(source), registry_.limits_.max_scene_bytes);
+  }
+
+  void record_files(LoadedScene& scene) {
+    if (root_.empty()) return;  // an upload counts as a whole, whatever of it was read
+    const auto add = [&](const RecordingSource& source, const std::string& root, const std::string& prefix) {
+      for (const auto& [name, digest] : source.digests()) {
+        manifest_.files[prefix + name] = digest;
+        scene.disk_files[(std::filesystem::path(root) / name).string()] = digest;
+      }
+    };
+    add(*files_, root_, "");
+    if (environment_files_) add(*environment_files_, environment_root_, "environment/");
+  }
+
+  const SceneRegistry& registry_;
+  SceneRequest request_;
+  SceneManifest manifest_;
+  std::string root_, environment_root_;
+  std::string environment_;  // as the loader is to read it
+  std::unique_ptr<RecordingSource> files_, environment_files_;
+  Reservation bundle_memory_;
+};
+
+Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const CancelToken& cancel) {
+  if (const auto* path = std::get_if<std::string>(&request.files)) {
+    if (auto scene = find_unchanged(*path, request)) return Outcome{std::move(scene), true};
+  }
+  Load load(*this, std::move(request));
+  if (const Status opened = load.open(); !opened.ok()) return opened.error();
+  if (!load.manifest().files.empty()) {
+    if (auto scene = find(load.manifest().id())) return Outcome{std::move(scene), true};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (scenes_.size() >= std::size_t(limits_.max_scenes)) {
+      return Error{ErrorCode::resource_exhausted,
+                   fmt::format("max_scenes: {} scenes are loaded, as many as are allowed", scenes_.size()),
+                   {}};
+    }
+  }
+  auto scene = load.run(cancel);
+  if (!scene) return scene.error();
+  return keep(std::move(*scene));
+}
+
+Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> scene) {
+  const std::lock_guard lock(mutex_);
+  const auto [place, inserted] = scenes_.try_emplace(scene->id, scene);
+  return Outcome{place->second, !inserted};
+}
+
+std::shared_ptr<const LoadedScene> SceneRegistry::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = scenes_.find(id);
+  return found == scenes_.end() ? nullptr : found->second;
+}
+
+// A scene loaded from this path with the same options, all of whose files still have the same bytes.
+std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::string& path,
+                                                                 const SceneRequest& request) const {
+  const auto location = roots_.find(path, "begin.path");
+  if (!location) return nullptr;
+  const std::string main = (std::filesystem::path(location->root) / location->relative).string();
+  for (auto& scene : list()) {
+    if (scene->manifest.time_s != request.time_s || scene->manifest.environment != request.environment) continue;
+    if (!scene->disk_files.contains(main) || scene->manifest.main_file != location->relative) continue;
+    if (std::all_of(scene->disk_files.begin(), scene->disk_files.end(),
+                    [](const auto& file) { return hash_file(file.first) == file.second; })) {
+      return scene;
+    }
+  }
+  return nullptr;
+}
+
+Result<SceneLease> SceneRegistry::acquire(const std::string& id, const std::string& where) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = scenes_.find(id);
+  if (found == scenes_.end()) return Error{ErrorCode::not_found, "there is no scene '" + id + "'", where};
+  return SceneLease(found->second);
+}
+
+Status SceneRegistry::unload(const std::string& id, const std::string& where) {
+  std::shared_ptr<const LoadedScene> unloaded;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = scenes_.find(id);
+  if (found == scenes_.end()) return Error{ErrorCode::not_found, "there is no scene '" + id + "'", where};
+  if (const int references = found->second->references; references > 0) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("scene '{}' is used by {} sessions and jobs; close them first", id, references), where};
+  }
+  unloaded = std::move(found->second);
+  scenes_.erase(found);
+  return ok_status();
+}
+
+std::vector<std::shared_ptr<const LoadedScene>> SceneRegistry::list() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<const LoadedScene>> scenes;
+  scenes.reserve(scenes_.size());
+  for (const auto& [id, scene] : scenes_) scenes.push_back(scene);
+  return scenes;
+}
+
+}  // namespace helio

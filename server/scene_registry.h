@@ -1,0 +1,114 @@
+// The scenes that the daemon holds: loaded once, shared by every session and job that uses them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/result.h"
+#include "renderer/scene/scene_loader.h"
+#include "renderer/trace/render_scene.h"
+#include "server/memory_account.h"
+#include "server/scene_bundle.h"
+#include "server/scene_roots.h"
+#include "server/sha256.h"
+
+namespace helio {
+
+// What identifies a scene: the files that were read and the options that shaped it.
+struct SceneManifest {
+  std::string main_file;
+  double time_s = 0;
+  std::string environment;
+  std::map<std::string, Sha256Digest> files;
+
+  // SHA-256 over all of it, hexadecimal.
+  std::string id() const;
+};
+
+struct LoadedScene {
+  std::string id;
+  SceneManifest manifest;
+  std::map<std::string, Sha256Digest> disk_files;  // by absolute path; none for an upload
+  double load_seconds = 0;
+  LoadReport report;
+  std::shared_ptr<const RenderScene> snapshot;
+  Reservation memory;
+  mutable std::atomic<int> references{0};
+};
+
+// Keeps a scene from being unloaded.
+class SceneLease {
+ public:
+  SceneLease() = default;
+  explicit SceneLease(std::shared_ptr<const LoadedScene> scene) : scene_(std::move(scene)) { ++scene_->references; }
+  SceneLease(SceneLease&& other) noexcept = default;
+  SceneLease& operator=(SceneLease&& other) noexcept {
+    release();
+    scene_ = std::move(other.scene_);
+    return *this;
+  }
+  ~SceneLease() { release(); }
+
+  const LoadedScene& operator*() const { return *scene_; }
+  const LoadedScene* operator->() const { return scene_.get(); }
+
+ private:
+  void release() {
+    if (scene_) --scene_->references;
+    scene_.reset();
+  }
+  std::shared_ptr<const LoadedScene> scene_;
+};
+
+struct SceneLimits {
+  std::uint64_t max_scene_bytes = 0;
+  std::uint64_t max_scene_memory = 0;
+  int max_scenes = 0;
+  int build_threads = 0;
+};
+
+struct SceneRequest {
+  std::variant<std::string, SceneBundle> files;  // a path under the roots, or an upload
+  double time_s = 0;
+  std::string environment;  // "R,G,B" or a file; empty: the scene's own
+};
+
+class SceneRegistry {
+ public:
+  SceneRegistry(SceneRoots roots, const SceneLimits& limits, MemoryAccount& memory)
+      : roots_(std::move(roots)), limits_(limits), memory_(memory) {}
+
+  struct Outcome {
+    std::shared_ptr<const LoadedScene> scene;
+    bool already_loaded = false;
+  };
+  // Takes seconds; one call at a time. `cancel` is looked at between the stages.
+  Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
+
+  Result<SceneLease> acquire(const std::string& id, const std::string& where) const;
+  Status unload(const std::string& id, const std::string& where);
+  std::vector<std::shared_ptr<const LoadedScene>> list() const;
+
+ private:
+  class Load;
+  std::shared_ptr<const LoadedScene> find(const std::string& id) const;
+  std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
+  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene);
+
+  const SceneRoots roots_;
+  const SceneLimits limits_;
+  MemoryAccount& memory_;
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const LoadedScene>> scenes_;
+};
+
+}  // namespace helio

@@ -1,0 +1,29 @@
+// The directories that LoadScene may read from.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/base/result.h"
+
+namespace helio {
+
+class SceneRoots {
+ public:
+  // Every directory must exist; links in them are resolved once, here.
+  static Result<SceneRoots> open(const std::vector<std::string>& directories);
+
+  struct Location {
+    std::string root;      // one of the roots, absolute, without links
+    std::string relative;  // '/'-separated, below root, without links and ".."
+  };
+  // A regular file below a root, given relative to one (the first that has it wins) or absolute. permission_denied when
+  // `..` or a link leads outside, whether or not something exists there; not_found when there is no such file.
+  Result<Location> find(std::string_view path, const std::string& where) const;
+
+ private:
+  std::vector<std::string> roots_;
+};
+
+}  // namespace helio

@@ -1,0 +1,141 @@
+#include "server/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+
+#include "renderer/base/clock.h"
+#include "server/render_service.h"
+
+namespace helio {
+namespace {
+
+constexpr int kMaxReceivedMessage = 4 << 20;
+// For calls that nobody ends, such as a health watch, once all work is done.
+constexpr double kLastCallsSeconds = 0.3;
+// Jobs get the grace less this, in which their results are sent.
+constexpr double kResultSeconds = 0.5;
+
+struct ListenAddress {
+  std::string host;  // without brackets
+  bool loopback = false;
+};
+
+Result<ListenAddress> parse_listen(const std::string& listen) {
+  const std::size_t colon = listen.rfind(':');
+  ListenAddress address;
+  if (colon != std::string::npos) address.host = listen.substr(0, colon);
+  const std::string port = colon == std::string::npos ? "" : listen.substr(colon + 1);
+  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
+    address.host = address.host.substr(1, address.host.size() - 2);
+  } else if (address.host.find(':') != std::string::npos) {
+    address.host.clear();  // an IPv6 address needs its brackets
+  }
+  const bool digits = !port.empty() && port.size() <= 5 &&
+                      std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (address.host.empty() || !digits || std::stoi(port) > 65535) {
+    return Error{ErrorCode::invalid_argument, "'" + listen + "'; allowed: HOST:PORT, PORT from 0 (any free) to 65535",
+                 "listen"};
+  }
+  address.loopback = address.host == "localhost" || address.host == "::1" || address.host.rfind("127.", 0) == 0;
+  return address;
+}
+
+std::chrono::system_clock::time_point in_seconds(double seconds) {
+  return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                                std::chrono::duration<double>(std::max(0.0, seconds)));
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(const ServerConfig& config, SceneRoots roots) : core(config, std::move(roots)), service(core) {}
+
+  ServiceCore core;
+  RenderService service;
+  std::unique_ptr<grpc::Server> server;
+  std::string address;
+  std::mutex draining;
+  bool drained = false;
+};
+
+Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
+  auto roots = SceneRoots::open(config.scene_roots);
+  if (!roots) return roots.error();
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots));
+  grpc::ServerBuilder builder;
+  builder.RegisterService(&impl->service);
+  builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);        // a second daemon on the same port is an error
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20000);  // finds clients that vanished without a word
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5000);
+  int port = 0;
+  ListenAddress listen;
+  if (!config.listen.empty()) {
+    auto parsed = parse_listen(config.listen);
+    if (!parsed) return parsed.error();
+    listen = *parsed;
+    builder.AddListeningPort(config.listen, grpc::InsecureServerCredentials(), &port);
+  }
+  impl->server = builder.BuildAndStart();
+  if (!impl->server || (!config.listen.empty() && port == 0)) {
+    return Error{ErrorCode::unavailable, "cannot listen on " + config.listen + "; is the address in use?", "listen"};
+  }
+  if (!config.listen.empty()) {
+    const bool ipv6 = listen.host.find(':') != std::string::npos;
+    impl->address = (ipv6 ? "[" + listen.host + "]" : listen.host) + ":" + std::to_string(port);
+    if (!listen.loopback) {
+      spdlog::warn(
+          "listening on {}: there is no TLS yet, everyone who can reach this address can read and render; "
+          "prefer the loopback address and ssh -L",
+          impl->address);
+    }
+  }
+  return std::unique_ptr<Server>(new Server(std::move(impl)));
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Server::~Server() {
+  drain(0);
+}
+
+const std::string& Server::address() const {
+  return impl_->address;
+}
+
+std::shared_ptr<grpc::Channel> Server::in_process_channel() {
+  return impl_->server->InProcessChannel(grpc::ChannelArguments());
+}
+
+bool Server::drain(double grace_s) {
+  const std::lock_guard lock(impl_->draining);
+  ServiceCore& core = impl_->core;
+  if (impl_->drained) return !core.loader.busy();
+  impl_->drained = true;
+  const double deadline = now_s() + grace_s;
+  core.draining = true;
+  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
+  for (const auto& session : core.sessions.list()) session->drain(status);
+  const double result_seconds = std::min(kResultSeconds, grace_s / 2);
+  if (!core.jobs.wait_until_empty(deadline - result_seconds)) {
+    core.jobs.cancel_all();
+    core.jobs.wait_until_empty(deadline);
+  }
+  impl_->server->Shutdown(in_seconds(std::min(kLastCallsSeconds, deadline - now_s())));
+  impl_->server->Wait();
+  return !core.loader.busy();
+}
+
+}  // namespace helio

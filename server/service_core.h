@@ -1,0 +1,52 @@
+// Everything that the service's methods act on.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/clock.h"
+#include "renderer/frame/render_loop.h"
+#include "server/job_store.h"
+#include "server/memory_account.h"
+#include "server/scene_registry.h"
+#include "server/server_config.h"
+#include "server/session_registry.h"
+#include "server/task_thread.h"
+#include "server/timer_queue.h"
+
+namespace helio {
+
+struct ServiceCore {
+  ServiceCore(const ServerConfig& complete_config, SceneRoots roots)
+      : config(complete_config),
+        memory(config.max_memory),
+        engine(config.render_threads),
+        scenes(std::move(roots),
+               {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads}, memory),
+        sessions(config.max_sessions, timers),
+        jobs(config.max_jobs),
+        loader(std::size_t(config.max_queued_loads)) {}
+
+  RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
+  Rendering::Resources resources() { return {engine, memory, timers}; }
+  Status check_accepting() const {
+    if (!draining) return ok_status();
+    return Error{ErrorCode::unavailable, "the daemon is draining", {}};
+  }
+
+  const ServerConfig config;
+  const double started_s = now_s();
+  std::atomic<bool> draining{false};
+
+  // In this order: what is named later uses what is named earlier, and is destroyed first.
+  MemoryAccount memory;
+  RenderEngine engine;
+  SceneRegistry scenes;
+  TimerQueue timers;
+  SessionRegistry sessions;
+  JobStore jobs;
+  TaskThread loader;
+};
+
+}  // namespace helio

@@ -1,0 +1,164 @@
+#include "server/session.h"
+
+#include <spdlog/spdlog.h>
+
+#include "renderer/base/clock.h"
+
+namespace helio {
+
+Session::Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings,
+                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
+    : id_(std::move(id)),
+      grace_s_(grace_s),
+      limits_(limits),
+      rendering_(std::move(rendering)),
+      settings_(settings),
+      budget_(budget),
+      channels_(channels),
+      idle_since_s_(now_s()) {}
+
+RenderSettings Session::settings() const {
+  const std::lock_guard lock(mutex_);
+  return settings_;
+}
+
+Result<std::uint64_t> Session::update(const Change& change) {
+  const std::lock_guard lock(mutex_);
+  if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
+  Problems problems;
+  RenderLoop::Update update;
+  if (change.view) {
+    const LoadedScene& scene = rendering_->scene();
+    const ViewRules rules{&scene.snapshot->description().cameras, scene.manifest.time_s, last_view_id_};
+    update.view = read_view(*change.view, rules, "view", problems);
+  }
+  if (change.settings) update.settings = read_settings(*change.settings, limits_, "settings", problems);
+  if (change.budget) update.budget = read_budget(*change.budget, "budget", problems);
+  if (!problems.empty()) return problems.to_error();
+  if (update.settings) {
+    if (const Status fits = check_film_size(*update.settings, limits_, "settings"); !fits.ok()) return fits.error();
+    if (const Status fits = rendering_->resize(*update.settings); !fits.ok()) return fits.error();
+    settings_ = *update.settings;
+  }
+  if (update.budget) budget_ = *update.budget;
+  if (update.view) last_view_id_ = update.view->id;
+
+  const std::uint64_t revision = rendering_->loop().update(update);
+  const auto stream = rendering_->publisher().stream();
+  if (stream) {
+    stream->queue().drop_before(revision);
+    if (update.budget) stream->queue().limit_rate(budget_.bytes_per_second);
+    stream->kick();
+  }
+  paused_ = false;
+  if (!stream && !bounded()) pause();
+  if (!stream) idle_since_s_ = now_s();
+  return revision;
+}
+
+Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
+  const std::lock_guard lock(mutex_);
+  if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
+  if (const Status fits = rendering_->reserve_queue(settings_, format); !fits.ok()) return fits;
+  RenderLoop& loop = rendering_->loop();
+  const bool has_samples = loop.progress().samples_per_pixel > 0;
+
+  pb::StreamResponse greeting;
+  pb::Opened& opened = *greeting.mutable_opened();
+  opened.set_session_id(id_);
+  opened.set_revision(loop.revision());
+  *opened.mutable_settings() = to_message(settings_);
+  *opened.mutable_budget() = to_message(budget_);
+  opened.set_resumed(has_samples);
+  stream->queue().limit_rate(budget_.bytes_per_second);
+  stream->push(Greeting{greeting.SerializeAsString()});
+
+  stream->queue().drop_before(loop.revision());
+  const bool was_over = frame_over();
+  const auto before = rendering_->publisher().attach(stream, format);
+  if (before) {
+    before->finish({grpc::StatusCode::ABORTED, "another stream took session '" + id_ + "' over"});
+    spdlog::info("session taken over id={}", id_);
+  }
+  // The film is kept: its newest state is shown at once, and a frame that has not come to its end goes on.
+  if (paused_ || channels_ != format.channels) {
+    RenderLoop::Update go_on;
+    if (paused_ || !was_over) go_on.budget = budget_;
+    go_on.channels = channels_ = format.channels;
+    loop.update(go_on);
+    paused_ = false;
+  } else {
+    if (was_over && has_samples) rendering_->publisher().forget_end();
+    loop.republish();
+  }
+  rendering_->report_progress(stream);
+  return ok_status();
+}
+
+void Session::detach(const OutboundStream* stream) {
+  const std::lock_guard lock(mutex_);
+  if (!rendering_->publisher().detach(stream)) return;
+  idle_since_s_ = now_s();
+  if (!frame_over()) pause();
+}
+
+void Session::finish_after_frame(const std::shared_ptr<OutboundStream>& stream) {
+  const std::lock_guard lock(mutex_);
+  if (rendering_->publisher().stream() != stream) return;
+  if (last_view_id_ == 0 || !bounded()) {
+    stream->finish_when_drained(grpc::Status::OK);
+  } else {
+    rendering_->publisher().finish_after(rendering_->loop().revision());
+  }
+}
+
+void Session::drain(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  const auto stream = rendering_->publisher().stream();
+  if (stream) stream->push(Notice{NoticeSeverity::draining, status.error_message()});
+  rendering_->loop().cancel();
+  if (stream) stream->finish_when_drained(status);
+}
+
+void Session::close(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  rendering_->loop().cancel();
+  if (const auto stream = rendering_->publisher().stream()) stream->finish(status);
+}
+
+pb::SessionInfo Session::info() const {
+  const std::lock_guard lock(mutex_);
+  const auto stream = rendering_->publisher().stream();
+  pb::SessionInfo info;
+  info.set_session_id(id_);
+  info.set_scene_id(rendering_->scene().id);
+  *info.mutable_settings() = to_message(settings_);
+  info.set_revision(rendering_->loop().revision());
+  info.set_attached(stream != nullptr);
+  *info.mutable_progress() = to_message(rendering_->loop().progress(), id_);
+  info.set_memory_bytes(rendering_->loop().memory_bytes() + (stream ? stream->queue().bytes() : 0));
+  info.set_used_seconds(rendering_->loop().used_seconds());
+  info.set_idle_s(stream ? 0 : now_s() - idle_since_s_);
+  return info;
+}
+
+double Session::idle_s() const {
+  const std::lock_guard lock(mutex_);
+  return rendering_->publisher().stream() ? 0 : now_s() - idle_since_s_;
+}
+
+// Whether the newest revision's frame has ended by itself (or there is none).
+bool Session::frame_over() const {
+  if (last_view_id_ == 0) return true;
+  const auto end = rendering_->publisher().last_end();
+  return end && end->tag.revision >= rendering_->loop().revision();
+}
+
+void Session::pause() {
+  if (last_view_id_ == 0) return;
+  rendering_->loop().cancel();
+  paused_ = true;
+}
+
+}  // namespace helio

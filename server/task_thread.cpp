@@ -1,0 +1,49 @@
+#include "server/task_thread.h"
+
+namespace helio {
+
+TaskThread::TaskThread(std::size_t max_waiting) : max_waiting_(max_waiting), thread_([this] { run(); }) {}
+
+TaskThread::~TaskThread() {
+  stop();
+  thread_.join();
+}
+
+bool TaskThread::submit(std::function<void()> task) {
+  const std::lock_guard lock(mutex_);
+  if (stopping_ || waiting_.size() >= max_waiting_) return false;
+  waiting_.push_back(std::move(task));
+  changed_.notify_one();
+  return true;
+}
+
+void TaskThread::stop() {
+  std::deque<std::function<void()>> dropped;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  stopping_ = true;
+  dropped.swap(waiting_);
+  changed_.notify_one();
+}
+
+bool TaskThread::busy() const {
+  const std::lock_guard lock(mutex_);
+  return busy_;
+}
+
+void TaskThread::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    std::function<void()> task = std::move(waiting_.front());
+    waiting_.pop_front();
+    busy_ = true;
+    lock.unlock();
+    task();
+    task = nullptr;
+    lock.lock();
+    busy_ = false;
+  }
+}
+
+}  // namespace helio

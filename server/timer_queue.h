@@ -1,0 +1,30 @@
+// One thread that calls functions at given times: grace periods, progress reports, paced sending.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace helio {
+
+class TimerQueue {
+ public:
+  TimerQueue();
+  ~TimerQueue();  // functions that are still waiting are dropped
+
+  // Calls `function` once, at time `at_s` of now_s() or soon after. It must be short and hold what it uses by weak_ptr.
+  void call_at(double at_s, std::function<void()> function);
+
+ private:
+  void run();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::multimap<double, std::function<void()>> waiting_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace helio
