@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "renderer/film/box_sum.h"
+#include "renderer/film/error_estimate.h"
 #include "renderer/film/resolve.h"
 
 namespace helio {
@@ -20,43 +21,10 @@ constexpr int kTileSide = 32;
 constexpr int kTilesPerBlock = 16;         // columns of tiles looked at together, to bound the scratch memory
 constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
 
-// What every pixel must have, and the mean radiance of the picture over pixels and channels.
-struct Overview {
-  bool paired = true;
-  bool all_zero = true;
-  double mean = 0;
-};
-
-Overview look_over(const Film& film, const PixelRect& roi) {
-  Overview overview;
-  double total = 0;
-  for (int y = roi.y0; y < roi.y1; ++y) {
-    double row = 0;
-    for (int x = roi.x0; x < roi.x1; ++x) {
-      const HalfPixel& a = film.half(0, x, y);
-      const HalfPixel& b = film.half(1, x, y);
-      overview.paired &= a.count > 0 && b.count > 0;
-      for (const HalfPixel* half : {&a, &b}) {
-        overview.all_zero &= half->sum_squares[0] + half->sum_squares[1] + half->sum_squares[2] == 0;
-      }
-      const Rgb mean = resolve_mean(film, x, y);
-      row += double(mean.x) + mean.y + mean.z;
-    }
-    total += row;
-  }
-  overview.mean = total / (3.0 * double(roi.area()));
-  return overview;
-}
-
-struct ErrorSums {
-  double squared = 0;   // of d
-  double relative = 0;  // of d / (r^2 + epsilon)
-};
-
 // Adds the window's pixels, whose halves all have samples, to the sums of the tiles: column x belongs to
 // tiles[min((x - window.x0) / 32, last)].
 void add_window(const Film& film, const PixelRect& window, const PixelRect& roi, double epsilon,
-                std::vector<ErrorSums>& tiles) {
+                std::vector<ErrorEstimate::Sums>& tiles) {
   thread_local BoxPlane means, rows, sums;
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, roi);
@@ -77,7 +45,7 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
       const HalfPixel& b = film.half(1, x, y);
       const double inv_a = 1.0 / a.count;
       const double inv_b = a.count == b.count ? inv_a : 1.0 / b.count;
-      ErrorSums& tile = tiles[std::min(std::size_t((x - window.x0) / kTileSide), tiles.size() - 1)];
+      ErrorEstimate::Sums& tile = tiles[std::min(std::size_t((x - window.x0) / kTileSide), tiles.size() - 1)];
       for (int c = 0; c < 3; ++c) {
         const double half_difference = 0.5 * (a.sum[c] * inv_a - b.sum[c] * inv_b);
         const double r = double(sum[c]) / sum[3];
@@ -99,37 +67,83 @@ std::vector<std::array<int, 2>> cut(int begin, int end, int size) {
 
 }  // namespace
 
-FilmError estimate_error(const Film& film, const PixelRect& region) {
-  const PixelRect roi = intersect(region, film.bounds());
-  assert(!roi.empty());
-  const Overview overview = look_over(film, roi);
+ErrorEstimate::ErrorEstimate(const Film& film, const PixelRect& region)
+    : film_(&film), roi_(intersect(region, film.bounds())) {
+  assert(!roi_.empty());
+  for (const auto [y0, y1] : cut(roi_.y0, roi_.y1, kTileSide)) {
+    for (const auto [x0, x1] : cut(roi_.x0, roi_.x1, kTileSide * kTilesPerBlock)) {
+      Part part;
+      part.window = {x0, y0, x1, y1};
+      part.tiles.resize(std::size_t(std::max(1, part.window.width() / kTileSide)));
+      parts_.push_back(std::move(part));
+    }
+  }
+}
+
+void ErrorEstimate::look_over(std::size_t index) {
+  Part& part = parts_[index];
+  for (int y = part.window.y0; y < part.window.y1; ++y) {
+    double row = 0;
+    for (int x = part.window.x0; x < part.window.x1; ++x) {
+      const HalfPixel& a = film_->half(0, x, y);
+      const HalfPixel& b = film_->half(1, x, y);
+      part.paired &= a.count > 0 && b.count > 0;
+      for (const HalfPixel* half : {&a, &b}) {
+        part.all_zero &= half->sum_squares[0] + half->sum_squares[1] + half->sum_squares[2] == 0;
+      }
+      const Rgb mean = resolve_mean(*film_, x, y);
+      row += double(mean.x) + mean.y + mean.z;
+    }
+    part.radiance += row;
+  }
+}
+
+void ErrorEstimate::finish_look() {
+  double radiance = 0;
+  for (const Part& part : parts_) {
+    paired_ &= part.paired;
+    all_zero_ &= part.all_zero;
+    radiance += part.radiance;
+  }
+  const double mean = radiance / (3.0 * double(roi_.area()));
+  epsilon_ = kRelativeEpsilon * mean * mean;
+}
+
+void ErrorEstimate::add_up(std::size_t index) {
+  if (paired_) add_window(*film_, parts_[index].window, roi_, epsilon_, parts_[index].tiles);
+}
+
+FilmError ErrorEstimate::result() const {
   FilmError error;
-  error.all_zero = overview.all_zero;
-  error.known = overview.paired;
+  error.all_zero = all_zero_;
+  error.known = paired_;
   if (!error.known) {
     error.rmse = error.relmse = error.worst_tile_rmse = std::numeric_limits<double>::infinity();
     return error;
   }
-  const double epsilon = kRelativeEpsilon * overview.mean * overview.mean;
-  ErrorSums total;
-  for (const auto [y0, y1] : cut(roi.y0, roi.y1, kTileSide)) {
-    for (const auto [x0, x1] : cut(roi.x0, roi.x1, kTileSide * kTilesPerBlock)) {
-      const PixelRect window{x0, y0, x1, y1};
-      std::vector<ErrorSums> tiles(std::size_t(std::max(1, window.width() / kTileSide)));
-      add_window(film, window, roi, epsilon, tiles);
-      for (std::size_t i = 0; i < tiles.size(); ++i) {
-        const int columns = i + 1 == tiles.size() ? window.width() - int(i) * kTileSide : kTileSide;
-        const double values = 3.0 * columns * window.height();
-        error.worst_tile_rmse = std::max(error.worst_tile_rmse, std::sqrt(tiles[i].squared / values));
-        total.squared += tiles[i].squared;
-        total.relative += tiles[i].relative;
-      }
+  Sums total;
+  for (const Part& part : parts_) {
+    for (std::size_t i = 0; i < part.tiles.size(); ++i) {
+      const Sums& tile = part.tiles[i];
+      const int columns = i + 1 == part.tiles.size() ? part.window.width() - int(i) * kTileSide : kTileSide;
+      const double values = 3.0 * columns * part.window.height();
+      error.worst_tile_rmse = std::max(error.worst_tile_rmse, std::sqrt(tile.squared / values));
+      total.squared += tile.squared;
+      total.relative += tile.relative;
     }
   }
-  const double values = 3.0 * double(roi.area());
+  const double values = 3.0 * double(roi_.area());
   error.rmse = std::sqrt(total.squared / values);
   error.relmse = total.relative / values;
   return error;
+}
+
+FilmError estimate_error(const Film& film, const PixelRect& roi) {
+  ErrorEstimate estimate(film, roi);
+  for (std::size_t part = 0; part < estimate.parts(); ++part) estimate.look_over(part);
+  estimate.finish_look();
+  for (std::size_t part = 0; part < estimate.parts(); ++part) estimate.add_up(part);
+  return estimate.result();
 }
 
 }  // namespace helio

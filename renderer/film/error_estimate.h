@@ -1,0 +1,48 @@
+// estimate_error() in parts, for callers that share the work between threads or must be able to stop on the way.
+//
+// Two sweeps: look_over() of every part, then finish_look(), then add_up() of every part, then result(). The parts of
+// one sweep may be done in any order and by several threads at once; the result has the same bits.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "renderer/film/resolve.h"
+
+namespace helio {
+
+class ErrorEstimate {
+ public:
+  // The film must outlive the estimate, and its pixels in `roi` must not change between the sweeps.
+  // Precondition: roi meets the film.
+  ErrorEstimate(const Film& film, const PixelRect& roi);
+
+  // Of about 512 x 32 pixels each; a part of either sweep takes well under 5 ms.
+  std::size_t parts() const { return parts_.size(); }
+  void look_over(std::size_t part);
+  void finish_look();
+  void add_up(std::size_t part);
+  FilmError result() const;
+
+  struct Sums {
+    double squared = 0;   // of d = ((A - B) / 2)^2
+    double relative = 0;  // of d / (r^2 + epsilon)
+  };
+
+ private:
+  struct Part {
+    PixelRect window;
+    bool paired = true;  // every pixel has samples in both halves
+    bool all_zero = true;
+    double radiance = 0;      // sum over pixels and channels
+    std::vector<Sums> tiles;  // of the columns of 32x32 tiles in the window
+  };
+
+  const Film* film_;
+  PixelRect roi_;
+  std::vector<Part> parts_;
+  bool paired_ = true, all_zero_ = true;
+  double epsilon_ = 0;
+};
+
+}  // namespace helio
