@@ -9,9 +9,10 @@ namespace helio {
 
 struct SceneDescription;
 
-// From this many lights on (SceneFeatures::light_count) a light tree selects: below, its descent costs more than what
-// it saves over selection by power. Measured, see tests/unit/trace/light_tree_test.cpp.
-inline constexpr std::uint32_t kLightTreeThreshold = 8;
+// From this many lights on (SceneFeatures::light_count) a light tree selects, else power. Measured on unoccluded
+// irradiance in a room: three ceiling lamps, relative variance 0.04 for 75 ns a sample against 0.31 for 25 ns; three at
+// random, 6.9 for 50 ns against 12.1; two at random do not gain. A quad of two triangles is one light: it has no tree.
+inline constexpr std::uint32_t kLightTreeThreshold = 3;
 
 struct SceneFeatures {
   // surface response

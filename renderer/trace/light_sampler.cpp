@@ -131,7 +131,10 @@ void LightSampler::add_punctual(const std::vector<PunctualLight>& lights, double
                                 std::vector<double>& flux, std::vector<LightBounds>& bounds) {
   for (const bool infinite : {false, true}) {
     for (const PunctualLight& light : lights) {
-      if ((light.kind == PunctualKind::directional) != infinite || !(luminance(light.intensity) > 0)) continue;
+      const float strength = luminance(light.intensity);
+      if ((light.kind == PunctualKind::directional) != infinite || !(strength > 0) || !std::isfinite(strength))
+        continue;
+      if (!infinite && !is_finite(V3f(light.position))) continue;
       punctual_.push_back(make_punctual_source(light));
       flux.push_back(punctual_flux(light, scene_radius));
       if (!infinite) bounds.push_back(punctual_bounds(light));
@@ -204,12 +207,7 @@ LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float 
 
 LightSample LightSampler::sample_area(const AreaLight& light, const V3f& point, const V2f& u) const {
   const ShapeSample shape = sample_shape(light.shape, point, u);
-  LightSample sample{shape.direction, shape.distance, light.radiance, shape.pdf_w, false};
-  V3f surface_normal = light.shape.normal;
-  if (light.shape.kind == ShapeKind::sphere) {
-    surface_normal = (point + shape.direction * shape.distance - light.shape.center) * (1 / light.shape.radius);
-  }
-  sample.cos_light = std::abs(dot(surface_normal, shape.direction));
+  LightSample sample{shape.direction, shape.distance, light.radiance, shape.pdf_w, false, shape.cos_light};
   if (light.textured && shape.pdf_w > 0) {
     const V2f uv = light.uv + light.uv_s * shape.st.x + light.uv_t * shape.st.y;
     sample.radiance = textured_emission(emitters_[light.emitter], uv);

@@ -51,13 +51,11 @@ class LightSampler {
   LightSampler(const LightSampler&) = delete;
   LightSampler& operator=(const LightSampler&) = delete;
 
-  // False: sample() does not read u_select.
-  bool needs_selection() const { return selection_ == Selection::power || selection_ == Selection::tree; }
   bool empty() const { return selection_ == Selection::none; }
   // Lights to select from: degenerate and black ones do not count, two triangles of a parallelogram are one.
   std::size_t light_count() const { return areas_.size() + punctual_.size() + (environment_light_ ? 1 : 0); }
   // False: sample() does not read u_select.
-  bool uses_selection() const { return selection_ == Selection::power || selection_ == Selection::tree; }
+  bool needs_selection() const { return selection_ == Selection::power || selection_ == Selection::tree; }
   std::size_t memory_bytes() const;
   const std::vector<AreaEmitter>& emitters() const { return emitters_; }
 
@@ -67,8 +65,7 @@ class LightSampler {
     if (plain_quad_ && !detail::is_near(areas_[0].shape, point)) [[likely]] {
       const AreaLight& light = areas_[0];
       const ShapeSample shape = detail::sample_planar_area(light.shape, point, u);
-      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false,
-              std::abs(dot(light.shape.normal, shape.direction))};
+      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false, shape.cos_light};
     }
     return sample_any(point, normal, u_select, u);
   }

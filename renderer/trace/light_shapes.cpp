@@ -46,6 +46,7 @@ ShapeSample sample_along(const AreaShape& shape, const V3f& point, const V3f& di
   sample.st.y = std::clamp(dot(cross(shape.e1, in_plane), n) * inverse, 0.0f, 1.0f - sample.st.x);
   sample.direction = direction;
   sample.distance = distance;
+  sample.cos_light = facing;
   sample.pdf_w = 1 / solid_angle;
   return sample;
 }
@@ -118,6 +119,7 @@ ShapeSample sample_sphere(const AreaShape& shape, const V3f& point, const V2f& u
     const float along = dot(sample.direction, to_center), depth = radius_squared - squared;
     const float root = std::sqrt(along * along + depth);
     sample.distance = along > 0 ? along + root : depth / (root - along);
+    sample.cos_light = root / shape.radius;
     sample.pdf_w = sample.distance > 0 ? kInvPi / 4 : 0.0f;
     return sample;
   }
@@ -127,7 +129,9 @@ ShapeSample sample_sphere(const AreaShape& shape, const V3f& point, const V2f& u
   const float sine = std::sqrt(below * (2 - below));
   const Frame frame(to_center * (1 / distance));
   sample.direction = frame.to_world(V3f(sine * std::cos(phi), sine * std::sin(phi), 1 - below));
-  sample.distance = distance * (1 - below) - safe_sqrt(radius_squared - squared * sqr(sine));
+  const float root = safe_sqrt(radius_squared - squared * sqr(sine));
+  sample.distance = distance * (1 - below) - root;
+  sample.cos_light = root / shape.radius;
   sample.pdf_w = sample.distance > 0 ? accept_pdf(kInvPi / (2 * cap)) : 0.0f;
   return sample;
 }

@@ -33,8 +33,9 @@ AreaShape make_sphere_shape(const V3f& center, float radius, bool two_sided);
 struct ShapeSample {
   V3f direction{0, 0, 0};  // unit, from the point to the light
   float distance = 0;
-  float pdf_w = 0;  // 0: no sample, the light does not reach the point this way
-  V2f st{0, 0};     // planar: the point is p0 + st.x e1 + st.y e2
+  float pdf_w = 0;      // 0: no sample, the light does not reach the point this way
+  float cos_light = 1;  // |cosine| between the direction and the shape's normal where it meets the shape
+  V2f st{0, 0};         // planar: the point is p0 + st.x e1 + st.y e2
 };
 
 // Densities above this (per steradian) are treated as 0 by both functions, so that none is infinite; they arise within
@@ -62,7 +63,9 @@ inline ShapeSample sample_planar_area(const AreaShape& shape, const V3f& point, 
   if (shape.two_sided) height = std::abs(height);
   if (!(height > 0)) return sample;
   const float squared = length_squared(to_light), distance = std::sqrt(squared);
-  sample.direction = to_light * (1 / distance);
+  const float inverse = 1 / distance;
+  sample.direction = to_light * inverse;
+  sample.cos_light = height * inverse;
   sample.distance = distance;
   sample.pdf_w = accept_pdf(squared * distance / (height * shape.area));
   sample.st = st;

@@ -12,6 +12,17 @@ constexpr float kCosineSlack = 1e-3f;
 constexpr double kMinShare = 1e-14;
 constexpr float kMinDistanceSquared = 1e-20f;
 
+// By value and without a branch, so that compilers turn the loop over a node's children into vector code.
+inline float larger(float a, float b) {
+  return a > b ? a : b;
+}
+inline float smaller(float a, float b) {
+  return a < b ? a : b;
+}
+inline float root(float x) {
+  return std::sqrt(larger(x, 0.0f));
+}
+
 }  // namespace
 
 LightTree::LightTree(std::span<const LightBounds> lights) {
@@ -19,6 +30,8 @@ LightTree::LightTree(std::span<const LightBounds> lights) {
   const std::vector<LightTreeNode> binary = build_light_hierarchy(lights);
   place_.resize(lights.size());
   collapse(binary, 0, 0, 1 / binary[0].bounds.intensity);
+  nodes_.shrink_to_fit();
+  node_place_.shrink_to_fit();
 }
 
 // Makes the wide node for the binary subtree `from`, and those below it: the children that cost most are opened until
@@ -73,40 +86,38 @@ void LightTree::collapse(std::span<const LightTreeNode> binary, std::uint32_t fr
 
 // Importance of each child and their sum: intensity times bounds of the emission cosine (section 4.1 of the paper; the
 // cone of directions to a child is that to its bounding ball), of the cosine at the receiver, and of 1 / d^2.
-float LightTree::importances(const Node& node, const V3f& point, const V3f& normal, float (&importance)[kWidth]) {
+float LightTree::importances(const Node& node, const V3f& point, const V3f& normal, float* __restrict importance) {
+  const float px = point.x, py = point.y, pz = point.z, nx = normal.x, ny = normal.y, nz = normal.z;
   const float least_facing = length_squared(normal) > 0 ? -1.0f : 1.0f;
-  const auto cos_difference = [](float sin_a, float cos_a, float sin_b, float cos_b) {  // cos(max(0, a - b))
-    return cos_a >= cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
-  };
   for (int i = 0; i < kWidth; ++i) {
-    const float dx = point.x - node.center_x[i], dy = point.y - node.center_y[i], dz = point.z - node.center_z[i];
-    const float squared = std::max(dx * dx + dy * dy + dz * dz, kMinDistanceSquared);
+    const float dx = px - node.center_x[i], dy = py - node.center_y[i], dz = pz - node.center_z[i];
+    const float squared = larger(dx * dx + dy * dy + dz * dz, kMinDistanceSquared);
     const float distance = std::sqrt(squared), inverse = 1.0f / distance;
     const float radius = node.radius[i];
-    const float sin_b = std::min(radius * inverse, 1.0f), cos_b = std::sqrt(1.0f - sin_b * sin_b);
+    const float sin_b = smaller(radius * inverse, 1.0f), cos_b = root(1.0f - sin_b * sin_b);
 
+    // cos of max(0, theta_w - theta_o - theta_b), two angles at a time.
     const float toward = (node.axis_x[i] * dx + node.axis_y[i] * dy + node.axis_z[i] * dz) * inverse;
-    const float cos_w = std::max(toward, -toward - node.one_sided[i]);
-    const float sin_w = std::sqrt(std::max(1.0f - cos_w * cos_w, 0.0f));
-    const float cos_o = node.cos_theta_o[i];
-    const float sin_o = std::sqrt(std::max(1.0f - cos_o * cos_o, 0.0f));
-    const float cos_x = cos_difference(sin_w, cos_w, sin_o, cos_o);
-    const float sin_x = cos_w >= cos_o ? 0.0f : sin_w * cos_o - cos_w * sin_o;
-    const float cos_emission = cos_difference(sin_x, cos_x, sin_b, cos_b);
+    const float cos_w = larger(toward, -toward - node.one_sided[i]), sin_w = root(1.0f - cos_w * cos_w);
+    const float cos_o = node.cos_theta_o[i], sin_o = root(1.0f - cos_o * cos_o);
+    const float cos_wo = cos_w * cos_o + sin_w * sin_o, sin_wo = sin_w * cos_o - cos_w * sin_o;
+    const float cos_x = cos_w >= cos_o ? 1.0f : cos_wo, sin_x = cos_w >= cos_o ? 0.0f : sin_wo;
+    const float cos_xb = cos_x * cos_b + sin_x * sin_b;
+    const float cos_emission = cos_x >= cos_b ? 1.0f : cos_xb;
 
-    const float cos_i = -(normal.x * dx + normal.y * dy + normal.z * dz) * inverse;
-    const float sin_i = std::sqrt(std::max(1.0f - cos_i * cos_i, 0.0f));
-    const float cos_receiver = std::max(cos_difference(sin_i, cos_i, sin_b, cos_b), least_facing);
+    const float cos_i = -(nx * dx + ny * dy + nz * dz) * inverse, sin_i = root(1.0f - cos_i * cos_i);
+    const float cos_ib = cos_i * cos_b + sin_i * sin_b;
+    const float cos_receiver = larger(cos_i >= cos_b ? 1.0f : cos_ib, least_facing);
 
-    float value = node.intensity[i] * std::max(cos_emission, kCosineSlack) * std::max(cos_receiver, kCosineSlack) /
-                  std::max(squared, radius * radius);
-    const bool inside = squared <= radius * radius;
-    const bool reached = cos_emission > node.cos_theta_e[i] - kCosineSlack && cos_receiver > -kCosineSlack;
-    value = (inside || reached) ? value : 0.0f;
-    importance[i] = distance - radius <= node.range[i] * 1.0001f ? value : 0.0f;
+    const float any = node.intensity[i] * larger(cos_emission, kCosineSlack) * larger(cos_receiver, kCosineSlack) /
+                      larger(squared, radius * radius);
+    const float emitted = cos_emission > node.cos_theta_e[i] - kCosineSlack ? any : 0.0f;
+    const float received = cos_receiver > -kCosineSlack ? emitted : 0.0f;
+    const float bounded = squared <= radius * radius ? any : received;
+    importance[i] = distance - radius <= node.range[i] * 1.0001f ? bounded : 0.0f;
   }
   float sum = 0;
-  for (const float value : importance) sum += value;
+  for (int i = 0; i < kWidth; ++i) sum += importance[i];
   return sum;
 }
 

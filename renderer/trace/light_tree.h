@@ -51,7 +51,7 @@ class LightTree {
   };
 
   void collapse(std::span<const LightTreeNode> binary, std::uint32_t from, std::uint32_t place, double scale);
-  static float importances(const Node& node, const V3f& point, const V3f& normal, float (&importance)[kWidth]);
+  static float importances(const Node& node, const V3f& point, const V3f& normal, float* importance);
 
   std::vector<Node> nodes_;                // the root first
   std::vector<std::uint32_t> node_place_;  // by node: parent * kWidth + slot

@@ -60,7 +60,7 @@ class Builder {
 
   int bin_of(std::uint32_t light, int axis, const Box3f& centers) const {
     const float position = (center(light)[axis] - centers.min[axis]) / (centers.max[axis] - centers.min[axis]);
-    return std::clamp(int(position * kBins), 0, kBins - 1);
+    return position > 0 ? int(std::min(position * kBins, kBins - 1.0f)) : 0;
   }
 
   // Reorders [begin, end) and returns where its second part begins.

@@ -83,7 +83,7 @@ V3f SphericalTriangle::sample(const V2f& u) const {
       denominator != 0 ? std::clamp(((k2 * cos_phi - k1 * sin_phi) * cos_alpha - k2) / denominator, -1.0f, 1.0f) : 1.0f;
   const V3f c = a_ * cos_b + perpendicular_part(c_, a_) * safe_sqrt(1 - cos_b * cos_b);
   const float z = 1 - u.y * (1 - dot(c, b_));
-  return b_ * z + perpendicular_part(c, b_) * safe_sqrt(1 - z * z);
+  return normalize(b_ * z + perpendicular_part(c, b_) * safe_sqrt(1 - z * z));
 }
 
 }  // namespace helio
