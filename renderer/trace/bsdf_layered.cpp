@@ -58,6 +58,11 @@ FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
   return response;
 }
 
+// Share of the transmitted light that no second facet stops, roughly: refraction bends it away from the horizon.
+float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) {
+  return lobes.passage == Passage::thin ? terms.a + terms.b : 1.0f;
+}
+
 // Probabilities of choosing the diffuse base, the facets (reflected or transmitted) and the straight passage, from
 // their approximate albedos; and the base's share of light entering along wo.
 struct LobeChoice {
@@ -79,7 +84,8 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     straight = mean(lobes.tint) * lobes.glass;
   } else if (lobes.passage != Passage::none) {
     const GlassFresnel glass = glass_fresnel(lobes, wo.z);
-    facets += lobes.glass * (mean(glass.reflected) + mean(lobes.tint) * glass.transmitted) * (terms.a + terms.b);
+    facets += lobes.glass * (mean(glass.reflected) * (terms.a + terms.b) +
+                             mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
   const float diffuse = mean(lobes.diffuse) * choice.base_entry, sum = diffuse + facets + straight;
   if (!(sum > 0)) return choice;
@@ -265,7 +271,9 @@ Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {
     const GlassFresnel glass = glass_fresnel(lobes, wo.z);
-    albedo += (glass.reflected + lobes.tint * glass.transmitted) * (lobes.glass * (terms.a + terms.b));
+    albedo += (glass.reflected * (terms.a + terms.b) +
+               lobes.tint * (glass.transmitted * kept_by_transmission(lobes, terms))) *
+              lobes.glass;
   }
   return {std::min(1.0f, albedo.x), std::min(1.0f, albedo.y), std::min(1.0f, albedo.z)};
 }

@@ -35,7 +35,7 @@ struct ChiSquareResult {
   double statistic = 0;
   int degrees_of_freedom = 0;
   double p_value = 1;      // of the whole test
-  std::string impossible;  // what no statistic can excuse: samples where the density is zero, a density above 1
+  std::string impossible;  // what no statistic can excuse: a density above 1, samples of a density that is zero
 
   bool passes(double family_significance, int test_count) const {
     return impossible.empty() && p_value >= sidak_significance(family_significance, test_count);
@@ -43,8 +43,9 @@ struct ChiSquareResult {
   std::string summary() const;
 };
 
-// Cells whose expectation is below `pool_below` are pooled, smallest first, until the pool reaches it. Both arrays hold
-// counts and have the same length; their sums must agree to within rounding for the p value to mean anything.
+// Cells whose expectation is below `pool_below` are pooled, smallest first (cells of none included, whose samples so
+// count against it), until the pool reaches it. Both arrays hold counts and have the same length; their sums must agree
+// to within rounding for the p value to mean anything.
 ChiSquareResult chi_square_test(const std::vector<double>& observed, const std::vector<double>& expected,
                                 double pool_below = 5);
 

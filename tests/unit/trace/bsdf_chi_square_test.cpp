@@ -1,0 +1,178 @@
+// sample_bsdf draws from the density that evaluate_bsdf states, in shape and in total: what is missing from 1 is the
+// share of deltas and of invalid samples.
+#include <gtest/gtest.h>
+
+#include "renderer/trace/bsdf.h"
+#include "tests/support/chi_square.h"
+#include "tests/support/random.h"
+#include "tests/unit/trace/bsdf_cases.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kSamples = 60'000;
+constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
+constexpr double kAngles[] = {0, 50, 80, 89.9};
+constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
+// Materials x distributions x alphas x angles x parts: an upper bound suffices.
+constexpr int kTests = 13 * 2 * 3 * 4 * 2;
+
+// Which light a histogram counts: every other sample belongs elsewhere.
+enum class Part { reflected, transmitted };
+
+// Tests in the domain of half vectors, where a lobe of roughness alpha has the width alpha whatever the incidence. The
+// Jacobians are the textbook's (Walter 2007, eq. 13 to 17), in double.
+class HalfVectorDomain {
+ public:
+  HalfVectorDomain(const SurfaceParams& params, const V3f& wo, Part part)
+      : params_(params), wo_(wo), sign_(wo.z > 0 ? 1 : -1), part_(part) {
+    const bool refracts = part == Part::transmitted && !params.thin;
+    if (refracts) eta_ = wo.z > 0 ? params.ior : 1.0 / params.ior;
+    mirrored_ = part == Part::transmitted && params.thin;
+    above_ = V3d(wo.x, wo.y, std::fabs(wo.z));
+  }
+
+  V3f half_vector(const V3f& wi) const {
+    V3d w(wi.x, wi.y, wi.z * sign_ * (mirrored_ ? -1 : 1));
+    const V3d h = (above_ + w * eta_).normalized();
+    return V3f(h.z < 0 ? -h : h);
+  }
+
+  double density(const V3f& m_float) const {
+    const V3d m = V3d(m_float).normalized();
+    const double c = above_.dot(m);
+    if (m.z <= 0 || c <= 0) return 0;
+    if (part_ == Part::reflected || mirrored_) {
+      const V3d wi = m * (2 * c) - above_;
+      return wi.z > 0 ? pdf_w(V3d(wi.x, wi.y, mirrored_ ? -wi.z : wi.z)) * 4 * c : 0;
+    }
+    const double cos_t2 = 1 - (1 - c * c) / (eta_ * eta_);
+    if (cos_t2 <= 0) return 0;
+    const double cos_t = std::sqrt(cos_t2);
+    const V3d wi = m * (c / eta_ - cos_t) - above_ / eta_;
+    if (wi.z >= 0) return 0;
+    return pdf_w(wi) * std::pow(c - eta_ * cos_t, 2) / (eta_ * eta_ * cos_t);
+  }
+
+ private:
+  double pdf_w(const V3d& wi) const { return evaluate_bsdf(params_, wo_, V3f(V3d(wi.x, wi.y, wi.z * sign_))).pdf_w; }
+
+  const SurfaceParams& params_;
+  V3f wo_;
+  V3d above_;
+  double sign_, eta_ = 1;
+  Part part_;
+  bool mirrored_ = false;
+};
+
+bool belongs(const BsdfSample& sample, Part part) {
+  return sample.valid() && !sample.delta && sample.transmitted == (part == Part::transmitted);
+}
+
+std::vector<Part> parts_of(const SurfaceParams& params) {
+  if (params.transmission > 0 && std::fabs(params.ior - 1) > 0.01f) return {Part::reflected, Part::transmitted};
+  return {Part::reflected};
+}
+
+void expect_samples_follow_density(const NamedMaterial& material, double angle) {
+  V3f wo = direction_at(angle, 25);
+  if (material.from_inside) wo.z = -wo.z;
+  const SurfaceParams& params = material.params;
+  for (const Part part : parts_of(params)) {
+    SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees, " +
+                 (part == Part::reflected ? "reflected" : "transmitted"));
+    const HalfVectorDomain domain(params, wo, part);
+    const bool also_directions = params.alpha > 0.1f && angle < 85;
+    const float up = (wo.z > 0) == (part == Part::reflected) ? 1.0f : -1.0f;
+    SphereHistogram half_vectors(V3f(0, 0, 1), params.alpha, 16, 32), directions(V3f(0, 0, up), 1, 16, 32);
+    Random random(17);
+    for (int i = 0; i < kSamples; ++i) {
+      const float u_lobe = random.next_float();
+      const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
+      if (belongs(sample, part)) {
+        half_vectors.add(domain.half_vector(sample.wi));
+        directions.add(sample.wi);
+      } else {
+        half_vectors.add_elsewhere();
+        directions.add_elsewhere();
+      }
+    }
+    double mass = 0;
+    ChiSquareResult result = half_vectors.test([&](const V3f& m) { return domain.density(m); }, &mass);
+    EXPECT_TRUE(result.passes(kSignificance, kTests)) << "half vectors: " << result.summary() << ", mass " << mass;
+    if (!also_directions) continue;
+    result = directions.test([&](const V3f& wi) { return wi.z * up > 0 ? evaluate_bsdf(params, wo, wi).pdf_w : 0.0f; },
+                             &mass);
+    EXPECT_TRUE(result.passes(kSignificance, kTests)) << "directions: " << result.summary() << ", mass " << mass;
+  }
+}
+
+TEST(BsdfChiSquare, Lambert) {
+  for (const double angle : kAngles) expect_samples_follow_density(lambert_material(), angle);
+}
+
+class BsdfChiSquareAtAlpha : public testing::TestWithParam<std::tuple<MicrofacetDistribution, float>> {};
+
+TEST_P(BsdfChiSquareAtAlpha, EveryMaterialAndAngle) {
+  for (const NamedMaterial& material : materials_at(std::get<0>(GetParam()), std::get<1>(GetParam()))) {
+    for (const double angle : kAngles) expect_samples_follow_density(material, angle);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, BsdfChiSquareAtAlpha,
+                         testing::Combine(testing::ValuesIn(kDistributions), testing::ValuesIn(kAlphas)),
+                         [](const auto& info) {
+                           return name_of(std::get<0>(info.param)) + "_alpha_" +
+                                  std::to_string(std::lround(std::get<1>(info.param) * 100)) + "_percent";
+                         });
+
+// The delta switch: below it the only density left is that of the diffuse base.
+TEST(BsdfChiSquare, SmoothMaterials) {
+  for (const NamedMaterial& material : materials_at(MicrofacetDistribution::ggx, 0.5f * kDeltaAlpha)) {
+    for (const double angle : {0.0, 60.0, 89.0}) {
+      V3f wo = direction_at(angle, 25);
+      if (material.from_inside) wo.z = -wo.z;
+      SCOPED_TRACE(material.name);
+      SphereHistogram histogram(V3f(0, 0, wo.z > 0 ? 1 : -1), 1, 16, 32);
+      Random random(18);
+      for (int i = 0; i < kSamples; ++i) {
+        const float u_lobe = random.next_float();
+        const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+        ASSERT_TRUE(sample.valid());
+        sample.delta ? histogram.add_elsewhere() : histogram.add(sample.wi);
+      }
+      const ChiSquareResult result =
+          histogram.test([&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; });
+      EXPECT_TRUE(result.passes(kSignificance, kTests)) << result.summary();
+    }
+  }
+}
+
+// The probability that a delta sample reports is the frequency with which it comes.
+TEST(BsdfChiSquare, DeltaProbabilities) {
+  for (const NamedMaterial& material : materials_at(MicrofacetDistribution::ggx, 0)) {
+    SCOPED_TRACE(material.name);
+    V3f wo = direction_at(55, 25);
+    if (material.from_inside) wo.z = -wo.z;
+    double reflected = 0, transmitted = 0, p_reflected = 0, p_transmitted = 0;
+    Random random(19);
+    for (int i = 0; i < kSamples; ++i) {
+      const float u_lobe = random.next_float();
+      const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+      if (!sample.delta) continue;
+      (sample.transmitted ? transmitted : reflected) += 1;
+      (sample.transmitted ? p_transmitted : p_reflected) = sample.pdf_w;
+    }
+    const double diffuse = kSamples - reflected - transmitted;
+    const double p_diffuse = integrate_sphere(
+        SphereMap(V3f(0, 0, 1), 1), [&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; });
+    EXPECT_NEAR(p_diffuse + p_reflected + p_transmitted, 1, 1e-4);
+    const auto five_sigma = [](double p) { return 5 * std::sqrt(p * (1 - p) / kSamples) + 1e-4; };
+    EXPECT_NEAR(reflected / kSamples, p_reflected, five_sigma(p_reflected));
+    EXPECT_NEAR(transmitted / kSamples, p_transmitted, five_sigma(p_transmitted));
+    EXPECT_NEAR(diffuse / kSamples, p_diffuse, five_sigma(p_diffuse));
+  }
+}
+
+}  // namespace
+}  // namespace helio::test

@@ -1,0 +1,100 @@
+#include "renderer/trace/microfacet_albedo.h"
+
+#include <gtest/gtest.h>
+
+#include "renderer/trace/fresnel.h"
+#include "renderer/trace/microfacet.h"
+#include "tests/support/chi_square.h"
+#include "tests/unit/trace/bsdf_cases.h"
+
+namespace helio::test {
+namespace {
+
+// Straight from the definition: int D G1(wo) G1(wi) F / (4 wo.z) dwi over the hemisphere, without importance sampling.
+double brute_force_albedo(const Microfacet& microfacet, double mu, bool schlick) {
+  const V3f wo(float(std::sqrt(1 - mu * mu)), 0, float(mu));
+  return integrate_sphere(
+      SphereMap(V3f(-wo.x, 0, wo.z), 2 * microfacet.alpha),
+      [&](const V3f& wi) {
+        if (wi.z <= 0) return 0.0;
+        const V3f m = normalize(wo + wi);
+        const double f = schlick ? schlick_term(dot(wo, m)) : 1;
+        return f * microfacet.normal_density(m) * microfacet.masking(wo) * microfacet.masking(wi) / (4 * mu);
+      },
+      1e-6);
+}
+
+TEST(MicrofacetAlbedo, TableEqualsBruteForce) {
+  for (const auto distribution : {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann}) {
+    for (const float alpha : {0.05f, 0.2f, 0.5f, 0.83f, 1.0f}) {
+      for (const double mu : {0.03, 0.1, 0.4, 0.75, 1.0}) {
+        const AlbedoTerms terms = directional_albedo(distribution, alpha, float(mu));
+        const Microfacet microfacet{distribution, alpha};
+        const double total = brute_force_albedo(microfacet, mu, false);
+        const double grazing = brute_force_albedo(microfacet, mu, true);
+        EXPECT_NEAR(terms.a + terms.b, total, 0.003) << alpha << ' ' << mu;
+        EXPECT_NEAR(terms.b, grazing, 0.003) << alpha << ' ' << mu;
+        EXPECT_NEAR(terms.s, grazing / total, 0.003) << alpha << ' ' << mu;
+      }
+    }
+  }
+}
+
+// GGX, alpha = 1, normal incidence: D = 1 / pi, m.z = c, wi.z = 2 c^2 - 1 and G1(wi) = 2 wi.z / (wi.z + 1), G1(wo) = 1:
+// E = int_{c > 1/sqrt 2} D G1 c 2 pi dc = int 2 c (2 c^2 - 1) / c^2 dc = 1 - ln 2.
+TEST(MicrofacetAlbedo, KnownInClosedFormForGgxAtFullRoughness) {
+  const AlbedoTerms terms = directional_albedo(MicrofacetDistribution::ggx, 1, 1);
+  EXPECT_NEAR(terms.a + terms.b, 1 - std::log(2.0), 1e-3);
+}
+
+TEST(MicrofacetAlbedo, MirrorIsSchlickItself) {
+  for (const float mu : {0.0f, 0.2f, 0.6f, 1.0f}) {
+    const AlbedoTerms terms = directional_albedo(MicrofacetDistribution::ggx, 0, mu);
+    EXPECT_NEAR(terms.albedo(0.04f, 1), 0.04f + 0.96f * schlick_term(mu), 5e-4);
+    EXPECT_NEAR(terms.entering(0.04f, 1), 0.96f * (1 - schlick_term(mu)), 5e-4);
+  }
+  // 2 int (1 - mu)^5 mu dmu = 1 / 21.
+  EXPECT_NEAR(mean_albedo(MicrofacetDistribution::ggx, 0).b, 1.0 / 21, 2e-4);
+}
+
+TEST(MicrofacetAlbedo, EnteringNeverExceedsWhatIsNotReflected) {
+  for (const auto distribution : {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann}) {
+    for (int a = 0; a <= 50; ++a) {
+      for (int i = 0; i <= 100; ++i) {
+        const AlbedoTerms terms = directional_albedo(distribution, a / 50.0f, i / 100.0f);
+        ASSERT_LE(terms.a + terms.b, 1.0001f);
+        for (const float f0 : {0.0f, 0.04f, 0.5f, 1.0f}) {
+          ASSERT_LE(terms.entering(f0, 1) + terms.albedo(f0, 1), 1.004f) << a << ' ' << i << ' ' << f0;
+          ASSERT_GE(terms.entering(f0, 1), 0);
+        }
+        ASSERT_EQ(terms.entering(1, 1), 0);
+        ASSERT_EQ(terms.entering(0, 0), 1);
+      }
+    }
+  }
+}
+
+// The energy that single scattering keeps: the table of microfacet_albedo.h.
+TEST(MicrofacetAlbedo, LossesAreAsDocumented) {
+  struct Row {
+    float roughness, ggx[3], beckmann[3];
+  };
+  constexpr float kMu[3] = {1, 0.5f, 0.1f};
+  constexpr Row kRows[] = {{0.2f, {0.998f, 0.994f, 0.925f}, {1, 1, 0.972f}},
+                           {0.4f, {0.968f, 0.925f, 0.866f}, {1, 0.989f, 0.917f}},
+                           {0.6f, {0.823f, 0.776f, 0.824f}, {0.996f, 0.902f, 0.934f}},
+                           {0.8f, {0.556f, 0.601f, 0.713f}, {0.814f, 0.846f, 0.933f}},
+                           {1.0f, {0.307f, 0.41f, 0.558f}, {0.462f, 0.756f, 0.902f}}};
+  for (const Row& row : kRows) {
+    const float alpha = row.roughness * row.roughness;
+    for (int i = 0; i < 3; ++i) {
+      const AlbedoTerms ggx = directional_albedo(MicrofacetDistribution::ggx, alpha, kMu[i]);
+      const AlbedoTerms beckmann = directional_albedo(MicrofacetDistribution::beckmann, alpha, kMu[i]);
+      EXPECT_NEAR(ggx.a + ggx.b, row.ggx[i], 0.005) << row.roughness << ' ' << kMu[i];
+      EXPECT_NEAR(beckmann.a + beckmann.b, row.beckmann[i], 0.005) << row.roughness << ' ' << kMu[i];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace helio::test
