@@ -10,13 +10,15 @@ void FramePipeline::enter(Stage stage) {
   stage_began_s_ = 0;
 }
 
-void FramePipeline::start(const FramePlan& plan) {
+void FramePipeline::start(const FramePlan& plan, const Film& film) {
   assert(in_flight_ == 0);
   plan_ = plan;
+  film_ = &film;
   cut_ = false;
   seconds_ = {};
+  measured_.reset();
+  measure_.stop();
   integrate_.begin(plan, grid_);
-  measure_.begin(plan.measure);
   if (plan.publish == Publish::early) {
     resolve_.begin(plan, grid_);
     for (std::uint32_t t = 0; t < grid_.tiles().size(); ++t) {
@@ -31,10 +33,14 @@ void FramePipeline::leave_finished_stages(double now_s) {
   if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
     cut_ = integrate_.stopped();
     if (!cut_) seconds_.integrate = seconds();
+    if (!cut_ && plan_.measure) measure_.begin(*film_, grid_.region());
     enter(cut_ ? Stage::over : Stage::measure);
   }
   if (stage_ == Stage::measure && measure_.finished()) {
-    if (plan_.measure) seconds_.measure = seconds();
+    if (plan_.measure) {
+      seconds_.measure = seconds();
+      measured_ = measure_.result();
+    }
     if (plan_.publish == Publish::round) resolve_.begin(plan_, grid_);
     enter(Stage::publish);
   }
@@ -54,8 +60,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   } else if (stage_ == Stage::integrate) {
     const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
     if (auto next = integrate_.next(grid_, seconds)) piece = *next;
-  } else if (stage_ == Stage::measure && measure_.next()) {
-    piece = MeasurePiece{};
+  } else if (stage_ == Stage::measure) {
+    if (auto next = measure_.next()) piece = *next;
   }
   if (!piece) return std::nullopt;
   if (stage_began_s_ == 0) stage_began_s_ = now_s;
@@ -74,8 +80,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     integrate_.finish(*integrate, done, seconds, grid_);
     if (stage_ == Stage::integrate && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
       resolve_.tile_ready(integrate->tile);
-  } else if (std::holds_alternative<MeasurePiece>(piece)) {
-    measure_.finish();
+  } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
+    measure_.finish(*measure);
   } else {
     resolve_.finish();
   }

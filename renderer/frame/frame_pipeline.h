@@ -17,7 +17,6 @@
 
 namespace helio {
 
-struct MeasurePiece {};
 using Piece = std::variant<IntegratePiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
@@ -33,14 +32,14 @@ class FramePipeline {
   void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
   void forget_samples() { grid_.clear(); }
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
-  void start(const FramePlan& plan);
+  void start(const FramePlan& plan, const Film& film);
 
   // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
   // flight, waits for room, or the plan is over.
   std::optional<Piece> take(bool room, double now_s);
   // What take() would probably find; never false when it would find something.
   bool may_take(bool room) const;
-  // `done`: integrate: the samples are in the film.
+  // `done`: integrate: the samples are in the film. seconds: processor time of the piece.
   void finish(const Piece& piece, bool done, double seconds, double now_s);
 
   // Drops everything that is not in flight.
@@ -53,6 +52,7 @@ class FramePipeline {
   const FramePlan& plan() const { return plan_; }
   const TileGrid& grid() const { return grid_; }
   const StageSeconds& seconds() const { return seconds_; }
+  const std::optional<FilmError>& measured() const { return measured_; }  // by the newest plan
   bool published_final() const { return resolve_.all_final(); }
 
  private:
@@ -61,6 +61,7 @@ class FramePipeline {
   void leave_finished_stages(double now_s);
 
   FramePlan plan_;
+  const Film* film_ = nullptr;
   TileGrid grid_;
   IntegratePass integrate_;
   MeasurePass measure_;
@@ -71,6 +72,7 @@ class FramePipeline {
   int in_flight_ = 0;
   double stage_began_s_ = 0;  // 0: no piece was taken yet
   StageSeconds seconds_;
+  std::optional<FilmError> measured_;
 };
 
 }  // namespace helio

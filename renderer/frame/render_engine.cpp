@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-#include "renderer/base/clock.h"
+#include "renderer/frame/thread_clock.h"
 
 namespace helio {
 
@@ -76,9 +76,9 @@ void RenderEngine::Impl::work() {
     Client& client = clients_.at(id);  // stays: remove() waits for this piece
     const std::uint64_t wakes = client.wakes;
     lock.unlock();
-    const double started = now_s();
+    const double started = thread_cpu_s();
     const bool more = arena_->arena.execute([&] { return client.source->run_piece(); });
-    const double seconds = now_s() - started;
+    const double seconds = thread_cpu_s() - started;
     lock.lock();
     if (more) {
       const bool others_slept = !queue_.any_ready();

@@ -12,6 +12,7 @@
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
+#include "renderer/frame/thread_clock.h"
 
 namespace helio {
 
@@ -62,7 +63,6 @@ struct RenderLoop::Impl final : PieceSource {
   void abandon_frame(FrameEndReason reason);
   FrameProgress progress_at(double now) const;
   std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
-  void note_error(const FilmError& error);
 
   RenderEngine::Impl& engine;
   const IntegrateFunction integrate;
@@ -330,17 +330,9 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
     plan.publish = Publish::round;
     plan.final = true;
     plan.end = last_reason;
-    pipeline.start(plan);
+    pipeline.start(plan, *film);
     planned = true;
   }
-}
-
-void RenderLoop::Impl::note_error(const FilmError& error) {
-  std::uint32_t done[kHalves];
-  pipeline.grid().done_everywhere(done);
-  const std::uint32_t samples = done[0] + done[1];
-  if (samples != state.measured.samples) state.measured_before = state.measured;
-  state.measured = {samples, error};
 }
 
 void RenderLoop::Impl::note_finished_plan(double now) {
@@ -355,6 +347,11 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   if (added > 0 && !pipeline.cut()) blend(state.sample_seconds, seconds.integrate / added);
   blend(state.measure_seconds, seconds.measure);
   blend(state.publish_seconds, seconds.publish);
+
+  if (pipeline.measured()) {
+    if (state.measured.samples != state.total()) state.measured_before = state.measured;
+    state.measured = {state.total(), *pipeline.measured()};
+  }
 
   if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
     state.published = true;
@@ -375,7 +372,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
       return;
     }
   }
-  pipeline.start(scheduler.plan_next(state, now - view_accepted_s, backlog + waiting.size(), now));
+  pipeline.start(scheduler.plan_next(state, now - view_accepted_s, backlog, now), *film);
   planned = true;
 }
 
@@ -408,17 +405,16 @@ bool RenderLoop::Impl::run_piece() {
   Film& pixels = *film;
   lock.unlock();
 
-  const double started = now_s();
+  const double started = now_s(), cpu_started = thread_cpu_s();
   bool done = true;
   std::optional<std::string> failure;
   TraceStats stats;
-  FilmError error;
   FrameTile tile;
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
       done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
-    } else if (std::holds_alternative<MeasurePiece>(*piece)) {
-      error = estimate_error(pixels, mine->begin.region);
+    } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
+      run_measure(*p);
     } else {
       tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, pixels);
     }
@@ -427,10 +423,10 @@ bool RenderLoop::Impl::run_piece() {
   } catch (...) {
     failure = "unknown exception";
   }
-  const double ended = now_s();
+  const double ended = now_s(), cpu_seconds = thread_cpu_s() - cpu_started;
 
   lock.lock();
-  pipeline.finish(*piece, done && !failure, ended - started, ended);
+  pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
   const bool current = frame == mine;
   if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
     mine->integrate_seconds += ended - started;
@@ -441,7 +437,6 @@ bool RenderLoop::Impl::run_piece() {
     }
   } else if (std::holds_alternative<MeasurePiece>(*piece)) {
     mine->measure_seconds += ended - started;
-    if (current && !failure) note_error(error);
   } else {
     mine->resolve_seconds += ended - started;
     if (current && !failure) waiting.push({mine, std::move(tile)});

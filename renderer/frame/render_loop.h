@@ -82,7 +82,7 @@ class RenderLoop {
 
   std::uint64_t revision() const;
   FrameProgress progress() const;    // of the frame in flight, or of the last one; counts as of its last whole plan
-  double used_seconds() const;       // worker time charged to this loop
+  double used_seconds() const;       // workers' processor time charged to this loop
   std::size_t memory_bytes() const;  // film and scratch
 
   // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame

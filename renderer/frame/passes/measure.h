@@ -1,28 +1,41 @@
-// Pass: estimates the error of the whole region from its two halves.
+// Pass: estimates the error of the whole region from its two halves, in two sweeps over the film.
 #pragma once
 
-#include "renderer/film/resolve.h"
+#include <cstddef>
+#include <memory>
+#include <optional>
+
+#include "renderer/film/error_estimate.h"
 
 namespace helio {
+
+struct MeasurePiece {
+  std::shared_ptr<ErrorEstimate> estimate;
+  bool second_sweep = false;
+  std::size_t part = 0;
+};
 
 class MeasurePass {
  public:
   // Not thread safe: the owner's lock guards it.
-  void begin(bool wanted) { open_ = wanted; }
-  bool next() {
-    const bool taken = open_;
-    in_flight_ += taken;
-    open_ = false;
-    return taken;
-  }
-  bool any_open() const { return open_; }
-  void finish() { --in_flight_; }
-  void stop() { open_ = false; }
-  bool finished() const { return !open_ && in_flight_ == 0; }
+
+  void begin(const Film& film, const PixelRect& region);
+  std::optional<MeasurePiece> next();
+  bool any_open() const { return estimate_ && next_ < estimate_->parts(); }
+  void finish(const MeasurePiece& piece);
+  void stop() { estimate_.reset(); }
+  // Nothing was begun, or all of it is done.
+  bool finished() const { return !estimate_ || (second_sweep_ && done_ == estimate_->parts()); }
+  // Precondition: begun and finished.
+  FilmError result() const { return estimate_->result(); }
 
  private:
-  bool open_ = false;
-  int in_flight_ = 0;
+  std::shared_ptr<ErrorEstimate> estimate_;
+  bool second_sweep_ = false;
+  std::size_t next_ = 0, done_ = 0;  // parts of the sweep
 };
+
+// Thread safe for pieces of one estimate.
+void run_measure(const MeasurePiece& piece);
 
 }  // namespace helio

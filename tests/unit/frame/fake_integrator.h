@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "renderer/base/clock.h"
 #include "renderer/frame/integrate_function.h"
+#include "renderer/frame/thread_clock.h"
 
 namespace helio {
 
@@ -28,8 +28,7 @@ struct FakeIntegrator {
   double invalid_share = 0;           // of samples that are not finite
 
   struct Counters {
-    std::atomic<std::uint64_t> calls{0}, samples{0}, overlaps{0}, out_of_order{0}, cancelled{0};
-    std::atomic<double> longest_call{0};
+    std::atomic<std::uint64_t> calls{0}, samples{0}, out_of_order{0}, cancelled{0};
   };
   std::shared_ptr<Counters> counters = std::make_shared<Counters>();
 
@@ -44,8 +43,8 @@ struct FakeIntegrator {
     const PixelRect& w = job.window;
     const std::uint64_t samples = std::uint64_t(w.area()) * job.range.count;
     if (counters->samples + samples > throw_after) throw std::runtime_error("the ray got lost");
-    const double end = now_s() + seconds_per_sample * double(samples);
-    while (seconds_per_sample > 0 && now_s() < end) {
+    const double end = thread_cpu_s() + seconds_per_sample * double(samples);
+    while (seconds_per_sample > 0 && thread_cpu_s() < end) {
       if (!cancel.cancelled()) continue;
       counters->cancelled++;
       return false;

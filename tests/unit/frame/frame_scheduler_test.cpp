@@ -57,12 +57,13 @@ FrameState with_error(FrameState state, double rmse, double relmse) {
 
 // A printable comparison: GoogleTest shows bytes of unknown types.
 std::string text(const FramePlan& p) {
-  return std::string("A") + std::to_string(p.target[0]) + " B" + std::to_string(p.target[1]) + (p.measure ? " measure" : "") +
+  return std::string("A") + std::to_string(p.target[0]) + " B" + std::to_string(p.target[1]) +
+         (p.measure ? " measure" : "") +
          (p.publish == Publish::early   ? " early"
           : p.publish == Publish::round ? " round"
                                         : "") +
          (p.final ? " final" : "") + (p.end ? std::string(" end:") + to_string(*p.end) : "") +
-         (p.deadline_s == kNever ? "" : " deadline:" + std::to_string(p.deadline_s));
+         (p.deadline_s == kNever ? "" : std::string(" deadline:") + std::to_string(p.deadline_s));
 }
 #define EXPECT_PLAN(actual, expected) EXPECT_EQ(text(actual), text(expected))
 

@@ -1,0 +1,172 @@
+// Sharing and latency of the workers.
+#include <gtest/gtest.h>
+#include <time.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "fake_integrator.h"
+#include "recording_sink.h"
+#include "renderer/frame/render_loop.h"
+
+namespace helio {
+namespace {
+
+double process_cpu_s() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+std::unique_ptr<RenderLoop> endless_loop(RenderEngine& engine, const FakeIntegrator& integrator, int side,
+                                         RenderRank rank, std::shared_ptr<FrameSink> sink) {
+  auto loop =
+      std::make_unique<RenderLoop>(engine, integrator.function(), film_of(side, side), Budget{}, rank, std::move(sink));
+  RenderLoop::Update update;
+  update.view = view_at(1, 0);
+  loop->update(update);
+  return loop;
+}
+
+TEST(RenderEngine, ThreadCount) {
+  EXPECT_EQ(RenderEngine(3).threads(), 3);
+  EXPECT_GE(RenderEngine(0).threads(), 1);
+}
+
+TEST(RenderEngine, IdleWorkersSleep) {
+  RenderEngine engine(4);
+  const auto sink = std::make_shared<RecordingSink>();
+  FakeIntegrator integrator;
+  Budget budget;
+  budget.samples = 4;
+  RenderLoop loop(engine, integrator.function(), film_of(64, 64), budget, RenderRank::interactive, sink);
+  RenderLoop::Update update;
+  update.view = view_at(1, 0);
+  ASSERT_TRUE(sink->wait_for_end(loop.update(update)));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const double before = process_cpu_s();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_LT(process_cpu_s() - before, 0.003) << "1 % of one core";
+}
+
+TEST(RenderEngine, EightLoopsShareEvenly) {
+  RenderEngine engine(2);
+  std::vector<FakeIntegrator> integrators(8);
+  std::vector<std::unique_ptr<RenderLoop>> loops;
+  for (std::size_t i = 0; i < integrators.size(); ++i) {
+    integrators[i].seconds_per_sample = 1e-6;
+    loops.push_back(endless_loop(engine, integrators[i], 96 + 16 * int(i), RenderRank::interactive,
+                                 std::make_shared<RecordingSink>()));
+  }
+  std::vector<std::uint64_t> samples;
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  for (const auto& integrator : integrators) samples.push_back(integrator.counters->samples);
+  std::vector<double> used;
+  for (const auto& loop : loops) used.push_back(loop->used_seconds());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    samples[i] = integrators[i].counters->samples - samples[i];
+    used[i] = loops[i]->used_seconds() - used[i];
+  }
+  const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
+  EXPECT_LT(double(*most), 1.1 * double(*least));
+  const auto [least_used, most_used] = std::minmax_element(used.begin(), used.end());
+  EXPECT_LT(*most_used, 1.1 * *least_used);
+}
+
+TEST(RenderEngine, InteractiveLoopsComeBeforeJobs) {
+  RenderEngine engine(2);
+  FakeIntegrator for_job, for_session;
+  for_job.seconds_per_sample = for_session.seconds_per_sample = 1e-6;
+  const auto job = endless_loop(engine, for_job, 256, RenderRank::job, std::make_shared<RecordingSink>());
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  auto session = endless_loop(engine, for_session, 256, RenderRank::interactive, std::make_shared<RecordingSink>());
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const double before = job->used_seconds(), session_before = session->used_seconds();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  // A job gets what an interactive loop leaves: the ends of its plans.
+  EXPECT_LT(job->used_seconds() - before, 0.15 * (session->used_seconds() - session_before));
+  session.reset();
+  const std::uint64_t samples = for_job.counters->samples;
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_GT(for_job.counters->samples, samples);
+}
+
+// The 99th percentile of what is given; the largest where there are fewer than 100.
+double percentile_99(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, values.size() * 99 / 100)];
+}
+
+// How late this machine wakes a thread that sleeps, with nothing of ours to blame but as many busy threads as the test
+// has: what a latency is measured against where other programs run.
+double wake_delay_p99() {
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> busy;
+  for (int i = 0; i < 2; ++i) {
+    busy.emplace_back([&] {
+      while (!stop) {
+      }
+    });
+  }
+  std::vector<double> delays;
+  for (int i = 0; i < 100; ++i) {
+    const double before = now_s();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    delays.push_back(now_s() - before - 0.002);
+  }
+  stop = true;
+  for (std::thread& thread : busy) thread.join();
+  return percentile_99(delays);
+}
+
+// Two wakes stand between a request and its effect: the worker's and ours.
+double allowed_delay(double asked) {
+  return asked + 2 * wake_delay_p99();
+}
+
+TEST(RenderEngine, CancelTakesEffectInTime) {
+  RenderEngine engine(2);
+  FakeIntegrator integrator;
+  integrator.seconds_per_sample = 20e-6;
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, integrator.function(), film_of(512, 512), {}, RenderRank::interactive, sink);
+  std::vector<double> delays;
+  for (int i = 0; i < 100; ++i) {
+    RenderLoop::Update update;
+    update.view = view_at(std::uint64_t(i), i);
+    const std::uint64_t revision = loop.update(update);
+    ASSERT_TRUE(sink->wait([&] { return !sink->begins.empty() && sink->begins.back().tag.revision == revision; }));
+    std::this_thread::sleep_for(std::chrono::microseconds(1500 + 97 * i));
+    const double asked = now_s();
+    loop.cancel();
+    ASSERT_TRUE(sink->wait_for_end(revision));
+    delays.push_back(sink->read([&] { return sink->end_times.back(); }) - asked);
+  }
+  EXPECT_LT(percentile_99(delays), allowed_delay(0.020));
+  EXPECT_GT(integrator.counters->cancelled, 10u) << "nothing was in flight when it was cancelled";
+}
+
+TEST(RenderEngine, ANewViewTakesEffectInTime) {
+  RenderEngine engine(2);
+  FakeIntegrator integrator;
+  integrator.seconds_per_sample = 20e-6;
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, integrator.function(), film_of(512, 512), {}, RenderRank::interactive, sink);
+  std::vector<double> delays;
+  for (int i = 0; i < 100; ++i) {
+    RenderLoop::Update update;
+    update.view = view_at(std::uint64_t(i), i);
+    const double asked = now_s();
+    const std::uint64_t revision = loop.update(update);
+    ASSERT_TRUE(sink->wait([&] { return !sink->begins.empty() && sink->begins.back().tag.revision == revision; }));
+    delays.push_back(sink->read([&] { return sink->begin_times.back(); }) - asked);
+    std::this_thread::sleep_for(std::chrono::microseconds(1500 + 97 * i));
+  }
+  EXPECT_LT(percentile_99(delays), allowed_delay(0.020));
+  EXPECT_EQ(integrator.counters->out_of_order, 0u);
+}
+
+}  // namespace
+}  // namespace helio
