@@ -1,5 +1,6 @@
 #include "server/daemon.h"
 
+#include <grpc/support/log.h>
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -22,6 +23,8 @@ void set_up_log(const std::string& program, const std::string& level) {
   log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
   log->set_level(spdlog::level::from_str(level == "error" ? "err" : level));
   spdlog::set_default_logger(log);
+  // What matters of gRPC's own messages comes back as a status; the rest helps in debugging only.
+  gpr_set_log_function([](gpr_log_func_args* args) { spdlog::debug("grpc: {}", args->message); });
   spdlog::debug("{} {} {} {}", program, build_version(), build_description(), build_isa());
 }
 

@@ -174,6 +174,10 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   } catch (const CLI::CallForVersion&) {
     request.print = std::string("heliographd ") + build_version() + "\n";
     return request;
+  } catch (const CLI::ConfigError& error) {
+    // CLI11 says "INI was not able to parse NAME" of a name that it does not know.
+    const std::string what = error.what();
+    return Error{ErrorCode::invalid_argument, "unknown name '" + what.substr(what.rfind(' ') + 1) + "'", "--config"};
   } catch (const CLI::ParseError& error) {
     return Error{ErrorCode::invalid_argument, error.what(), program};
   }

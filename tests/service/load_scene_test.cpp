@@ -1,0 +1,287 @@
+// LoadScene, ListScenes, UnloadScene: good and bad uploads, paths and roots.
+#include <filesystem>
+#include <fstream>
+
+#include "service_fixture.h"
+
+namespace helio::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class LoadSceneTest : public ServiceTest {
+ protected:
+  void SetUp() override {
+    directory_ = fs::temp_directory_path() / ("helio-load-" + std::to_string(getpid()) + "-" +
+                                              testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(directory_ / "root/sub");
+    fs::create_directories(directory_ / "outside");
+    write("root/quad.gltf", quad_gltf(2));
+    write("root/sub/quad.gltf", quad_gltf(3));
+    write("outside/secret.gltf", quad_gltf(4));
+    fs::create_symlink(directory_ / "outside/secret.gltf", directory_ / "root/link.gltf");
+    fs::create_directory_symlink(directory_ / "outside", directory_ / "root/linked");
+    start([&](ServerConfig& config) {
+      config.scene_roots = {directory_ / "root"};
+      config.max_scene_bytes = 1 << 20;
+    });
+  }
+  void TearDown() override {
+    ServiceTest::TearDown();
+    fs::remove_all(directory_);
+  }
+
+  void write(const std::string& name, const std::string& text) { std::ofstream(directory_ / name) << text; }
+
+  grpc::Status load_path(const std::string& path, pb::LoadSceneResponse* response = nullptr,
+                         const std::string& environment = "") {
+    pb::LoadSceneRequest request;
+    request.mutable_begin()->set_path(path);
+    request.mutable_begin()->set_environment(environment);
+    pb::LoadSceneResponse ignored;
+    return load({request}, response ? response : &ignored);
+  }
+  grpc::Status upload(const std::vector<pb::LoadSceneRequest>& messages) {
+    pb::LoadSceneResponse response;
+    return load(messages, &response);
+  }
+  int scenes() {
+    pb::ListScenesResponse list;
+    EXPECT_TRUE(call(&pb::RenderService::Stub::ListScenes, pb::ListScenesRequest(), &list).ok());
+    return list.scenes_size();
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(LoadSceneTest, UploadTellsWhatWasFound) {
+  pb::LoadSceneResponse response;
+  const grpc::Status status = load(Upload().messages(), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.scene().scene_id().size(), 64u);
+  EXPECT_EQ(response.scene().triangles(), 2u);
+  EXPECT_EQ(response.scene().instanced_triangles(), 2u);
+  EXPECT_EQ(response.scene().meshes(), 1u);
+  EXPECT_EQ(response.scene().instances(), 1u);
+  ASSERT_EQ(response.scene().cameras_size(), 1);
+  EXPECT_EQ(response.scene().cameras(0).name(), "front");
+  EXPECT_DOUBLE_EQ(response.scene().cameras(0).view().position().z(), 3);
+  EXPECT_NEAR(response.scene().cameras(0).view().vertical_fov(), 0.8, 1e-6);
+  EXPECT_GT(response.scene().memory_bytes(), 0u);
+  EXPECT_DOUBLE_EQ(response.scene().bounds_max().x(), 1);
+  EXPECT_FALSE(response.already_loaded());
+  EXPECT_EQ(scenes(), 1);
+}
+
+TEST_F(LoadSceneTest, SameBytesAndOptionsAreTheSameScene) {
+  pb::LoadSceneResponse first, again, elsewhere;
+  ASSERT_TRUE(load(Upload().messages(), &first).ok());
+  ASSERT_TRUE(load(Upload().messages(), &again).ok());
+  EXPECT_TRUE(again.already_loaded());
+  EXPECT_EQ(again.scene().scene_id(), first.scene().scene_id());
+  EXPECT_EQ(scenes(), 1);
+  Upload other;
+  other.environment = "1,1,1";
+  ASSERT_TRUE(load(other.messages(), &elsewhere).ok());
+  EXPECT_FALSE(elsewhere.already_loaded());
+  EXPECT_NE(elsewhere.scene().scene_id(), first.scene().scene_id());
+}
+
+TEST_F(LoadSceneTest, PathIsLoadedOnceUntilItsBytesChange) {
+  pb::LoadSceneResponse first, again, changed;
+  const grpc::Status status = load_path("quad.gltf", &first);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(load_path((directory_ / "root/quad.gltf").string(), &again).ok());
+  EXPECT_TRUE(again.already_loaded());
+  write("root/quad.gltf", quad_gltf(5));
+  ASSERT_TRUE(load_path("quad.gltf", &changed).ok());
+  EXPECT_FALSE(changed.already_loaded());
+  EXPECT_NE(changed.scene().scene_id(), first.scene().scene_id());
+  EXPECT_TRUE(load_path("sub/quad.gltf").ok());
+}
+
+TEST_F(LoadSceneTest, PathsStayBelowTheRoots) {
+  using grpc::StatusCode;
+  const std::string outside = (directory_ / "outside/secret.gltf").string();
+  expect_status(load_path("../outside/secret.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path", "outside the scene"});
+  expect_status(load_path("sub/../../outside/secret.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  expect_status(load_path(outside), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  expect_status(load_path("link.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  expect_status(load_path("linked/secret.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  // Whether something exists outside is not told.
+  expect_status(load_path("../outside/nothing.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  expect_status(load_path("/etc/passwd"), StatusCode::PERMISSION_DENIED, {"begin.path"});
+  expect_status(load_path("nothing.gltf"), StatusCode::NOT_FOUND, {"begin.path", "nothing.gltf"});
+  expect_status(load_path("sub"), StatusCode::NOT_FOUND, {"begin.path"});
+  expect_status(load_path(std::string(5000, 'a')), StatusCode::INVALID_ARGUMENT, {"begin.path", "4096"});
+  expect_status(load_path("quad.gltf", nullptr, "../outside/map.exr"), StatusCode::PERMISSION_DENIED,
+                {"begin.environment"});
+  expect_status(load_path("quad.gltf", nullptr, "missing.exr"), StatusCode::NOT_FOUND, {"begin.environment"});
+  EXPECT_EQ(scenes(), 0);
+}
+
+TEST_F(LoadSceneTest, HalfUploadsAndWrongSizesAreRefused) {
+  using grpc::StatusCode;
+  const Upload good;
+  pb::LoadSceneRequest half = good.data(), more = good.data(), short_total = good.begin(), long_total = good.begin();
+  half.mutable_data()->resize(half.data().size() / 2);
+  more.mutable_data()->append("x");
+  short_total.mutable_begin()->set_total_bytes(good.bytes.size() - 1);
+  long_total.mutable_begin()->set_total_bytes(good.bytes.size() + 1);
+  const std::string size = std::to_string(good.bytes.size());
+  expect_status(upload({good.begin(), good.begin_file(), half}), StatusCode::INVALID_ARGUMENT,
+                {"data", "'quad.gltf'", "of " + size});
+  expect_status(upload({good.begin(), good.begin_file()}), StatusCode::INVALID_ARGUMENT, {"0 bytes of " + size});
+  expect_status(upload({good.begin()}), StatusCode::INVALID_ARGUMENT, {"begin.total_bytes", "0 arrived"});
+  expect_status(upload({good.begin(), good.begin_file(), more}), StatusCode::INVALID_ARGUMENT,
+                {"data", size + " were announced"});
+  expect_status(upload({short_total, good.begin_file()}), StatusCode::INVALID_ARGUMENT,
+                {"begin_file.bytes", size, "begin.total_bytes"});
+  expect_status(upload({long_total, good.begin_file(), good.data()}), StatusCode::INVALID_ARGUMENT,
+                {"begin.total_bytes", size + " arrived"});
+  EXPECT_EQ(scenes(), 0);
+}
+
+TEST_F(LoadSceneTest, WrongHashesAreRefused) {
+  const Upload good;
+  pb::LoadSceneRequest wrong = good.begin_file(), short_hash = good.begin_file();
+  wrong.mutable_begin_file()->set_sha256(sha256_of("something else"));
+  short_hash.mutable_begin_file()->set_sha256("abc");
+  expect_status(upload({good.begin(), wrong, good.data()}), grpc::StatusCode::INVALID_ARGUMENT,
+                {"begin_file.sha256", "'quad.gltf'"});
+  expect_status(upload({good.begin(), short_hash}), grpc::StatusCode::INVALID_ARGUMENT,
+                {"begin_file.sha256", "3 bytes; allowed: 32"});
+  EXPECT_EQ(scenes(), 0);
+}
+
+TEST_F(LoadSceneTest, OutOfOrderMessagesAreRefused) {
+  using grpc::StatusCode;
+  const Upload good;
+  pb::LoadSceneRequest path;
+  path.mutable_begin()->set_path("quad.gltf");
+  expect_status(upload({}), StatusCode::INVALID_ARGUMENT, {"before begin"});
+  expect_status(upload({good.data()}), StatusCode::INVALID_ARGUMENT, {"first message is not begin"});
+  expect_status(upload({good.begin_file()}), StatusCode::INVALID_ARGUMENT, {"first message is not begin"});
+  expect_status(upload({good.begin(), good.begin()}), StatusCode::INVALID_ARGUMENT, {"begin: was sent before"});
+  expect_status(upload({good.begin(), good.data()}), StatusCode::INVALID_ARGUMENT, {"before any begin_file"});
+  expect_status(upload({path, good.begin_file()}), StatusCode::INVALID_ARGUMENT, {"begin_file", "begin.path"});
+  expect_status(upload({path, good.data()}), StatusCode::INVALID_ARGUMENT, {"data", "begin.path"});
+  expect_status(upload({good.begin(), pb::LoadSceneRequest()}), StatusCode::INVALID_ARGUMENT, {"is empty"});
+  EXPECT_EQ(scenes(), 0);
+}
+
+TEST_F(LoadSceneTest, EveryWrongFieldIsNamed) {
+  using grpc::StatusCode;
+  pb::LoadSceneRequest all_wrong;
+  all_wrong.mutable_begin()->set_path("quad.gltf");
+  all_wrong.mutable_begin()->set_main_file("quad.gltf");
+  all_wrong.mutable_begin()->set_total_bytes(5);
+  all_wrong.mutable_begin()->set_time_s(std::numeric_limits<double>::quiet_NaN());
+  all_wrong.mutable_begin()->set_environment(std::string(5000, 'x'));
+  expect_status(upload({all_wrong}), StatusCode::INVALID_ARGUMENT,
+                {"begin.main_file", "begin.total_bytes: 5", "begin.time_s: nan", "begin.environment: 5000 bytes"});
+  expect_status(upload({pb::LoadSceneRequest()}), StatusCode::INVALID_ARGUMENT, {"first message"});
+  pb::LoadSceneRequest nothing;
+  nothing.mutable_begin();
+  expect_status(upload({nothing}), StatusCode::INVALID_ARGUMENT, {"begin.path", "required"});
+
+  for (const char* name : {"../x.gltf", "/x.gltf", "a//b", "a/./b", "C:x", "a\\b", "", "a/.."}) {
+    Upload bad;
+    bad.name = name;
+    pb::LoadSceneRequest begin = Upload().begin();
+    expect_status(upload({begin, bad.begin_file()}), StatusCode::INVALID_ARGUMENT, {"begin_file.name", "relative path"});
+  }
+  Upload small;
+  small.bytes = "x";
+  pb::LoadSceneRequest begin = small.begin();
+  begin.mutable_begin()->set_total_bytes(2);
+  expect_status(upload({begin, small.begin_file(), small.data(), small.begin_file()}), StatusCode::INVALID_ARGUMENT,
+                {"begin_file.name", "sent before"});
+  begin.mutable_begin()->set_total_bytes(1);
+  begin.mutable_begin()->set_main_file("other.gltf");
+  expect_status(upload({begin, small.begin_file(), small.data()}), StatusCode::INVALID_ARGUMENT,
+                {"begin.main_file", "'other.gltf'", "not among"});
+  EXPECT_EQ(scenes(), 0);
+}
+
+TEST_F(LoadSceneTest, BrokenScenesNameFileAndPlaceAndHarmNothing) {
+  const std::string good = load_quad();
+  Upload broken;
+  broken.bytes = quad_gltf();
+  broken.bytes.replace(broken.bytes.find("\"count\": 6"), 10, "\"count\": 9");
+  expect_status(upload(broken.messages()), grpc::StatusCode::INVALID_ARGUMENT, {"quad.gltf", "accessors"});
+  broken.bytes = "this is no glTF";
+  expect_status(upload(broken.messages()), grpc::StatusCode::INVALID_ARGUMENT, {"quad.gltf"});
+  broken.bytes = quad_gltf();
+  broken.bytes.replace(broken.bytes.find("\"extensionsUsed\""), 16, "\"extensionsRequired\": [\"ACME_x\"], \"extensionsUsed\"");
+  const grpc::Status unknown = upload(broken.messages());
+  expect_status(unknown, grpc::StatusCode::UNIMPLEMENTED, {"ACME_x"});
+  Upload environment;
+  environment.environment = "1,nan,2";
+  expect_status(upload(environment.messages()), grpc::StatusCode::INVALID_ARGUMENT, {"environment"});
+  environment.environment = "not-in-the-bundle.exr";
+  EXPECT_FALSE(upload(environment.messages()).ok());
+  EXPECT_EQ(scenes(), 1);
+  EXPECT_FALSE(create_session(good, 16, 16).empty());
+}
+
+TEST_F(LoadSceneTest, SceneBytesAreLimited) {
+  Upload large;
+  pb::LoadSceneRequest begin = large.begin();
+  begin.mutable_begin()->set_total_bytes((1 << 20) + 1);
+  expect_status(upload({begin}), grpc::StatusCode::RESOURCE_EXHAUSTED,
+                {"begin.total_bytes: 1048577", "max_scene_bytes = 1048576"});
+  write("root/large.gltf", quad_gltf() + std::string(1 << 20, ' '));
+  expect_status(load_path("large.gltf"), grpc::StatusCode::RESOURCE_EXHAUSTED, {"max_scene_bytes"});
+}
+
+TEST_F(LoadSceneTest, MessagesAreLimited) {
+  const Upload good;
+  pb::LoadSceneRequest data;
+  data.set_data(std::string(5 << 20, 'x'));
+  expect_status(upload({good.begin(), good.begin_file(), data}), grpc::StatusCode::RESOURCE_EXHAUSTED, {"message"});
+  Upload long_one;
+  long_one.bytes.assign(1 << 20, 'x');
+  pb::LoadSceneRequest chunk;
+  chunk.set_data(std::string((1 << 20) + 1, 'x'));
+  expect_status(upload({long_one.begin(), long_one.begin_file(), chunk}), grpc::StatusCode::INVALID_ARGUMENT,
+                {"data", "1048577 bytes; allowed: at most 1048576"});
+}
+
+TEST_F(LoadSceneTest, SceneInUseStays) {
+  const std::string scene = load_quad();
+  const std::string session = create_session(scene, 8, 8);
+  pb::UnloadSceneRequest unload;
+  pb::UnloadSceneResponse unloaded;
+  unload.set_scene_id(scene);
+  expect_status(call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded), grpc::StatusCode::FAILED_PRECONDITION,
+                {"scene_id", scene, "1 sessions"});
+  pb::CloseSessionRequest close;
+  pb::CloseSessionResponse closed;
+  close.set_session_id(session);
+  ASSERT_TRUE(call(&pb::RenderService::Stub::CloseSession, close, &closed).ok());
+  EXPECT_TRUE(eventually([&] { return call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded).ok(); }));
+  EXPECT_EQ(scenes(), 0);
+  expect_status(call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded), grpc::StatusCode::NOT_FOUND, {scene});
+  unload.clear_scene_id();
+  expect_status(call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded), grpc::StatusCode::INVALID_ARGUMENT,
+                {"scene_id: 0 bytes"});
+}
+
+TEST_F(LoadSceneTest, KilledUploadLeavesNothingBehind) {
+  const Upload good;
+  {
+    grpc::ClientContext context;
+    pb::LoadSceneResponse response;
+    auto writer = stub().LoadScene(&context, &response);
+    writer->Write(good.begin());
+    writer->Write(good.begin_file());
+    context.TryCancel();
+    EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  EXPECT_TRUE(load(good.messages(), std::make_unique<pb::LoadSceneResponse>().get()).ok());
+  EXPECT_EQ(scenes(), 1);
+}
+
+}  // namespace
+}  // namespace helio::test
