@@ -46,7 +46,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   if (!connection.address.empty()) {
     auto client = RenderClient::connect(connection.address, connection.connect);
     if (!client) return client.error();
-    renderer.client_ = *std::move(client);
+    renderer.client_ = std::move(client).value();
     return renderer;
   }
   ServerConfig config;
@@ -55,7 +55,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   config.log_level = "off";  // failures come back as statuses
   auto server = Server::start(config);
   if (!server) return server.error();
-  renderer.server_ = *std::move(server);
+  renderer.server_ = std::move(server).value();
   renderer.client_ =
       std::make_unique<RenderClient>(renderer.server_->in_process_channel(), "in process", connection.connect);
   return renderer;

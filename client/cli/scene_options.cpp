@@ -88,7 +88,7 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
   if (!response) return {std::nullopt, to_failure(response.error())};
   const double seconds = now_s() - start;
   report(*response, terminal);
-  return {LoadedScene{*std::move(response), seconds}, std::nullopt};
+  return {LoadedScene{std::move(response).value(), seconds}, std::nullopt};
 }
 
 std::vector<pb::SceneCamera> cameras_of(const pb::SceneInfo& scene) {

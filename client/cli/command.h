@@ -1,0 +1,24 @@
+// What a subcommand gives to main: its place on the command line and what it does.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace helio::cli {
+
+struct Command {
+  CLI::App* app = nullptr;
+  std::function<int()> run;  // the exit code; called once, after parsing
+};
+
+Command add_serve(CLI::App& root);
+Command add_render(CLI::App& root);
+Command add_move(CLI::App& root);
+Command add_info(CLI::App& root);
+Command add_scene(CLI::App& root);
+
+// Flags that the command does not know become problems, so that they are reported with the others.
+class OptionReader;
+void report_unknown(const CLI::App& app, OptionReader& reader);
+
+}  // namespace helio::cli

@@ -1,0 +1,141 @@
+// heliograph info: what this renderer or a daemon is, its limits, scenes and sessions.
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/terminal.h"
+#include "client/enum_names.h"
+
+namespace helio::cli {
+
+namespace {
+
+struct InfoOptions {
+  ConnectionOptions connection;
+  bool json = false;
+};
+
+Json to_json(const pb::GetServerInfoResponse& info) {
+  Json json;
+  json["version"] = info.version();
+  json["build"] = info.build();
+  json["isa"] = info.isa();
+  json["devices"] = Json::array();
+  for (const pb::Device& device : info.devices()) {
+    json["devices"].push_back({{"kind", device.kind()}, {"name", device.name()}});
+  }
+  json["threads"] = info.threads();
+  json["modes"] = Json::array();
+  for (const int mode : info.modes()) json["modes"].push_back(to_short_name(static_cast<pb::Mode>(mode)));
+  json["scene_formats"] = Json::array();
+  for (const std::string& format : info.scene_formats()) json["scene_formats"].push_back(format);
+  const pb::Limits& limits = info.limits();
+  json["limits"] = {{"max_scene_bytes", limits.max_scene_bytes()},
+                    {"max_scene_memory", limits.max_scene_memory()},
+                    {"max_film_side", limits.max_film_side()},
+                    {"max_film_pixels", limits.max_film_pixels()},
+                    {"max_sessions", limits.max_sessions()},
+                    {"max_jobs", limits.max_jobs()},
+                    {"max_memory", limits.max_memory()},
+                    {"max_message_bytes", limits.max_message_bytes()},
+                    {"max_scenes", limits.max_scenes()}};
+  json["draining"] = info.draining();
+  json["uptime_s"] = info.uptime_s();
+  return json;
+}
+
+Json to_json(const pb::ListScenesResponse& scenes) {
+  Json json = Json::array();
+  for (const pb::SceneInfo& scene : scenes.scenes()) {
+    json.push_back({{"scene_id", scene.scene_id()},
+                    {"name", scene.name()},
+                    {"triangles", scene.triangles()},
+                    {"memory_bytes", scene.memory_bytes()},
+                    {"references", scene.references()}});
+  }
+  return json;
+}
+
+Json to_json(const pb::ListSessionsResponse& sessions) {
+  Json json = Json::array();
+  for (const pb::SessionInfo& session : sessions.sessions()) {
+    json.push_back({{"session_id", session.session_id()},
+                    {"scene_id", session.scene_id()},
+                    {"width", session.settings().width()},
+                    {"height", session.settings().height()},
+                    {"attached", session.attached()},
+                    {"samples", session.progress().samples_per_pixel()},
+                    {"memory_bytes", session.memory_bytes()},
+                    {"used_seconds", session.used_seconds()}});
+  }
+  return json;
+}
+
+void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& json) {
+  terminal.say(fmt::format("heliograph {} ({}, {}), {} threads{}", info.version(), info.build(), info.isa(),
+                           info.threads(), info.draining() ? ", draining" : ""));
+  for (const pb::Device& device : info.devices()) terminal.say("  " + device.kind() + ": " + device.name());
+  std::vector<std::string> modes;
+  for (const int mode : info.modes()) modes.push_back(to_short_name(static_cast<pb::Mode>(mode)));
+  terminal.say("  modes: " + join(modes, ", "));
+  terminal.say("  scene formats: " + join({info.scene_formats().begin(), info.scene_formats().end()}, ", "));
+  const pb::Limits& limits = info.limits();
+  terminal.say(fmt::format("  limits: scene {}B, memory {}B, film {} pixels with sides up to {}, {} sessions, {} jobs",
+                           human_count(double(limits.max_scene_bytes())), human_count(double(limits.max_memory())),
+                           human_count(double(limits.max_film_pixels())), limits.max_film_side(), limits.max_sessions(),
+                           limits.max_jobs()));
+  for (const Json& scene : json["scenes"]) {
+    terminal.say(fmt::format("  scene {}: {}, {} triangles, {}B, used by {}", scene["scene_id"].get<std::string>(),
+                             scene["name"].get<std::string>(), human_count(scene["triangles"].get<double>()),
+                             human_count(scene["memory_bytes"].get<double>()), scene["references"].get<int>()));
+  }
+  for (const Json& session : json["sessions"]) {
+    terminal.say(fmt::format("  session {}: {}x{}, {} samples, {}", session["session_id"].get<std::string>(),
+                             session["width"].get<int>(), session["height"].get<int>(), session["samples"].get<int>(),
+                             session["attached"].get<bool>() ? "attached" : "waiting"));
+  }
+}
+
+int run(const CLI::App& app, const InfoOptions& options) {
+  Terminal terminal(options.json);
+  Problems problems;
+  OptionReader reader(problems);
+  report_unknown(app, reader);
+  const Connection connection = read_connection(options.connection, reader);
+  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+
+  Result<Renderer> renderer = Renderer::open(connection);
+  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  RenderClient& client = renderer->client();
+  const auto info = client.server_info();
+  if (!info) return terminal.fail(exit_code_of(info.error()), info.error().to_string());
+  const auto scenes = client.list_scenes();
+  if (!scenes) return terminal.fail(exit_code_of(scenes.error()), scenes.error().to_string());
+  const auto sessions = client.list_sessions();
+  if (!sessions) return terminal.fail(exit_code_of(sessions.error()), sessions.error().to_string());
+
+  Json json = to_json(*info);
+  json["server"] = connection.address.empty() ? Json(nullptr) : Json(connection.address);
+  json["scenes"] = to_json(*scenes);
+  json["sessions"] = to_json(*sessions);
+  say(terminal, *info, json);
+  terminal.result(json);
+  return kOk;
+}
+
+}  // namespace
+
+Command add_info(CLI::App& root) {
+  CLI::App* app = root.add_subcommand("info", "What the renderer in this program, or a daemon, is and may do");
+  auto options = std::make_shared<InfoOptions>();
+  add_connection_options(*app, options->connection);
+  app->add_flag("--json", options->json, "One JSON object on stdout");
+  app->allow_extras();
+  app->footer(kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,127 @@
+// heliograph scene inspect: what a scene file holds, or why it is refused.
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/scene_options.h"
+#include "client/cli/terminal.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+struct InspectOptions {
+  SceneOptions scene;
+  ConnectionOptions connection;
+  bool json = false;
+};
+
+Json to_json(const pb::Vec3& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+
+Json to_json(const pb::SceneCamera& camera) {
+  Json json;
+  json["name"] = camera.name();
+  json["projection"] = camera.view().orthographic_half_height() > 0 ? "orthographic" : "perspective";
+  json["position"] = to_json(camera.view().position());
+  if (camera.view().orthographic_half_height() > 0) {
+    json["half_height"] = camera.view().orthographic_half_height();
+  } else {
+    json["vertical_fov"] = camera.view().vertical_fov();
+  }
+  json["aspect"] = camera.aspect() > 0 ? Json(camera.aspect()) : Json(nullptr);
+  return json;
+}
+
+Json to_json(const LoadedScene& loaded) {
+  const pb::SceneInfo& scene = loaded.response.scene();
+  Json json;
+  json["scene_id"] = scene.scene_id();
+  json["name"] = scene.name();
+  json["triangles"] = scene.triangles();
+  json["instanced_triangles"] = scene.instanced_triangles();
+  json["meshes"] = scene.meshes();
+  json["instances"] = scene.instances();
+  json["materials"] = scene.materials();
+  json["textures"] = scene.textures();
+  json["lights"] = scene.lights();
+  json["cameras"] = Json::array();
+  for (const pb::SceneCamera& camera : scene.cameras()) json["cameras"].push_back(to_json(camera));
+  json["features"] = Json::array();
+  for (const std::string& feature : scene.features()) json["features"].push_back(feature);
+  json["memory_bytes"] = scene.memory_bytes();
+  json["bounds_min"] = to_json(scene.bounds_min());
+  json["bounds_max"] = to_json(scene.bounds_max());
+  json["load_seconds"] = loaded.seconds;
+  json["decode_seconds"] = scene.load_seconds();
+  json["build_seconds"] = scene.build_seconds();
+  add_load_report(json, loaded.response);
+  return json;
+}
+
+void say(Terminal& terminal, const LoadedScene& loaded) {
+  const pb::SceneInfo& scene = loaded.response.scene();
+  terminal.say(fmt::format("{}: {} triangles ({} as instanced), {} meshes, {} instances", scene.name(),
+                           scene.triangles(), scene.instanced_triangles(), scene.meshes(), scene.instances()));
+  terminal.say(
+      fmt::format("  {} materials, {} textures, {} lights", scene.materials(), scene.textures(), scene.lights()));
+  const pb::Vec3 &low = scene.bounds_min(), &high = scene.bounds_max();
+  terminal.say(fmt::format("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", low.x(), low.y(), low.z(),
+                           high.x(), high.y(), high.z()));
+  int number = 0;
+  for (const pb::SceneCamera& camera : scene.cameras()) {
+    terminal.say(fmt::format("  camera {}: '{}'{}", number++, single_line(camera.name()),
+                             camera.aspect() > 0 ? fmt::format(", aspect {:.4g}", camera.aspect()) : ""));
+  }
+  std::string features;
+  for (const std::string& feature : scene.features()) features += (features.empty() ? "" : ", ") + feature;
+  terminal.say("  needs: " + (features.empty() ? std::string("nothing special") : features));
+  terminal.say(fmt::format("  {}B of memory; decoded in {}, built in {}", human_count(double(scene.memory_bytes())),
+                           human_seconds(scene.load_seconds()), human_seconds(scene.build_seconds())));
+  for (const std::string& key : loaded.response.unread()) terminal.say("  unread: " + single_line(key));
+}
+
+int run(const CLI::App& app, const InspectOptions& options) {
+  Terminal terminal(options.json);
+  Problems problems;
+  OptionReader reader(problems);
+  report_unknown(app, reader);
+  const Connection connection = read_connection(options.connection, reader);
+  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
+  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+
+  CallControl control;
+  const Interrupt interrupt([&] { control.cancel(); });
+  Result<Renderer> renderer = Renderer::open(connection);
+  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  const LoadOutcome outcome = load_scene(renderer->client(), choice, terminal, &control);
+  if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
+  if (outcome.failure) return terminal.fail(outcome.failure->exit_code, outcome.failure->error.to_string());
+  say(terminal, *outcome.scene);
+  terminal.result(to_json(*outcome.scene));
+  return kOk;
+}
+
+}  // namespace
+
+Command add_scene(CLI::App& root) {
+  CLI::App* scene = root.add_subcommand("scene", "Work on scene files");
+  scene->require_subcommand(1);
+  CLI::App* app = scene->add_subcommand("inspect", "Load a scene and report what it holds: exit 0; or why not: exit 3");
+  auto options = std::make_shared<InspectOptions>();
+  add_scene_options(*app, options->scene);
+  add_connection_options(*app, options->connection);
+  app->add_flag("--json", options->json, "One JSON object on stdout");
+  app->allow_extras();
+  app->footer(kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,55 @@
+// heliograph: the daemon's thin client, and a renderer in itself.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <sstream>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/terminal.h"
+
+namespace helio::cli {
+
+namespace {
+
+// CLI11 reports through exceptions; help and version are among them.
+int answer(const CLI::App& root, const CLI::ParseError& outcome) {
+  std::ostringstream out, err;
+  const int code = root.exit(outcome, out, err);
+  if (code == 0) {
+    std::fputs(out.str().c_str(), stdout);
+    return kOk;
+  }
+  std::string text = outcome.what();
+  text.erase(text.find_last_not_of(" \n") + 1);
+  std::fprintf(stderr, "heliograph: %s (see heliograph --help)\n", single_line(text).c_str());
+  return kUsage;
+}
+
+int run(int argc, char** argv) {
+  CLI::App root(
+      "Heliograph renders glTF scenes by path tracing: here, or on a daemon that keeps the scene and every session's\n"
+      "pixels resident. Each command has its own --help.",
+      "heliograph");
+  root.set_version_flag("--version", HELIO_VERSION);
+  root.require_subcommand(1);
+  root.footer(kExitCodesHelp);
+
+  const Command commands[] = {add_render(root), add_move(root), add_serve(root), add_info(root), add_scene(root)};
+  try {
+    root.parse(argc, argv);
+  } catch (const CLI::ParseError& outcome) {
+    return answer(root, outcome);
+  }
+  for (const Command& command : commands) {
+    if (command.app->parsed()) return command.run();
+  }
+  return kUsage;
+}
+
+}  // namespace
+
+}  // namespace helio::cli
+
+int main(int argc, char** argv) {
+  return helio::cli::run(argc, argv);
+}

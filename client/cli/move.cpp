@@ -1,0 +1,265 @@
+// heliograph move: a camera path, played over one stream, one picture a view.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "client/camera_path.h"
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/move_player.h"
+#include "client/cli/picture_files.h"
+#include "client/cli/render_options.h"
+#include "client/cli/render_report.h"
+#include "client/cli/scene_options.h"
+#include "client/cli/terminal.h"
+#include "renderer/base/clock.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+constexpr double kDegreesPerStep = 5;
+constexpr std::uint64_t kMaxPathBytes = 64 << 20;
+
+struct MoveOptions {
+  SceneOptions scene;
+  TextOption path, turn, orbit, pivot, shift, steps;
+  SettingsOptions settings;
+  BudgetOptions budget;
+  FileOptions files;
+  TransportOptions transport;
+  ConnectionOptions connection;
+  bool json = false;
+};
+
+constexpr const char* kHelp =
+    "A path file is JSON: {\"views\": [...]}, played in order; what a view does not name stays as before. A view is\n"
+    "  placed:  \"camera\": NAME, or \"position\": [x,y,z] and \"target\": [x,y,z] (and \"up\": [x,y,z])\n"
+    "  or moved: \"turn_degrees\": A (positive: left), \"orbit_degrees\": A (around \"pivot\": [x,y,z]),\n"
+    "           \"move\": [right, up, forward] in scene units\n"
+    "  lens:    \"fov_degrees\": A (vertical), \"lens_radius\": L, \"focus_distance\": L\n"
+    "  budget:  \"samples\": N, \"time_s\": T, \"error\": E, for this view instead of the command's\n"
+    "  again:   \"repeat\": N\n"
+    "Example: {\"views\": [{\"samples\": 256}, {\"turn_degrees\": 5, \"samples\": 64, \"repeat\": 20}]}\n"
+    "With --json, stdout holds one object: load_seconds, seconds, frames: [{view, output, samples, render_seconds,\n"
+    "first_tile_seconds (from sending the view to its first tile here), rays, rays_per_path, estimated_rmse,\n"
+    "estimated_relmse, invalid_samples, ended_by, ...}].\n"
+    "Ctrl-C keeps the pictures of the views so far, the unfinished one included; a second Ctrl-C ends at once.\n"
+    "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n\n";
+
+void add_path_options(CLI::App& app, MoveOptions& options) {
+  add_text(app, options.path, "--path", "PATH.json", "Camera path file, described below");
+  add_text(app, options.turn, "--turn", "DEGREES",
+           "Turn the camera on the spot, positive to the left, in --steps steps");
+  add_text(app, options.orbit, "--orbit", "DEGREES",
+           "Carry the camera around --pivot, positive counter-clockwise from above, in --steps steps");
+  add_text(app, options.pivot, "--pivot", "x,y,z", "Centre of orbits. Default: centre of the scene's bounds");
+  add_text(app, options.shift, "--move", "r,u,f",
+           "Shift the camera right, up and forward along its own axes, scene units, in --steps steps");
+  add_text(app, options.steps, "--steps", "N",
+           "Steps of the whole motion, [1, 100000]; N + 1 pictures, the start included. Default: one for each 5 "
+           "degrees, at least 1");
+}
+
+std::string read_path_file(const TextOption& option, OptionReader& reader) {
+  if (!option.given()) return {};
+  std::ifstream file(option.text, std::ios::binary | std::ios::ate);
+  const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
+  if (bytes < 0) reader.problem(option, "'" + option.text + "' cannot be opened");
+  if (bytes > std::int64_t(kMaxPathBytes)) {
+    reader.problem(option, fmt::format("'{}' has more than {} bytes", option.text, kMaxPathBytes));
+    return {};
+  }
+  std::string text(std::max<std::int64_t>(bytes, 0), '\0');
+  file.seekg(0);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text;
+}
+
+CameraMotion read_motion(const MoveOptions& options, OptionReader& reader) {
+  CameraMotion motion;
+  motion.turn_degrees = reader.number(options.turn, -360000, true, 360000).value_or(0);
+  motion.orbit_degrees = reader.number(options.orbit, -360000, true, 360000).value_or(0);
+  motion.move = reader.vector(options.shift).value_or(V3d(0, 0, 0));
+  const double largest = std::max(std::abs(motion.turn_degrees), std::abs(motion.orbit_degrees));
+  motion.steps = std::max(1, static_cast<int>(std::ceil(largest / kDegreesPerStep - 1e-9)));
+  if (const auto steps = reader.integer(options.steps, 1, 100000)) motion.steps = static_cast<int>(*steps);
+  const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
+  if (options.path.given() && (moves || options.steps.given())) {
+    reader.problem(options.path, "does not go with --turn, --orbit, --move and --steps");
+  }
+  if (!options.path.given() && !moves) reader.problems().add("--path", "or one of --turn, --orbit, --move is required");
+  return motion;
+}
+
+V3d centre(const pb::SceneInfo& scene) {
+  const pb::Vec3 &low = scene.bounds_min(), &high = scene.bounds_max();
+  return (V3d(low.x(), low.y(), low.z()) + V3d(high.x(), high.y(), high.z())) * 0.5;
+}
+
+// Writes the view's picture and describes it. `json` gets the members of render's.
+Status keep_view(PlayedView& view, const FileNames& names, Json& json) {
+  if (view.end) add_frame_end(json, *view.end);
+  json["first_tile_seconds"] = view.first_tile_seconds;
+  json["tiles"] = view.picture.tiles();
+  json["bytes"] = view.picture.bytes();
+  if (!view.picture.complete()) return Error{ErrorCode::internal, "not every tile of the view has come", {}};
+  json["samples"] = view.picture.samples_per_pixel();
+  const auto picture = view.picture.picture();
+  if (!picture) return picture.error();
+  return write_files(names, **picture, json);
+}
+
+// What the pictures are played with.
+struct Play {
+  MovePlayer& player;
+  const std::vector<PathView>& views;
+  const FileNames& patterns;
+  double time_s = 0;
+};
+
+// Each view is sent before the picture of the one before it is written: the server renders meanwhile.
+Status play_views(const Play& play, Terminal& terminal, Json& frames) {
+  Status sent = play.player.send(play.views.front(), play.time_s);
+  for (std::size_t i = 0; i < play.views.size(); ++i) {
+    if (!sent) return sent;
+    PlayedView view;
+    const Status awaited = play.player.await(view);
+    if (awaited && i + 1 < play.views.size()) sent = play.player.send(play.views[i + 1], play.time_s);
+
+    const int number = static_cast<int>(i);
+    const FileNames names = numbered(play.patterns, number);
+    Json json;
+    json["view"] = number;
+    json["partial"] = !awaited;
+    const bool any = awaited || view.picture.complete();
+    const Status kept = any ? keep_view(view, names, json) : ok_status();
+    if (any) frames.push_back(json);
+    if (!awaited) return awaited;
+    if (!kept) return kept;
+    if (view.end->reason() == pb::END_REASON_FAILED) {
+      return Error{ErrorCode::internal, fmt::format("view {} failed: {}", number, view.end->message()), {}};
+    }
+    if (view.end->reason() == pb::END_REASON_CANCELLED) {
+      return Error{ErrorCode::unavailable, fmt::format("the server ended view {} early", number), {}};
+    }
+    const std::string warning = caution(*view.end);
+    if (!warning.empty()) terminal.warn(fmt::format("view {}: {}", number, warning));
+    terminal.say(fmt::format("{}: {}", names.exr, describe_end(*view.end)));
+  }
+  return ok_status();
+}
+
+int run(const CLI::App& app, const MoveOptions& options) {
+  Terminal terminal(options.json);
+  Problems problems;
+  OptionReader reader(problems);
+  report_unknown(app, reader);
+  const Connection connection = read_connection(options.connection, reader);
+  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
+  const CameraMotion motion = read_motion(options, reader);
+  const std::string path_text = read_path_file(options.path, reader);
+  const auto pivot = reader.vector(options.pivot);
+  pb::CreateSessionRequest request;
+  *request.mutable_settings() = read_settings(options.settings, reader);
+  *request.mutable_budget() = read_budget(options.budget, reader);
+  const pb::TileFormat format = read_transport(options.transport, connection.address, reader);
+  const FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", reader);
+  const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
+  if (!problems.empty()) return refuse();
+
+  CallControl control;
+  std::mutex player_mutex;
+  MovePlayer* playing = nullptr;
+  const Interrupt interrupt([&] {
+    control.cancel();
+    std::lock_guard lock(player_mutex);
+    if (playing) playing->cancel();
+  });
+  Result<Renderer> renderer = Renderer::open(connection);
+  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  RenderClient& client = renderer->client();
+  const auto info = client.server_info();
+  if (!info) return terminal.fail(exit_code_of(info.error()), info.error().to_string());
+  check_against_server(options.settings, request.settings(), *info, reader);
+  if (!problems.empty()) return refuse();
+
+  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
+  if (interrupt.raised())
+    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
+  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
+  const pb::SceneInfo& scene = loaded.scene->response.scene();
+  const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
+  if (!camera) return refuse();
+  set_default_size(*request.mutable_settings(), *camera);
+  check_region(options.settings, request.settings(), reader);
+  if (!problems.empty()) return refuse();
+  const PathStart start{camera->view(), pivot.value_or(centre(scene)), cameras_of(scene)};
+  const auto views =
+      options.path.given() ? parse_camera_path(path_text, options.path.text, start) : play_motion(motion, start);
+  if (!views) return terminal.fail(kUsage, views.error().to_string());
+
+  request.set_scene_id(scene.scene_id());
+  const auto session = client.create_session(request);
+  if (!session) return terminal.fail(exit_code_of(session.error()), session.error().to_string());
+
+  Json json;
+  json["load_seconds"] = loaded.scene->seconds;
+  json["seconds"] = 0.0;
+  json["width"] = session->settings().width();
+  json["height"] = session->settings().height();
+  Json frames = Json::array();
+  const double begun = now_s();
+  Status played = ok_status();
+  {
+    MovePlayer player(client, session->session_id(), format, request.budget(), terminal);
+    {
+      std::lock_guard lock(player_mutex);
+      playing = &player;
+    }
+    if (interrupt.raised()) player.cancel();
+    played = play_views({player, *views, patterns, choice.time_s}, terminal, frames);
+    {
+      std::lock_guard lock(player_mutex);
+      playing = nullptr;
+    }
+    if (played) played = player.close();
+  }
+  if (!played) static_cast<void>(client.close_session(session->session_id()));
+  json["seconds"] = now_s() - begun;
+  json["frames"] = frames;
+  add_load_report(json, loaded.scene->response);
+  const std::string kept = fmt::format("; {} of {} pictures are written", frames.size(), views->size());
+  if (interrupt.raised() && !played) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);
+  if (!played) return terminal.fail(exit_code_of(played.error()), played.error().to_string() + kept, json);
+  terminal.result(json);
+  return kOk;
+}
+
+}  // namespace
+
+Command add_move(CLI::App& root) {
+  CLI::App* app = root.add_subcommand("move", "Move the camera over one stream and keep a picture of each view");
+  auto options = std::make_shared<MoveOptions>();
+  add_scene_options(*app, options->scene);
+  add_path_options(*app, *options);
+  add_settings_options(*app, options->settings);
+  add_budget_options(*app, options->budget, "each view");
+  add_file_options(*app, options->files, true);
+  add_transport_options(*app, options->transport);
+  add_connection_options(*app, options->connection);
+  app->add_flag("--json", options->json, "One JSON object on stdout, described below");
+  app->allow_extras();
+  app->footer(std::string(kHelp) + kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli

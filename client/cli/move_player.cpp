@@ -1,0 +1,108 @@
+#include "client/cli/move_player.h"
+
+#include <google/protobuf/util/message_differencer.h>
+#include <spdlog/fmt/fmt.h>
+
+#include "renderer/base/clock.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+MovePlayer::MovePlayer(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
+                       const pb::Budget& budget, Terminal& terminal)
+    : terminal_(terminal), default_budget_(budget), budget_(budget) {
+  pb::StreamRequest::Open open;
+  open.set_session_id(session_id);
+  *open.mutable_format() = format;
+  stream_ = client.stream_frames(open, callbacks());
+}
+
+MovePlayer::~MovePlayer() {
+  stream_.reset();
+}
+
+FrameCallbacks MovePlayer::callbacks() {
+  FrameCallbacks callbacks;
+  callbacks.frame_begin = [this](const pb::FrameBegin& frame) {
+    std::lock_guard lock(mutex_);
+    if (done_ || frame.tag().view_id() != view_id_) return;
+    const Status begun = current_.picture.begin(frame);
+    if (!begun) fail(begun.error());
+  };
+  callbacks.tile = [this](pb::Tile tile) {
+    std::lock_guard lock(mutex_);
+    if (done_ || tile.tag().view_id() != view_id_) return;
+    if (current_.first_tile_seconds == 0) current_.first_tile_seconds = now_s() - sent_s_;
+    const auto added = current_.picture.add(std::move(tile));
+    if (!added) fail(added.error());
+  };
+  callbacks.frame_end = [this](const pb::FrameEnd& end) {
+    std::lock_guard lock(mutex_);
+    if (done_ || end.tag().view_id() != view_id_ || end.reason() == pb::END_REASON_SUPERSEDED) return;
+    current_.end = end;
+    done_ = true;
+    changed_.notify_all();
+  };
+  callbacks.progress = [this](const pb::Progress& progress) {
+    std::lock_guard lock(mutex_);
+    if (!done_ && progress.tag().view_id() == view_id_) {
+      terminal_.progress(fmt::format("view {}: {}", view_id_ - 1, describe(progress)));
+    }
+  };
+  callbacks.ended = [this](const Status& status) {
+    std::lock_guard lock(mutex_);
+    fail(status ? Error{ErrorCode::unavailable, "the server closed the stream", {}} : status.error());
+  };
+  return callbacks;
+}
+
+void MovePlayer::fail(const Error& error) {
+  if (!failure_) failure_ = error;
+  done_ = true;
+  changed_.notify_all();
+}
+
+Status MovePlayer::send(const PathView& view, double time_s) {
+  const pb::Budget& budget = view.budget ? *view.budget : default_budget_;
+  if (!google::protobuf::util::MessageDifferencer::Equals(budget, budget_)) {
+    Status sent = stream_->send_budget(budget);
+    if (!sent) return sent;
+    budget_ = budget;
+  }
+  pb::View message;
+  {
+    std::lock_guard lock(mutex_);
+    if (failure_) return *failure_;
+    current_ = {};
+    done_ = false;
+    sent_s_ = now_s();
+    message.set_id(++view_id_);
+  }
+  *message.mutable_camera() = view.camera;
+  message.set_time_s(time_s);
+  return stream_->send_view(message);
+}
+
+Status MovePlayer::await(PlayedView& view) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return done_; });
+  terminal_.end_progress();
+  view = std::move(current_);
+  current_ = {};
+  if (failure_ && !view.end) return *failure_;
+  return ok_status();
+}
+
+Status MovePlayer::close() {
+  Status sent = stream_->close(true);
+  if (!sent) return sent;
+  return stream_->wait();
+}
+
+void MovePlayer::cancel() {
+  std::lock_guard lock(mutex_);
+  fail({ErrorCode::cancelled, "cancelled", {}});
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,117 @@
+#include "client/cli/picture_files.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "renderer/codec/atomic_file.h"
+#include "renderer/codec/display_image.h"
+#include "renderer/codec/tile_codec.h"
+
+namespace helio::cli {
+
+namespace {
+
+Status write_picture(const std::string& path, const Picture& picture) {
+  std::vector<TileChannel> channels;
+  for (std::size_t i = 0; i < picture.names.size(); ++i) {
+    channels.push_back({picture.names[i], picture.planes[i].data(), true});
+  }
+  const TileHeader header{picture.window, picture.frame_width, picture.frame_height};
+  const auto bytes = encode_tile(header, channels, {TilePixelType::float32, TileCompression::zip});
+  if (!bytes) return bytes.error();
+  return write_file_atomically(path, *bytes);
+}
+
+// Root of the mean of the channels' variances: the pixel's standard error, in radiance units.
+std::vector<float> standard_error(const std::vector<float>* const (&variance)[3]) {
+  std::vector<float> error(variance[0]->size());
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    error[i] = std::sqrt(((*variance[0])[i] + (*variance[1])[i] + (*variance[2])[i]) / 3);
+  }
+  return error;
+}
+
+}  // namespace
+
+void add_file_options(CLI::App& app, FileOptions& options, bool numbered) {
+  const std::string each = numbered ? " of each view; #### becomes the view's number, put before the extension when "
+                                      "the name holds no #"
+                                    : "";
+  add_text(app, options.output, "--output,-o", numbered ? "PATTERN.exr" : "PICTURE.exr",
+           "Picture" + each +
+               ": R, G, B (mean radiance), variance.R, variance.G, variance.B (of that mean), samples, " +
+               "as float. Default: NAME." + (numbered ? "####." : "") + "exr in the current folder for scene NAME.glb");
+  add_text(app, options.png, "--png", numbered ? "PATTERN.png" : "FILE.png",
+           "Also a picture for the eye" + std::string(numbered ? " of each view" : "") + ", exposed automatically");
+  add_text(app, options.heatmap, "--heatmap", numbered ? "PATTERN.png" : "FILE.png",
+           "Also a heat map" + std::string(numbered ? " of each view" : "") +
+               ": standard error of each pixel, logarithmic, dark (low) to pale (high)");
+  add_text(app, options.exposure, "--exposure", "STOPS",
+           "Exposure of the --png in stops, [-64, 64], 0: radiance 1 is white. Default: automatic");
+}
+
+FileNames read_files(const FileOptions& options, const std::string& default_exr, OptionReader& reader) {
+  FileNames names;
+  names.exr = reader.output_file(options.output).value_or(default_exr);
+  names.png = reader.output_file(options.png).value_or("");
+  names.heatmap = reader.output_file(options.heatmap).value_or("");
+  names.exposure_stops = reader.number(options.exposure, -64, true, 64);
+  if (options.exposure.given() && !options.png.given()) reader.problem(options.exposure, "stands only beside --png");
+  return names;
+}
+
+std::string numbered_name(const std::string& pattern, int number) {
+  const std::filesystem::path path(pattern);
+  std::string name = path.filename().string();
+  std::size_t first = name.find('#');
+  if (first == std::string::npos) {
+    first = name.size() - path.extension().string().size();
+    name.insert(first, ".####");
+    ++first;
+  }
+  const std::size_t end = std::min(name.find_first_not_of('#', first), name.size());
+  name.replace(first, end - first, fmt::format("{:0{}}", number, end - first));
+  return (path.parent_path() / name).string();
+}
+
+FileNames numbered(const FileNames& patterns, int number) {
+  FileNames names = patterns;
+  for (std::string* name : {&names.exr, &names.png, &names.heatmap}) {
+    if (!name->empty()) *name = numbered_name(*name, number);
+  }
+  return names;
+}
+
+Status write_files(const FileNames& names, const Picture& picture, Json& json) {
+  Status written = write_picture(names.exr, picture);
+  if (!written) return written;
+  json["output"] = names.exr;
+
+  const std::vector<float>* const radiance[] = {picture.find("R"), picture.find("G"), picture.find("B")};
+  const std::vector<float>* const variance[] = {picture.find("variance.R"), picture.find("variance.G"),
+                                                picture.find("variance.B")};
+  if (!names.png.empty() && radiance[0] && radiance[1] && radiance[2]) {
+    const PictureView view{picture.window.width(),
+                           picture.window.height(),
+                           {radiance[0]->data(), radiance[1]->data(), radiance[2]->data()}};
+    const double exposure = names.exposure_stops ? std::exp2(*names.exposure_stops) : auto_exposure(view);
+    written = write_display_png(names.png, view, exposure);
+    if (!written) return written;
+    json["png"] = names.png;
+    json["exposure_stops"] = std::log2(exposure);
+  }
+  if (!names.heatmap.empty() && variance[0] && variance[1] && variance[2]) {
+    const std::vector<float> error = standard_error(variance);
+    const HeatRange range = find_heat_range(error, true);
+    written = write_heat_map_png(names.heatmap, picture.window.width(), picture.window.height(), error.data(), range);
+    if (!written) return written;
+    json["heatmap"] = names.heatmap;
+    json["heatmap_range"] = {range.low, range.high};
+  }
+  return ok_status();
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,38 @@
+// The files that a picture is left in.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/options.h"
+#include "client/cli/terminal.h"
+#include "client/picture.h"
+
+namespace helio::cli {
+
+struct FileOptions {
+  TextOption output, png, heatmap, exposure;
+};
+// `numbered`: the names are patterns, one file a view.
+void add_file_options(CLI::App& app, FileOptions& options, bool numbered);
+
+struct FileNames {
+  std::string exr;                       // always written
+  std::string png;                       // empty: none
+  std::string heatmap;                   // empty: none
+  std::optional<double> exposure_stops;  // none: automatic
+};
+// `default_exr` is used without --output. Folders must exist: nothing is rendered for a file that cannot be written.
+FileNames read_files(const FileOptions& options, const std::string& default_exr, OptionReader& reader);
+
+// "shot.####.exr" -> "shot.0007.exr"; a name without '#' gets ".####" before its extension.
+std::string numbered_name(const std::string& pattern, int number);
+FileNames numbered(const FileNames& patterns, int number);
+
+// Writes what `names` asks for and adds "output", "png", "heatmap" (with "heatmap_range") to `json`. The EXR holds
+// float channels, zip, with the picture's window as its data window. The PNG is exposed for the eye, the heat map shows
+// the standard error of each pixel on a logarithmic scale.
+Status write_files(const FileNames& names, const Picture& picture, Json& json);
+
+}  // namespace helio::cli

@@ -1,0 +1,232 @@
+// heliograph render: one still, to a budget.
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/picture_files.h"
+#include "client/cli/render_options.h"
+#include "client/cli/render_report.h"
+#include "client/cli/scene_options.h"
+#include "client/cli/terminal.h"
+#include "client/frame_assembler.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+struct RenderOptions {
+  SceneOptions scene;
+  SettingsOptions settings;
+  BudgetOptions budget;
+  FileOptions files;
+  TransportOptions transport;
+  ConnectionOptions connection;
+  bool json = false;
+};
+
+constexpr const char* kHelp =
+    "With --json, stdout holds one object: samples (per pixel), load_seconds (reading, sending, decoding, building),\n"
+    "render_seconds, rays, rays_per_path, estimated_rmse (standard error of the picture, radiance units),\n"
+    "estimated_relmse (both null while unknown), invalid_samples (NaN or infinite, left out), ended_by (samples, "
+    "time,\n"
+    "error, cancelled), width, height, samples_per_second, paths, worst_tile_rmse, all_black, output, png, heatmap,\n"
+    "partial, warnings, notices, unread; on failure also error and exit_code.\n"
+    "On a terminal a progress line shows the share of the budget used, samples per pixel, samples per second and the\n"
+    "standard error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
+    "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";
+
+// The job as the interrupt thread sees it: cancelled by its id once that is known, by its call before.
+class CancellableJob {
+ public:
+  explicit CancellableJob(CallControl& control) : control_(control) {}
+
+  void accepted(RenderClient& client, const std::string& id) {
+    std::lock_guard lock(mutex_);
+    client_ = &client;
+    id_ = id;
+  }
+  void over() {
+    std::lock_guard lock(mutex_);
+    client_ = nullptr;
+  }
+  void cancel() {
+    std::lock_guard lock(mutex_);
+    // The result of a job that is cancelled by id tells what it rendered.
+    if (client_ && client_->cancel_job(id_).ok()) return;
+    control_.cancel();
+  }
+
+ private:
+  std::mutex mutex_;
+  CallControl& control_;
+  RenderClient* client_ = nullptr;
+  std::string id_;
+};
+
+// What came of the job, whether it ended well or not.
+struct Outcome {
+  Result<pb::FrameEnd> end = Error{};
+  FrameAssembler picture;
+  std::optional<pb::Progress> progress;
+  std::optional<Error> broken_tile;
+};
+
+void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& terminal, CallControl& control,
+             CancellableJob& job, Outcome& outcome) {
+  const auto note = [&](const Error& error) {
+    if (!outcome.broken_tile) outcome.broken_tile = error;
+    control.cancel();  // nothing that follows can be trusted
+  };
+  JobCallbacks callbacks;
+  callbacks.accepted = [&](const pb::RunJobResponse::Accepted& accepted) {
+    job.accepted(client, accepted.job_id());
+    const Status begun = outcome.picture.begin(accepted.settings());
+    if (!begun) note(begun.error());
+  };
+  callbacks.progress = [&](const pb::Progress& progress) {
+    outcome.progress = progress;
+    terminal.progress(describe(progress));
+  };
+  callbacks.tile = [&](pb::Tile tile) {
+    const auto added = outcome.picture.add(std::move(tile));
+    if (!added) note(added.error());
+  };
+  outcome.end = client.run_job(request, callbacks, &control);
+  job.over();
+  terminal.end_progress();
+}
+
+// Writes the files when every pixel has something to show. The text says what is kept, for a message.
+Result<std::string> keep_picture(Outcome& outcome, const FileNames& names, Json& json) {
+  if (!outcome.picture.complete()) return std::string("nothing was rendered yet");
+  const auto picture = outcome.picture.picture();
+  if (!picture) return picture.error();
+  const Status written = write_files(names, **picture, json);
+  if (!written) return written.error();
+  // The tiles tell what the file holds; reports may be ahead of them.
+  json["samples"] = outcome.picture.samples_per_pixel();
+  return fmt::format("the picture so far, {} samples, is in {}", outcome.picture.samples_per_pixel(), names.exr);
+}
+
+int finish(Terminal& terminal, const Interrupt& interrupt, Outcome& outcome, const FileNames& names, Json json) {
+  if (outcome.progress) add_progress(json, *outcome.progress);
+  if (outcome.end) add_frame_end(json, *outcome.end);
+  const bool failed = outcome.end && outcome.end->reason() == pb::END_REASON_FAILED;
+  const bool whole = outcome.end && !failed && outcome.end->reason() != pb::END_REASON_CANCELLED &&
+                     !outcome.broken_tile && outcome.picture.final();
+  json["partial"] = !whole;
+  const Result<std::string> kept = keep_picture(outcome, names, json);
+  const std::string kept_text = kept ? *kept : "the picture could not be written: " + kept.error().to_string();
+
+  if (interrupt.raised() && !whole) return terminal.fail(interrupt.exit_code(), "interrupted; " + kept_text, json);
+  if (outcome.broken_tile) {
+    return terminal.fail(kFailed, "broken " + outcome.broken_tile->to_string() + "; " + kept_text, json);
+  }
+  if (!outcome.end) {
+    const Error& error = outcome.end.error();
+    const std::string also = outcome.picture.complete() ? "; " + kept_text : "";
+    return terminal.fail(exit_code_of(error), error.to_string() + also, json);
+  }
+  if (failed) return terminal.fail(kFailed, "the render failed: " + outcome.end->message() + "; " + kept_text, json);
+  if (!kept) return terminal.fail(kFailed, kept.error().to_string(), json);
+  if (!whole) return terminal.fail(kFailed, "the server ended the job early; " + kept_text, json);
+
+  const std::string warning = caution(*outcome.end);
+  if (!warning.empty()) terminal.warn(warning);
+  terminal.say(fmt::format("{}: {}x{}, {}, ended by {}", names.exr, json["width"].get<int>(), json["height"].get<int>(),
+                           describe_end(*outcome.end), json["ended_by"].get<std::string>()));
+  for (const std::string& name : {names.png, names.heatmap}) {
+    if (!name.empty()) terminal.say(name);
+  }
+  terminal.result(json);
+  return kOk;
+}
+
+int run(const CLI::App& app, const RenderOptions& options) {
+  Terminal terminal(options.json);
+  Problems problems;
+  OptionReader reader(problems);
+  report_unknown(app, reader);
+  const Connection connection = read_connection(options.connection, reader);
+  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
+  pb::RunJobRequest request;
+  *request.mutable_settings() = read_settings(options.settings, reader);
+  *request.mutable_budget() = read_budget(options.budget, reader);
+  *request.mutable_format() = read_transport(options.transport, connection.address, reader);
+  request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
+  const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", reader);
+  const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
+  if (!problems.empty()) return refuse();
+
+  CallControl control;
+  CancellableJob job(control);
+  const Interrupt interrupt([&] { job.cancel(); });
+  Result<Renderer> renderer = Renderer::open(connection);
+  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  RenderClient& client = renderer->client();
+  const auto info = client.server_info();
+  if (!info) return terminal.fail(exit_code_of(info.error()), info.error().to_string());
+  check_against_server(options.settings, request.settings(), *info, reader);
+  if (!problems.empty()) return refuse();
+
+  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
+  if (interrupt.raised())
+    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
+  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
+  const pb::SceneInfo& scene = loaded.scene->response.scene();
+  const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
+  if (camera) {
+    set_default_size(*request.mutable_settings(), *camera);
+    check_region(options.settings, request.settings(), reader);
+    *request.mutable_camera() = camera->view();
+  }
+  if (!problems.empty()) return refuse();
+  request.set_scene_id(scene.scene_id());
+
+  Outcome outcome;
+  run_job(client, request, terminal, control, job, outcome);
+
+  Json json;
+  // These eight come first, in this order, whatever happens later.
+  for (const char* key : {"samples", "load_seconds", "render_seconds", "rays", "rays_per_path", "estimated_rmse",
+                          "estimated_relmse", "invalid_samples"}) {
+    json[key] = nullptr;
+  }
+  json["load_seconds"] = loaded.scene->seconds;
+  json["width"] = request.settings().width();
+  json["height"] = request.settings().height();
+  json["camera"] = camera->name();
+  json["scene_id"] = scene.scene_id();
+  json["triangles"] = scene.instanced_triangles();
+  json["decode_seconds"] = scene.load_seconds();
+  json["build_seconds"] = scene.build_seconds();
+  add_load_report(json, loaded.scene->response);
+  return finish(terminal, interrupt, outcome, names, std::move(json));
+}
+
+}  // namespace
+
+Command add_render(CLI::App& root) {
+  CLI::App* app = root.add_subcommand("render", "Render a still until a budget of samples, time or error is reached");
+  auto options = std::make_shared<RenderOptions>();
+  add_scene_options(*app, options->scene);
+  add_settings_options(*app, options->settings);
+  add_budget_options(*app, options->budget, "the render");
+  add_file_options(*app, options->files, false);
+  add_transport_options(*app, options->transport);
+  add_connection_options(*app, options->connection);
+  app->add_flag("--json", options->json, "One JSON object on stdout, described below");
+  app->allow_extras();
+  app->footer(std::string(kHelp) + kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli

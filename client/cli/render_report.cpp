@@ -1,0 +1,60 @@
+#include "client/cli/render_report.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "client/enum_names.h"
+
+namespace helio::cli {
+
+void add_progress(Json& json, const pb::Progress& progress) {
+  const pb::ErrorEstimate& error = progress.error();
+  const auto known = [&](double value) { return error.known() ? Json(value) : Json(nullptr); };
+  json["samples"] = progress.samples_per_pixel();
+  json["render_seconds"] = progress.seconds();
+  json["rays"] = progress.rays();
+  json["rays_per_path"] = progress.paths() > 0 ? double(progress.rays()) / double(progress.paths()) : 0.0;
+  json["estimated_rmse"] = known(error.rmse());
+  json["estimated_relmse"] = known(error.relmse());
+  json["invalid_samples"] = progress.invalid_samples();
+  json["paths"] = progress.paths();
+  json["samples_per_second"] = progress.samples_per_second();
+  json["worst_tile_rmse"] = known(error.worst_tile_rmse());
+  json["all_black"] = error.all_black();
+}
+
+void add_frame_end(Json& json, const pb::FrameEnd& end) {
+  add_progress(json, end.totals());
+  json["ended_by"] = to_short_name(end.reason());
+  json["first_tile_seconds"] = end.first_tile_seconds();
+  if (end.has_first_invalid()) {
+    json["first_invalid"] = {{"x", end.first_invalid().x()},
+                             {"y", end.first_invalid().y()},
+                             {"half", end.first_invalid().half()},
+                             {"index", end.first_invalid().index()}};
+  }
+}
+
+std::string describe_end(const pb::FrameEnd& end) {
+  const pb::Progress& totals = end.totals();
+  std::string line = fmt::format("{} samples in {}", totals.samples_per_pixel(), human_seconds(totals.seconds()));
+  if (totals.seconds() > 0) line += fmt::format(", {} rays/s", human_count(double(totals.rays()) / totals.seconds()));
+  if (totals.error().known()) {
+    line += fmt::format(", error {:.3g} (relMSE {:.3g})", totals.error().rmse(), totals.error().relmse());
+  }
+  return line;
+}
+
+std::string caution(const pb::FrameEnd& end) {
+  std::string text;
+  if (end.totals().error().all_black()) text = "no sample returned light: the picture is black, its error unknown";
+  if (end.totals().invalid_samples() == 0) return text;
+  if (!text.empty()) text += "; ";
+  text += fmt::format("{} samples were NaN or infinite and left out", end.totals().invalid_samples());
+  if (end.has_first_invalid()) {
+    text += fmt::format(" (first: pixel {},{}, half {}, sample {})", end.first_invalid().x(), end.first_invalid().y(),
+                        end.first_invalid().half(), end.first_invalid().index());
+  }
+  return text;
+}
+
+}  // namespace helio::cli

@@ -1,0 +1,25 @@
+// What a frame's end tells, as JSON members and as a line to read.
+#pragma once
+
+#include <string>
+
+#include "client/cli/terminal.h"
+#include "heliograph/v1/types.pb.h"
+
+namespace helio::cli {
+
+// samples, render_seconds, rays, rays_per_path, estimated_rmse, estimated_relmse (null while unknown),
+// invalid_samples, paths, samples_per_second, worst_tile_rmse, all_black, ended_by, first_tile_seconds, and
+// first_invalid {x, y, half, index} when samples were invalid.
+void add_frame_end(Json& json, const heliograph::v1::FrameEnd& end);
+
+// The same members from a progress report, for a frame that never came to its end.
+void add_progress(Json& json, const heliograph::v1::Progress& progress);
+
+// "64 samples in 3.21 s, 18.4 M rays/s, error 0.0123 (relMSE 0.0045)"
+std::string describe_end(const heliograph::v1::FrameEnd& end);
+
+// Warnings that a result deserves: invalid samples, an all-black picture. Empty: none.
+std::string caution(const heliograph::v1::FrameEnd& end);
+
+}  // namespace helio::cli
