@@ -21,7 +21,7 @@ void set_transmission(const SurfaceParams& params, bool inside, float share, con
   if (params.thin || params.ior == 0) {
     lobes.passage = Passage::thin;
     lobes.eta = params.ior;
-  } else if (std::fabs(params.ior - 1) < kMatchedIor) {
+  } else if (params.ior == 1 || (!lobes.mirror && std::fabs(params.ior - 1) < kMatchedIor)) {
     lobes.passage = Passage::straight;
   } else {
     lobes.passage = Passage::refract;

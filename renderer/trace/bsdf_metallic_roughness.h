@@ -5,8 +5,9 @@
 
 namespace helio {
 
-// Index of refraction below which the far side of a volume counts as matched (|ior - 1|): light passes it unbent and
-// unreflected. The reflectance that this drops is below 3e-7 except within 3 degrees of grazing.
+// |ior - 1| below which the far side of a rough volume counts as matched: light passes it unbent and unreflected,
+// because the half vector of two nearly opposite directions is lost in rounding. The reflectance that this drops is at
+// most 3e-7 near the normal, 1e-4 at 77 degrees and 0.02 at 87 degrees. A smooth surface is matched at ior 1 alone.
 inline constexpr float kMatchedIor = 1e-3f;
 
 // glTF 2.0 appendix B with KHR_materials_ior, _specular, _transmission and _volume:

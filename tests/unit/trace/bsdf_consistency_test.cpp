@@ -163,6 +163,15 @@ TEST(Bsdf, MatchedIndexPassesThroughWhateverTheRoughness) {
   }
 }
 
+TEST(Bsdf, NearlyMatchedIndexIsExactWhereSmooth) {
+  const SurfaceParams params = glass(MicrofacetDistribution::ggx, 0, 1.0005f, false);
+  const V3f wo = direction_at(88, 10);
+  const BsdfSample sample = sample_bsdf(params, wo, kOneMinusEpsilon, V2f(0.1f, 0.9f));
+  ASSERT_TRUE(sample.delta && sample.transmitted);
+  EXPECT_NEAR(1 - sample.pdf_w, fresnel_dielectric(wo.z, 1.0005f).reflectance, 1e-6);
+  EXPECT_NEAR(1.0005 * std::hypot(sample.wi.x, sample.wi.y), std::hypot(wo.x, wo.y), 1e-6);
+}
+
 TEST(Bsdf, ThinSmoothWallPassesStraight) {
   SurfaceParams params = glass(MicrofacetDistribution::ggx, 0, 1.5f, true);
   params.base_color = {0.5f, 0.6f, 0.7f};
