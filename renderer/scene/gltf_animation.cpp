@@ -91,7 +91,9 @@ class AnimationPlayer {
     const std::vector<float>* times = values(sampler.input);
     const std::vector<float>* output = values(sampler.output);
     if (!times || !output) return false;
-    if (checked_.insert({sampler.input, -1}).second) {
+    // Without data every key is at 0: nothing to evaluate, nothing to hold against the file.
+    const bool has_keys = reader_[sampler.input].view >= 0 || reader_[sampler.input].sparse;
+    if (has_keys && checked_.insert({sampler.input, -1}).second) {
       for (std::size_t i = 0; i < times->size(); ++i) {
         if ((*times)[i] >= 0 && (i == 0 || (*times)[i] > (*times)[i - 1])) continue;
         diagnostics_.fail(std::string() / "accessors" / std::size_t(sampler.input),
@@ -101,6 +103,7 @@ class AnimationPlayer {
       }
     }
     if (property != AnimatedProperty::rotation) return true;
+    if (reader_[sampler.output].view < 0 && !reader_[sampler.output].sparse) return true;
     const bool cubic = sampler.interpolation == Interpolation::cubic_spline;
     if (!checked_.insert({sampler.output, cubic}).second) return true;
     for (std::size_t i = cubic ? 4 : 0; i + 4 <= output->size(); i += cubic ? 12 : 4) {

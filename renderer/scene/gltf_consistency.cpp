@@ -82,6 +82,9 @@ void check_meshes(const Document& document, Diagnostics& diagnostics) {
       }
       uses.add(primitive.indices, ViewUses::kIndices, place / "indices");
       check_texcoords(document, primitive, place, diagnostics);
+      if (primitive.material >= 0 && document.needs_tangents[std::size_t(primitive.material)] &&
+          primitive.find("TANGENT") < 0 && primitive.find("NORMAL") < 0)
+        diagnostics.fail(place / "material", "has a clearcoat normal map, but the primitive has no tangent space");
     }
   }
 }

@@ -17,6 +17,8 @@ void add_line(std::vector<std::string>& lines, std::string line) {
 }  // namespace
 
 void Diagnostics::fail(const std::string& place, std::string message, ErrorCode code) {
+  for (const Error& known : failures_)
+    if (known.where == file_ + place && known.message == message) return;
   ++count_;
   if (failures_.size() < kMaxFailures) failures_.push_back({code, std::move(message), file_ + place});
 }

@@ -186,7 +186,8 @@ struct Document {
   std::vector<ImageSource> images;
   std::vector<Sampler> samplers;
   std::vector<Texture> textures;
-  std::vector<Material> materials;  // TextureSlot::image indexes `images` above
+  std::vector<Material> materials;   // TextureSlot::image indexes `images` above
+  std::vector<bool> needs_tangents;  // by material: a normal map that only an ignored extension has
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Skin> skins;

@@ -47,7 +47,8 @@ bool contains(const Range& range, double value) {
          !(range.low_excluded && value == range.low);
 }
 
-// Finds where a text stops being JSON; the tree-building parser does not say so for numbers that overflow.
+// Finds how many bytes it takes to see that a text is not JSON; the tree-building parser does not say so for numbers
+// that overflow.
 struct PositionFinder : nlohmann::json_sax<json> {
   std::size_t position = 0;
   bool null() override { return true; }
@@ -371,7 +372,8 @@ Result<JsonDocument> JsonDocument::parse(std::span<const std::uint8_t> text, con
     json::sax_parse(text.begin(), text.end(), &finder);
     std::string message = e.what();  // "[json.exception.parse_error.101] parse error at line ...: syntax error ..."
     if (const std::size_t end = message.find("] "); end != std::string::npos) message = message.substr(end + 2);
-    return Error{ErrorCode::invalid_argument, "not valid JSON: " + message, at(finder.position)};
+    return Error{ErrorCode::invalid_argument, "not valid JSON: " + message,
+                 at(finder.position > 0 ? finder.position - 1 : 0)};
   }
 }
 

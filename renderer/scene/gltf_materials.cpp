@@ -127,6 +127,9 @@ class MaterialReader {
 void read_materials(const JsonObject& root, Document& document) {
   root.each("materials", [&](const JsonObject& object, std::size_t) {
     document.materials.push_back(MaterialReader(object, document).read());
+    // Clearcoat is not rendered, but its normal map asks for a tangent space, given or derived from normals.
+    document.needs_tangents.push_back(object.extension("KHR_materials_clearcoat").has("clearcoatNormalTexture") &&
+                                      !object.has("normalTexture"));
   });
 }
 

@@ -127,7 +127,9 @@ void read_animations(const JsonObject& root, Document& document) {
       else if (path == "weights")
         result.property = AnimatedProperty::weights;
       else {
-        channel.diagnostics().warn(target.place() / "path", "\"" + path + "\" is not animated");
+        // The load report already says so of KHR_animation_pointer as a whole.
+        if (!target.extension("KHR_animation_pointer").exists())
+          channel.diagnostics().warn(target.place() / "path", "\"" + path + "\" is not animated");
         return;
       }
       if (result.sampler < 0) return;

@@ -18,7 +18,7 @@ int hex_digit(char c) {
   return -1;
 }
 
-Result<std::string> percent_decode(std::string_view text) {
+Result<std::string> percent_decode(std::string_view text, bool is_path) {
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -30,7 +30,7 @@ Result<std::string> percent_decode(std::string_view text) {
     const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
     if (high < 0 || low < 0) return invalid("has a broken % escape at character " + std::to_string(i));
     const char byte = char(high * 16 + low);
-    if (byte == '\0') return invalid("has an escaped zero byte at character " + std::to_string(i));
+    if (is_path && byte == '\0') return invalid("has an escaped zero byte at character " + std::to_string(i));
     result += byte;
     i += 2;
   }
@@ -102,7 +102,7 @@ Result<DataUri> decode_data_uri(std::string_view uri, MemoryBudget& budget) {
     if (!bytes.ok()) return bytes.error();
     result.bytes = std::move(*bytes);
   } else {
-    Result<std::string> text = percent_decode(data);
+    Result<std::string> text = percent_decode(data, false);
     if (!text.ok()) return text.error();
     result.bytes.assign(text->begin(), text->end());
   }
@@ -117,7 +117,7 @@ bool has_scheme(std::string_view uri) {
 Result<std::string> resolve_uri(std::string_view base_file, std::string_view uri) {
   if (uri.empty()) return invalid("is an empty URI");
   if (uri.front() == ':') return invalid("is a URI with an empty scheme");
-  Result<std::string> path = percent_decode(uri);
+  Result<std::string> path = percent_decode(uri, true);
   if (!path.ok()) return path;
   if (path->front() == '/') return path;  // absolute: for the source to refuse
   const std::size_t slash = base_file.rfind('/');
