@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "renderer/base/clock.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/thread_clock.h"
 
@@ -28,7 +29,8 @@ struct FakeIntegrator {
   double invalid_share = 0;           // of samples that are not finite
 
   struct Counters {
-    std::atomic<std::uint64_t> calls{0}, samples{0}, out_of_order{0}, cancelled{0};
+    std::atomic<std::uint64_t> samples{0}, out_of_order{0}, cancelled{0};
+    std::atomic<double> last_call_s{0};  // when the newest piece began
   };
   std::shared_ptr<Counters> counters = std::make_shared<Counters>();
 
@@ -39,7 +41,7 @@ struct FakeIntegrator {
   }
 
   bool run(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) const {
-    counters->calls++;
+    counters->last_call_s = now_s();
     const PixelRect& w = job.window;
     const std::uint64_t samples = std::uint64_t(w.area()) * job.range.count;
     if (counters->samples + samples > throw_after) throw std::runtime_error("the ray got lost");

@@ -3,10 +3,11 @@
 #include <time.h>
 
 #include <algorithm>
-#include <atomic>
+#include <numeric>
 #include <thread>
 
 #include "fake_integrator.h"
+#include "latency.h"
 #include "recording_sink.h"
 #include "renderer/frame/render_loop.h"
 
@@ -59,15 +60,25 @@ TEST(RenderEngine, EightLoopsShareEvenly) {
     loops.push_back(endless_loop(engine, integrators[i], 96 + 16 * int(i), RenderRank::interactive,
                                  std::make_shared<RecordingSink>()));
   }
-  std::vector<std::uint64_t> samples;
+  const auto used_seconds = [&] {
+    std::vector<double> used;
+    for (const auto& loop : loops) used.push_back(loop->used_seconds());
+    return used;
+  };
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::vector<double> used = used_seconds();
+  std::vector<std::uint64_t> samples;
   for (const auto& integrator : integrators) samples.push_back(integrator.counters->samples);
-  std::vector<double> used;
-  for (const auto& loop : loops) used.push_back(loop->used_seconds());
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  // Until every loop should have had a quarter of a second, 80 pieces.
+  const double enough = std::accumulate(used.begin(), used.end(), 8 * 0.25);
+  std::vector<double> used_now = used;
+  while (std::accumulate(used_now.begin(), used_now.end(), 0.0) < enough) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    used_now = used_seconds();
+  }
   for (std::size_t i = 0; i < loops.size(); ++i) {
     samples[i] = integrators[i].counters->samples - samples[i];
-    used[i] = loops[i]->used_seconds() - used[i];
+    used[i] = used_now[i] - used[i];
   }
   const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
   EXPECT_LT(double(*most), 1.1 * double(*least));
@@ -91,39 +102,6 @@ TEST(RenderEngine, InteractiveLoopsComeBeforeJobs) {
   const std::uint64_t samples = for_job.counters->samples;
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_GT(for_job.counters->samples, samples);
-}
-
-// The 99th percentile of what is given; the largest where there are fewer than 100.
-double percentile_99(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, values.size() * 99 / 100)];
-}
-
-// How late this machine wakes a thread that sleeps, with nothing of ours to blame but as many busy threads as the test
-// has: what a latency is measured against where other programs run.
-double wake_delay_p99() {
-  std::atomic<bool> stop{false};
-  std::vector<std::thread> busy;
-  for (int i = 0; i < 2; ++i) {
-    busy.emplace_back([&] {
-      while (!stop) {
-      }
-    });
-  }
-  std::vector<double> delays;
-  for (int i = 0; i < 100; ++i) {
-    const double before = now_s();
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    delays.push_back(now_s() - before - 0.002);
-  }
-  stop = true;
-  for (std::thread& thread : busy) thread.join();
-  return percentile_99(delays);
-}
-
-// Two wakes stand between a request and its effect: the worker's and ours.
-double allowed_delay(double asked) {
-  return asked + 2 * wake_delay_p99();
 }
 
 TEST(RenderEngine, CancelTakesEffectInTime) {

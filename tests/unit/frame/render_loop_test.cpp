@@ -196,8 +196,9 @@ TEST_F(RenderLoopTest, TimeBudgetEndsOnTime) {
     const auto end = sink->wait_for_end(loop->update(view_update(1, 0)));
     ASSERT_TRUE(end.has_value());
     EXPECT_EQ(end->reason, FrameEndReason::time);
-    EXPECT_GT(end->progress.seconds, budget / 2 - 0.001);
-    EXPECT_LT(end->progress.seconds, budget + 0.03) << "one piece, measuring and showing";
+    EXPECT_GT(end->progress.seconds, budget / 2);
+    // No piece begins after the time is over; the frame's clock started a little before its beginning was told.
+    EXPECT_LT(integrator.counters->last_call_s, sink->begin_times[0] + budget + 0.002);
     EXPECT_EQ(end->progress.budget_used, std::min(1.0, end->progress.seconds / budget));
     expect_final_cover(1, {0, 0, 256, 256});
   }
@@ -367,7 +368,7 @@ TEST_F(RenderLoopTest, ABudgetChangeInFlightLosesAndRepeatsNothing) {
 
 TEST_F(RenderLoopTest, CancelEndsTheFrameUntilTheNextUpdate) {
   integrator.seconds_per_sample = 1e-6;
-  const auto loop = make(film_of(256, 256), {});
+  const auto loop = make(film_of(128, 128), {});
   const std::uint64_t revision = loop->update(view_update(1, 0));
   ASSERT_TRUE(sink->wait([&] { return sink->tiles.size() > 6; }));
   loop->cancel();

@@ -1,0 +1,168 @@
+// The loop with the path tracer behind it: same bits whatever the course of the frame, and a cancel that comes in time
+// even where one path lasts thousands of segments.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "latency.h"
+#include "recording_sink.h"
+#include "renderer/frame/render_loop.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio {
+namespace {
+
+constexpr int kWidth = 100, kHeight = 70;
+constexpr std::uint32_t kSamplesPerHalf = 8;
+
+// A room with a lamp, a mirror-like box and a glass sphere.
+SceneDescription room() {
+  SceneDescription scene;
+  Material metal;
+  metal.metallic = 1;
+  metal.roughness = 0.2f;
+  scene.materials = {test::lambert(Rgb(0.7f, 0.6f, 0.5f)), test::lambert(Rgb(0, 0, 0), Rgb(9, 8, 7)), metal,
+                     test::glass(1.5f)};
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  test::add_mesh(scene, test::box({-0.6f, -1, -0.5f}, {0, -0.3f, 0.1f}, 2));
+  test::add_mesh(scene, test::quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 1));
+  test::add_sphere(scene, {0.45f, -0.65f, 0.2f}, 0.35f, 3);
+  return scene;
+}
+
+const CameraPose kPose = test::camera_at({0, 0, 0.95}, {0, -0.2, -1}, 75);
+
+RenderLoop::Update view_of(const CameraPose& pose) {
+  RenderLoop::Update update;
+  update.view = View{1, pose, 0, 0};
+  return update;
+}
+
+Budget samples(std::uint32_t n) {
+  Budget budget;
+  budget.samples = n;
+  return budget;
+}
+
+// path_tracer(), and where the loop's film lies.
+struct WatchedTracer {
+  std::shared_ptr<std::atomic<Film*>> film = std::make_shared<std::atomic<Film*>>(nullptr);
+
+  IntegrateFunction function(const std::shared_ptr<const RenderScene>& scene) const {
+    return [trace = path_tracer(scene), seen = film](const IntegrateJob& job, const CancelToken& cancel, Film& pixels,
+                                                     TraceStats& stats) {
+      *seen = &pixels;
+      return trace(job, cancel, pixels, stats);
+    };
+  }
+};
+
+RenderSettings settings_of(const PathSettings& path) {
+  RenderSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.max_segments = path.max_segments;
+  settings.roulette_from = path.roulette_from;
+  settings.seed = path.seed;
+  return settings;
+}
+
+TEST(TracedFrame, ThreadsTilesAndPassesDoNotChangeABit) {
+  const auto scene = test::build(room());
+  PathSettings path;
+  path.seed = 12;
+  path.max_segments = 6;
+  const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf, path);
+  for (const int threads : {1, 2, 4}) {
+    RenderEngine engine(threads);
+    for (const int tile_size : {128, 24}) {
+      for (const RenderRank rank : {RenderRank::interactive, RenderRank::job}) {
+        const auto sink = std::make_shared<RecordingSink>();
+        const WatchedTracer tracer;
+        RenderLoopOptions options;
+        options.tile_size = tile_size;
+        RenderLoop loop(engine, tracer.function(scene), settings_of(path), samples(2 * kSamplesPerHalf), rank, sink,
+                        options);
+        ASSERT_TRUE(sink->wait_for_end(loop.update(view_of(kPose))));
+        EXPECT_TRUE(test::same_bits(expected, **tracer.film)) << threads << " threads, tiles of " << tile_size;
+      }
+    }
+  }
+}
+
+TEST(TracedFrame, InterruptionsDoNotChangeABit) {
+  const auto scene = test::build(room());
+  const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf);
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  const WatchedTracer tracer;
+  RenderLoop loop(engine, tracer.function(scene), settings_of({}), samples(2 * kSamplesPerHalf),
+                  RenderRank::interactive, sink);
+  loop.update(view_of(test::camera_at({0.3, 0, 0.9}, {0, 0, -1}, 50)));  // leaves its samples behind in the film
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  loop.update(view_of(kPose));
+  std::uint64_t revision = 0;
+  for (int i = 0; i < 10; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (i % 3 == 0) loop.cancel();
+    Budget budget = samples(2 * kSamplesPerHalf);
+    if (i < 9) budget.time_s = 0.003;
+    RenderLoop::Update update;
+    update.budget = budget;
+    revision = loop.update(update);
+  }
+  const auto end = sink->wait_for_end(revision);
+  ASSERT_TRUE(end.has_value());
+  EXPECT_EQ(end->reason, FrameEndReason::samples);
+  EXPECT_TRUE(test::same_bits(expected, **tracer.film));
+}
+
+TEST(TracedFrame, ARegionHasTheBitsOfTheWholeFrame) {
+  const auto scene = test::build(room());
+  const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf);
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  sink->keep_pixels = true;
+  RenderSettings settings = settings_of({});
+  settings.region = PixelRect{13, 22, 71, 59};
+  RenderLoopOptions options;
+  options.publish_passes = false;
+  RenderLoop loop(engine, scene, settings, samples(2 * kSamplesPerHalf), RenderRank::interactive, sink, options);
+  ASSERT_TRUE(sink->wait_for_end(loop.update(view_of(kPose))));
+  ASSERT_EQ(sink->pixels.size(), 1u);
+  const ResolvedTile whole = resolve_tile(expected, *settings.region, *settings.region, kResolveVariance);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(sink->pixels[0].radiance[c], whole.radiance[c]);
+    EXPECT_EQ(sink->pixels[0].variance[c], whole.variance[c]);
+  }
+  const FilmError error = estimate_error(expected, *settings.region);
+  EXPECT_EQ(sink->ends[0].progress.error.rmse, error.rmse);
+  EXPECT_EQ(sink->ends[0].progress.error.relmse, error.relmse);
+  EXPECT_GT(sink->ends[0].progress.trace.rays, sink->ends[0].progress.trace.paths);
+}
+
+TEST(TracedFrame, EndlessPathsAreCancelledInTime) {
+  SceneDescription furnace;  // closed, and nothing is ever absorbed
+  furnace.materials = {test::lambert(Rgb(1, 1, 1), Rgb(1, 1, 1))};
+  test::add_mesh(furnace, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  RenderSettings settings = settings_of({});
+  settings.max_segments = settings.roulette_from = 65535;
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, test::build(std::move(furnace)), settings, {}, RenderRank::interactive, sink);
+  std::vector<double> delays;
+  for (int i = 0; i < 10; ++i) {
+    const std::uint64_t revision = loop.update(view_of(kPose));
+    ASSERT_TRUE(sink->wait([&] { return !sink->begins.empty() && sink->begins.back().tag.revision == revision; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    const double asked = now_s();
+    loop.cancel();
+    ASSERT_TRUE(sink->wait_for_end(revision));
+    delays.push_back(sink->read([&] { return sink->end_times.back(); }) - asked);
+  }
+  EXPECT_LT(percentile_99(delays), allowed_delay(0.020));
+}
+
+}  // namespace
+}  // namespace helio
