@@ -1,0 +1,57 @@
+"""Landscapes of any number of triangles, for measuring how load, build and tracing scale."""
+
+import array
+import math
+
+import gltf
+
+COPYRIGHT = "CC0 1.0"
+SIZE = 100.0  # side of the landscape
+
+
+def height(x, z):
+    """Hills of falling size; each octave turned, so that no ridge follows the grid."""
+    total = 0.0
+    for octave in range(5):
+        scale = 2.0**octave
+        turn = 0.7 * octave
+        a = math.cos(turn) * x + math.sin(turn) * z
+        b = math.cos(turn) * z - math.sin(turn) * x
+        total += math.sin(0.11 * scale * a + octave) * math.sin(0.13 * scale * b + 2 * octave) / scale
+    return 6 * total
+
+
+def landscape(triangles):
+    """Exactly `triangles` of them: full rows of a square grid, then as much of one more row as is left."""
+    columns = max(1, math.isqrt(triangles // 2))
+    rows = -(-triangles // (2 * columns))
+    step = SIZE / columns
+    positions, normals, indices = array.array("f"), array.array("f"), array.array("I")
+    last_row = triangles - (rows - 1) * 2 * columns
+    for row in range(rows + 1):
+        # A vertex column more than there are quads; the cut row ends where its triangles do.
+        count = columns + 1 if row < rows else (last_row + 1) // 2 + 1
+        for column in range(count):
+            x, z = column * step - SIZE / 2, row * step - SIZE / 2
+            y = height(x, z)
+            slope_x = (height(x + 0.01, z) - height(x - 0.01, z)) / 0.02
+            slope_z = (height(x, z + 0.01) - height(x, z - 0.01)) / 0.02
+            positions.extend((x, y, z))
+            normals.extend(gltf.normalize((-slope_x, 1, -slope_z)))
+    for number in range(triangles):
+        row, rest = divmod(number, 2 * columns)
+        column, second = divmod(rest, 2)
+        near, far = row * (columns + 1) + column, (row + 1) * (columns + 1) + column
+        indices.extend((near, far, near + 1) if not second else (near + 1, far, far + 1))
+    return positions, indices, normals
+
+
+def mesh_scene(triangles):
+    scene = gltf.Scene(f"landscape-{triangles}", COPYRIGHT)
+    ground = scene.add_material("ground", (0.45, 0.4, 0.3), roughness=0.9)
+    positions, indices, normals = landscape(triangles)
+    scene.add_node("ground", mesh=scene.add_mesh("ground", positions, indices, ground, normals))
+    scene.add_directional_light("sun", (-0.6, -0.5, -0.4), (1, 0.9, 0.75), 3)
+    scene.set_environment(radiance=[0.35, 0.5, 0.8])
+    scene.add_camera("camera", (0, 30, 85), (0, -2, 0), 0.7, 1.5)
+    return scene
