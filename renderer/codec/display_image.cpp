@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <vector>
 
 #include "renderer/base/srgb.h"
@@ -145,8 +146,9 @@ HeatRange find_heat_range(std::span<const float> values, bool logarithmic) {
     range.high = std::max(std::min(range.high, std::numeric_limits<float>::max() / 10) * 10, 2 * range.low);
   } else {
     const float margin = std::max(0.5f * std::abs(range.low), 0.5f);
-    range.low -= margin;
-    range.high += margin;
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    range.low = std::max(range.low - margin, -kLargest);
+    range.high = std::min(range.high + margin, kLargest);
   }
   return range;
 }

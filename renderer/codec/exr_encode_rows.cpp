@@ -81,6 +81,10 @@ Status encode_rows(const TileHeader& header, std::span<const StoredChannel> chan
   init.write_fn = &append;
   Context exr;
   exr_result_t rc = exr_start_write(&exr.handle, "memory", EXR_WRITE_FILE_DIRECTLY, &init);
+  // Names of more than 31 bytes need a flag in the version field, which old readers do not know: only where needed.
+  for (const StoredChannel& channel : channels) {
+    if (rc == EXR_ERR_SUCCESS && std::strlen(channel.name) > 31) rc = exr_set_longname_support(exr.handle, 1);
+  }
   if (rc == EXR_ERR_SUCCESS) rc = write_header(exr.handle, header, channels);
   if (rc == EXR_ERR_SUCCESS) rc = write_rows(exr.handle, header.data_window, channels);
   if (rc == EXR_ERR_SUCCESS) rc = exr_finish(&exr.handle);

@@ -1,0 +1,134 @@
+#include <gtest/gtest.h>
+
+#include "renderer/film/resolve.h"
+#include "tests/unit/picture/synthetic_film.h"
+
+namespace helio {
+namespace {
+
+using test::Random;
+
+struct TrueError {
+  double mse = 0, relmse = 0;
+};
+
+// Against the known mean of each column; the epsilon is quality.md's, 1e-2 times the squared image mean.
+template <class Mean>
+TrueError true_error(const Film& film, const Mean& mean) {
+  double image_mean = 0;
+  for (int x = 0; x < film.width(); ++x) image_mean += mean(x) / film.width();
+  TrueError error;
+  const double n = double(film.width()) * film.height();
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = 0; x < film.width(); ++x) {
+      const double r = mean(x);
+      const double e = std::pow(resolve_mean(film, x, y).x - r, 2);
+      error.mse += e / n;
+      error.relmse += e / (r * r + 0.01 * image_mean * image_mean) / n;
+    }
+  }
+  return error;
+}
+
+// Exponential noise over a smooth gradient of a factor of 20: skewed, and dark where relative error matters.
+TEST(EstimateError, IsCalibratedOverSeeds) {
+  const auto mean = [](int x) { return 0.05 * std::exp(3.0 * x / 128.0); };
+  for (const int samples : {2, 8, 32}) {
+    double mse = 0, true_mse = 0, relmse = 0, true_relmse = 0;
+    for (int seed = 0; seed < 10; ++seed) {
+      Film film(128, 96);
+      Random random(std::uint64_t(seed) + 1);
+      for (int half = 0; half < 2; ++half) {
+        test::add_samples(film, half, samples, random,
+                          [&](int x, int, int, Random& r) { return test::exponential(float(mean(x)), r); });
+      }
+      const FilmError estimate = estimate_error(film, film.bounds());
+      const TrueError truth = true_error(film, mean);
+      ASSERT_TRUE(estimate.known);
+      EXPECT_NEAR(estimate.rmse / std::sqrt(truth.mse), 1.0, 0.08) << samples << " samples, seed " << seed;
+      mse += estimate.rmse * estimate.rmse;
+      true_mse += truth.mse;
+      relmse += estimate.relmse;
+      true_relmse += truth.relmse;
+    }
+    EXPECT_NEAR(mse / true_mse, 1.0, 0.03) << samples;
+    EXPECT_NEAR(relmse / true_relmse, 1.0, 0.04) << samples;
+  }
+}
+
+TEST(EstimateError, IsCalibratedForStratifiedSamples) {
+  constexpr int kSamples = 16;
+  double mse = 0;
+  for (int seed = 0; seed < 10; ++seed) {
+    Film film(64, 64);
+    Random random(std::uint64_t(seed) + 1);
+    for (int half = 0; half < 2; ++half) {
+      test::add_samples(film, half, kSamples, random,
+                        [](int, int, int k, Random& r) { return (float(k) + r.next_float()) / kSamples; });
+    }
+    const FilmError error = estimate_error(film, film.bounds());
+    mse += error.rmse * error.rmse / 10;
+  }
+  EXPECT_NEAR(mse * 24.0 * kSamples * kSamples * kSamples, 1.0, 0.03);  // 1 / (24 n^3): resolve_test.cpp
+}
+
+// Halves differ by 2 in one 32x32 tile, by 0.02 elsewhere: errors of 1 and 0.01.
+TEST(EstimateError, NamesTheWorstTile) {
+  Film film(96, 80);
+  Random random(1);
+  const PixelRect bad{32, 32, 64, 64};
+  test::add_samples(film, 0, 1, random, [](auto...) { return 1.0f; });
+  test::add_samples(film, 1, 1, random, [&](int x, int y, int, Random&) { return bad.contains(x, y) ? 3.0f : 1.02f; });
+  const FilmError error = estimate_error(film, film.bounds());
+  // 80 rows: the second row of tiles is 48 high, so the bad tile is 32x48 and two thirds full.
+  EXPECT_NEAR(error.worst_tile_rmse, std::sqrt((32.0 * 32 + 1e-4 * 32 * 16) / (32 * 48)), 1e-6);
+  EXPECT_NEAR(error.rmse, std::sqrt((1024 + 1e-4 * (96 * 80 - 1024)) / (96 * 80)), 1e-6);
+  const FilmError region = estimate_error(film, bad);
+  EXPECT_NEAR(region.worst_tile_rmse, 1.0, 1e-12);
+  EXPECT_NEAR(region.rmse, 1.0, 1e-12);
+  EXPECT_NEAR(region.relmse, 1.0 / (4 + 0.04), 1e-6) << "means 2, epsilon 0.01 2^2";
+}
+
+TEST(EstimateError, ATileIsCountedWhereverTheRegionStarts) {
+  Film film(1500, 40);
+  Random random(1);
+  test::add_samples(film, 0, 1, random, [](auto...) { return 1.0f; });
+  test::add_samples(film, 1, 1, random, [](int x, int, int, Random&) { return x == 1499 ? 9.0f : 1.0f; });
+  // The last tile takes what is left of the width: 1500 - 3 = 46 * 32 + 25 columns, so it has 57.
+  const FilmError error = estimate_error(film, {3, 0, 1500, 40});
+  EXPECT_NEAR(error.worst_tile_rmse, std::sqrt(16.0 / 57), 1e-9);
+  EXPECT_NEAR(error.rmse, std::sqrt(16.0 / 1497), 1e-9);
+}
+
+TEST(EstimateError, IsUnknownWhileAHalfIsMissing) {
+  Film film(8, 8);
+  Random random(1);
+  test::add_samples(film, 0, 4, random, [](auto...) { return 1.0f; });
+  FilmError error = estimate_error(film, film.bounds());
+  EXPECT_FALSE(error.known);
+  EXPECT_TRUE(std::isinf(error.rmse) && std::isinf(error.relmse) && std::isinf(error.worst_tile_rmse))
+      << "so that no target is met by accident";
+  test::add_samples(film, 1, 4, random, [](auto...) { return 1.0f; });
+  error = estimate_error(film, film.bounds());
+  EXPECT_TRUE(error.known);
+  EXPECT_FALSE(error.all_zero);
+  EXPECT_EQ(error.rmse, 0.0);
+}
+
+TEST(EstimateError, BlackProvesNothing) {
+  Film film(8, 8);
+  Random random(1);
+  for (int half = 0; half < 2; ++half) test::add_samples(film, half, 64, random, [](auto...) { return 0.0f; });
+  FilmError error = estimate_error(film, film.bounds());
+  EXPECT_TRUE(error.known);
+  EXPECT_TRUE(error.all_zero);
+  EXPECT_EQ(error.rmse, 0.0);
+  EXPECT_EQ(error.relmse, 0.0);
+  film.half(0, 3, 3).add(Rgb(0, 0, 1e-20f));
+  error = estimate_error(film, film.bounds());
+  EXPECT_FALSE(error.all_zero);
+  EXPECT_GT(error.rmse, 0.0);
+}
+
+}  // namespace
+}  // namespace helio
