@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that Heliograph is built from and tested with: Debian 12 or 13, as root or through sudo.
+# Asks dpkg first and leaves apt alone when nothing is missing.
+#
+# usage: deploy/install-deps.sh [--with-bench] [--print]
+#   --with-bench  also what the benches' optional peer needs: Mitsuba comes by pip into a virtual environment, and its
+#                 llvm variants load LLVM 19
+#   --print       only prints the names of the packages
+set -euo pipefail
+
+packages=(
+  # tools
+  ca-certificates ccache cmake g++ ninja-build protobuf-compiler protobuf-compiler-grpc python3
+  # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
+  libcli11-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
+  libopenimageio-dev libprotobuf-dev libspdlog-dev libssl-dev libtbb-dev nlohmann-json3-dev zlib1g-dev
+  # tests and benches; the tests read our files with exrheader and oiiotool
+  libbenchmark-dev libgtest-dev openexr openimageio-tools
+)
+bench_packages=(python3-venv libllvm19)
+
+print=false
+for argument in "$@"; do
+  case $argument in
+    --with-bench) packages+=("${bench_packages[@]}") ;;
+    --print) print=true ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "install-deps: unknown argument '$argument'; allowed: --with-bench, --print" >&2; exit 2 ;;
+  esac
+done
+if $print; then
+  printf '%s\n' "${packages[@]}"
+  exit 0
+fi
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "install-deps: this is no Debian; deploy/Dockerfile builds and runs Heliograph elsewhere" >&2
+  exit 1
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
+  [[ $status == *"ok installed" ]] || missing+=("$package")
+done
+((${#missing[@]})) || exit 0
+
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo >/dev/null; then
+    echo "install-deps: missing ${missing[*]}; run as root or install sudo" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+echo "install-deps: installing ${missing[*]}"
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0)
+"${apt[@]}" update
+"${apt[@]}" install -y --no-install-recommends "${missing[@]}" >/dev/null
