@@ -17,8 +17,7 @@ std::shared_ptr<OutboundStream> FramePublisher::attach(std::shared_ptr<OutboundS
   stream_.swap(stream);
   format_ = format;
   finish_after_.reset();
-  const bool in_flight = begin_ && !(end_ && same_frame(begin_->tag, end_->tag));
-  if (in_flight) stream_->push(*begin_);
+  if (in_flight()) stream_->push(*begin_);
   return stream;
 }
 
@@ -34,12 +33,33 @@ std::shared_ptr<OutboundStream> FramePublisher::stream() const {
   return stream_;
 }
 
+bool FramePublisher::in_flight() const {
+  return begin_ && !(end_ && same_frame(begin_->tag, end_->tag));
+}
+
 void FramePublisher::finish_after(std::uint64_t revision) {
   const std::lock_guard lock(mutex_);
   finish_after_ = revision;
-  if (stream_ && end_ && end_->tag.revision >= revision) {
-    stream_->finish_when_drained(grpc::Status::OK);
+  finish_status_ = grpc::Status::OK;
+  if (stream_ && end_ && end_->tag.revision >= revision) stream_->finish_when_drained(finish_status_);
+}
+
+void FramePublisher::finish_cancelled(const grpc::Status& status, bool tell) {
+  const std::lock_guard lock(mutex_);
+  if (in_flight()) {  // its end is on the way
+    finish_after_ = begin_->tag.revision;
+    finish_status_ = status;
+    return;
   }
+  if (!stream_) return;
+  if (tell && !end_) {
+    over_ = true;
+    stream_->push(FrameBegin());
+    FrameEnd end;
+    end.reason = FrameEndReason::cancelled;
+    stream_->push(end);
+  }
+  stream_->finish_when_drained(status);
 }
 
 std::optional<FrameEnd> FramePublisher::last_end() const {
@@ -54,6 +74,7 @@ void FramePublisher::forget_end() {
 
 void FramePublisher::frame_begun(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
+  if (over_) return;
   begin_ = begin;
   if (stream_) stream_->push(begin);
 }
@@ -82,10 +103,11 @@ void FramePublisher::tile_ready(FrameTile tile) {
 
 void FramePublisher::frame_ended(const FrameEnd& end) {
   const std::lock_guard lock(mutex_);
+  if (over_) return;
   end_ = end;
   if (!stream_) return;
   stream_->push(end);
-  if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(grpc::Status::OK);
+  if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(finish_status_);
 }
 
 std::size_t FramePublisher::backlog() const {

@@ -26,6 +26,9 @@ class FramePublisher final : public FrameSink {
 
   // The listener's call ends with OK once the end of a frame of this or a later revision has been sent.
   void finish_after(std::uint64_t revision);
+  // The loop has been cancelled: the listener's call ends with `status` behind the end of the frame that it knows of.
+  // With `tell`, it is told of an end even when no frame had begun.
+  void finish_cancelled(const grpc::Status& status, bool tell);
 
   // Of the frame that ended last; nothing before the first end.
   std::optional<FrameEnd> last_end() const;
@@ -38,6 +41,8 @@ class FramePublisher final : public FrameSink {
   std::size_t backlog() const override;
 
  private:
+  bool in_flight() const;  // with mutex_ held
+
   const Tiles tiles_;
 
   mutable std::mutex mutex_;
@@ -46,6 +51,8 @@ class FramePublisher final : public FrameSink {
   std::optional<FrameBegin> begin_;  // of the newest frame
   std::optional<FrameEnd> end_;      // of the newest frame that has ended
   std::optional<std::uint64_t> finish_after_;
+  grpc::Status finish_status_;
+  bool over_ = false;  // no frame after a cancel
 };
 
 }  // namespace helio

@@ -10,6 +10,11 @@
 
 namespace helio {
 
+void Job::cancel() {
+  rendering->loop().cancel();
+  rendering->publisher().finish_cancelled(grpc::Status::OK, /*tell=*/true);
+}
+
 Result<std::string> JobStore::reserve() {
   const std::lock_guard lock(mutex_);
   if (jobs_.size() >= std::size_t(max_jobs_)) {
@@ -45,7 +50,7 @@ Status JobStore::cancel(const std::string& id, const std::string& where) {
     if (found != jobs_.end()) job = found->second;
   }
   if (!job) return Error{ErrorCode::not_found, "there is no job '" + id + "'", where};
-  job->rendering->loop().cancel();
+  job->cancel();
   return ok_status();
 }
 
@@ -57,7 +62,7 @@ void JobStore::cancel_all() {
       if (job) jobs.push_back(job);
     }
   }
-  for (const auto& job : jobs) job->rendering->loop().cancel();
+  for (const auto& job : jobs) job->cancel();
 }
 
 bool JobStore::wait_until_empty(double deadline_s) {

@@ -14,6 +14,9 @@ namespace helio {
 struct Job {
   std::string id;
   std::shared_ptr<Rendering> rendering;
+
+  // Its stream ends with its result, reason CANCELLED.
+  void cancel();
 };
 
 class JobStore {

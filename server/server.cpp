@@ -91,6 +91,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   if (!impl->server || (!config.listen.empty() && port == 0)) {
     return Error{ErrorCode::unavailable, "cannot listen on " + config.listen + "; is the address in use?", "listen"};
   }
+  impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
   if (!config.listen.empty()) {
     const bool ipv6 = listen.host.find(':') != std::string::npos;
     impl->address = (ipv6 ? "[" + listen.host + "]" : listen.host) + ":" + std::to_string(port);

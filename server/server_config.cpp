@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <sstream>
 
 #include "server/build_info.h"
 
@@ -68,7 +70,8 @@ std::vector<ConfigOption> make_options() {
        [](const Config& c) { return c.listen; }},
       {"port-file", "write the bound port number to this file once serving", false,
        [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
-      {"scene-root", "directory that scene paths are served from; may be given several times", true,
+      {"scene-root",
+       "directory that scene paths are served from; may be given several times (variable: separated by ':')", true,
        [](Config& c, Text t) {
          return c.scene_roots.push_back(t), t.empty() ? std::string("''; allowed: a directory") : "";
        },
@@ -124,6 +127,23 @@ std::string environment_name(const std::string& option) {
   return name;
 }
 
+// Variables as flags, in front of the real ones. (CLI11's own reading of them would let the file win.)
+std::vector<std::string> with_environment(const std::vector<std::string>& arguments) {
+  std::vector<std::string> all;
+  for (const ConfigOption& option : config_options()) {
+    const std::string flag = "--" + option.name;
+    const char* variable = std::getenv(environment_name(option.name).c_str());
+    const bool given = std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+      return argument == flag || argument.rfind(flag + "=", 0) == 0;
+    });
+    if (!variable || given) continue;
+    std::istringstream parts(variable);
+    for (std::string part; std::getline(parts, part, option.repeatable ? ':' : '\0');) all.push_back(flag + "=" + part);
+  }
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return all;
+}
+
 std::uint64_t machine_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
   return pages > 0 && page > 0 ? std::uint64_t(pages) * std::uint64_t(page) : 4ull << 30;
@@ -165,7 +185,8 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   }
 
   ConfigRequest request;
-  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  const std::vector<std::string> all = with_environment(arguments);
+  std::vector<std::string> reversed(all.rbegin(), all.rend());
   try {
     app.parse(reversed);
   } catch (const CLI::CallForHelp&) {

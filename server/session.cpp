@@ -117,7 +117,7 @@ void Session::drain(const grpc::Status& status) {
   const auto stream = rendering_->publisher().stream();
   if (stream) stream->push(Notice{NoticeSeverity::draining, status.error_message()});
   rendering_->loop().cancel();
-  if (stream) stream->finish_when_drained(status);
+  rendering_->publisher().finish_cancelled(status, /*tell=*/false);
 }
 
 void Session::close(const grpc::Status& status) {

@@ -103,7 +103,8 @@ TEST_F(LoadSceneTest, PathIsLoadedOnceUntilItsBytesChange) {
 TEST_F(LoadSceneTest, PathsStayBelowTheRoots) {
   using grpc::StatusCode;
   const std::string outside = (directory_ / "outside/secret.gltf").string();
-  expect_status(load_path("../outside/secret.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path", "outside the scene"});
+  expect_status(load_path("../outside/secret.gltf"), StatusCode::PERMISSION_DENIED,
+                {"begin.path", "outside the scene"});
   expect_status(load_path("sub/../../outside/secret.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
   expect_status(load_path(outside), StatusCode::PERMISSION_DENIED, {"begin.path"});
   expect_status(load_path("link.gltf"), StatusCode::PERMISSION_DENIED, {"begin.path"});
@@ -189,7 +190,8 @@ TEST_F(LoadSceneTest, EveryWrongFieldIsNamed) {
     Upload bad;
     bad.name = name;
     pb::LoadSceneRequest begin = Upload().begin();
-    expect_status(upload({begin, bad.begin_file()}), StatusCode::INVALID_ARGUMENT, {"begin_file.name", "relative path"});
+    expect_status(upload({begin, bad.begin_file()}), StatusCode::INVALID_ARGUMENT,
+                  {"begin_file.name", "relative path"});
   }
   Upload small;
   small.bytes = "x";
@@ -213,7 +215,8 @@ TEST_F(LoadSceneTest, BrokenScenesNameFileAndPlaceAndHarmNothing) {
   broken.bytes = "this is no glTF";
   expect_status(upload(broken.messages()), grpc::StatusCode::INVALID_ARGUMENT, {"quad.gltf"});
   broken.bytes = quad_gltf();
-  broken.bytes.replace(broken.bytes.find("\"extensionsUsed\""), 16, "\"extensionsRequired\": [\"ACME_x\"], \"extensionsUsed\"");
+  broken.bytes.replace(broken.bytes.find("\"extensionsUsed\""), 16,
+                       "\"extensionsRequired\": [\"ACME_x\"], \"extensionsUsed\"");
   const grpc::Status unknown = upload(broken.messages());
   expect_status(unknown, grpc::StatusCode::UNIMPLEMENTED, {"ACME_x"});
   Upload environment;

@@ -34,7 +34,7 @@ class GenericCall {
  public:
   GenericCall(std::shared_ptr<grpc::Channel> channel, const std::string& method) : stub_(channel) {
     context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
-    call_ = stub_.PrepareCall(&context_, "/heliograph.v1.RenderService/" + method, &queue_);
+    call_ = stub_.PrepareCall(&context_, method, &queue_);
     call_->StartCall(this);
     wait();
   }
@@ -46,10 +46,14 @@ class GenericCall {
     call_->WritesDone(this);
     wait();
   }
-  bool read() {
-    grpc::ByteBuffer ignored;
-    call_->Read(&ignored, this);
-    return wait();
+  bool read(std::string& message) {
+    grpc::ByteBuffer buffer;
+    call_->Read(&buffer, this);
+    if (!wait()) return false;
+    grpc::Slice slice;
+    buffer.DumpToSingleSlice(&slice);
+    message.assign(reinterpret_cast<const char*>(slice.begin()), slice.size());
+    return true;
   }
   grpc::Status finish() {
     grpc::Status status;
@@ -250,7 +254,7 @@ void ServiceTest::start(const std::function<void(ServerConfig&)>& change) {
   auto server = Server::start(config);
   ASSERT_TRUE(server.ok()) << server.error().to_string();
   server_ = std::move(*server);
-  stub_ = new_stub();
+  if (!server_->address().empty()) stub_ = new_stub();
 }
 
 void ServiceTest::TearDown() {
@@ -314,7 +318,8 @@ pb::SessionInfo ServiceTest::session_info(const std::string& session_id) {
 void expect_status(const grpc::Status& status, grpc::StatusCode code, const std::vector<std::string>& parts) {
   EXPECT_EQ(status.error_code(), code) << status.error_message();
   for (const std::string& part : parts) {
-    EXPECT_NE(status.error_message().find(part), std::string::npos) << "'" << part << "' in: " << status.error_message();
+    EXPECT_NE(status.error_message().find(part), std::string::npos)
+        << "'" << part << "' in: " << status.error_message();
   }
 }
 
@@ -327,23 +332,18 @@ bool eventually(const std::function<bool()>& condition, double seconds) {
   return true;
 }
 
-grpc::Status send_raw_stream(std::shared_ptr<grpc::Channel> channel, const std::string& method,
-                             const std::vector<std::string>& messages) {
+RawAnswer send_raw(std::shared_ptr<grpc::Channel> channel, const std::string& method,
+                   const std::vector<std::string>& messages) {
   GenericCall call(channel, method);
   for (const std::string& message : messages) {
     if (!call.write(message)) break;
   }
-  while (call.read()) {
-  }
-  return call.finish();
-}
-
-grpc::Status send_raw(std::shared_ptr<grpc::Channel> channel, const std::string& method, const std::string& message) {
-  GenericCall call(channel, method);
-  call.write(message);
   call.writes_done();
-  call.read();
-  return call.finish();
+  RawAnswer answer;
+  std::string message;
+  while (call.read(message)) answer.messages.push_back(message);
+  answer.status = call.finish();
+  return answer;
 }
 
 }  // namespace helio::test

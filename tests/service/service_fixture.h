@@ -130,10 +130,13 @@ void expect_status(const grpc::Status& status, grpc::StatusCode code, const std:
 // Polls until true; false after `seconds`.
 bool eventually(const std::function<bool()>& condition, double seconds = 5);
 
-// Sends bytes as they are to a bidirectional method and returns the status that ends it.
-grpc::Status send_raw_stream(std::shared_ptr<grpc::Channel> channel, const std::string& method,
-                             const std::vector<std::string>& messages);
-// The same for a unary method.
-grpc::Status send_raw(std::shared_ptr<grpc::Channel> channel, const std::string& method, const std::string& message);
+// Sends bytes as they are to any method ("/package.Service/Method"), half-closes, and takes what comes.
+struct RawAnswer {
+  std::vector<std::string> messages;
+  grpc::Status status;
+};
+RawAnswer send_raw(std::shared_ptr<grpc::Channel> channel, const std::string& method,
+                   const std::vector<std::string>& messages);
+inline const std::string kRenderService = "/heliograph.v1.RenderService/";
 
 }  // namespace helio::test

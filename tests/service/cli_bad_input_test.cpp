@@ -1,0 +1,126 @@
+#include "cli_test.h"
+
+namespace helio::test {
+namespace {
+
+using CliBadInput = CliTest;
+
+struct BadLine {
+  std::vector<std::string> arguments;
+  int exit_code;
+  std::vector<std::string> parts;  // of the message
+};
+
+void expect_refused(const BadLine& line, const ProcessResult& result) {
+  std::string words;
+  for (const std::string& word : line.arguments) words += " " + word;
+  SCOPED_TRACE("heliograph" + words);
+  EXPECT_EQ(result.exit_code, line.exit_code) << result.err;
+  EXPECT_EQ(result.out, "");
+  expect_one_line(result.err);
+  for (const std::string& part : line.parts) EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
+}
+
+TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
+  const std::vector<BadLine> lines = {
+      {{}, 2, {"subcommand"}},
+      {{"paint"}, 2, {"paint"}},
+      {{"render"}, 2, {"FILE: is missing"}},
+      {{"render", "quad.gltf", "more"}, 2, {"'more': is one argument too many"}},
+      {{"render", "quad.gltf", "--sample", "3"}, 2, {"--sample: is not an option of render", "--samples?"}},
+      {{"render", "quad.gltf", "--samples"}, 2, {"--samples"}},
+      {{"render", "quad.gltf", "--samples", "0"}, 2, {"--samples: '0'", "[1, 1073741824]"}},
+      {{"render", "quad.gltf", "--samples", "-4"}, 2, {"--samples: '-4'"}},
+      {{"render", "quad.gltf", "--samples", "many"}, 2, {"--samples: 'many'"}},
+      {{"render", "quad.gltf", "--samples", "99999999999999999999999"}, 2, {"--samples"}},
+      {{"render", "quad.gltf", "--time", "0"}, 2, {"--time: '0'", "(0, inf)"}},
+      {{"render", "quad.gltf", "--time", "nan"}, 2, {"--time: 'nan'"}},
+      {{"render", "quad.gltf", "--error", "-1"}, 2, {"--error: '-1'"}},
+      {{"render", "quad.gltf", "--error-measure", "mse", "--error", "1"},
+       2,
+       {"--error-measure: 'mse' is none of rmse, relmse"}},
+      {{"render", "quad.gltf", "--size", "0x10"}, 2, {"--size: '0x10'"}},
+      {{"render", "quad.gltf", "--size", "10"}, 2, {"--size: '10'", "WIDTHxHEIGHT"}},
+      {{"render", "quad.gltf", "--size", "65537x1"}, 2, {"--size: '65537x1'", "[1, 65536]"}},
+      {{"render", "quad.gltf", "--size", "60000x60000"}, 2, {"--size: '60000x60000'", "more than the allowed"}},
+      {{"render", "quad.gltf", "--mode", "magic"}, 2, {"--mode: 'magic' is none of", "pt"}},
+      {{"render", "quad.gltf", "--seed", "-1"}, 2, {"--seed: '-1'"}},
+      {{"render", "quad.gltf", "--max-segments", "0"}, 2, {"--max-segments: '0'", "[1, 65535]"}},
+      {{"render", "quad.gltf", "--roulette-from", "65536"}, 2, {"--roulette-from: '65536'", "[1, 65535]"}},
+      {{"render", "quad.gltf", "--threads", "0"}, 2, {"--threads: '0'", "[1, 1024]"}},
+      {{"render", "quad.gltf", "--region", "1,1,1,2"}, 2, {"--region: '1,1,1,2'"}},
+      {{"render", "quad.gltf", "--size", "8x8", "--region", "0,0,9,8"}, 2, {"--region: '0,0,9,8' leaves", "8x8"}},
+      {{"render", "quad.gltf", "--region", "0,0,9000,8"}, 2, {"--region: '0,0,9000,8' leaves", "1280x720"}},
+      {{"render", "quad.gltf", "--environment", "1,2"}, 2, {"--environment: '1,2'"}},
+      {{"render", "quad.gltf", "--environment", "none.exr"}, 2, {"--environment: 'none.exr'"}},
+      {{"render", "quad.gltf", "--camera", "top"}, 2, {"--camera: 'top' is none of 'front'"}},
+      {{"render", "quad.gltf", "--camera", "1"}, 2, {"--camera: '1'", "[0, 0]"}},
+      {{"render", "quad.gltf", "--compression", "lzw"}, 2, {"--compression: 'lzw' is none of none, rle"}},
+      {{"render", "quad.gltf", "--pixel-type", "int"}, 2, {"--pixel-type: 'int'"}},
+      {{"render", "quad.gltf", "--layers", "alpha,beta"}, 2, {"--layers: 'beta'"}},
+      {{"render", "quad.gltf", "--output", "none/q.exr"}, 2, {"--output: the folder 'none'"}},
+      {{"render", "quad.gltf", "--png", "."}, 2, {"--png: '.' is a folder"}},
+      {{"render", "quad.gltf", "--exposure", "65", "--png", "q.png"}, 2, {"--exposure: '65'", "[-64, 64]"}},
+      {{"render", "quad.gltf", "--server", "here"}, 2, {"--server", "'here' is not HOST:PORT"}},
+      {{"render", "quad.gltf", "--wait", "3"}, 2, {"--wait: stands only beside --server"}},
+      {{"render", "quad.gltf", "--scene-path"}, 2, {"--scene-path: stands only beside --server"}},
+      {{"render", "quad.gltf", "--server", "127.0.0.1:1", "--threads", "2"}, 2, {"--threads"}},
+      {{"render", "quad.gltf", "--server", "127.0.0.1:1"}, 4, {"no server answers at 127.0.0.1:1"}},
+      {{"info", "--server", "127.0.0.1:1"}, 4, {"no server answers at 127.0.0.1:1"}},
+      {{"render", "none.gltf"}, 3, {"none.gltf"}},
+      {{"scene", "inspect", "none.gltf"}, 3, {"none.gltf"}},
+      {{"scene", "inspect"}, 2, {"FILE: is missing"}},
+      {{"scene"}, 2, {"subcommand"}},
+      {{"move", "quad.gltf"}, 2, {"--path: or one of --turn, --orbit, --move is required"}},
+      {{"move", "quad.gltf", "--turn", "left"}, 2, {"--turn: 'left'"}},
+      {{"move", "quad.gltf", "--turn", "5", "--steps", "0"}, 2, {"--steps: '0'", "[1, 100000]"}},
+      {{"move", "quad.gltf", "--turn", "5", "--path", "p.json"}, 2, {"--path", "does not go with --turn"}},
+      {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened"}},
+  };
+  for (const BadLine& line : lines) expect_refused(line, heliograph(line.arguments));
+}
+
+TEST_F(CliBadInput, AllProblemsAtOnce) {
+  const ProcessResult result = heliograph({"render", "--samples", "0", "--size", "3", "--foo", "--mode", "magic"});
+  EXPECT_EQ(result.exit_code, 2);
+  expect_one_line(result.err);
+  for (const char* part : {"FILE", "--samples", "--size", "--foo", "--mode"}) {
+    EXPECT_NE(result.err.find(part), std::string::npos) << part << ": " << result.err;
+  }
+}
+
+TEST_F(CliBadInput, WithJsonTheErrorIsJsonToo) {
+  const auto usage = heliograph_json({"render", "quad.gltf", "--samples", "0"}, 2);
+  EXPECT_EQ(usage["exit_code"], 2);
+  EXPECT_NE(usage["error"].get<std::string>().find("--samples"), std::string::npos);
+  write_file(folder_ / "broken.gltf", "{\"asset\": ");
+  const auto refused = heliograph_json({"scene", "inspect", "broken.gltf"}, 3);
+  EXPECT_NE(refused["error"].get<std::string>().find("broken.gltf"), std::string::npos);
+}
+
+TEST_F(CliBadInput, BrokenScenesAreRefusedWithTheirPlace) {
+  write_file(folder_ / "empty.glb", "");
+  write_file(folder_ / "text.gltf", "hello");
+  write_file(folder_ / "short.glb", std::string("glTF\x02\0\0\0\xff\0\0\0", 12));
+  write_file(folder_ / "needs.gltf", R"({"asset": {"version": "2.0"}, "extensionsRequired": ["EXT_unheard_of"],
+    "extensionsUsed": ["EXT_unheard_of"]})");
+  write_file(folder_ / "escapes.gltf",
+             R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "../x.bin", "byteLength": 4}],
+    "bufferViews": [{"buffer": 0, "byteLength": 4}], "images": [{"uri": "/etc/hostname"}]})");
+  for (const char* name : {"empty.glb", "text.gltf", "short.glb", "needs.gltf", "escapes.gltf"}) {
+    const ProcessResult result = heliograph({"scene", "inspect", name});
+    EXPECT_EQ(result.exit_code, 3) << name << ": " << result.err;
+    expect_one_line(result.err);
+  }
+  EXPECT_NE(heliograph({"scene", "inspect", "needs.gltf"}).err.find("EXT_unheard_of"), std::string::npos);
+}
+
+TEST_F(CliBadInput, ABrokenPathNamesThePlace) {
+  write_file(folder_ / "path.json", R"({"views": [{"turn_degrees": "left"}]})");
+  const ProcessResult result = heliograph({"move", "quad.gltf", "--path", "path.json"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("path.json/views/0/turn_degrees"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace helio::test

@@ -1,0 +1,202 @@
+#include "cli_test.h"
+#include "daemon_process.h"
+#include "renderer/codec/tile_codec.h"
+
+namespace helio::test {
+namespace {
+
+using CliRender = CliTest;
+
+constexpr std::uint64_t kMaxPixels = 1 << 20;
+
+TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
+  const auto json = heliograph_json({"render", "quad.gltf", "--environment", "0,0,0", "--size", "40x30", "--samples",
+                                     "8", "--output", "q.exr", "--png", "q.png", "--heatmap", "h.png"});
+  for (const char* key : {"samples", "load_seconds", "render_seconds", "rays", "rays_per_path", "estimated_rmse",
+                          "estimated_relmse", "invalid_samples"}) {
+    ASSERT_TRUE(json.contains(key)) << key;
+    EXPECT_TRUE(json[key].is_number()) << key << ": " << json[key];
+  }
+  EXPECT_EQ(json["samples"], 8);
+  EXPECT_EQ(json["ended_by"], "samples");
+  EXPECT_EQ(json["invalid_samples"], 0);
+  EXPECT_EQ(json["partial"], false);
+  EXPECT_EQ(json["paths"], 8 * 40 * 30);
+
+  const auto picture = read_exr(folder_ / "q.exr", kMaxPixels);
+  ASSERT_TRUE(picture) << picture.error().to_string();
+  EXPECT_EQ(picture->header.data_window, (PixelRect{0, 0, 40, 30}));
+  for (const char* name : {"R", "G", "B", "variance.R", "variance.G", "variance.B", "samples"}) {
+    ASSERT_TRUE(picture->find(name)) << name;
+  }
+  // The square emits 2 and fills the middle; the corner sees the black environment.
+  EXPECT_EQ((*picture->find("R"))[15 * 40 + 20], 2);
+  EXPECT_EQ((*picture->find("R"))[0], 0);
+  EXPECT_EQ((*picture->find("samples"))[0], 8);
+  EXPECT_EQ(read_file(folder_ / "q.png").substr(1, 3), "PNG");
+  EXPECT_EQ(read_file(folder_ / "h.png").substr(1, 3), "PNG");
+}
+
+TEST_F(CliRender, DefaultsToNameExrSixtyFourSamplesAnd720Rows) {
+  const auto json = heliograph_json({"render", "quad.gltf", "--region", "0,0,8,8", "--threads", "1"});
+  EXPECT_EQ(json["samples"], 64);
+  EXPECT_EQ(json["width"], 1280);
+  EXPECT_EQ(json["height"], 720);
+  EXPECT_EQ(json["output"], "quad.exr");
+  EXPECT_TRUE(exists("quad.exr"));
+}
+
+TEST_F(CliRender, ARegionIsTheSamePixelsAsTheWhole) {
+  heliograph_json({"render", "quad.gltf", "--size", "40x30", "--samples", "4", "--output", "whole.exr"});
+  heliograph_json(
+      {"render", "quad.gltf", "--size", "40x30", "--samples", "4", "--region", "10,5,30,25", "--output", "part.exr"});
+  const auto whole = read_exr(folder_ / "whole.exr", kMaxPixels), part = read_exr(folder_ / "part.exr", kMaxPixels);
+  ASSERT_TRUE(whole && part);
+  EXPECT_EQ(part->header.data_window, (PixelRect{10, 5, 30, 25}));
+  EXPECT_EQ(part->header.frame_width, 40);
+  for (int y = 5; y < 25; ++y) {
+    for (int x = 10; x < 30; ++x) {
+      ASSERT_EQ((*part->find("G"))[(y - 5) * 20 + x - 10], (*whole->find("G"))[y * 40 + x]) << x << "," << y;
+    }
+  }
+}
+
+TEST_F(CliRender, LayersAreAddedOnRequest) {
+  heliograph_json({"render", "quad.gltf", "--environment", "0,0,0", "--size", "16x16", "--samples", "4", "--layers",
+                   "alpha,depth,normal,albedo", "--output", "q.exr"});
+  const auto picture = read_exr(folder_ / "q.exr", kMaxPixels);
+  ASSERT_TRUE(picture);
+  for (const char* name : {"A", "Z", "N.x", "N.y", "N.z", "albedo.r", "albedo.g", "albedo.b"}) {
+    EXPECT_TRUE(picture->find(name)) << name;
+  }
+  // 3 units from the camera, facing it.
+  EXPECT_NEAR((*picture->find("Z"))[8 * 16 + 8], 3, 0.05);
+  EXPECT_NEAR((*picture->find("N.z"))[8 * 16 + 8], 1, 1e-3);
+}
+
+TEST_F(CliRender, TimeEndsARenderAndIsNamed) {
+  const auto json = heliograph_json({"render", "quad.gltf", "--size", "64x64", "--time", "0.3"});
+  EXPECT_EQ(json["ended_by"], "time");
+  EXPECT_LT(json["render_seconds"], 3);
+}
+
+TEST_F(CliRender, AReachedErrorEndsARenderAndIsNamed) {
+  const auto json = heliograph_json({"render", "quad.gltf", "--size", "32x32", "--error", "0.5", "--time", "60"});
+  EXPECT_EQ(json["ended_by"], "error");
+  EXPECT_LE(json["estimated_rmse"], 0.5);
+}
+
+TEST_F(CliRender, ADaemonGivesTheSameBits) {
+  const DaemonProcess daemon({"--threads", "1"});
+  ASSERT_NE(daemon.address(), "");
+  const std::vector<std::string> common = {"render", "quad.gltf", "--size", "40x30", "--samples", "4", "--seed", "7"};
+  auto here = common, there = common;
+  here.insert(here.end(), {"--output", "here.exr"});
+  there.insert(there.end(), {"--output", "there.exr", "--server", daemon.address(), "--compression", "zip"});
+  heliograph_json(here);
+  heliograph_json(there);
+  const auto a = read_exr(folder_ / "here.exr", kMaxPixels), b = read_exr(folder_ / "there.exr", kMaxPixels);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->names, b->names);
+  EXPECT_EQ(a->channels, b->channels);
+}
+
+TEST_F(CliRender, WithoutJsonItSaysWhereThePictureIs) {
+  const ProcessResult result = heliograph({"render", "quad.gltf", "--size", "16x16", "--samples", "2"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.out.find("quad.exr: 16x16, 2 samples"), std::string::npos) << result.out;
+  EXPECT_EQ(result.err, "");  // no progress where nobody watches
+}
+
+TEST_F(CliRender, ATerminalShowsProgress) {
+  Process process(HELIOGRAPH_PROGRAM, {"render", "quad.gltf", "--size", "64x64", "--time", "2"}, folder_.path(),
+                  Process::Stderr::terminal);
+  EXPECT_TRUE(process.wait_for_terminal("samples/s"));
+  const ProcessResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.err.find(" %  "), std::string::npos) << result.err;
+}
+
+using CliMove = CliTest;
+
+TEST_F(CliMove, AnOrbitWritesOnePictureAView) {
+  const auto json =
+      heliograph_json({"move", "quad.gltf", "--environment", "0,0,0", "--orbit", "180", "--pivot", "0,0,0", "--steps",
+                       "2", "--size", "40x30", "--samples", "4", "--output", "o.##.exr", "--png", "o.png"});
+  ASSERT_EQ(json["frames"].size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(json["frames"][i]["samples"], 4);
+    EXPECT_EQ(json["frames"][i]["ended_by"], "samples");
+    EXPECT_GT(json["frames"][i]["first_tile_seconds"], 0);
+    EXPECT_EQ(json["frames"][i]["output"], "o.0" + std::to_string(i) + ".exr");
+    EXPECT_TRUE(exists("o.000" + std::to_string(i) + ".png"));
+  }
+  // From the front the square emits 2; edge-on it is not seen; from behind it emits nothing.
+  const float wanted[] = {2, 0, 0};
+  for (int i = 0; i < 3; ++i) {
+    const auto picture = read_exr(folder_ / ("o.0" + std::to_string(i) + ".exr"), kMaxPixels);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ((*picture->find("R"))[15 * 40 + 10], wanted[i]) << "view " << i;
+  }
+}
+
+TEST_F(CliMove, PlaysAPathFileWithItsBudgets) {
+  write_file(folder_ / "path.json",
+             R"({"views": [{"samples": 8}, {"turn_degrees": 90}, {"camera": "front", "samples": 2}]})");
+  const DaemonProcess daemon({"--threads", "1"});
+  const auto json = heliograph_json({"move", "quad.gltf", "--environment", "0,0,0", "--path", "path.json", "--size",
+                                     "40x30", "--samples", "4", "--server", daemon.address()});
+  ASSERT_EQ(json["frames"].size(), 3u);
+  EXPECT_EQ(json["frames"][0]["samples"], 8);
+  EXPECT_EQ(json["frames"][1]["samples"], 4);
+  EXPECT_EQ(json["frames"][2]["samples"], 2);
+  const auto aside = read_exr(folder_ / "quad.0001.exr", kMaxPixels),
+             back = read_exr(folder_ / "quad.0002.exr", kMaxPixels);
+  ASSERT_TRUE(aside && back);
+  EXPECT_EQ((*aside->find("R"))[15 * 40 + 20], 0);
+  EXPECT_EQ((*back->find("R"))[15 * 40 + 20], 2);
+}
+
+using CliOther = CliTest;
+
+TEST_F(CliOther, InfoTellsLimitsAndModes) {
+  const auto json = heliograph_json({"info"});
+  EXPECT_GT(json["limits"]["max_film_side"], 0);
+  EXPECT_EQ(json["modes"][0], "pt");
+  EXPECT_EQ(heliograph({"info"}).exit_code, 0);
+}
+
+TEST_F(CliOther, InspectTellsWhatIsThere) {
+  const auto json = heliograph_json({"scene", "inspect", "quad.gltf"});
+  EXPECT_EQ(json["triangles"], 2);
+  EXPECT_EQ(json["cameras"][0]["name"], "front");
+  EXPECT_EQ(json["bounds_max"], nlohmann::json({1, 1, 0}));
+}
+
+TEST_F(CliOther, HelpHoldsTheExitCodes) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"--help"},
+                                                  {"render", "--help"},
+                                                  {"move", "--help"},
+                                                  {"info", "--help"},
+                                                  {"scene", "inspect", "--help"}}) {
+    const ProcessResult result = heliograph(command);
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_NE(result.out.find("4 server unreachable"), std::string::npos) << command.front();
+  }
+  EXPECT_NE(heliograph({"serve", "--help"}).out.find("--max-sessions"), std::string::npos);
+}
+
+TEST_F(CliOther, ServeIsTheDaemon) {
+  Process serve(HELIOGRAPH_PROGRAM, {"serve", "--threads", "1"}, folder_.path());
+  ASSERT_TRUE(serve.wait_for_output("listening on "));
+  ASSERT_TRUE(serve.wait_for_output("\n"));
+  const std::string line = serve.output();
+  const std::size_t at = line.find("listening on ") + 13;
+  const std::string address = line.substr(at, line.find_first_of(" \n", at) - at);
+  EXPECT_EQ(heliograph_json({"info", "--server", address})["server"], address);
+  serve.send_signal(SIGTERM);
+  EXPECT_EQ(serve.wait().exit_code, 0);
+}
+
+}  // namespace
+}  // namespace helio::test

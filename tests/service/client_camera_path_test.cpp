@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "client/camera_motion.h"
+#include "client/camera_path.h"
+
+namespace helio::test {
+namespace {
+
+namespace pb = heliograph::v1;
+
+// At (0, 0, 3), looking along -z.
+PathStart start() {
+  PathStart start;
+  start.camera.mutable_position()->set_z(3);
+  start.camera.mutable_rotation()->set_w(1);
+  start.camera.set_vertical_fov(0.8);
+  pb::SceneCamera camera;
+  camera.set_name("side");
+  camera.mutable_view()->mutable_position()->set_x(5);
+  camera.mutable_view()->mutable_look_at()->mutable_target();
+  start.cameras.push_back(camera);
+  return start;
+}
+
+V3d position_of(const pb::CameraView& view) {
+  return {view.position().x(), view.position().y(), view.position().z()};
+}
+
+void expect_near(const V3d& found, const V3d& wanted) {
+  EXPECT_NEAR(found.x, wanted.x, 1e-12);
+  EXPECT_NEAR(found.y, wanted.y, 1e-12);
+  EXPECT_NEAR(found.z, wanted.z, 1e-12);
+}
+
+std::vector<PathView> play(const std::string& json) {
+  auto views = parse_camera_path(json, "p.json", start());
+  EXPECT_TRUE(views) << views.error().to_string();
+  return views ? *views : std::vector<PathView>();
+}
+
+std::string refusal(const std::string& json) {
+  const auto views = parse_camera_path(json, "p.json", start());
+  return views ? "accepted" : views.error().to_string();
+}
+
+TEST(CameraMotion, AQuarterTurnLeftLooksAlongMinusX) {
+  const CameraFrame frame = turned(*camera_frame(start().camera), 90);
+  expect_near(frame.position, V3d(0, 0, 3));
+  expect_near(frame.forward, V3d(-1, 0, 0));
+  expect_near(frame.up, V3d(0, 1, 0));
+}
+
+TEST(CameraMotion, AnOrbitKeepsThePivotInSight) {
+  // From +z, counter-clockwise seen from above: a quarter brings the camera to +x, looking back at the pivot.
+  const CameraFrame frame = orbited(*camera_frame(start().camera), V3d(0, 0, 0), 90);
+  expect_near(frame.position, V3d(3, 0, 0));
+  expect_near(frame.forward, V3d(-1, 0, 0));
+}
+
+TEST(CameraMotion, MovesAlongItsOwnAxes) {
+  const CameraFrame frame = moved(turned(*camera_frame(start().camera), 90), V3d(1, 2, 4));
+  // Looking along -x, right is -z.
+  expect_near(frame.position, V3d(-4, 2, 2));
+}
+
+TEST(CameraMotion, AQuaternionIsTheOrientationItSays) {
+  pb::CameraView view = start().camera;
+  // A quarter about +x turns the view from -z to +y and the up vector from +y to +z.
+  view.mutable_rotation()->set_x(std::sqrt(0.5));
+  view.mutable_rotation()->set_w(std::sqrt(0.5));
+  const auto frame = camera_frame(view);
+  ASSERT_TRUE(frame);
+  expect_near(frame->forward, V3d(0, 1, 0));
+  expect_near(frame->up, V3d(0, 0, 1));
+}
+
+TEST(CameraMotion, TwoHalvesMakeTheWhole) {
+  const CameraFrame frame = *camera_frame(start().camera);
+  const V3d pivot(1, 2, -1);
+  const CameraFrame twice = orbited(orbited(frame, pivot, 20), pivot, 20), once = orbited(frame, pivot, 40);
+  expect_near(twice.position, once.position);
+  expect_near(twice.forward, once.forward);
+}
+
+TEST(CameraMotion, RefusesViewsWithoutAFrame) {
+  pb::CameraView named;
+  named.set_scene_camera("side");
+  EXPECT_FALSE(camera_frame(named));
+  EXPECT_FALSE(camera_frame(pb::CameraView()));
+  pb::CameraView aimless;
+  aimless.mutable_position()->set_x(1);
+  aimless.mutable_look_at()->mutable_target()->set_x(1);
+  EXPECT_FALSE(camera_frame(aimless));
+  pb::CameraView parallel;
+  parallel.mutable_position();
+  parallel.mutable_look_at()->mutable_target()->set_y(1);
+  EXPECT_FALSE(camera_frame(parallel));  // the default up vector is (0, 1, 0)
+  pb::CameraView nan = start().camera;
+  nan.mutable_position()->set_y(std::nan(""));
+  EXPECT_FALSE(camera_frame(nan));
+}
+
+TEST(CameraPath, AMotionPlaysTheStartAndEachStep) {
+  CameraMotion motion;
+  motion.orbit_degrees = 180;
+  motion.steps = 2;
+  const auto views = play_motion(motion, start());
+  ASSERT_TRUE(views);
+  ASSERT_EQ(views->size(), 3u);
+  expect_near(position_of((*views)[0].camera), V3d(0, 0, 3));
+  expect_near(position_of((*views)[1].camera), V3d(3, 0, 0));
+  expect_near(position_of((*views)[2].camera), V3d(0, 0, -3));
+  EXPECT_EQ((*views)[2].camera.vertical_fov(), 0.8);
+}
+
+TEST(CameraPath, ViewsFollowEachOther) {
+  const auto views = play(R"({"views": [
+    {"samples": 256},
+    {"turn_degrees": 45, "repeat": 2, "samples": 64},
+    {"camera": "side", "error": 0.5},
+    {"camera": "0", "time_s": 2},
+    {"position": [0, 1, 0], "target": [0, 1, -7], "fov_degrees": 90},
+    {"move": [0, 0, 2]}]})");
+  ASSERT_EQ(views.size(), 7u);
+  EXPECT_EQ(views[0].budget->samples(), 256u);
+  expect_near(camera_frame(views[2].camera)->forward, V3d(-1, 0, 0));
+  EXPECT_EQ(views[2].budget->samples(), 64u);
+  expect_near(position_of(views[3].camera), V3d(5, 0, 0));
+  EXPECT_EQ(views[3].budget->error(), 0.5);
+  EXPECT_EQ(views[4].budget->time_s(), 2);
+  EXPECT_FALSE(views[5].budget);
+  EXPECT_NEAR(views[6].camera.vertical_fov(), std::numbers::pi / 2, 1e-12);
+  expect_near(position_of(views[6].camera), V3d(0, 1, -2));
+}
+
+TEST(CameraPath, EveryProblemIsNamedWithItsPlace) {
+  const std::string text = refusal(R"({"views": [{"turn_degrees": "left"}, {"fov_degrees": 0, "zoom": 2},
+    {"samples": 0, "repeat": 1.5}, {"camera": "top"}, {"camera": "side", "turn_degrees": 1}, 7,
+    {"position": [1, 2]}, {"up": [0, 1, 0]}, {"lens_radius": -1}, {"error": 0}], "frames": 1})");
+  for (const char* part :
+       {"p.json/views/0/turn_degrees: \"left\"", "p.json/views/1/fov_degrees: 0 is not a number in [0.1, 179]",
+        "p.json/views/1/zoom: is not a key", "p.json/views/2/samples: 0", "p.json/views/2/repeat: 1.5",
+        "p.json/views/3/camera: 'top' is none of 'side'", "p.json/views/4/turn_degrees", "p.json/views/5: 7",
+        "p.json/views/6/position: [1,2]", "p.json/views/7/up", "p.json/views/8/lens_radius: -1",
+        "p.json/views/9/error: 0", "p.json/frames"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in: " << text;
+  }
+}
+
+TEST(CameraPath, RefusesWhatIsNoPath) {
+  EXPECT_NE(refusal("{").find("p.json@"), std::string::npos);
+  for (const char* json : {"[]", "{}", R"({"views": 3})", R"({"views": []})"}) {
+    EXPECT_NE(refusal(json).find("\"views\""), std::string::npos) << json;
+  }
+  // A target at the camera's own position has no direction.
+  EXPECT_NE(refusal(R"({"views": [{"target": [0, 0, 3]}]})").find("p.json/views/0: look_at.target"), std::string::npos);
+  EXPECT_NE(refusal(R"({"views": [{"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000},
+    {"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000},
+    {"repeat": 100000}, {"repeat": 100000}]})")
+                .find("more than 1000000 views"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace helio::test

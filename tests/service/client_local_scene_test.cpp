@@ -1,0 +1,128 @@
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "client/file_hash.h"
+#include "client/gltf_uris.h"
+#include "client/local_scene.h"
+#include "client/server_address.h"
+#include "process.h"
+
+namespace helio::test {
+namespace {
+
+std::vector<std::string> names_of(const LocalScene& scene) {
+  std::vector<std::string> names;
+  for (const LocalSceneFile& file : scene.files) names.push_back(file.name);
+  return names;
+}
+
+using Names = std::vector<std::string>;
+
+TEST(GltfUris, FindsEveryUriOnce) {
+  std::istringstream json(R"({"buffers": [{"uri": "a.bin"}, {"uri": "data:,x"}], "images": [{"uri": "b%20c.png"},
+    {"uri": "a.bin"}, {"bufferView": 1}], "name": "uri", "extras": {"heliograph": {"environment": {"image": "sky.exr"}}}})");
+  EXPECT_EQ(find_gltf_uris(json), (Names{"a.bin", "b%20c.png", "sky.exr"}));
+}
+
+TEST(GltfUris, BrokenJsonGivesWhatCameBefore) {
+  std::istringstream json(R"({"buffers": [{"uri": "a.bin"}], "images": [{"uri")");
+  EXPECT_EQ(find_gltf_uris(json), Names{"a.bin"});
+}
+
+TEST(GltfUris, ResolvesLikeTheLoader) {
+  EXPECT_EQ(relative_path_of("./textures/../a%20b.png"), "a b.png");
+  EXPECT_EQ(relative_path_of("100%.png"), "100%.png");
+}
+
+TEST(GltfUris, NothingLeavesTheFolder) {
+  for (const char* uri : {"../x.png", "a/../../x.png", "/etc/passwd", "%2Fetc/passwd", "..%2fx", "file:///etc/passwd",
+                          "http://example.org/x.png", "C:\\x.png", "a\\b.png", "", ".", "a/"}) {
+    EXPECT_FALSE(relative_path_of(uri)) << uri;
+  }
+}
+
+TEST(LocalScene, TakesWhatExistsBelowTheFolder) {
+  const TemporaryFolder folder;
+  write_file(folder / "secret.bin", "secret");
+  write_file(folder / "scene/a.bin", "12345");
+  write_file(folder / "scene/textures/b c.png", "png");
+  write_file(folder / "scene/room.gltf",
+             R"({"buffers": [{"uri": "a.bin"}, {"uri": "../secret.bin"}, {"uri": "missing.bin"}],
+                 "images": [{"uri": "textures/b%20c.png"}]})");
+  const auto scene = collect_local_scene(folder / "scene/room.gltf", "0.4,0.4,0.6");
+  ASSERT_TRUE(scene) << scene.error().to_string();
+  EXPECT_EQ(names_of(*scene), (Names{"room.gltf", "a.bin", "textures/b c.png"}));
+  EXPECT_EQ(scene->main_file, "room.gltf");
+  EXPECT_EQ(scene->environment, "0.4,0.4,0.6");
+  EXPECT_EQ(scene->total_bytes(), scene->files[0].bytes + 5 + 3);
+}
+
+TEST(LocalScene, ReadsTheJsonOfAGlb) {
+  const TemporaryFolder folder;
+  std::string json = R"({"buffers": [{"uri": "a.bin"}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string glb = "glTF";
+  for (const std::uint32_t word : {2u, std::uint32_t(20 + json.size()), std::uint32_t(json.size()), 0x4E4F534Au}) {
+    for (int i = 0; i < 4; ++i) glb += static_cast<char>(word >> 8 * i);
+  }
+  write_file(folder / "a.bin", "x");
+  write_file(folder / "room.glb", glb + json);
+  EXPECT_EQ(names_of(*collect_local_scene(folder / "room.glb", "")), (Names{"room.glb", "a.bin"}));
+  // A length beyond the file must not be believed.
+  glb[12] = glb[13] = glb[14] = '\x7f';
+  write_file(folder / "broken.glb", glb + json);
+  EXPECT_EQ(names_of(*collect_local_scene(folder / "broken.glb", "")), Names{"broken.glb"});
+}
+
+TEST(LocalScene, TheEnvironmentMapJoinsUnderAFreeName) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene/sky.exr", "texture");
+  write_file(folder / "scene/room.gltf", R"({"images": [{"uri": "sky.exr"}]})");
+  write_file(folder / "maps/sky.exr", "map");
+  const auto scene = collect_local_scene(folder / "scene/room.gltf", folder / "maps/sky.exr");
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(names_of(*scene), (Names{"room.gltf", "sky.exr", "environment/sky.exr"}));
+  EXPECT_EQ(scene->environment, "environment/sky.exr");
+}
+
+TEST(LocalScene, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  write_file(folder / "room.gltf", "{}");
+  EXPECT_EQ(collect_local_scene(folder / "none.gltf", "").error().code, ErrorCode::not_found);
+  EXPECT_EQ(collect_local_scene(folder.path(), "").error().code, ErrorCode::not_found);
+  for (const char* environment : {"1,2", "1,2,3,4", "-1,0,0", "1,nan,1", "1,2,inf", "1,2,x", "nofile.exr"}) {
+    const auto scene = collect_local_scene(folder / "room.gltf", environment);
+    ASSERT_FALSE(scene) << environment;
+    EXPECT_EQ(scene.error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(scene.error().where, "environment");
+    EXPECT_NE(scene.error().message.find(environment), std::string::npos) << scene.error().message;
+  }
+}
+
+// FIPS 180-4's example of one block: "abc".
+TEST(FileHash, IsSha256) {
+  const TemporaryFolder folder;
+  write_file(folder / "abc", "abc");
+  const auto hash = sha256_of_file(folder / "abc");
+  ASSERT_TRUE(hash);
+  EXPECT_EQ(hash->bytes, 3u);
+  const std::uint8_t start[] = {0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea};
+  EXPECT_TRUE(std::equal(std::begin(start), std::end(start), hash->sha256.begin()));
+  EXPECT_EQ(sha256_of_file(folder / "none").error().code, ErrorCode::not_found);
+}
+
+TEST(ServerAddress, IsHostAndPort) {
+  for (const char* good : {"127.0.0.1:7777", "localhost:1", "[::1]:65535", "render-7.example.org:443", "unix:/run/h"}) {
+    EXPECT_TRUE(validate_server_address(good)) << good;
+  }
+  for (const char* bad : {"", "localhost", ":7777", "host:", "host:0", "host:65536", "host:7x", "::1:7777", "a b:1",
+                          "http://host:80", "unix:"}) {
+    EXPECT_FALSE(validate_server_address(bad)) << bad;
+  }
+  EXPECT_TRUE(is_loopback("127.0.0.1:1") && is_loopback("localhost:1") && is_loopback("[::1]:1"));
+  EXPECT_FALSE(is_loopback("10.0.0.1:1"));
+}
+
+}  // namespace
+}  // namespace helio::test

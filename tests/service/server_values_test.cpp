@@ -1,0 +1,183 @@
+// The server's values: configuration, conversions, memory account, timers.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <random>
+
+#include "renderer/base/clock.h"
+#include "server/convert.h"
+#include "server/grpc_status.h"
+#include "server/memory_account.h"
+#include "server/server_config.h"
+#include "server/sha256.h"
+#include "server/task_thread.h"
+#include "server/timer_queue.h"
+
+namespace helio {
+namespace {
+
+TEST(ServerConfig, FlagsSetEveryOption) {
+  const auto request = parse_server_config(
+      "heliographd", {"--listen", "[::1]:7000", "--scene-root", "/a", "--scene-root", "/b", "--max-memory", "3G",
+                      "--max-film-pixels=5000", "--session-grace", "1.5", "--render-threads", "3"});
+  ASSERT_TRUE(request.ok()) << request.error().to_string();
+  EXPECT_EQ(request->config.listen, "[::1]:7000");
+  EXPECT_EQ(request->config.scene_roots, (std::vector<std::string>{"/a", "/b"}));
+  EXPECT_EQ(request->config.max_memory, 3ull << 30);
+  EXPECT_EQ(request->config.max_film_pixels, 5000u);
+  EXPECT_EQ(request->config.session_grace_s, 1.5);
+  EXPECT_EQ(request->config.render_threads, 3);
+}
+
+TEST(ServerConfig, AllProblemsAtOnce) {
+  const auto request = parse_server_config(
+      "heliographd", {"--max-sessions", "-1", "--max-memory", "7Q", "--session-grace", "nan", "--log-level", "loud"});
+  ASSERT_FALSE(request.ok());
+  const std::string text = request.error().to_string();
+  for (const char* part : {"--max-sessions: '-1'; allowed: [0, 65536]", "--max-memory: '7Q'", "--session-grace: 'nan'",
+                           "--log-level: 'loud'; allowed: trace, debug"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
+  EXPECT_FALSE(parse_server_config("heliographd", {"--unknown"}).ok());
+  EXPECT_FALSE(parse_server_config("heliographd", {"--max-memory", "99999999999999999999"}).ok());
+  EXPECT_FALSE(parse_server_config("heliographd", {"--max-memory", "9999999T"}).ok());
+}
+
+TEST(ServerConfig, FlagsWinOverEnvironmentWinsOverFile) {
+  const auto path = std::filesystem::temp_directory_path() / ("helio-config-" + std::to_string(getpid()) + ".conf");
+  std::ofstream(path) << "max-jobs = 1\nmax-sessions = 1\nmax-scenes = 1\n";
+  setenv("HELIOGRAPH_MAX_SESSIONS", "2", 1);
+  setenv("HELIOGRAPH_MAX_SCENES", "2", 1);
+  const auto request = parse_server_config("heliographd", {"--config", path.string(), "--max-scenes", "3"});
+  unsetenv("HELIOGRAPH_MAX_SESSIONS");
+  unsetenv("HELIOGRAPH_MAX_SCENES");
+  ASSERT_TRUE(request.ok()) << request.error().to_string();
+  EXPECT_EQ(request->config.max_jobs, 1);
+  EXPECT_EQ(request->config.max_sessions, 2);
+  EXPECT_EQ(request->config.max_scenes, 3);
+  std::ofstream(path) << "max-jobz = 1\n";
+  const auto unknown = parse_server_config("heliographd", {"--config", path.string()});
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().to_string().find("'max-jobz'"), std::string::npos) << unknown.error().to_string();
+  std::filesystem::remove(path);
+}
+
+TEST(ServerConfig, HelpNamesEveryOptionWithItsDefault) {
+  const auto request = parse_server_config("heliographd", {"--help"});
+  ASSERT_TRUE(request.ok());
+  for (const ConfigOption& option : config_options()) {
+    EXPECT_NE(request->print.find("--" + option.name), std::string::npos) << option.name;
+  }
+  EXPECT_NE(request->print.find("HELIOGRAPH_MAX_MEMORY"), std::string::npos);
+  EXPECT_NE(request->print.find("[127.0.0.1:0]"), std::string::npos);
+  EXPECT_GT(complete(ServerConfig()).max_memory, 0u);
+}
+
+TEST(Convert, PosesSurviveTheWire) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const V3d position(normal(random), normal(random), normal(random));
+    // Every eighth direction lies near an axis, where one component of the quaternion vanishes.
+    V3d direction(normal(random), normal(random), normal(random));
+    if (i % 8 == 0) direction = V3d(i % 3 == 0, i % 3 == 1, i % 3 == 2) * (i % 16 ? 1.0 : -1.0) + direction * 1e-9;
+    const auto pose = look_at(position, position + direction, V3d(0.3, 1, 0.2), 0.5);
+    ASSERT_TRUE(pose.ok());
+    Problems problems;
+    const CameraPose back = read_camera(to_message(*pose), {}, "camera", problems);
+    ASSERT_TRUE(problems.empty());
+    EXPECT_LT(length(back.right - pose->right), 1e-9);
+    EXPECT_LT(length(back.up - pose->up), 1e-9);
+    EXPECT_LT(length(back.forward - pose->forward), 1e-9);
+    EXPECT_EQ(back.position, pose->position);
+    EXPECT_EQ(back.vertical_fov, pose->vertical_fov);
+  }
+}
+
+TEST(Convert, OrthographicViewsSurviveTheWire) {
+  CameraPose pose;
+  pose.projection = Projection::orthographic;
+  pose.half_height = 2.5;
+  pose.lens_radius = 0.1;
+  pose.focus_distance = 4;
+  Problems problems;
+  const CameraPose back = read_camera(to_message(pose), {}, "camera", problems);
+  EXPECT_TRUE(problems.empty());
+  EXPECT_EQ(back.projection, Projection::orthographic);
+  EXPECT_EQ(back.half_height, 2.5);
+  EXPECT_EQ(back.lens_radius, 0.1);
+  EXPECT_EQ(back.focus_distance, 4);
+}
+
+TEST(GrpcStatus, LongMessagesAreCutAtACharacter) {
+  std::string text(kMaxStatusMessage - 1, 'x');
+  text += "\xC3\xA9\xC3\xA9";  // two characters of two bytes
+  const grpc::Status status = to_grpc_status(Error{ErrorCode::not_found, text, {}});
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(status.error_message(), std::string(kMaxStatusMessage - 1, 'x') + " ...");
+}
+
+TEST(MemoryAccount, CountsWhatIsHeld) {
+  MemoryAccount account(100);
+  auto first = account.reserve(60, "a");
+  ASSERT_TRUE(first.ok());
+  const auto second = account.reserve(50, "a film");
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::resource_exhausted);
+  EXPECT_NE(second.error().message.find("max_memory: 50 bytes are needed for a film, 40 of 100 are left"),
+            std::string::npos);
+  Reservation moved = std::move(*first);
+  EXPECT_EQ(account.used(), 60u);
+  moved.release();
+  EXPECT_EQ(account.used(), 0u);
+  EXPECT_FALSE(account.reserve(~0ull, "everything").ok());
+}
+
+TEST(TimerQueue, CallsInOrderOfTime) {
+  TimerQueue timers;
+  std::promise<void> done;
+  std::vector<int> order;
+  const double now = now_s();
+  timers.call_at(now + 0.03, [&] {
+    order.push_back(2);
+    done.set_value();
+  });
+  timers.call_at(now + 0.01, [&] { order.push_back(1); });
+  timers.call_at(now + 1000, [&] { order.push_back(3); });
+  done.get_future().wait();
+  EXPECT_EQ(order, (std::vector<int>{1, 2}));
+}
+
+TEST(TaskThread, BoundsItsQueueAndDropsIt) {
+  std::promise<void> release, started;
+  auto kept = std::make_shared<int>(1);
+  {
+    TaskThread thread(1);
+    EXPECT_TRUE(thread.submit([&] {
+      started.set_value();
+      release.get_future().wait();
+    }));
+    started.get_future().wait();
+    EXPECT_TRUE(thread.busy());
+    EXPECT_TRUE(thread.submit([kept] {}));
+    EXPECT_FALSE(thread.submit([] {})) << "one waits already";
+    thread.stop();
+    EXPECT_EQ(kept.use_count(), 1) << "what waited is gone";
+    EXPECT_FALSE(thread.submit([] {}));
+    release.set_value();
+  }
+}
+
+TEST(Sha256, KnownDigests) {
+  // FIPS 180-2, appendix B.1.
+  Sha256 hash;
+  hash.update(std::string_view("abc"));
+  EXPECT_EQ(to_hex(hash.finish()), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_FALSE(hash_file("/nonexistent").has_value());
+}
+
+}  // namespace
+}  // namespace helio
