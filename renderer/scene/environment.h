@@ -8,8 +8,9 @@
 //
 // so the top row is +y, the left and right edges look along -z, the first quarter along +x, the centre column along
 // +z, the third quarter along -x. Texel centres lie at (i + 0.5) / width and (j + 0.5) / height; radiance is bilinear
-// between them, wrapped in u and clamped in v. (Mitsuba differs by at most half a texel in v: its first and last rows
-// lie on the poles.) Environment::to_world takes map directions to the world; only its rotation counts.
+// between them, wrapped in u and clamped in v. (Mitsuba's first and last rows lie on the poles, row = v (height - 1):
+// up to half a texel off in v, and 1 / height more light from every row.) Environment::to_world takes map directions to
+// the world; only its rotation counts.
 #pragma once
 
 #include <cstdint>

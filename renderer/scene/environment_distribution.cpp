@@ -96,10 +96,11 @@ EnvironmentDistribution::EnvironmentDistribution(const EnvironmentMap& map) : ma
   for (int row = 0; row <= rows_; ++row) row_cos_[std::size_t(row)] = std::cos(M_PI * row / rows_);
   row_cos_.back() = -1;
 
+  // Maps come prepared (prepare_environment_image); a negative weight would still unsort the tables.
   const auto texel_luminance = [&](int x, int y) {
     if (!textures) return double(luminance(map.scale()));
     const V4f texel = textures->texel(image, map.slot().encoding, x, y);
-    return double(luminance(Rgb(texel.x, texel.y, texel.z) * map.scale()));
+    return std::max(0.0, double(luminance(Rgb(texel.x, texel.y, texel.z) * map.scale())));
   };
   const std::vector<Footprint> across = cell_footprints(columns_, width);
   column_cdf_.resize(std::size_t(columns_) * std::size_t(rows_));

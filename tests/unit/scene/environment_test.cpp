@@ -227,6 +227,14 @@ test::ChiSquareResult chi_square_on_cells(const Sky& sky, int samples, int group
   return test::chi_square_test(observed, expected);
 }
 
+// Ringing of a resampled map that nobody prepared: texels below 0 count as 0.
+std::vector<float> with_negative() {
+  std::vector<float> texels(32, 1.0f);
+  texels[5] = -99;
+  texels[17] = -3;
+  return texels;
+}
+
 TEST(EnvironmentDistribution, SamplesFollowTheDensityThatTheyClaim) {
   struct Case {
     const char* name;
@@ -237,11 +245,12 @@ TEST(EnvironmentDistribution, SamplesFollowTheDensityThatTheyClaim) {
                   {"sparse, rotated", Sky(random_map(32, 16, 0.9, 2), some_rotation()), 1},
                   {"sun", Sky(sun_map(128, 64, 40, 12), some_rotation()), 4},
                   {"sun at the pole", Sky(sun_map(64, 32, 5, 0)), 2},
+                  {"negative texels", Sky(float_map(8, 4, 1, with_negative())), 1},
                   {"black", Sky(float_map(8, 4, 1, std::vector<float>(32, 0.0f))), 1}};
   for (const Case& c : cases) {
     double mass = 0;
     const test::ChiSquareResult result = chi_square_on_cells(c.sky, 1000000, c.group, mass);
-    EXPECT_TRUE(result.passes(test::kSignificance, 5)) << c.name << ": " << result.summary();
+    EXPECT_TRUE(result.passes(test::kSignificance, 6)) << c.name << ": " << result.summary();
     EXPECT_NEAR(mass, 1, 1e-5) << c.name;
   }
 }
