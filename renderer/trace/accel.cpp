@@ -135,6 +135,10 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   auto impl = std::make_unique<Impl>();
   impl->alpha_test = input.alpha_test;
   impl->flat_count = std::uint32_t(input.flat.size());
+  impl->triangles_only = input.instances.empty();
+  for (const AccelPart& part : input.flat) {
+    if (part.kind != AccelPart::Kind::triangles) impl->triangles_only = false;
+  }
   rtcGetDeviceError(device());
   const auto build = [&] {
     for (const AccelObject& object : input.objects) {
@@ -255,7 +259,7 @@ void Accel::intersect16(const Ray* rays, Hit* hits) const {
     query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  embree::intersect16(valid, impl_->top, &context, &query);
+  embree::intersect16(valid, impl_->top, &context, &query, impl_->triangles_only);
   for (int i = 0; i < 16; ++i) {
     store_hit(*impl_, hits[i], query.ray.tfar[i], query.hit.u[i], query.hit.v[i], query.hit.Ng_x[i], query.hit.Ng_y[i],
               query.hit.Ng_z[i], query.hit.geomID[i], query.hit.primID[i], query.hit.instID[0][i]);
@@ -267,7 +271,7 @@ void Accel::occluded16(const Ray* rays, std::uint8_t* occluded) const {
   alignas(64) RTCRay16 query;
   alignas(64) int valid[16];
   fill16(query, rays, valid);
-  embree::occluded16(valid, impl_->top, &context, &query);
+  embree::occluded16(valid, impl_->top, &context, &query, impl_->triangles_only);
   for (int i = 0; i < 16; ++i) occluded[i] = valid[i] == 0 || query.tfar[i] < 0;
 }
 

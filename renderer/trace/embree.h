@@ -33,15 +33,14 @@ struct AlphaContext {
   std::uint32_t flat_count = 0;
 };
 
-inline void intersect1(RTCScene scene, AlphaContext* context, RTCRayHit* ray_hit, bool coherent = false) {
+inline void intersect1(RTCScene scene, AlphaContext* context, RTCRayHit* ray_hit) {
 #if HELIO_EMBREE == 4
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.context = &context->embree;
-  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
   rtcIntersect1(scene, ray_hit, &arguments);
 #else
-  context->embree.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcIntersect1(scene, &context->embree, ray_hit);
 #endif
 }
@@ -58,28 +57,30 @@ inline void occluded1(RTCScene scene, AlphaContext* context, RTCRay* ray) {
 #endif
 }
 
-inline void intersect16(const int* valid, RTCScene scene, AlphaContext* context, RTCRayHit16* ray_hit) {
+// `coherent`: Embree's frustum traversal. Embree 3.13 never returns from it for packets that meet both an instance and
+// a sphere, so callers ask for it in scenes of top-level triangles only.
+inline void intersect16(const int* valid, RTCScene scene, AlphaContext* context, RTCRayHit16* ray_hit, bool coherent) {
 #if HELIO_EMBREE == 4
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.context = &context->embree;
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
   rtcIntersect16(valid, scene, ray_hit, &arguments);
 #else
-  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context->embree.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcIntersect16(valid, scene, &context->embree, ray_hit);
 #endif
 }
 
-inline void occluded16(const int* valid, RTCScene scene, AlphaContext* context, RTCRay16* ray) {
+inline void occluded16(const int* valid, RTCScene scene, AlphaContext* context, RTCRay16* ray, bool coherent) {
 #if HELIO_EMBREE == 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.context = &context->embree;
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
   rtcOccluded16(valid, scene, ray, &arguments);
 #else
-  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context->embree.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcOccluded16(valid, scene, &context->embree, ray);
 #endif
 }

@@ -357,8 +357,10 @@ class PathKernel {
     const V3f light_normal =
         transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
     if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
-      const LightSample light =
-          lights_.sample(surface.position, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
+      // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
+      // would then, if it emits, light itself.
+      const V3f from = surface.position + light_normal * surface.offset;
+      const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
         const BsdfValue value = lambert ? evaluate_lambert(lambert_albedo, wo, wi) : evaluate_bsdf(params, wo, wi);

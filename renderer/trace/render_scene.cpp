@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "renderer/base/clock.h"
+#include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface.h"
@@ -110,7 +111,11 @@ class Builder {
     drop_unusable_instances();
     place();
     data_.textures.emplace(std::span<const Image>(scene_.images));
-    for (const Material& m : scene_.materials) data_.materials.push_back(make_material_record(m));
+    for (const Material& m : scene_.materials) {
+      data_.materials.push_back(make_material_record(m));
+      // Now, not on the first sample that needs them.
+      if (!data_.features.only_lambert) prepare_albedo_tables(m.distribution);
+    }
     split_objects();
     make_flat_parts();
     make_instances();

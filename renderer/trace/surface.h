@@ -31,23 +31,19 @@ inline const V3f& corner(const TriangleMesh& mesh, std::uint32_t primitive, int 
 template <bool kGeneral>
 inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& hit) {
   Surface s;
-  s.part = &scene.flat[0] + hit.part;
   s.position = ray.origin + ray.direction * hit.t;
   s.barycentric = V2f(hit.u, hit.v);
   V3f normal = hit.normal;
-  s.offset = s.part->offset + hit.t * kOffsetPerDistance;
-  if constexpr (kGeneral) {
-    const InstanceRecord* instance = nullptr;
-    if (hit.instance != kNoHit) {
-      instance = &scene.instances[hit.instance];
-      s.part = &scene.object_parts[instance->first_part + hit.part];
-      // Embree's normal follows the winding; the cofactor matrix keeps fronts in front under mirroring too.
-      normal = instance->normal(normal);
-      s.offset = s.part->offset * instance->offset_scale + instance->offset + hit.t * kOffsetPerDistance;
-    } else {
-      s.part = &scene.flat[hit.part];
-    }
-    if (!s.part->mesh && !instance) {
+  if (kGeneral && hit.instance != kNoHit) {
+    const InstanceRecord& instance = scene.instances[hit.instance];
+    s.part = &scene.object_parts[instance.first_part + hit.part];
+    s.offset = s.part->offset * instance.offset_scale + instance.offset + hit.t * kOffsetPerDistance;
+    // Embree's normal follows the winding; the cofactor matrix keeps fronts in front under mirroring too.
+    normal = instance.normal(normal);
+  } else {
+    s.part = &scene.flat[hit.part];
+    s.offset = s.part->offset + hit.t * kOffsetPerDistance;
+    if (kGeneral && !s.part->mesh) {
       // A point on a sphere is refined onto it: the ray's parameter loses digits far away.
       normal = normalize(s.position - s.part->center);
       s.position = s.part->center + normal * s.part->radius;

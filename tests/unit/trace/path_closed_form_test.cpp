@@ -1,0 +1,227 @@
+// Scenes whose radiance is known: the mean must lie within 0.5 % and within three standard errors of it (plus 1e-4 for
+// float rounding, where the estimate has no variance at all).
+#include <gtest/gtest.h>
+
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+void expect_mean(const Film& film, const V3d& expected, const char* what) {
+  const MeanEstimate e = mean_of(film);
+  for (int c = 0; c < 3; ++c) {
+    const double error = std::abs(e.mean[c] - expected[c]);
+    EXPECT_LE(error, 0.005 * expected[c] + 1e-7)
+        << what << " channel " << c << ": " << e.mean[c] << " for " << expected[c];
+    EXPECT_LE(error, 3 * e.standard_error[c] + 1e-4 * expected[c]) << what << " channel " << c;
+  }
+}
+
+Environment constant(float value) {
+  Environment e;
+  e.radiance = Rgb(value, value, value);
+  return e;
+}
+
+// A closed box whose walls emit e and reflect a: n segments see e (1 + a + ... + a^(n-1)), everywhere.
+TEST(PathClosedForm, EmittingBox) {
+  for (int segments : {1, 2, 3, 7}) {
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0.5f, 0.25f, 0.8f), Rgb(1, 2, 0.5f))};
+    add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}, 0, true));
+    PathSettings settings;
+    settings.max_segments = segments;
+    const Film film = render(*build(scene), camera_at({0.2, 0.1, 0.3}, {1, 0.4, 0.2}, 90), 16, 16, 256, settings);
+    V3d expected(0, 0, 0), power(1, 2, 0.5);
+    for (int i = 0; i < segments; ++i) {
+      expected += power;
+      power *= V3d(0.5, 0.25, 0.8);
+    }
+    expect_mean(film, expected, "emitting box");
+  }
+}
+
+// A convex Lambert body under constant light L shows albedo x L.
+TEST(PathClosedForm, LambertSphereInFurnace) {
+  for (float albedo : {0.18f, 0.9f, 1.0f}) {
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(albedo, albedo, albedo))};
+    add_sphere(scene, {0, 0, 0}, 1, 0);
+    scene.environment = constant(2);
+    const Film film = render(*build(scene), camera_at({0, 0, 3}, {0, 0, 0}, 10), 16, 16, 128);
+    expect_mean(film, V3d(2 * albedo, 2 * albedo, 2 * albedo), "Lambert sphere");
+  }
+}
+
+// Smooth glass neither absorbs nor emits: under constant light it cannot be seen. 40 segments leave less than 1e-3 out.
+TEST(PathClosedForm, GlassIsInvisibleInFurnace) {
+  for (bool sphere : {true, false}) {
+    SceneDescription scene;
+    scene.materials = {glass(1.5f)};
+    if (sphere)
+      add_sphere(scene, {0, 0, 0}, 1, 0);
+    else
+      add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}, 0));
+    scene.environment = constant(1);
+    PathSettings settings;
+    settings.max_segments = 60;
+    settings.roulette_from = 60;
+    const Film film = render(*build(scene), camera_at({2.5, 1.5, 3}, {0, 0, 0}, 40), 24, 24, 64, settings);
+    expect_mean(film, V3d(1, 1, 1), sphere ? "glass sphere" : "glass box");
+  }
+}
+
+// ior 1 does not bend or reflect: light crosses d units of the volume and keeps color^(d / attenuation_distance).
+TEST(PathClosedForm, AbsorbingSlab) {
+  SceneDescription scene;
+  scene.materials = {glass(1.0f)};
+  scene.materials[0].attenuation_color = Rgb(0.9f, 0.5f, 0.1f);
+  scene.materials[0].attenuation_distance = 2;
+  add_mesh(scene, box({-50, -50, -1.5f}, {50, 50, 1.5f}, 0));
+  scene.environment = constant(1);
+  CameraPose pose = camera_at({0, 0, 10}, {0, 0, 0});
+  pose.projection = Projection::orthographic;
+  pose.half_height = 1;
+  const Film film = render(*build(scene), pose, 8, 8, 16);
+  expect_mean(film, V3d(std::pow(0.9, 1.5), std::pow(0.5, 1.5), std::pow(0.1, 1.5)), "absorbing slab");
+}
+
+// The environment beyond two nested absorbing boxes: outer 1 unit, inner 1 unit, outer 1 unit on the axis.
+TEST(PathClosedForm, NestedAbsorption) {
+  SceneDescription scene;
+  scene.materials = {glass(1.0f), glass(1.0f)};
+  scene.materials[0].attenuation_color = Rgb(0.5f, 0.5f, 0.5f);
+  scene.materials[0].attenuation_distance = 1;
+  scene.materials[1].attenuation_color = Rgb(0.25f, 1, 0.9f);
+  scene.materials[1].attenuation_distance = 1;
+  add_mesh(scene, box({-9, -9, -1.5f}, {9, 9, 1.5f}, 0));
+  add_mesh(scene, box({-5, -5, -0.5f}, {5, 5, 0.5f}, 1));
+  scene.environment = constant(1);
+  CameraPose pose = camera_at({0, 0, 10}, {0, 0, 0});
+  pose.projection = Projection::orthographic;
+  pose.half_height = 1;
+  PathSettings settings;
+  settings.roulette_from = 10;
+  expect_mean(render(*build(scene), pose, 8, 8, 16, settings), V3d(0.25 * 0.25, 0.25 * 1, 0.25 * 0.9),
+              "nested absorption");
+}
+
+// Punctual lights over a Lambert floor seen straight from above: albedo / pi x irradiance.
+TEST(PathClosedForm, PunctualLights) {
+  for (PunctualKind kind : {PunctualKind::point, PunctualKind::spot, PunctualKind::directional}) {
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+    add_mesh(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0));
+    PunctualLight light;
+    light.kind = kind;
+    light.position = {0, 3, 0};
+    light.direction = {0, -1, 0};
+    light.intensity = Rgb(4, 8, 2);
+    scene.lights = {light};
+    const Film film = render(*build(scene), camera_at({0, 2, 0}, {0, 0, 0}, 0.2), 8, 8, 16);
+    const double irradiance = kind == PunctualKind::directional ? 1.0 : 1.0 / 9;
+    expect_mean(film, V3d(4, 8, 2) * (irradiance * 0.5 / 3.14159265358979), "punctual light");
+  }
+}
+
+// Half of the light behind a half-opaque black pane arrives; a mask below its cutoff is not there at all.
+TEST(PathClosedForm, AlphaBlendAndMask) {
+  for (AlphaMode mode : {AlphaMode::blend, AlphaMode::mask}) {
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0, 0, 0))};
+    scene.materials[0].alpha_mode = mode;
+    scene.materials[0].base_alpha = 0.25f;
+    add_mesh(scene, quad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}, 0));
+    scene.environment = constant(1);
+    const Film film = render(*build(scene), camera_at({0, 0, 3}, {0, 0, 0}, 30), 16, 16, 256);
+    const double expected = mode == AlphaMode::blend ? 0.75 : 1;
+    expect_mean(film, V3d(expected, expected, expected), "alpha");
+  }
+}
+
+// A shadow ray meets the same pane: a point light behind alpha 0.25 keeps 0.75 of its light.
+TEST(PathClosedForm, AlphaShadow) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0, 0, 0))};
+  scene.materials[1].alpha_mode = AlphaMode::blend;
+  scene.materials[1].base_alpha = 0.25f;
+  add_mesh(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0));
+  add_mesh(scene, quad({-5, 2.5f, 5}, {10, 0, 0}, {0, 0, -10}, 1));
+  PunctualLight light;
+  light.position = {0, 3, 0};
+  light.intensity = Rgb(1, 1, 1);
+  scene.lights = {light};
+  const Film film = render(*build(scene), camera_at({0, 2, 0}, {0, 0, 0}, 0.2), 16, 16, 512);
+  const double expected = 0.75 / 9 * 0.5 / 3.14159265358979;
+  expect_mean(film, V3d(expected, expected, expected), "alpha shadow");
+}
+
+// A single-sided emitter is black from behind; mirrored and instanced ones keep their front.
+TEST(PathClosedForm, EmissionLeavesTheFront) {
+  for (bool instanced : {false, true}) {
+    for (bool mirrored : {false, true}) {
+      for (bool from_front : {true, false}) {
+        SceneDescription scene;
+        scene.materials = {lambert(Rgb(0, 0, 0), Rgb(3, 2, 1))};
+        scene.materials[0].double_sided = false;
+        Object object;
+        object.meshes.push_back(quad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}, 0));
+        const int index = add_object(scene, object);
+        M44d m;
+        if (mirrored) m[0][0] = -1;
+        add_instance(scene, index, m);
+        if (instanced) {
+          M44d away = m;
+          away[3][2] = -1000;
+          add_instance(scene, index, away);
+        }
+        const auto built = build(scene);
+        const Film film = render(*built, camera_at({0, 0, from_front ? 3.0 : -3.0}, {0, 0, 0}, 20), 8, 8, 4);
+        expect_mean(film, from_front ? V3d(3, 2, 1) : V3d(0, 0, 0), "one-sided emitter");
+      }
+    }
+  }
+}
+
+// Next-event estimation and BSDF sampling must agree however near the light is: a floor 0.02 under a large lamp sees it
+// fill the hemisphere, so that the floor shows albedo x emission (the lamp overhangs by 250 times the gap).
+TEST(PathClosedForm, FloorJustUnderALamp) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0, 0, 0), Rgb(2, 2, 2))};
+  scene.materials[1].double_sided = false;
+  add_mesh(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0));
+  add_mesh(scene, quad({-5, 0.02f, -5}, {10, 0, 0}, {0, 0, 10}, 1));
+  PathSettings settings;
+  settings.max_segments = 2;
+  const Film film = render(*build(scene), camera_at({0, 0.01, 0}, {0.01, 0, 0}, 20), 16, 16, 256, settings);
+  expect_mean(film, V3d(1, 1, 1), "floor under a lamp");
+}
+
+// A scene moved by ten million units through its node shows the same picture.
+TEST(PathClosedForm, FarFromTheOrigin) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.25f, 0.8f), Rgb(1, 1, 1))};
+  M44d m;
+  m[3][0] = 1e7;
+  m[3][1] = -1e7;
+  add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}, 0, true), m);
+  PathSettings settings;
+  settings.max_segments = 3;
+  const Film film = render(*build(scene), camera_at({1e7 + 0.2, -1e7 + 0.1, 0.3}, {1e7 + 1, -1e7 + 0.4, 0.2}, 90), 16,
+                           16, 256, settings);
+  expect_mean(film, V3d(1.75, 1 + 0.25 + 0.0625, 1 + 0.8 + 0.64), "far box");
+}
+
+TEST(PathClosedForm, UnlitShowsItsColourAndReflectsNothing) {
+  SceneDescription scene;
+  scene.materials = {Material()};
+  scene.materials[0].model = MaterialModel::unlit;
+  scene.materials[0].base_color = Rgb(0.25f, 0.5f, 0.75f);
+  scene.materials[0].double_sided = true;
+  add_mesh(scene, quad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}, 0));
+  scene.environment = constant(5);
+  expect_mean(render(*build(scene), camera_at({0, 0, 3}, {0, 0, 0}, 30), 8, 8, 4), V3d(0.25, 0.5, 0.75), "unlit");
+}
+
+}  // namespace
+}  // namespace helio::test

@@ -1,0 +1,171 @@
+// A sample is a function of (pixel, sample index, dimension, seed) and nothing else.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+SceneDescription lambert_room() {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.7f, 0.6f, 0.5f)), lambert(Rgb(0, 0, 0), Rgb(9, 8, 7))};
+  add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  add_mesh(scene, box({-0.4f, -1, -0.5f}, {0.2f, -0.3f, 0.1f}, 0));
+  add_mesh(scene, quad({-0.3f, 0.99f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 1));
+  return scene;
+}
+
+// Something of everything: glass, metal, instances, spheres, alpha, vertex normals, an environment, a point light.
+SceneDescription mixed_scene() {
+  SceneDescription scene = lambert_room();
+  scene.materials.push_back(glass(1.4f));
+  Material metal;
+  metal.metallic = 1;
+  metal.roughness = 0.4f;
+  metal.base_color = Rgb(0.9f, 0.6f, 0.3f);
+  scene.materials.push_back(metal);
+  Material pane = lambert(Rgb(0.2f, 0.8f, 0.2f));
+  pane.alpha_mode = AlphaMode::blend;
+  pane.base_alpha = 0.5f;
+  scene.materials.push_back(pane);
+  add_sphere(scene, {0.5f, -0.6f, 0.2f}, 0.35f, 2);
+  Object object;
+  object.meshes.push_back(box({-0.1f, -0.1f, -0.1f}, {0.1f, 0.1f, 0.1f}, 3));
+  for (const V3f& p : object.meshes[0].positions) object.meshes[0].normals.push_back(normalize(p));
+  const int index = add_object(scene, object);
+  M44d m;
+  m[3][0] = -0.6;
+  add_instance(scene, index, m);
+  m[3][1] = 0.5;
+  m[0][0] = -1.5;
+  add_instance(scene, index, m);
+  add_mesh(scene, quad({-0.9f, -0.9f, 0.6f}, {1.8f, 0, 0}, {0, 1.2f, 0}, 4));
+  PunctualLight light;
+  light.position = {0.8, 0.8, 0.8};
+  light.intensity = Rgb(0.2f, 0.2f, 0.3f);
+  scene.lights = {light};
+  scene.environment = Environment{};
+  return scene;
+}
+
+const CameraPose kPose = camera_at({0.1, 0, 0.95}, {0, -0.2, -1}, 75);
+
+Film render_pieces(const RenderScene& scene, int width, int height, int piece, int shift, std::uint32_t step,
+                   int threads) {
+  Film film(width, height);
+  const Camera camera(kPose, width, height, scene.origin());
+  const CancelToken never;
+  std::vector<PixelRect> windows;
+  for (int y = -shift; y < height; y += piece) {
+    for (int x = -shift; x < width; x += piece) {
+      const PixelRect w = intersect({x, y, x + piece, y + piece}, film.bounds());
+      if (!w.empty()) windows.push_back(w);
+    }
+  }
+  std::vector<std::thread> workers;
+  for (int t = 0; t < threads; ++t) {
+    workers.emplace_back([&, t] {
+      TraceStats stats;
+      for (std::size_t i = windows.size(); i-- > 0;) {
+        if (int(i) % threads != t) continue;
+        for (std::uint32_t s = 0; s < 8; s += step) {
+          for (int half = kHalves - 1; half >= 0; --half) {
+            ASSERT_TRUE(trace_window(scene, camera, {}, {half, s, step}, windows[i], never, film, stats));
+          }
+        }
+      }
+    });
+  }
+  for (std::thread& worker : workers) worker.join();
+  return film;
+}
+
+TEST(PathDeterminism, CutsThreadsAndOrderDoNotMatter) {
+  for (const bool mixed : {false, true}) {
+    const auto scene = build(mixed ? mixed_scene() : lambert_room());
+    const int w = 37, h = 26;
+    const Film whole = render(*scene, kPose, w, h, 8);
+    EXPECT_TRUE(same_bits(whole, render_pieces(*scene, w, h, 64, 0, 8, 1)));
+    EXPECT_TRUE(same_bits(whole, render_pieces(*scene, w, h, 16, 0, 1, 2)));
+    EXPECT_TRUE(same_bits(whole, render_pieces(*scene, w, h, 7, 3, 2, 4)));
+    EXPECT_TRUE(same_bits(whole, render_pieces(*scene, w, h, 1, 0, 4, 2)));
+  }
+}
+
+// A pixel of a region has the bits that it has in the full frame.
+TEST(PathDeterminism, RegionEqualsFrame) {
+  const auto scene = build(mixed_scene());
+  const Film whole = render(*scene, kPose, 40, 40, 4);
+  Film part(40, 40);
+  const PixelRect region{5, 6, 18, 23};
+  TraceStats stats;
+  const CancelToken never;
+  for (int half = 0; half < kHalves; ++half) {
+    ASSERT_TRUE(
+        trace_window(*scene, Camera(kPose, 40, 40, scene->origin()), {}, {half, 0, 4}, region, never, part, stats));
+  }
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int half = 0; half < kHalves; ++half) {
+        const HalfPixel expected = region.contains(x, y) ? whole.half(half, x, y) : HalfPixel{};
+        ASSERT_EQ(part.half(half, x, y).sum[0], expected.sum[0]) << x << ' ' << y;
+        ASSERT_EQ(part.half(half, x, y).count, expected.count);
+      }
+    }
+  }
+}
+
+// SceneFeatures' first check: what a specialised kernel leaves out cannot be seen in a single bit.
+TEST(PathDeterminism, GeneralKernelGivesTheSameBits) {
+  const auto scene = build(lambert_room());
+  ASSERT_TRUE(scene->features().only_lambert);
+  PathSettings general;
+  general.general_kernel = true;
+  TraceStats plain_stats, general_stats;
+  const Film plain = render(*scene, kPose, 64, 48, 16, {}, &plain_stats);
+  EXPECT_TRUE(same_bits(plain, render(*scene, kPose, 64, 48, 16, general, &general_stats)));
+  EXPECT_EQ(plain_stats.rays, general_stats.rays);
+}
+
+TEST(PathDeterminism, SeedsDiffer) {
+  const auto scene = build(lambert_room());
+  PathSettings other;
+  other.seed = 1;
+  EXPECT_FALSE(same_bits(render(*scene, kPose, 8, 8, 1), render(*scene, kPose, 8, 8, 1, other)));
+}
+
+TEST(PathDeterminism, CancelledWindowLeavesTheFilmAsItWas) {
+  const auto scene = build(lambert_room());
+  CancelToken cancelled;
+  cancelled.cancel();
+  Film film(16, 16);
+  TraceStats stats;
+  EXPECT_FALSE(trace_window(*scene, Camera(kPose, 16, 16, scene->origin()), {}, {0, 0, 4}, film.bounds(), cancelled,
+                            film, stats));
+  EXPECT_TRUE(same_bits(film, Film(16, 16)));
+}
+
+// First-hit features: ids name the instance and its primitive, depth is along the ray, misses are infinite.
+TEST(PathFeatures, FirstHit) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.25f, 0.5f, 0.75f))};
+  add_mesh(scene, quad({-1, -1, -9}, {2, 0, 0}, {0, 2, 0}, 0));
+  add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0));
+  const Film film = render(*build(scene), camera_at({0, 0, 3}, {0, 0, 0}, 60), 33, 33, 4);
+  const PixelFeatures &centre = film.features(16, 16), &corner = film.features(0, 0);
+  EXPECT_EQ(centre.instance, 1u);
+  EXPECT_LT(centre.primitive, 2u);
+  EXPECT_NEAR(centre.depth, 3, 0.01);
+  EXPECT_EQ(centre.count, 4u);
+  EXPECT_FLOAT_EQ(centre.albedo[1] / 4, 0.5f);
+  EXPECT_FLOAT_EQ(centre.normal[2] / 4, 1);
+  EXPECT_EQ(centre.coverage, 4);
+  EXPECT_EQ(corner.instance, ~0u);
+  EXPECT_TRUE(std::isinf(corner.depth));
+  EXPECT_EQ(corner.coverage, 0);
+}
+
+}  // namespace
+}  // namespace helio::test
