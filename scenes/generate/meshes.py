@@ -53,5 +53,5 @@ def mesh_scene(triangles):
     scene.add_node("ground", mesh=scene.add_mesh("ground", positions, indices, ground, normals))
     scene.add_directional_light("sun", (-0.6, -0.5, -0.4), (1, 0.9, 0.75), 3)
     scene.set_environment(radiance=[0.35, 0.5, 0.8])
-    scene.add_camera("camera", (0, 30, 85), (0, -2, 0), 0.7, 1.5)
+    scene.add_camera("camera", (0, 26, 48), (0, 2, 5), 0.7, 1.5)
     return scene
