@@ -103,7 +103,7 @@ std::size_t find_non_finite(const std::uint8_t* base, std::size_t stride, std::s
 }  // namespace
 
 void AccessorReader::check_all() {
-  for (std::size_t i = 0; i < document_.accessors.size(); ++i) {
+  for (std::size_t i = 0; i < document_.accessors.size() && !diagnostics_.crowded(); ++i) {
     if (document_.accessors[i].sparse) check_sparse(int(i));
     check_values(int(i));
   }
@@ -147,6 +147,7 @@ void AccessorReader::check_values(int index) {
   const std::size_t stride = stride_of(document_, accessor);
   const std::size_t components = std::size_t(component_count(accessor.type));
   const std::string place = std::string() / "accessors" / std::size_t(index);
+  if (!count_work(accessor.count * accessor.element_size(), index)) return;
   if (accessor.component == ComponentType::f32) {
     const std::size_t at = find_non_finite(base, stride, accessor.count, components);
     if (at < accessor.count * components)
@@ -178,6 +179,17 @@ void AccessorReader::check_values(int index) {
   });
 }
 
+bool AccessorReader::count_work(std::uint64_t bytes, int accessor) {
+  constexpr std::uint64_t kReadings = 4;
+  work_ += bytes;
+  if (work_ / kReadings <= budget_.limit()) return true;
+  diagnostics_.fail(
+      std::string() / "accessors" / std::size_t(accessor),
+      "accessors have been read for " + std::to_string(work_) + " bytes in all, out of proportion to the file",
+      ErrorCode::resource_exhausted);
+  return false;
+}
+
 bool AccessorReader::prepare(int index, std::size_t components, std::uint64_t bytes) {
   const Accessor& accessor = (*this)[index];
   const std::string place = std::string() / "accessors" / std::size_t(index);
@@ -196,7 +208,7 @@ bool AccessorReader::prepare(int index, std::size_t components, std::uint64_t by
     diagnostics_.fail(place, s.error());
     return false;
   }
-  return true;
+  return count_work(bytes, index);
 }
 
 void AccessorReader::fill(const Accessor& accessor, float* out) const {

@@ -43,6 +43,9 @@ class AccessorReader {
     return true;
   }
   bool prepare(int accessor, std::size_t components, std::uint64_t bytes);
+  // Counts bytes that are looked at. Accessors may overlap and be read many times: the sum is held to a multiple of the
+  // memory limit, so that a small file cannot keep the loader busy. False after a failure.
+  bool count_work(std::uint64_t bytes, int accessor);
   void fill(const Accessor& accessor, float* out) const;
   void check_sparse(int accessor);
   void check_values(int accessor);
@@ -51,6 +54,7 @@ class AccessorReader {
   const BufferStore& buffers_;
   MemoryBudget& budget_;
   Diagnostics& diagnostics_;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace helio::gltf

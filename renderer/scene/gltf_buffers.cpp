@@ -15,7 +15,7 @@ Result<std::vector<std::uint8_t>> read_other_file(const FileSource& source, cons
   // A file's own bytes raise the allowance, so the configured maximum is what bounds reading it.
   Result<std::vector<std::uint8_t>> bytes = source.read(*path, budget.remaining_configured());
   if (!bytes.ok()) return bytes.error();
-  budget.add_source_bytes(bytes->size());
+  budget.add_source_file(*path, bytes->size());
   if (Status s = budget.reserve(bytes->size(), ""); !s.ok()) return s.error();
   return bytes;
 }

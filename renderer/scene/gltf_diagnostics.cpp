@@ -6,8 +6,6 @@ namespace helio::gltf {
 
 namespace {
 
-constexpr std::size_t kMaxFailures = 16;
-
 void add_line(std::vector<std::string>& lines, std::string line) {
   if (lines.size() > Diagnostics::kMaxLines) return;
   if (lines.size() == Diagnostics::kMaxLines) line = "... and more of this kind";

@@ -18,7 +18,9 @@ class Diagnostics {
   // Adds an error made elsewhere; its `where`, when it has one, is kept in front of the message.
   void fail(const std::string& place, const Error& error);
   bool failed() const { return count_ != 0; }
-  std::size_t failure_count() const { return count_; }
+  // True when more failures would only be counted: whoever looks for problems one by one may stop.
+  bool crowded() const { return failures_.size() >= kMaxFailures; }
+  static constexpr std::size_t kMaxFailures = 16;
 
   // The first failure's place and code; the message holds the others too. Precondition: failed().
   Error to_error() const;

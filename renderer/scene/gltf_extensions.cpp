@@ -1,6 +1,5 @@
 #include "renderer/scene/gltf_extensions.h"
 
-#include <algorithm>
 #include <set>
 
 namespace helio::gltf {
@@ -51,10 +50,6 @@ const KnownExtension* find_known(std::string_view name) {
   return nullptr;
 }
 
-bool contains(const std::vector<std::string>& list, std::string_view name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
-}
-
 void check_unique(const JsonObject& root, const char* key, const std::vector<std::string>& list) {
   std::set<std::string_view> seen;
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -67,35 +62,37 @@ void check_unique(const JsonObject& root, const char* key, const std::vector<std
 ExtensionList ExtensionList::read(const JsonObject& root) {
   ExtensionList list;
   Diagnostics& diagnostics = root.diagnostics();
-  list.used_ = root.strings("extensionsUsed");
-  list.required_ = root.strings("extensionsRequired");
-  for (std::size_t i = 0; i < list.required_.size(); ++i) {
-    const std::string& name = list.required_[i];
+  const std::vector<std::string> used = root.strings("extensionsUsed");
+  const std::vector<std::string> required = root.strings("extensionsRequired");
+  list.used_.insert(used.begin(), used.end());
+  list.required_.insert(required.begin(), required.end());
+  for (std::size_t i = 0; i < required.size(); ++i) {
+    const std::string& name = required[i];
     const KnownExtension* known = find_known(name);
     if (!known || !known->implemented)
       diagnostics.fail(root.place() / "extensionsRequired" / i,
                        "requires the extension " + name + ", which is not supported", ErrorCode::unimplemented);
-    else if (!contains(list.used_, name))
+    else if (!list.used(name))
       diagnostics.fail(root.place() / "extensionsRequired" / i, "requires " + name + ", which extensionsUsed misses");
   }
-  for (std::size_t i = 0; i < list.used_.size(); ++i) {
-    const std::string& name = list.used_[i];
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const std::string& name = used[i];
     const KnownExtension* known = find_known(name);
-    if ((!known || !known->implemented) && !contains(list.required_, name))
+    if ((!known || !known->implemented) && !list.required(name))
       diagnostics.warn("", "optional extension " + name + " is ignored");
-    if (name == "KHR_mesh_quantization" && !contains(list.required_, name))
+    if (name == "KHR_mesh_quantization" && !list.required(name))
       diagnostics.fail(root.place() / "extensionsUsed" / i, name + " cannot be optional");
   }
-  check_unique(root, "extensionsUsed", list.used_);
-  check_unique(root, "extensionsRequired", list.required_);
+  check_unique(root, "extensionsUsed", used);
+  check_unique(root, "extensionsRequired", required);
   return list;
 }
 
 bool ExtensionList::used(std::string_view name) const {
-  return contains(used_, name);
+  return used_.contains(name);
 }
 bool ExtensionList::required(std::string_view name) const {
-  return contains(required_, name);
+  return required_.contains(name);
 }
 
 void ExtensionList::check(const JsonObject& owner, Site site) const {

@@ -1,6 +1,8 @@
 // Which glTF extensions are implemented, and where an extension's object may stand.
 #pragma once
 
+#include <set>
+#include <string>
 #include <string_view>
 
 #include "renderer/scene/gltf_json.h"
@@ -34,7 +36,7 @@ class ExtensionList {
   void check(const JsonObject& owner, Site site) const;
 
  private:
-  std::vector<std::string> used_, required_;
+  std::set<std::string, std::less<>> used_, required_;
 };
 
 }  // namespace helio::gltf

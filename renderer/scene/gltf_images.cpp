@@ -59,6 +59,14 @@ class ImageLoader {
     const std::uint64_t used_before = budget_.used();
     std::optional<Encoded> encoded = fetch(image, place, decode);
     std::optional<Image> result;
+    if (encoded) looked_at_ += encoded->bytes.size();
+    if (looked_at_ > budget_.limit()) {  // many images over the same bytes, or one file named again and again
+      diagnostics_.fail(
+          place,
+          "images have been read for " + std::to_string(looked_at_) + " bytes in all, out of proportion to the file",
+          ErrorCode::resource_exhausted);
+      return std::nullopt;
+    }
     if (encoded && check_format(*encoded, place, decode) && decode) {
       Result<Image> decoded = decode_image(encoded->bytes, image.name, budget_.remaining());
       if (decoded.ok())
@@ -139,6 +147,7 @@ class ImageLoader {
   const std::string& scene_file_;
   MemoryBudget& budget_;
   Diagnostics& diagnostics_;
+  std::uint64_t looked_at_ = 0;
 };
 
 }  // namespace
@@ -149,7 +158,7 @@ LoadedImages load_images(const Document& document, const std::vector<bool>& need
   LoadedImages result;
   result.index.assign(document.images.size(), -1);
   ImageLoader loader(document, buffers, source, scene_file, budget, diagnostics);
-  for (std::size_t i = 0; i < document.images.size(); ++i) {
+  for (std::size_t i = 0; i < document.images.size() && !diagnostics.crowded(); ++i) {
     std::optional<Image> image = loader.load(i, needed[i]);
     if (!image) continue;
     result.index[i] = int(result.images.size());

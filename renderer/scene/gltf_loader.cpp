@@ -241,13 +241,14 @@ class SceneBuilder {
   // A broken mesh is refused whether the scene shows it or not; nothing of it is kept.
   void check_unused_meshes() {
     std::size_t unused = 0;
+    const std::uint64_t used_before = budget_.used();
     for (std::size_t m = 0; m < document_.meshes.size() && !diagnostics_.failed(); ++m) {
       if (mesh_used_[m]) continue;
       ++unused;
-      const std::uint64_t used_before = budget_.used();
       read_mesh(m, {}, std::nullopt);
-      budget_.release(budget_.used() - used_before);
     }
+    // All of it counts until here, so that many meshes over the same bytes cannot take for ever.
+    budget_.release(budget_.used() - used_before);
     if (unused != 0) diagnostics_.notice(std::to_string(unused) + " meshes are not in the scene");
   }
 
@@ -356,7 +357,7 @@ Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> 
   Result<Container> container = open_container(gltf_bytes, file, file.ends_with(".glb"));
   if (!container.ok()) return container.error();
   MemoryBudget budget(SceneLoadOptions{}.max_memory_bytes);
-  budget.add_source_bytes(gltf_bytes.size());
+  budget.add_source_file(file, gltf_bytes.size());
   Result<JsonDocument> json = JsonDocument::parse(container->json, file, container->json_offset, budget);
   if (!json.ok()) return json.error();
 

@@ -19,6 +19,13 @@ M44d to_matrix(const Trs& trs) {
 Pose evaluate_pose(const Document& document, double time_s, AccessorReader& reader, Diagnostics& diagnostics) {
   const std::size_t count = document.nodes.size();
   Pose pose;
+  std::uint64_t weight_count = 0;  // nodes times targets: quadratic in the size of the file
+  for (const Node& node : document.nodes)
+    if (node.mesh >= 0) weight_count += document.meshes[std::size_t(node.mesh)].target_count();
+  if (Status s = reader.budget().reserve(weight_count, sizeof(float), ""); !s.ok()) {
+    diagnostics.fail("/nodes", s.error());
+    return pose;
+  }
   std::vector<Trs> trs(count);
   pose.weights.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <set>
 #include <string>
 
 #include "renderer/base/result.h"
@@ -21,8 +22,10 @@ class MemoryBudget {
 
   explicit MemoryBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // Tells how many bytes were read from files; raises the allowance.
-  void add_source_bytes(std::uint64_t bytes) { source_bytes_ += bytes; }
+  // Tells that a file was read; raises the allowance, once per file however often it is read.
+  void add_source_file(const std::string& path, std::uint64_t bytes) {
+    if (files_.insert(path).second) source_bytes_ += bytes;
+  }
 
   // Precondition of every allocation whose size a file decides. Nothing is counted when it fails.
   // Errors: resource_exhausted, naming the limit that was met.
@@ -61,6 +64,7 @@ class MemoryBudget {
   }
 
   std::uint64_t max_bytes_;
+  std::set<std::string> files_;
   std::uint64_t source_bytes_ = 0;
   std::uint64_t used_ = 0;
 };

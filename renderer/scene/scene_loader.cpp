@@ -37,7 +37,7 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
   MemoryBudget budget(options.max_memory_bytes);
   Result<std::vector<std::uint8_t>> file = source.read(path, options.max_memory_bytes);
   if (!file.ok()) return file.error();
-  budget.add_source_bytes(file->size());
+  budget.add_source_file(path, file->size());
   if (Status s = budget.reserve(file->size(), path); !s.ok()) return s.error();
   if (!looks_like_gltf(*file, path))
     return Error{ErrorCode::invalid_argument, "the format is not known; glTF 2.0 (.gltf, .glb) is", path + "@0"};

@@ -137,6 +137,17 @@ TEST(GltfAccessor, CountsWithoutBytesAreHeldToTheMemoryLimit) {
   EXPECT_TRUE(contains(scene.error().message, "needs 48000000000 bytes")) << scene.error().message;
 }
 
+TEST(GltfAccessor, ReadingTheSameBytesOverAndOverIsRefused) {
+  // 10,000 accessors over the same 1.2 MB would be 12 GB to look at; a file of some 2 MB may have 4 x (256 + 2 x 256).
+  GltfBuilder file;
+  file.add_mesh({{"attributes", {{"POSITION", file.add_positions(std::vector<float>(300000))}}}});
+  for (int i = 0; i < 10000; ++i) file.root["accessors"].push_back(file.root["accessors"][0]);
+  const auto scene = file.load();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.error().code, ErrorCode::resource_exhausted);
+  EXPECT_TRUE(contains(scene.error().message, "out of proportion")) << scene.error().message;
+}
+
 TEST(GltfAccessor, TheConfiguredMaximumIsObeyed) {
   // 300,000 vertices are 3.6 MB in the file and as much again in the scene; indices add 1.2 MB.
   GltfBuilder file;

@@ -106,6 +106,18 @@ TEST(GltfAnimation, TheFirstAnimationOfAPropertyWins) {
   expect_near(position_at(file, 1), {1, 0, 0});
 }
 
+TEST(GltfAnimation, NodesTimesTargetsAreHeldToTheMemoryLimit) {
+  // 30,000 nodes of a mesh with 6,000 targets would be 720 MB of weights, for a file of 0.5 MB.
+  GltfBuilder file;
+  file.add_triangle();
+  json& primitive = file.root["meshes"][0]["primitives"][0];
+  for (int i = 0; i < 6000; ++i) primitive["targets"].push_back({{"POSITION", 0}});
+  for (int i = 0; i < 30000; ++i) file.add_node({{"mesh", 0}});
+  const auto scene = file.load();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.error().code, ErrorCode::resource_exhausted) << scene.error().to_string();
+}
+
 TEST(GltfAnimation, BrokenOnesAreRefused) {
   GltfBuilder order = animated("translation", "VEC3", std::vector<float>(9), "LINEAR");
   order.root["animations"][0]["samplers"][0]["input"] = order.add_accessor<float>({1, 3, 2}, "SCALAR");

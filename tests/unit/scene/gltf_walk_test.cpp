@@ -144,6 +144,23 @@ TEST(GltfWalk, EveryFileLoadsOrIsRefusedForAKnownReason) {
   EXPECT_GE(files, 95u);
 }
 
+// The scenes of this repository load without a word.
+TEST(GltfWalk, OwnScenes) {
+  int files = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(HELIO_SOURCE_DIR "/scenes")) {
+    const fs::path& path = entry.path();
+    if (path.extension() != ".gltf" && path.extension() != ".glb") continue;
+    ++files;
+    const auto source = make_directory_source(path.parent_path().string());
+    const Result<SceneDescription> scene = load_scene(*source, path.filename().string(), {});
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    EXPECT_TRUE(scene->report.warnings.empty()) << path << ": " << scene->report.warnings.front();
+    EXPECT_TRUE(scene->report.unread.empty()) << path << ": " << scene->report.unread.front();
+    EXPECT_FALSE(scene->cameras.empty() || scene->instances.empty()) << path;
+  }
+  EXPECT_GE(files, 6);
+}
+
 // Compression and quantization must not move anything: bounds of the variants against the plain file.
 TEST(GltfWalk, VariantsHaveTheGeometryOfTheOriginal) {
   HELIO_SHARED_OR_SKIP(root, "scenes");
