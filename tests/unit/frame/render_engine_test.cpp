@@ -57,8 +57,8 @@ TEST(RenderEngine, EightLoopsShareEvenly) {
   std::vector<std::unique_ptr<RenderLoop>> loops;
   for (std::size_t i = 0; i < integrators.size(); ++i) {
     integrators[i].seconds_per_sample = 1e-6;
-    loops.push_back(endless_loop(engine, integrators[i], 96 + 16 * int(i), RenderRank::interactive,
-                                 std::make_shared<RecordingSink>()));
+    loops.push_back(
+        endless_loop(engine, integrators[i], 160, RenderRank::interactive, std::make_shared<RecordingSink>()));
   }
   const auto used_seconds = [&] {
     std::vector<double> used;
@@ -69,8 +69,8 @@ TEST(RenderEngine, EightLoopsShareEvenly) {
   std::vector<double> used = used_seconds();
   std::vector<std::uint64_t> samples;
   for (const auto& integrator : integrators) samples.push_back(integrator.counters->samples);
-  // Until every loop should have had a quarter of a second, 80 pieces.
-  const double enough = std::accumulate(used.begin(), used.end(), 8 * 0.25);
+  // Until every loop should have had 0.4 s, about 130 pieces.
+  const double enough = std::accumulate(used.begin(), used.end(), 8 * 0.4);
   std::vector<double> used_now = used;
   while (std::accumulate(used_now.begin(), used_now.end(), 0.0) < enough) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "fake_integrator.h"
+#include "latency.h"
 #include "recording_sink.h"
 
 namespace helio {
@@ -73,7 +74,9 @@ TEST_F(RenderLoopTest, NothingHappensWithoutAView) {
 }
 
 TEST_F(RenderLoopTest, AFrameIsBegunShownInRoundsAndEnded) {
-  const auto loop = make(film_of(300, 200), samples(16));
+  RenderLoopOptions options;
+  options.publish_interval_s = 1e6;  // at powers of two alone, however slow the machine
+  const auto loop = make(film_of(300, 200), samples(16), RenderRank::interactive, options);
   const std::uint64_t revision = loop->update(view_update(5, 1));
   const auto end = sink->wait_for_end(revision);
   ASSERT_TRUE(end.has_value());
@@ -131,7 +134,7 @@ TEST_F(RenderLoopTest, TheFirstTileDoesNotWaitForTheFrame) {
   ASSERT_TRUE(end.has_value());
   const double whole = now_s() - began;  // 25 tiles, 0.4 s of two workers
   EXPECT_LT(end->first_tile_seconds, whole / 5);
-  EXPECT_EQ(sink->tiles[0].window, (PixelRect{256, 256, 384, 384})) << "the middle first";
+  EXPECT_FALSE(intersect(sink->tiles[0].window, PixelRect{128, 128, 512, 512}).empty()) << "the middle first";
   EXPECT_EQ(sink->tiles.size(), 25u);
 }
 
@@ -182,6 +185,7 @@ TEST_F(RenderLoopTest, JobsAreShownOnce) {
   expect_final_cover(1, {0, 0, 100, 100});
   RenderLoopOptions options;
   options.publish_passes = true;
+  options.publish_interval_s = 1e6;
   sink = std::make_shared<RecordingSink>();
   const auto shown = make(film_of(100, 100), samples(64), RenderRank::job, options);
   ASSERT_TRUE(sink->wait_for_end(shown->update(view_update(1, 0))));
@@ -466,7 +470,8 @@ TEST_F(RenderLoopTest, DestructionInFlightEndsAtOnceAndSilently) {
   ASSERT_TRUE(sink->wait([&] { return !sink->begins.empty(); }));
   const double before = now_s();
   loop.reset();
-  EXPECT_LT(now_s() - before, 0.05);
+  const double took = now_s() - before;
+  EXPECT_LT(took, allowed_delay(0.020));
   const auto calls = [&] { return sink->tiles.size() + sink->begins.size() + sink->ends.size(); };
   const std::size_t told = sink->read(calls);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
