@@ -5,10 +5,10 @@
 set -euo pipefail
 (($#)) || { echo "runtime-packages: no program given" >&2; exit 2; }
 
-libraries=$(ldd "$@" | sed -nE 's/^.* => (\/[^ ]+) .*$/\1/p' | sort -u)
+# What the programs name themselves; apt brings what those libraries need in turn.
+libraries=$(readelf -d "$@" | sed -nE 's/.*\(NEEDED\).*\[(.+)\]$/\1/p' | sort -u)
 [[ -n $libraries ]] || { echo "runtime-packages: the programs load no libraries" >&2; exit 1; }
 while IFS= read -r library; do
-  # By name: the linker says /lib where the package may say /usr/lib.
-  owner=$(dpkg-query -S "*/$(basename "$library")" | head -n 1) || { echo "no package owns $library" >&2; exit 1; }
+  owner=$(dpkg-query -S "*/$library" | head -n 1) || { echo "no package owns $library" >&2; exit 1; }
   printf '%s\n' "${owner%%:*}"
 done <<<"$libraries" | sort -u

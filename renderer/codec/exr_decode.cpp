@@ -3,6 +3,7 @@
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 
+#include "renderer/codec/dwa_scan.h"
 #include "renderer/codec/exr_header_scan.h"
 #include "renderer/codec/exr_streams.h"
 #include "renderer/codec/tile_codec.h"
@@ -63,7 +64,29 @@ Result<std::vector<std::string>> check_channels(const Imf::ChannelList& channels
   return names;
 }
 
-Result<DecodedTile> decode(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels) {
+// What has to hold of compressed chunks before the library reads them.
+Status check_chunks(std::span<const std::uint8_t> bytes, std::size_t header_bytes, const Imf::Header& header) {
+  std::size_t rows = 0;
+  if (header.compression() == Imf::DWAA_COMPRESSION) rows = 32;
+  if (header.compression() == Imf::DWAB_COMPRESSION) rows = 256;
+  if (rows == 0) return ok_status();
+  const Imath::Box2i& window = header.dataWindow();
+  const std::size_t width = std::size_t(window.max.x - window.min.x) + 1;
+  const std::size_t height = std::size_t(window.max.y - window.min.y) + 1;
+  std::size_t pixel_bytes = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    pixel_bytes += it.channel().type == Imf::HALF ? 2 : 4;
+  }
+  const std::size_t chunks = (height + rows - 1) / rows;
+  const std::uint64_t last_rows = height - (chunks - 1) * rows;
+  // The last chunk may have fewer rows.
+  if (chunks > 1) {
+    if (Status fit = scan_dwa_chunks(bytes, header_bytes, chunks - 1, rows * width * pixel_bytes); !fit) return fit;
+  }
+  return scan_dwa_chunks(bytes, header_bytes + 8 * (chunks - 1), 1, last_rows * width * pixel_bytes);
+}
+
+Result<DecodedTile> decode(std::span<const std::uint8_t> bytes, std::size_t header_bytes, std::uint64_t max_pixels) {
   // The header alone comes first: opening the file already allocates by the window's height.
   Imf::Header header;
   {
@@ -76,6 +99,7 @@ Result<DecodedTile> decode(std::span<const std::uint8_t> bytes, std::uint64_t ma
   if (!windows) return windows.error();
   Result<std::vector<std::string>> names = check_channels(header.channels());
   if (!names) return names.error();
+  if (Status plausible = check_chunks(bytes, header_bytes, header); !plausible) return plausible.error();
 
   MemoryReader stream(bytes);
   constexpr int kNoThreads = 0;
@@ -106,9 +130,10 @@ const std::vector<float>* DecodedTile::find(std::string_view name) const {
 }
 
 Result<DecodedTile> decode_tile(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels) {
-  if (Status plausible = scan_exr_header(bytes); !plausible) return plausible.error();
+  const Result<std::size_t> header_bytes = scan_exr_header(bytes);
+  if (!header_bytes) return header_bytes.error();
   try {
-    return decode(bytes, max_pixels);
+    return decode(bytes, *header_bytes, max_pixels);
   } catch (const std::exception& e) {
     return refuse(e.what());
   }

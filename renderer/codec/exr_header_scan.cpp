@@ -43,6 +43,7 @@ class Cursor {
     return true;
   }
   bool empty() const { return rest_.empty(); }
+  std::size_t left() const { return rest_.size(); }
 
  private:
   std::span<const std::uint8_t> rest_;
@@ -80,18 +81,18 @@ Status check_version(std::uint32_t version) {
 
 }  // namespace
 
-Status scan_exr_header(std::span<const std::uint8_t> bytes) {
+Result<std::size_t> scan_exr_header(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 8 || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) return refuse("not an EXR file");
   Cursor cursor(bytes.subspan(4));
   std::uint32_t version = 0;
   cursor.u32(version);
-  if (Status known = check_version(version); !known) return known;
+  if (Status known = check_version(version); !known) return known.error();
   for (;;) {
     std::string_view name, type;
     std::uint32_t size = 0;
     std::span<const std::uint8_t> value;
     if (!cursor.name(name)) return refuse("truncated header");
-    if (name.empty()) return ok_status();
+    if (name.empty()) return bytes.size() - cursor.left();
     if (!cursor.name(type) || !cursor.u32(size)) return refuse("truncated header");
     if (!cursor.take(size, value) || !inner_sizes_fit(type, value)) {
       return refuse("attribute \"" + std::string(name) + "\" claims more bytes than the file has, or is not supported");

@@ -8,9 +8,9 @@
 
 namespace helio {
 
-// Ok when `bytes` begin as a flat scanline file of one part whose attributes all lie within the file. OpenEXR 3.1
-// allocates the sizes that string, preview and vector attributes claim, up to 2 GiB each, before it reads them.
-// Otherwise invalid_argument with the reason.
-Status scan_exr_header(std::span<const std::uint8_t> bytes);
+// The header's length in bytes when `bytes` begin as a flat scanline file of one part whose attributes all lie within
+// the file. OpenEXR 3.1 allocates the sizes that string, preview and vector attributes claim, up to 2 GiB each, before
+// it reads them. Otherwise invalid_argument with the reason.
+Result<std::size_t> scan_exr_header(std::span<const std::uint8_t> bytes);
 
 }  // namespace helio

@@ -135,6 +135,31 @@ TEST(ExrDamage, AttributesThatClaimGigabytes) {
   }
 }
 
+// OpenEXR 3.1 allocates what a DWA chunk's header claims. A smooth picture, so that the chunk is compressed.
+TEST(ExrDamage, DwaChunksThatClaimGigabytes) {
+  NoiseTile tile({0, 0, 40, 50}, 40, 50);
+  for (std::vector<float>& channel : tile.values) std::fill(channel.begin(), channel.end(), 0.5f);
+  const std::vector<std::uint8_t> bytes = test::encode_or_die(tile, {TilePixelType::half, TileCompression::dwaa});
+  ASSERT_TRUE(decode_tile(bytes, kMaxPixels).ok());
+  // The header ends with the compression's attribute values and a NUL; the first chunk's offset follows it. It points
+  // behind the two offsets.
+  std::size_t table = 0;
+  for (std::size_t at = 8; at + 16 < bytes.size() && table == 0; ++at) {
+    std::uint64_t offset = 0;
+    std::memcpy(&offset, &bytes[at], 8);
+    if (offset == at + 16) table = at;
+  }
+  ASSERT_GT(table, 0u);
+  for (std::size_t word = 1; word <= 9; ++word) {
+    std::vector<std::uint8_t> damaged = bytes;
+    const std::uint64_t claim = 1'000'000'000;
+    std::memcpy(&damaged[table + 16 + 8 + 8 * word], &claim, 8);
+    const Result<DecodedTile> decoded = decode_tile(damaged, kMaxPixels);
+    ASSERT_FALSE(decoded.ok()) << word;
+    EXPECT_NE(decoded.error().message.find("claims more"), std::string::npos) << decoded.error().message;
+  }
+}
+
 TEST(ExrDamage, OtherKindsOfFileAreNamed) {
   for (const auto& [flag, word] : {std::pair{0x02, "tiled"}, {0x08, "deep"}, {0x10, "parts"}, {0x80, "flags"}}) {
     std::vector<std::uint8_t> bytes = test::encode_or_die(small_tile(), {});
