@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 #include <mutex>
+#include <thread>
 
 #include "renderer/base/clock.h"
 #include "server/render_service.h"
@@ -18,6 +20,9 @@ namespace {
 constexpr int kMaxReceivedMessage = 4 << 20;
 // For calls that nobody ends, such as a health watch, once all work is done.
 constexpr double kLastCallsSeconds = 0.3;
+// How long a drain may last beyond its grace. A connection whose peer takes no bytes closes only when the keepalive
+// timeout is over.
+constexpr double kOvertimeSeconds = 0.5;
 // Jobs get the grace less this, in which their results are sent.
 constexpr double kResultSeconds = 0.5;
 
@@ -62,6 +67,9 @@ struct Server::Impl {
   std::string address;
   std::mutex draining;
   bool drained = false;
+  std::thread stopper;  // shuts the gRPC server down
+  std::promise<void> stop_promise;
+  std::future<void> stopped = stop_promise.get_future();
 };
 
 Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
@@ -109,6 +117,7 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Server::~Server() {
   drain(0);
+  impl_->stopper.join();
 }
 
 const std::string& Server::address() const {
@@ -122,7 +131,11 @@ std::shared_ptr<grpc::Channel> Server::in_process_channel() {
 bool Server::drain(double grace_s) {
   const std::lock_guard lock(impl_->draining);
   ServiceCore& core = impl_->core;
-  if (impl_->drained) return !core.loader.busy();
+  const auto idle = [&](double seconds) {
+    const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.loader.busy();
+  };
+  if (impl_->drained) return idle(0);
   impl_->drained = true;
   const double deadline = now_s() + grace_s;
   core.draining = true;
@@ -134,9 +147,12 @@ bool Server::drain(double grace_s) {
     core.jobs.cancel_all();
     core.jobs.wait_until_empty(deadline);
   }
-  impl_->server->Shutdown(in_seconds(std::min(kLastCallsSeconds, deadline - now_s())));
-  impl_->server->Wait();
-  return !core.loader.busy();
+  const auto last_calls = in_seconds(std::min(kLastCallsSeconds, deadline - now_s()));
+  impl_->stopper = std::thread([this, last_calls] {
+    impl_->server->Shutdown(last_calls);
+    impl_->stop_promise.set_value();
+  });
+  return idle(deadline - now_s() + kOvertimeSeconds);
 }
 
 }  // namespace helio

@@ -466,7 +466,7 @@ TEST_F(StreamTest, NewestStreamTakesTheSessionOver) {
 }
 
 TEST_F(StreamTest, SessionOutlivesAKilledClient) {
-  const std::string session = create_session(scene_, 96, 96, 2000);
+  const std::string session = create_session(scene_, 96, 96, 500);
   std::uint32_t samples = 0;
   {
     TcpRelay relay(std::stoi(server_->address().substr(server_->address().rfind(':') + 1)));
@@ -494,7 +494,7 @@ TEST_F(StreamTest, SessionOutlivesAKilledClient) {
     if (!message.has_tile()) continue;
     EXPECT_GE(message.tile().samples_per_pixel(), samples) << "no sample was lost";
   }
-  EXPECT_EQ(messages.back().frame_end().totals().samples_per_pixel(), 2000u);
+  EXPECT_EQ(messages.back().frame_end().totals().samples_per_pixel(), 500u);
 }
 
 TEST_F(StreamTest, ReattachedSessionShowsAFinishedPictureAgain) {
@@ -671,7 +671,10 @@ TEST_F(StreamTest, SilentReaderCostsTwoFramesAndSlowsNobody) {
   StreamClient client(*other_channel_stub, silent, /*read=*/false);
   StreamClient other(stub(), lively);
   other.send(view(1));
-  for (int i = 1; i <= 30; ++i) {
+  client.send(view(1));
+  // The first tile is in flight and does not get through; the rest of the frame waits behind it.
+  ASSERT_TRUE(eventually([&] { return session_info(silent).memory_bytes() > film_bytes + frame_bytes / 2; }));
+  for (int i = 2; i <= 30; ++i) {
     client.send(view(i, 0.01 * i));
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_LE(session_info(silent).memory_bytes(), film_bytes + 2 * frame_bytes + (1 << 20));
@@ -693,7 +696,7 @@ TEST_F(StreamTest, SilentReaderCostsTwoFramesAndSlowsNobody) {
   for (const auto& message : client.reader().messages()) {
     if (message.has_frame_begin()) views.insert(message.frame_begin().tag().view_id());
   }
-  EXPECT_LE(views.size(), 15u) << "frames that were never sent leave no trace";
+  EXPECT_LE(views.size(), 5u) << "frames that were never sent leave no trace";
 }
 
 }  // namespace
