@@ -1,0 +1,104 @@
+// helio_bench: measures what tests/bench/README.md lists.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+
+#include "subcommands.h"
+
+namespace {
+
+using namespace helio;
+using namespace helio::bench;
+
+struct Subcommand {
+  const char* name;
+  const char* help;
+  Status (*run)(BenchContext&, Figures&);
+};
+const Subcommand kSubcommands[] = {
+    {"speed", "time per sample and time to relMSE 0.01, over Mitsuba", run_speed},
+    {"rays", "rays per second over bare Embree calls on the same rays", run_rays},
+    {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
+    {"latency", "view sent to first tile received", run_latency},
+    {"stream", "processor share of streaming 10 pictures a second", run_stream},
+    {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
+    {"features", "what the kernel chosen for a scene earns over the general one", run_features},
+};
+
+constexpr int kSkipped = 77;  // exit code: the pictures of ../shared are absent (CTest's skip)
+
+std::string from_environment(const char* name, const std::string& otherwise) {
+  const char* value = std::getenv(name);
+  return value && *value ? value : otherwise;
+}
+
+int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
+  if (!std::filesystem::exists(std::filesystem::path(options.shared) / "scenes/bench/cornell.gltf")) {
+    note("skipped: " + options.shared + "/scenes/bench is absent (--shared, HELIO_SHARED)");
+    return from_environment("CI", "") == "true" ? 1 : kSkipped;
+  }
+#if !defined(__OPTIMIZE__)
+  note("not an optimised build: these figures mean nothing");
+#endif
+  if (options.repeat < 5) note("fewer than 5 repetitions: not a measurement");
+
+  BenchContext context(options);
+  Figures figures;
+  bool failed = false;
+  for (const Subcommand& subcommand : kSubcommands) {
+    if (chosen != "all" && chosen != subcommand.name) continue;
+    if (const Status done = subcommand.run(context, figures); !done) {
+      note(std::string(subcommand.name) + " failed: " + done.error().to_string());
+      failed = true;
+    }
+  }
+  std::printf("%s\n", as_json ? figures.json().c_str() : figures.table().c_str());
+  return failed ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  BenchOptions options;
+  options.shared = from_environment("HELIO_SHARED", HELIO_BENCH_SHARED);
+  options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
+  options.daemon = HELIO_BENCH_DAEMON;
+  bool as_json = false;
+
+  CLI::App app("Measures Heliograph against the figures of tests/bench/README.md. Notes go to stderr.", "helio_bench");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.add_flag("--json", as_json, "Print {\"figures\": {name: {value, unit, goal, better}}}; else a table");
+  app.add_option("--threads", options.threads, "Threads of ours and of the peers")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option("--repeat", options.repeat, "Measurements after one warm-up; the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--size", options.size, "Side of the pictures of speed, rays and features; goals hold for 512")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  app.add_option("--views", options.views, "Camera updates per latency figure")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--shared", options.shared, "Folder with scenes/bench; also HELIO_SHARED")->capture_default_str();
+  app.add_option("--mitsuba-python", options.mitsuba_python,
+                 "Python with Mitsuba 3.9.1 and numpy; also HELIO_MITSUBA_PYTHON. Without it the figures over Mitsuba "
+                 "are left out, and the room's unless python3 has numpy");
+  app.add_option("--daemon", options.daemon, "heliographd to measure")->capture_default_str();
+  std::string chosen;
+  for (const Subcommand& subcommand : kSubcommands) {
+    app.add_subcommand(subcommand.name, subcommand.help)->callback([&chosen, name = subcommand.name] { chosen = name; });
+  }
+  app.add_subcommand("all", "all of them")->callback([&] { chosen = "all"; });
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  spdlog::set_level(spdlog::level::err);
+  return run(options, chosen, as_json);
+}

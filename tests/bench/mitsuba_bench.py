@@ -1,0 +1,71 @@
+"""Mitsuba's side of helio_bench: reads one JSON request a line, answers one JSON object a line.
+
+usage: mitsuba_bench.py THREADS
+  {"do": "load", "scene": NAME, "file": XML}             -> {"version", "variant"}
+  {"do": "time", "scene": NAME, "samples": N, "seed": S}  -> {"seconds"}: one mi.render of N samples a pixel
+  {"do": "curve", "scene": NAME, "step": N, "seed": S, "target": E, "limit": M, "reference": EXR}
+      -> {"points": [[samples, seconds, relmse], ...]}: passes of N samples with a seed each, averaged, until relMSE =
+         mean((x - r)^2 / (r^2 + 0.01)) has reached E or M samples are in; comparing is not part of the seconds
+
+Variant llvm_ad_rgb without gradients; the path integrator's own roulette depth, 5. A render counts as done when its
+pixels are in memory (dr.eval and dr.sync_thread). The seconds are wall time.
+"""
+import json
+import sys
+import time
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant("llvm_ad_rgb")
+dr.set_thread_count(int(sys.argv[1]))
+scenes = {}
+
+
+def render(scene, samples, seed):
+    with dr.suspend_grad():
+        image = mi.render(scene, spp=samples, seed=seed)
+        dr.eval(image)
+        dr.sync_thread()
+    return image
+
+
+def load(request):
+    scenes[request["scene"]] = mi.load_file(request["file"])
+    return {"version": mi.__version__, "variant": mi.variant()}
+
+
+def timed(request):
+    start = time.perf_counter()
+    render(scenes[request["scene"]], request["samples"], request["seed"])
+    return {"seconds": time.perf_counter() - start}
+
+
+def curve(request):
+    reference = np.array(mi.Bitmap(request["reference"]).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
+    reference = reference.astype(np.float64)
+    points, total, seconds, passes = [], 0, 0.0, 0
+    while passes * request["step"] < request["limit"]:
+        start = time.perf_counter()
+        image = render(scenes[request["scene"]], request["step"], request["seed"] * 65536 + passes)
+        total = image if passes == 0 else total + image
+        dr.eval(total)
+        dr.sync_thread()
+        seconds += time.perf_counter() - start
+        passes += 1
+        mean = np.array(total, dtype=np.float64).reshape(reference.shape) / passes
+        relmse = float(np.mean((mean - reference) ** 2 / (reference**2 + 0.01)))
+        points.append([passes * request["step"], seconds, relmse])
+        if relmse <= request["target"]:
+            break
+    return {"points": points}
+
+
+for line in sys.stdin:
+    request = json.loads(line)
+    try:
+        answer = {"load": load, "time": timed, "curve": curve}[request["do"]](request)
+    except Exception as error:  # told to the bench, which names the request
+        answer = {"error": f"{type(error).__name__}: {error}"}
+    print(json.dumps(answer), flush=True)

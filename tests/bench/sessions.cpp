@@ -1,0 +1,137 @@
+// Eight sessions on one scene: how evenly they share the machine, and that they share the scene.
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <thread>
+
+#include "daemon_process.h"
+#include "statistics.h"
+#include "subcommands.h"
+
+namespace helio::bench {
+
+namespace {
+
+namespace pb = heliograph::v1;
+
+constexpr int kSessions = 8;
+constexpr int kSide = 256;  // pixels
+constexpr auto kSettle = std::chrono::seconds(1);
+constexpr auto kWindow = std::chrono::seconds(4);
+
+struct Viewer {
+  std::unique_ptr<RenderClient> client;
+  std::unique_ptr<FrameStream> stream;
+};
+
+// A user of their own: uploads the scene, makes a session and looks through the scene's camera, without a budget.
+Result<Viewer> start_viewer(const DaemonProcess& daemon, const std::filesystem::path& file) {
+  auto client = daemon.connect();
+  if (!client) return client.error();
+  Viewer viewer{std::move(client).value(), nullptr};
+  const auto scene = upload(*viewer.client, file);
+  if (!scene) return scene.error();
+  pb::CreateSessionRequest create;
+  create.set_scene_id(scene.value());
+  create.mutable_settings()->set_width(kSide);
+  create.mutable_settings()->set_height(kSide);
+  const auto session = viewer.client->create_session(create);
+  if (!session) return session.error();
+  pb::StreamRequest::Open open;
+  open.set_session_id(session.value().session_id());
+  viewer.stream = viewer.client->stream_frames(open, {});
+  pb::View view;
+  view.set_id(1);
+  view.mutable_camera()->set_scene_camera("0");
+  if (const Status sent = viewer.stream->send_view(view); !sent) return sent.error();
+  return viewer;
+}
+
+Result<std::map<std::string, double>> samples_by_session(RenderClient& client) {
+  const auto sessions = client.list_sessions();
+  if (!sessions) return sessions.error();
+  std::map<std::string, double> samples;
+  for (const pb::SessionInfo& session : sessions.value().sessions()) {
+    samples[session.session_id()] = double(session.progress().paths());
+  }
+  return samples;
+}
+
+Result<double> session_bytes(RenderClient& client) {
+  const auto sessions = client.list_sessions();
+  if (!sessions) return sessions.error();
+  double bytes = 0;
+  for (const pb::SessionInfo& session : sessions.value().sessions()) bytes += double(session.memory_bytes());
+  return bytes;
+}
+
+struct Run {
+  double deviation = 0;  // largest |rate - mean| over the mean
+  double memory = 0;     // resident bytes beside films and queues, of eight sessions over one
+  double listed = 0;     // the same from ListScenes: scenes held
+};
+
+Result<Run> measure(const BenchContext& context, const std::filesystem::path& file) {
+  auto daemon = DaemonProcess::start(context.options(), context.folder());
+  if (!daemon) return daemon.error();
+  const double empty = double((*daemon)->resident_bytes());
+  double resident[2] = {0, 0};
+  std::vector<Viewer> viewers;
+  for (int i = 0; i < kSessions; ++i) {
+    auto viewer = start_viewer(**daemon, file);
+    if (!viewer) return viewer.error();
+    viewers.push_back(std::move(viewer).value());
+    if (i > 0 && i + 1 < kSessions) continue;
+    std::this_thread::sleep_for(kSettle);
+    const auto films = session_bytes(*viewers[0].client);
+    if (!films) return films.error();
+    resident[i > 0] = double((*daemon)->resident_bytes()) - empty - films.value();
+  }
+
+  RenderClient& client = *viewers[0].client;
+  const auto before = samples_by_session(client);
+  if (!before) return before.error();
+  std::this_thread::sleep_for(kWindow);
+  const auto after = samples_by_session(client);
+  if (!after) return after.error();
+  const auto scenes = client.list_scenes();
+  if (!scenes) return scenes.error();
+
+  Run run;
+  std::vector<double> rates;
+  double mean = 0;
+  for (const auto& [id, samples] : after.value()) {
+    rates.push_back(samples - before.value().at(id));
+    mean += rates.back() / kSessions;
+  }
+  if (rates.size() != kSessions || mean <= 0) return Error{ErrorCode::internal, "sessions were lost", "sessions"};
+  for (const double rate : rates) run.deviation = std::max(run.deviation, std::fabs(rate - mean) / mean);
+  run.memory = resident[1] / resident[0];
+  run.listed = scenes.value().scenes_size();
+  for (Viewer& viewer : viewers) viewer.stream->cancel();
+  return run;
+}
+
+}  // namespace
+
+Status run_sessions(BenchContext& context, Figures& figures) {
+  const auto room = context.room();
+  if (!room) {
+    note(room.error().to_string());
+    return ok_status();
+  }
+  std::vector<double> deviation, memory, listed;
+  for (int i = 0; i < context.options().repeat; ++i) {  // each on a daemon of its own: nothing to warm up
+    const auto run = measure(context, *room);
+    if (!run) return run.error();
+    deviation.push_back(run.value().deviation);
+    memory.push_back(run.value().memory);
+    listed.push_back(run.value().listed);
+  }
+  figures.add({"sessions.fairness", median(deviation), "share", 0.1, Better::lower});
+  figures.add({"sessions.memory", median(memory), "x", 1.1, Better::lower});
+  figures.add({"sessions.scenes_listed", median(listed), "scenes", 1.0, Better::lower});
+  return ok_status();
+}
+
+}  // namespace helio::bench

@@ -1,0 +1,158 @@
+// Time per sample and time to a given error, ours and Mitsuba's in turns.
+#include "error_curve.h"
+#include "loop_rendering.h"
+#include "mitsuba_peer.h"
+#include "renderer/codec/tile_codec.h"
+#include "renderer/metrics/error_metrics.h"
+#include "statistics.h"
+#include "subcommands.h"
+
+namespace helio::bench {
+
+namespace {
+
+constexpr int kSamples = 16;           // per picture of the time per sample
+constexpr int kMitsubaRoulette = 5;    // its default rr_depth
+constexpr double kTargetError = 0.01;  // relMSE with epsilon 0.01
+constexpr int kMitsubaStep = 4;        // samples a pass of its error curve
+const std::vector<int> kCounts = {4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128};
+
+// Seconds, and beside them the ratio over the peer's seconds of the same run; the goal in seconds is what the ratio's
+// goal comes to.
+void add_compared(const std::string& name, const std::vector<double>& ours, const std::vector<double>& theirs,
+                  double goal_ratio, Figures& figures) {
+  const double seconds = median(ours);
+  if (theirs.empty()) {
+    figures.add({name, seconds, "s", std::nullopt, Better::lower});
+    return;
+  }
+  const double peer_seconds = median(theirs);
+  figures.add({name, seconds, "s", goal_ratio * peer_seconds, Better::lower});
+  figures.add({name + ".over_mitsuba", seconds / peer_seconds, "x", goal_ratio, Better::lower});
+  figures.add({name + ".mitsuba", peer_seconds, "s", std::nullopt, Better::lower});
+}
+
+Status seconds_per_sample(const std::string& name, const std::shared_ptr<const RenderScene>& scene,
+                          RenderEngine& engine, MitsubaPeer* peer, const BenchOptions& options, double goal,
+                          Figures& figures) {
+  RenderSettings settings;
+  settings.width = settings.height = options.size;
+  settings.roulette_from = kMitsubaRoulette;
+  std::vector<double> ours, theirs;
+  for (int i = -1; i < options.repeat; ++i) {
+    settings.seed = std::uint64_t(i + 1);
+    const auto picture = render_picture(engine, scene, settings, kSamples);
+    if (!picture) return picture.error();
+    if (i >= 0) ours.push_back(picture.value().seconds / kSamples);
+    if (!peer) continue;
+    const auto seconds = peer->render_seconds(name, kSamples, i + 1);
+    if (!seconds) return seconds.error();
+    if (i >= 0) theirs.push_back(*seconds / kSamples);
+  }
+  add_compared(name + ".seconds_per_sample", ours, theirs, goal, figures);
+  return ok_status();
+}
+
+Result<LoopPicture> read_reference(const std::filesystem::path& file) {
+  auto decoded = read_exr(file.string(), 1 << 24);
+  if (!decoded) return decoded.error();
+  LoopPicture picture;
+  picture.width = decoded->header.data_window.width();
+  picture.height = decoded->header.data_window.height();
+  const char* names[3] = {"R", "G", "B"};
+  for (int c = 0; c < 3; ++c) {
+    const std::vector<float>* channel = decoded->find(names[c]);
+    if (!channel) return Error{ErrorCode::invalid_argument, std::string("has no channel ") + names[c], file.string()};
+    picture.channels[c] = *channel;
+  }
+  return picture;
+}
+
+// Each count is rendered from nothing, so that the time is what a caller who asks for so many samples waits.
+Result<std::vector<CurvePoint>> our_curve(const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
+                                          RenderSettings settings, const LoopPicture& reference) {
+  std::vector<CurvePoint> curve;
+  for (const int samples : kCounts) {
+    auto picture = render_picture(engine, scene, settings, std::uint32_t(samples));
+    if (!picture) return picture.error();
+    const auto error = relative_error(picture->view(), reference.view(), RelativeEpsilon::fixed(0.01));
+    if (!error) return error.error();
+    curve.push_back({samples, picture->seconds, error.value().relmse});
+    if (error.value().relmse <= kTargetError) break;
+  }
+  return curve;
+}
+
+Status time_to_error(const BenchContext& context, const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
+                     MitsubaPeer* peer, Figures& figures) {
+  const std::string reference_file = (context.bench_scenes() / "cornell.reference.exr").string();
+  const auto reference = read_reference(reference_file);
+  if (!reference) return reference.error();
+  RenderSettings settings;  // our own roulette: what it costs and what it saves is part of the figure
+  settings.width = reference.value().width;
+  settings.height = reference.value().height;
+
+  std::vector<double> ours, theirs;
+  for (int i = -1; i < context.options().repeat; ++i) {
+    settings.seed = std::uint64_t(i + 1);
+    const auto curve = our_curve(scene, engine, settings, reference.value());
+    if (!curve) return curve.error();
+    const auto seconds = time_to(curve.value(), kTargetError);
+    if (!seconds) return Error{ErrorCode::internal, "our curve does not cross the target error", "cornell"};
+    if (i >= 0) ours.push_back(*seconds);
+    if (!peer) continue;
+    const auto peer_curve = peer->error_curve("cornell", kMitsubaStep, i + 1, kTargetError, 256, reference_file);
+    if (!peer_curve) return peer_curve.error();
+    const auto peer_seconds = time_to(peer_curve.value(), kTargetError);
+    if (!peer_seconds) return Error{ErrorCode::internal, "Mitsuba's curve does not cross the target error", "cornell"};
+    if (i >= 0) theirs.push_back(*peer_seconds);
+  }
+  add_compared("cornell.time_to_error", ours, theirs, 0.8, figures);
+  return ok_status();
+}
+
+}  // namespace
+
+Status run_speed(BenchContext& context, Figures& figures) {
+  const BenchOptions& options = context.options();
+  std::unique_ptr<MitsubaPeer> peer;
+  if (options.size != 512) {
+    note("Mitsuba's pictures are 512x512: with another --size the figures over it are left out");
+  } else if (auto started = MitsubaPeer::start(options.mitsuba_python, options.threads); !started) {
+    note(started.error().to_string());
+  } else {
+    peer = std::move(started).value();
+  }
+
+  RenderEngine engine(options.threads);
+  {
+    auto scene = load_bench_scene(context.cornell(), options.threads);
+    if (!scene) return scene.error();
+    if (peer) {
+      const Status loaded = peer->load("cornell", context.cornell_xml().string());
+      if (!loaded) return loaded;
+      note("compared with Mitsuba " + peer->version());
+    }
+    Status done = seconds_per_sample("cornell", *scene, engine, peer.get(), options, 1.2, figures);
+    if (!done) return done;
+    done = time_to_error(context, *scene, engine, peer.get(), figures);
+    if (!done) return done;
+  }
+
+  const auto room = context.room();
+  if (!room) {
+    note(room.error().to_string());
+    return ok_status();
+  }
+  auto scene = load_bench_scene(*room, options.threads);
+  if (!scene) return scene.error();
+  if (peer) {
+    const auto xml = context.room_xml();
+    if (!xml) return xml.error();
+    const Status loaded = peer->load("room", xml->string());
+    if (!loaded) return loaded;
+  }
+  return seconds_per_sample("room", *scene, engine, peer.get(), options, 1.0, figures);
+}
+
+}  // namespace helio::bench

@@ -1,0 +1,19 @@
+// The subcommands: each adds its figures, or says on stderr which it must leave out. An Error means that the bench
+// itself failed; figures added before stay.
+#pragma once
+
+#include "bench_context.h"
+#include "figures.h"
+#include "renderer/base/result.h"
+
+namespace helio::bench {
+
+Status run_speed(BenchContext& context, Figures& figures);
+Status run_rays(BenchContext& context, Figures& figures);
+Status run_load(BenchContext& context, Figures& figures);
+Status run_latency(BenchContext& context, Figures& figures);
+Status run_stream(BenchContext& context, Figures& figures);
+Status run_sessions(BenchContext& context, Figures& figures);
+Status run_features(BenchContext& context, Figures& figures);
+
+}  // namespace helio::bench
