@@ -61,7 +61,7 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
   if (const Status fits = rendering_->reserve_queue(settings_, format); !fits.ok()) return fits;
   RenderLoop& loop = rendering_->loop();
-  const bool has_samples = loop.progress().samples_per_pixel > 0;
+  const bool has_samples = loop.progress().trace.paths > 0;
 
   pb::StreamResponse greeting;
   pb::Opened& opened = *greeting.mutable_opened();
