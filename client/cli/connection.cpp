@@ -1,5 +1,7 @@
 #include "client/cli/connection.h"
 
+#include <spdlog/spdlog.h>
+
 #include "client/server_address.h"
 #include "server/server.h"
 
@@ -52,7 +54,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   ServerConfig config;
   config.listen.clear();
   config.render_threads = connection.threads;
-  config.log_level = "off";  // failures come back as statuses
+  spdlog::set_level(spdlog::level::off);  // failures come back as statuses, and stdout belongs to the command
   auto server = Server::start(config);
   if (!server) return server.error();
   renderer.server_ = std::move(server).value();

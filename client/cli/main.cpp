@@ -25,6 +25,17 @@ int answer(const CLI::App& root, const CLI::ParseError& outcome) {
   return kUsage;
 }
 
+// A first word that is no command deserves to be named; CLI11 would only say that a command is missing.
+std::string unknown_command(const CLI::App& root, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return {};
+  std::string names;
+  for (const CLI::App* command : root.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return {};
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  return "'" + std::string(argv[1]) + "' is not a command: " + names;
+}
+
 int run(int argc, char** argv) {
   CLI::App root(
       "Heliograph renders glTF scenes by path tracing: here, or on a daemon that keeps the scene and every session's\n"
@@ -35,6 +46,8 @@ int run(int argc, char** argv) {
   root.footer(kExitCodesHelp);
 
   const Command commands[] = {add_render(root), add_move(root), add_serve(root), add_info(root), add_scene(root)};
+  const std::string unknown = unknown_command(root, argc, argv);
+  if (!unknown.empty()) return Terminal(false).fail(kUsage, unknown);
   try {
     root.parse(argc, argv);
   } catch (const CLI::ParseError& outcome) {

@@ -24,7 +24,7 @@ void expect_refused(const BadLine& line, const ProcessResult& result) {
 TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
   const std::vector<BadLine> lines = {
       {{}, 2, {"subcommand"}},
-      {{"paint"}, 2, {"paint"}},
+      {{"paint"}, 2, {"'paint' is not a command: render, move, serve, info, scene"}},
       {{"render"}, 2, {"FILE: is missing"}},
       {{"render", "quad.gltf", "more"}, 2, {"'more': is one argument too many"}},
       {{"render", "quad.gltf", "--sample", "3"}, 2, {"--sample: is not an option of render", "--samples?"}},

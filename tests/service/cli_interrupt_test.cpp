@@ -43,7 +43,7 @@ TEST_F(CliInterrupt, CtrlCKeepsThePicture) {
 }
 
 TEST_F(CliInterrupt, CtrlCCancelsTheDaemonsJob) {
-  const DaemonProcess daemon({"--threads", "1", "--max-jobs", "1"});
+  const DaemonProcess daemon({"--render-threads", "1", "--max-jobs", "1"});
   auto arguments = endless_;
   arguments.insert(arguments.end(), {"--server", daemon.address()});
   const auto process = start(arguments);
@@ -54,7 +54,7 @@ TEST_F(CliInterrupt, CtrlCCancelsTheDaemonsJob) {
 }
 
 TEST_F(CliInterrupt, AKilledDaemonIsOneLineAndLeavesThePicture) {
-  DaemonProcess daemon({"--threads", "1"});
+  DaemonProcess daemon({"--render-threads", "1"});
   auto arguments = endless_;
   arguments.insert(arguments.end(), {"--server", daemon.address()});
   const auto process = start(arguments);
@@ -68,7 +68,7 @@ TEST_F(CliInterrupt, AKilledDaemonIsOneLineAndLeavesThePicture) {
 
 TEST_F(CliInterrupt, AKilledDaemonLeavesTheViewsSoFar) {
   write_file(folder_ / "path.json", R"({"views": [{"samples": 2}, {"samples": 1000000000}]})");
-  DaemonProcess daemon({"--threads", "1"});
+  DaemonProcess daemon({"--render-threads", "1"});
   Process process(HELIOGRAPH_PROGRAM,
                   {"move", "quad.gltf", "--environment", "0,0,0", "--size", "64x64", "--path", "path.json", "--output",
                    "v.#.exr", "--json", "--server", daemon.address()},
