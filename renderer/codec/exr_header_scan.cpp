@@ -49,23 +49,80 @@ class Cursor {
   std::span<const std::uint8_t> rest_;
 };
 
-// The attribute types whose values carry sizes of their own.
-bool inner_sizes_fit(std::string_view type, std::span<const std::uint8_t> value) {
+// Attribute types of a fixed size. OpenEXR reads what the type needs, whatever the size says, and would take the rest
+// for the next attribute.
+struct FixedSize {
+  std::string_view type;
+  std::size_t bytes;
+};
+constexpr FixedSize kFixedSizes[] = {
+    {"box2i", 16},
+    {"box2f", 16},
+    {"chromaticities", 32},
+    {"compression", 1},
+    {"deepImageState", 1},
+    {"double", 8},
+    {"envmap", 1},
+    {"float", 4},
+    {"int", 4},
+    {"keycode", 28},
+    {"lineOrder", 1},
+    {"m33f", 36},
+    {"m33d", 72},
+    {"m44f", 64},
+    {"m44d", 128},
+    {"rational", 8},
+    {"tiledesc", 9},
+    {"timecode", 8},
+    {"v2i", 8},
+    {"v2f", 8},
+    {"v2d", 16},
+    {"v3i", 12},
+    {"v3f", 12},
+    {"v3d", 24},
+};
+
+// Names, each with 16 bytes, until an empty name, which ends the value.
+bool is_channel_list(std::span<const std::uint8_t> value) {
   Cursor cursor(value);
-  std::span<const std::uint8_t> ignored;
-  std::uint32_t size = 0;
-  if (type == "stringvector") {
-    while (!cursor.empty()) {
-      if (!cursor.u32(size) || !cursor.take(size, ignored)) return false;
-    }
-  } else if (type == "preview") {
-    std::uint32_t width = 0, height = 0;
-    if (!cursor.u32(width) || !cursor.u32(height)) return false;
-    if (std::uint64_t(width) * height > value.size() / 4) return false;
-  } else if (type == "idmanifest") {
-    return false;  // a compressed table that we have no use for
+  for (;;) {
+    std::string_view name;
+    std::span<const std::uint8_t> ignored;
+    if (!cursor.name(name)) return false;
+    if (name.empty()) return cursor.empty();
+    if (!cursor.take(16, ignored)) return false;
+  }
+}
+
+bool is_string_vector(std::span<const std::uint8_t> value) {
+  Cursor cursor(value);
+  while (!cursor.empty()) {
+    std::uint32_t size = 0;
+    std::span<const std::uint8_t> ignored;
+    if (!cursor.u32(size) || !cursor.take(size, ignored)) return false;
   }
   return true;
+}
+
+// Width, height, four bytes a pixel.
+bool is_preview(std::span<const std::uint8_t> value) {
+  Cursor cursor(value);
+  std::uint32_t width = 0, height = 0;
+  return cursor.u32(width) && cursor.u32(height) && cursor.left() % 4 == 0 &&
+         std::uint64_t(width) * height == cursor.left() / 4;
+}
+
+// Whether OpenEXR will read the value, the whole value and nothing else.
+bool is_consistent(std::string_view type, std::span<const std::uint8_t> value) {
+  if (type == "chlist") return is_channel_list(value);
+  if (type == "stringvector") return is_string_vector(value);
+  if (type == "preview") return is_preview(value);
+  if (type == "floatvector") return value.size() % 4 == 0;
+  if (type == "idmanifest") return false;  // a compressed table that we have no use for
+  for (const FixedSize& fixed : kFixedSizes) {
+    if (type == fixed.type) return value.size() == fixed.bytes;
+  }
+  return true;  // a string, or of a type that OpenEXR keeps as it is
 }
 
 Status check_version(std::uint32_t version) {
@@ -94,8 +151,8 @@ Result<std::size_t> scan_exr_header(std::span<const std::uint8_t> bytes) {
     if (!cursor.name(name)) return refuse("truncated header");
     if (name.empty()) return bytes.size() - cursor.left();
     if (!cursor.name(type) || !cursor.u32(size)) return refuse("truncated header");
-    if (!cursor.take(size, value) || !inner_sizes_fit(type, value)) {
-      return refuse("attribute \"" + std::string(name) + "\" claims more bytes than the file has, or is not supported");
+    if (!cursor.take(size, value) || !is_consistent(type, value)) {
+      return refuse("attribute \"" + std::string(name) + "\" has another size than it claims, or is not supported");
     }
   }
 }
