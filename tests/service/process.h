@@ -1,0 +1,70 @@
+// Runs programs as their users do: arguments, a folder, stdout, stderr (a pipe or a terminal), signals, exit codes.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace helio::test {
+
+struct ProcessResult {
+  int exit_code = -1;  // -1: ended by a signal, or did not end in time and was killed
+  int signal = 0;
+  std::string out, err;
+};
+
+class Process {
+ public:
+  enum class Stderr { file, terminal };
+
+  // Starts the program in `folder`, where it also leaves its stdout.
+  Process(const std::string& program, const std::vector<std::string>& arguments, const std::string& folder,
+          Stderr stderr_kind = Stderr::file);
+  ~Process();  // kills what still runs
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send_signal(int signal);
+  // True once stdout (or the terminal) holds the text; false after `seconds` or when the process has ended.
+  bool wait_for_output(const std::string& text, double seconds = 30);
+  bool wait_for_terminal(const std::string& text, double seconds = 30);
+  ProcessResult wait(double seconds = 60);
+
+  std::string output() const;  // stdout so far
+
+ private:
+  bool ended();
+  void read_terminal();
+
+  pid_t pid_ = -1;
+  bool ended_ = false;
+  int status_ = 0;
+  int terminal_fd_ = -1;
+  std::string terminal_;
+  std::string out_path_, err_path_;
+};
+
+// Runs to the end.
+ProcessResult run_program(const std::string& program, const std::vector<std::string>& arguments,
+                          const std::string& folder);
+
+std::string read_file(const std::string& path);
+void write_file(const std::string& path, const std::string& bytes);
+
+// A folder that is removed with what is in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::string& path() const { return path_; }
+  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace helio::test
