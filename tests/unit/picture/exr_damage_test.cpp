@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <iterator>
+#include <stdexcept>
 
 #include "tests/support/shared_data.h"
 #include "tests/unit/picture/tile_pictures.h"
@@ -113,12 +114,30 @@ TEST(ExrDamage, TheLimitIsExact) {
   EXPECT_NE(tile.error().message.find("27 x 33 pixels, at most 890"), std::string::npos) << tile.error().message;
 }
 
-// Inserts an attribute as the first of the header.
+// Where the table of `chunks` offsets is: the first of them points behind it.
+std::size_t find_table(const std::vector<std::uint8_t>& bytes, std::size_t chunks) {
+  for (std::size_t at = 8; at + 8 * chunks < bytes.size(); ++at) {
+    std::uint64_t offset = 0;
+    std::memcpy(&offset, &bytes[at], 8);
+    if (offset == at + 8 * chunks) return at;
+  }
+  throw std::runtime_error("no offset table");
+}
+
+// Inserts an attribute as the first of the header, with everything else as it has to be.
 std::vector<std::uint8_t> with_attribute(const char* type, std::uint32_t claimed, std::span<const std::uint8_t> value) {
   std::vector<std::uint8_t> bytes = test::encode_or_die(small_tile(), {});
   std::string attribute = name_and_type("extra", type);
   attribute.append(reinterpret_cast<const char*>(&claimed), 4);
   attribute.append(reinterpret_cast<const char*>(value.data()), value.size());
+  const std::size_t rows = std::size_t(small_tile().header.data_window.height());
+  const std::size_t table = find_table(bytes, rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::uint64_t offset = 0;
+    std::memcpy(&offset, &bytes[table + 8 * row], 8);
+    offset += attribute.size();
+    std::memcpy(&bytes[table + 8 * row], &offset, 8);
+  }
   bytes.insert(bytes.begin() + 8, attribute.begin(), attribute.end());
   return bytes;
 }
@@ -145,15 +164,7 @@ TEST(ExrDamage, DwaChunksThatClaimGigabytes) {
   for (std::vector<float>& channel : tile.values) std::fill(channel.begin(), channel.end(), 0.5f);
   const std::vector<std::uint8_t> bytes = test::encode_or_die(tile, {TilePixelType::half, TileCompression::dwaa});
   ASSERT_TRUE(decode_tile(bytes, kMaxPixels).ok());
-  // The header ends with the compression's attribute values and a NUL; the first chunk's offset follows it. It points
-  // behind the two offsets.
-  std::size_t table = 0;
-  for (std::size_t at = 8; at + 16 < bytes.size() && table == 0; ++at) {
-    std::uint64_t offset = 0;
-    std::memcpy(&offset, &bytes[at], 8);
-    if (offset == at + 16) table = at;
-  }
-  ASSERT_GT(table, 0u);
+  const std::size_t table = find_table(bytes, 2);
   for (std::size_t word = 1; word <= 9; ++word) {
     std::vector<std::uint8_t> damaged = bytes;
     const std::uint64_t claim = 1'000'000'000;
