@@ -8,8 +8,7 @@ namespace helio::gltf {
 Result<std::vector<std::uint8_t>> read_other_file(const FileSource& source, const std::string& scene_file,
                                                   const std::string& uri, MemoryBudget& budget) {
   if (has_scheme(uri))
-    return Error{
-        ErrorCode::permission_denied, "\"" + uri.substr(0, 80) + "\" is not a relative URI and is not read", {}};
+    return Error{ErrorCode::permission_denied, uri.substr(0, 80) + " is not a relative URI and is not read", {}};
   Result<std::string> path = resolve_uri(scene_file, uri);
   if (!path.ok()) return path.error();
   // A file's own bytes raise the allowance, so the configured maximum is what bounds reading it.

@@ -8,7 +8,7 @@ namespace {
 
 void read_perspective(const JsonObject& object, CameraDescription& camera) {
   object.only({"aspectRatio", "yfov", "zfar", "znear"});
-  if (!(object.require("yfov") & object.require("znear"))) return;
+  if (!object.require({"yfov", "znear"})) return;
   camera.projection = Projection::perspective;
   camera.vertical_fov = object.number("yfov", 0.8, kPositive);
   if (camera.vertical_fov >= std::numbers::pi)
@@ -22,7 +22,7 @@ void read_perspective(const JsonObject& object, CameraDescription& camera) {
 
 void read_orthographic(const JsonObject& object, CameraDescription& camera) {
   object.only({"xmag", "ymag", "zfar", "znear"});
-  if (!(object.require("xmag") & object.require("ymag") & object.require("zfar") & object.require("znear"))) return;
+  if (!object.require({"xmag", "ymag", "zfar", "znear"})) return;
   camera.projection = Projection::orthographic;
   // The sign of a magnification only mirrors the picture; the size is its absolute value.
   const double x = std::abs(object.number("xmag", 1)), y = std::abs(object.number("ymag", 1));

@@ -171,6 +171,12 @@ bool JsonObject::require(const char* key) const {
   return false;
 }
 
+bool JsonObject::require(std::initializer_list<const char*> keys) const {
+  bool all = true;
+  for (const char* key : keys) all = require(key) && all;
+  return all;
+}
+
 void JsonObject::only(std::initializer_list<std::string_view> known) const {
   if (has("name") && !find("name")->is_string()) wrong_type("name", "a string");
   for (const auto& [key, value] : value_->items()) {

@@ -51,6 +51,8 @@ class JsonObject {
   bool has(const char* key) const;
   // Fails when the key is missing.
   bool require(const char* key) const;
+  // As above for all of them: each missing one is a failure.
+  bool require(std::initializer_list<const char*> keys) const;
   // Reports every key outside `known` (and name, extras, extensions) as unread.
   void only(std::initializer_list<std::string_view> known) const;
   std::vector<std::string> keys() const;

@@ -8,7 +8,7 @@ namespace {
 AnimationSampler read_sampler(const JsonObject& object, const Document& document) {
   AnimationSampler sampler;
   object.only({"input", "output", "interpolation"});
-  if (!(object.require("input") & object.require("output"))) return sampler;
+  if (!object.require({"input", "output"})) return sampler;
   sampler.input = object.reference("input", document.accessors.size(), "accessors");
   sampler.output = object.reference("output", document.accessors.size(), "accessors");
   const std::string interpolation = object.string("interpolation", "LINEAR");
@@ -108,7 +108,7 @@ void read_animations(const JsonObject& root, Document& document) {
     object.each("channels", [&](const JsonObject& channel, std::size_t) {
       channel.only({"sampler", "target"});
       document.extensions.check(channel, Site::elsewhere);
-      if (!(channel.require("sampler") & channel.require("target"))) return;
+      if (!channel.require({"sampler", "target"})) return;
       AnimationChannel result;
       result.sampler = channel.reference("sampler", animation.samplers.size(), "samplers");
       const JsonObject target = channel.object("target");

@@ -18,9 +18,7 @@ void check_extent(const JsonObject& object, std::uint64_t offset, std::uint64_t 
 
 std::optional<MeshoptView> read_meshopt(const JsonObject& object, const Document& document, const BufferView& view) {
   object.only({"buffer", "byteOffset", "byteLength", "byteStride", "count", "mode", "filter"});
-  if (!(object.require("buffer") & object.require("byteLength") & object.require("byteStride") &
-        object.require("count") & object.require("mode")))
-    return std::nullopt;
+  if (!object.require({"buffer", "byteLength", "byteStride", "count", "mode"})) return std::nullopt;
   MeshoptView result;
   Diagnostics& diagnostics = object.diagnostics();
   result.buffer = object.reference("buffer", document.buffers.size(), "buffers");
@@ -134,7 +132,7 @@ void check_layout(const JsonObject& object, const BufferView& view, std::uint64_
 
 void read_sparse(const JsonObject& object, const Document& document, Accessor& accessor) {
   object.only({"count", "indices", "values"});
-  if (!(object.require("count") & object.require("indices") & object.require("values"))) return;
+  if (!object.require({"count", "indices", "values"})) return;
   SparsePatch sparse;
   Diagnostics& diagnostics = object.diagnostics();
   sparse.count = object.count("count", 1, 1);
@@ -144,7 +142,8 @@ void read_sparse(const JsonObject& object, const Document& document, Accessor& a
   const JsonObject indices = object.object("indices"), values = object.object("values");
   indices.only({"bufferView", "byteOffset", "componentType"});
   values.only({"bufferView", "byteOffset"});
-  if (!(indices.require("bufferView") & indices.require("componentType") & values.require("bufferView"))) return;
+  const bool indices_complete = indices.require({"bufferView", "componentType"});
+  if (!values.require("bufferView") || !indices_complete) return;
   sparse.index_view = indices.reference("bufferView", document.views.size(), "bufferViews");
   sparse.value_view = values.reference("bufferView", document.views.size(), "bufferViews");
   sparse.index_offset = indices.count("byteOffset", 0);
@@ -170,7 +169,7 @@ Accessor read_accessor(const JsonObject& object, const Document& document) {
   Accessor accessor;
   object.only({"bufferView", "byteOffset", "componentType", "normalized", "count", "type", "max", "min", "sparse"});
   document.extensions.check(object, Site::elsewhere);
-  if (!(object.require("componentType") & object.require("count") & object.require("type"))) return accessor;
+  if (!object.require({"componentType", "count", "type"})) return accessor;
   Diagnostics& diagnostics = object.diagnostics();
   accessor.view = object.reference("bufferView", document.views.size(), "bufferViews");
   accessor.byte_offset = object.count("byteOffset", 0);
@@ -277,7 +276,7 @@ void read_buffers(const JsonObject& root, Document& document) {
     object.only({"buffer", "byteOffset", "byteLength", "byteStride", "target"});
     document.extensions.check(object, Site::buffer_view);
     BufferView view;
-    if (object.require("buffer") & object.require("byteLength")) {
+    if (object.require({"buffer", "byteLength"})) {
       view.buffer = object.reference("buffer", document.buffers.size(), "buffers");
       view.byte_offset = object.count("byteOffset", 0);
       view.byte_length = object.count("byteLength", 1, 1);

@@ -191,7 +191,7 @@ class PrimitiveReader {
   void read_draco(const JsonObject& object) {
     if (!object.exists()) return;
     object.only({"bufferView", "attributes"});
-    if (!(object.require("bufferView") & object.require("attributes"))) return;
+    if (!object.require({"bufferView", "attributes"})) return;
     DracoPrimitive draco;
     draco.view = object.reference("bufferView", document_.views.size(), "bufferViews");
     const JsonObject attributes = object.object("attributes");
@@ -214,7 +214,7 @@ class PrimitiveReader {
       mapping.only({"material", "variants"});
       if (variant_count_ == 0)
         mapping.diagnostics().fail(mapping.place(), "needs the extension's list of variants at the root");
-      if (!(mapping.require("material") & mapping.require("variants"))) return;
+      if (!mapping.require({"material", "variants"})) return;
       mapping.reference("material", material_count_, "materials");
       mapping.references("variants", variant_count_, "variants");
     });
