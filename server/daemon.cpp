@@ -80,7 +80,8 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
   const bool idle = (*server)->drain(config.drain_grace_s);
   spdlog::info("drained");
   if (!idle) {
-    // A load cannot be interrupted, nor a connection closed whose peer takes no bytes; nothing of them is worth keeping.
+    // A load cannot be interrupted, nor a connection closed whose peer takes no bytes; nothing of them is worth
+    // keeping.
     spdlog::default_logger()->flush();
     std::_Exit(kDrained);
   }

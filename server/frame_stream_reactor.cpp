@@ -4,6 +4,7 @@
 
 #include "server/convert.h"
 #include "server/grpc_status.h"
+#include "server/guarded.h"
 #include "server/message_check.h"
 #include "server/stream_messages.h"
 
@@ -56,7 +57,7 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
   switch (request.request_case()) {
     case pb::StreamRequest::kOpen:
       status = attached ? Status(out_of_order("open was sent before; allowed: once, as the first message"))
-                        : open(request.open());
+                        : guarded([&] { return open(request.open()); });
       break;
     case pb::StreamRequest::kView:
       change.view = &request.view();
@@ -92,7 +93,8 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
       break;
   }
   if (status.ok() && (change.view || change.settings || change.budget)) {
-    if (const auto revision = attached->update(change); !revision) status = revision.error();
+    const auto revision = guarded([&] { return attached->update(change); });
+    if (!revision) status = revision.error();
   }
   if (!status.ok()) end(to_grpc_status(status));
   return status.ok();

@@ -4,6 +4,7 @@
 
 #include "server/convert.h"
 #include "server/grpc_status.h"
+#include "server/guarded.h"
 #include "server/message_check.h"
 #include "server/stream_messages.h"
 
@@ -13,7 +14,8 @@ JobReactor::JobReactor(ServiceCore& core, const grpc::ByteBuffer& request) : cor
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
       [this](Outbound message) { return to_job_response(std::move(message), job_id_); }, core.timers);
-  if (const Status started = start(request); !started.ok()) stream_->finish(to_grpc_status(started));
+  const Status started = guarded([&] { return start(request); });
+  if (!started.ok()) stream_->finish(to_grpc_status(started));
 }
 
 Status JobReactor::start(grpc::ByteBuffer bytes) {

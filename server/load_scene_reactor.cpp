@@ -2,11 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 
 #include "server/convert.h"
 #include "server/grpc_status.h"
+#include "server/guarded.h"
 #include "server/message_check.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
@@ -15,6 +17,14 @@ namespace helio {
 namespace {
 
 constexpr std::size_t kMaxEnvironment = 4096;
+
+// For the log: what a file contains may not start lines of its own there.
+std::string one_line(std::string text) {
+  text.resize(std::min<std::size_t>(text.size(), 300));
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return text;
+}
 
 Error out_of_order(const char* message, const char* where) {
   return {ErrorCode::invalid_argument, message, where};
@@ -53,11 +63,11 @@ void LoadSceneReactor::OnReadDone(bool ok) {
   if (ok) {
     pb::LoadSceneRequest request;
     status = parse_message(request_, request);
-    if (status.ok()) status = handle(request);
+    if (status.ok()) status = guarded([&] { return handle(request); });
     request_.Clear();
     if (status.ok()) return StartRead(&request_);
   } else if (!shared_->cancel.cancelled()) {
-    status = submit();
+    status = guarded([&] { return submit(); });
   }
   if (!status.ok()) shared_->finish(to_grpc_status(status));
 }
@@ -126,9 +136,9 @@ Status LoadSceneReactor::submit() {
     if (const Status accepting = core.check_accepting(); !accepting.ok()) {
       return shared->finish(to_grpc_status(accepting));
     }
-    const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
+    const auto outcome = guarded([&] { return core.scenes.load(std::move(*request), shared->cancel); });
     if (!outcome) {
-      spdlog::info("scene refused: {}", outcome.error().to_string().substr(0, 300));
+      spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));
       return shared->finish(to_grpc_status(outcome.error()));
     }
     const LoadedScene& scene = *outcome->scene;

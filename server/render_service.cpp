@@ -8,6 +8,7 @@
 #include "server/convert.h"
 #include "server/frame_stream_reactor.h"
 #include "server/grpc_status.h"
+#include "server/guarded.h"
 #include "server/job_reactor.h"
 #include "server/load_scene_reactor.h"
 #include "server/message_check.h"
@@ -32,7 +33,7 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
     reactor->Finish(to_grpc_status(parsed));
     return reactor;
   }
-  auto result = method(request);
+  auto result = guarded([&] { return method(request); });
   if (result) *response = to_bytes(*result);
   reactor->Finish(result ? grpc::Status::OK : to_grpc_status(result.error()));
   return reactor;

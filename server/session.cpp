@@ -38,12 +38,13 @@ Result<std::uint64_t> Session::update(const Change& change) {
   if (update.settings) {
     if (const Status fits = check_film_size(*update.settings, limits_, "settings"); !fits.ok()) return fits.error();
     if (const Status fits = rendering_->resize(*update.settings); !fits.ok()) return fits.error();
-    settings_ = *update.settings;
   }
+
+  // May throw when it allocates a film; nothing has changed then.
+  const std::uint64_t revision = rendering_->loop().update(update);
+  if (update.settings) settings_ = *update.settings;
   if (update.budget) budget_ = *update.budget;
   if (update.view) last_view_id_ = update.view->id;
-
-  const std::uint64_t revision = rendering_->loop().update(update);
   const auto stream = rendering_->publisher().stream();
   if (stream) {
     stream->queue().drop_before(revision);

@@ -2,6 +2,7 @@
 
 #include "server/convert.h"
 #include "server/grpc_status.h"
+#include "server/guarded.h"
 #include "server/message_check.h"
 #include "server/stream_messages.h"
 
@@ -11,7 +12,8 @@ WatchReactor::WatchReactor(ServiceCore& core, const grpc::ByteBuffer& request) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
       [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
-  if (const Status started = start(request, core); !started.ok()) stream_->finish(to_grpc_status(started));
+  const Status started = guarded([&] { return start(request, core); });
+  if (!started.ok()) stream_->finish(to_grpc_status(started));
 }
 
 Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {

@@ -1,0 +1,25 @@
+// Keeps what a library or the allocator throws away from gRPC's and the loader's threads, where it would end the
+// daemon.
+#pragma once
+
+#include <exception>
+#include <new>
+
+#include "renderer/base/result.h"
+
+namespace helio {
+
+// Calls `function`, which gives a Result<T>. An exception becomes an Error: resource_exhausted when memory is out (a
+// limit that is set above what the machine has), internal otherwise.
+template <class Function>
+auto guarded(Function&& function) -> decltype(function()) {
+  try {
+    return function();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::resource_exhausted, "the machine's memory is used up, although max_memory is not", {}};
+  } catch (const std::exception& exception) {
+    return Error{ErrorCode::internal, exception.what(), {}};
+  }
+}
+
+}  // namespace helio
