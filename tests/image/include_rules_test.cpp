@@ -67,7 +67,9 @@ TEST(IncludeRules, DependDownwardOnly) {
           EXPECT_TRUE(kAllowed.at(folder).count(target)) << path << " includes " << included;
         }
         for (const auto& [prefix, folders] : kForeign) {
-          if (included.rfind(prefix, 0) == 0) EXPECT_TRUE(folders.count(folder)) << path << " includes " << included;
+          if (included.rfind(prefix, 0) == 0) {
+            EXPECT_TRUE(folders.count(folder)) << path << " includes " << included;
+          }
         }
       }
     }
