@@ -33,14 +33,22 @@ struct Context {
   }
 };
 
+exr_attr_box2i_t inclusive(const PixelRect& rect) {
+  exr_attr_box2i_t box = {};
+  box.min.x = rect.x0;
+  box.min.y = rect.y0;
+  box.max.x = rect.x1 - 1;
+  box.max.y = rect.y1 - 1;
+  return box;
+}
+
 exr_result_t write_header(exr_context_t exr, const TileHeader& header, std::span<const StoredChannel> channels) {
   int part = 0;
   exr_result_t rc = exr_add_part(exr, "", EXR_STORAGE_SCANLINE, &part);
   if (rc != EXR_ERR_SUCCESS) return rc;
-  const PixelRect& w = header.data_window;
-  const exr_attr_box2i_t data{{w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}};
-  const exr_attr_box2i_t display{{0, 0}, {header.frame_width - 1, header.frame_height - 1}};
-  const exr_attr_v2f_t center{0, 0};
+  const exr_attr_box2i_t data = inclusive(header.data_window);
+  const exr_attr_box2i_t display = inclusive({0, 0, header.frame_width, header.frame_height});
+  const exr_attr_v2f_t center = {};
   rc = exr_initialize_required_attr(exr, part, &display, &data, 1.0f, &center, 1.0f, EXR_LINEORDER_INCREASING_Y,
                                     EXR_COMPRESSION_NONE);
   if (rc == EXR_ERR_SUCCESS) rc = exr_attr_set_string(exr, part, "software", kExrSoftware);
