@@ -91,7 +91,9 @@ int main(int argc, char** argv) {
   app.add_option("--daemon", options.daemon, "heliographd to measure")->capture_default_str();
   std::string chosen;
   for (const Subcommand& subcommand : kSubcommands) {
-    app.add_subcommand(subcommand.name, subcommand.help)->callback([&chosen, name = subcommand.name] { chosen = name; });
+    app.add_subcommand(subcommand.name, subcommand.help)->callback([&chosen, name = subcommand.name] {
+      chosen = name;
+    });
   }
   app.add_subcommand("all", "all of them")->callback([&] { chosen = "all"; });
   try {

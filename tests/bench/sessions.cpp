@@ -24,15 +24,13 @@ struct Viewer {
   std::unique_ptr<FrameStream> stream;
 };
 
-// A user of their own: uploads the scene, makes a session and looks through the scene's camera, without a budget.
-Result<Viewer> start_viewer(const DaemonProcess& daemon, const std::filesystem::path& file) {
+// A user with a connection of their own, who looks through the scene's camera, without a budget.
+Result<Viewer> start_viewer(const DaemonProcess& daemon, const std::string& scene_id) {
   auto client = daemon.connect();
   if (!client) return client.error();
   Viewer viewer{std::move(client).value(), nullptr};
-  const auto scene = upload(*viewer.client, file);
-  if (!scene) return scene.error();
   pb::CreateSessionRequest create;
-  create.set_scene_id(scene.value());
+  create.set_scene_id(scene_id);
   create.mutable_settings()->set_width(kSide);
   create.mutable_settings()->set_height(kSide);
   const auto session = viewer.client->create_session(create);
@@ -65,27 +63,39 @@ Result<double> session_bytes(RenderClient& client) {
   return bytes;
 }
 
+// Resident bytes of the daemon beside those of its sessions' films and queues.
+Result<double> resident_beside_sessions(const DaemonProcess& daemon, RenderClient& client) {
+  std::this_thread::sleep_for(kSettle);
+  const auto films = session_bytes(client);
+  if (!films) return films.error();
+  return double(daemon.resident_bytes()) - films.value();
+}
+
 struct Run {
-  double deviation = 0;  // largest |rate - mean| over the mean
-  double memory = 0;     // resident bytes beside films and queues, of eight sessions over one
-  double listed = 0;     // the same from ListScenes: scenes held
+  double deviation = 0;        // largest |rate - mean| over the mean
+  double memory = 0;           // resident bytes that came with the scene: with eight sessions over with one
+  double memory_uploaded = 0;  // the same once every client has uploaded the scene again
+  double listed = 0;           // ListScenes: scenes held
 };
 
 Result<Run> measure(const BenchContext& context, const std::filesystem::path& file) {
   auto daemon = DaemonProcess::start(context.options(), context.folder());
   if (!daemon) return daemon.error();
   const double empty = double((*daemon)->resident_bytes());
-  double resident[2] = {0, 0};
+  auto uploader = (*daemon)->connect();
+  if (!uploader) return uploader.error();
+  const auto scene_id = upload(**uploader, file);
+  if (!scene_id) return scene_id.error();
   std::vector<Viewer> viewers;
+  double one = 0, eight = 0;
   for (int i = 0; i < kSessions; ++i) {
-    auto viewer = start_viewer(**daemon, file);
+    auto viewer = start_viewer(**daemon, scene_id.value());
     if (!viewer) return viewer.error();
     viewers.push_back(std::move(viewer).value());
     if (i > 0 && i + 1 < kSessions) continue;
-    std::this_thread::sleep_for(kSettle);
-    const auto films = session_bytes(*viewers[0].client);
-    if (!films) return films.error();
-    resident[i > 0] = double((*daemon)->resident_bytes()) - empty - films.value();
+    const auto resident = resident_beside_sessions(**daemon, **uploader);
+    if (!resident) return resident.error();
+    (i == 0 ? one : eight) = resident.value() - empty;
   }
 
   RenderClient& client = *viewers[0].client;
@@ -94,8 +104,6 @@ Result<Run> measure(const BenchContext& context, const std::filesystem::path& fi
   std::this_thread::sleep_for(kWindow);
   const auto after = samples_by_session(client);
   if (!after) return after.error();
-  const auto scenes = client.list_scenes();
-  if (!scenes) return scenes.error();
 
   Run run;
   std::vector<double> rates;
@@ -106,7 +114,15 @@ Result<Run> measure(const BenchContext& context, const std::filesystem::path& fi
   }
   if (rates.size() != kSessions || mean <= 0) return Error{ErrorCode::internal, "sessions were lost", "sessions"};
   for (const double rate : rates) run.deviation = std::max(run.deviation, std::fabs(rate - mean) / mean);
-  run.memory = resident[1] / resident[0];
+  run.memory = eight / one;
+  for (const Viewer& viewer : viewers) {
+    if (const auto again = upload(*viewer.client, file); !again) return again.error();
+  }
+  const auto uploaded = resident_beside_sessions(**daemon, **uploader);
+  if (!uploaded) return uploaded.error();
+  run.memory_uploaded = (uploaded.value() - empty) / one;
+  const auto scenes = client.list_scenes();
+  if (!scenes) return scenes.error();
   run.listed = scenes.value().scenes_size();
   for (Viewer& viewer : viewers) viewer.stream->cancel();
   return run;
@@ -120,16 +136,18 @@ Status run_sessions(BenchContext& context, Figures& figures) {
     note(room.error().to_string());
     return ok_status();
   }
-  std::vector<double> deviation, memory, listed;
+  std::vector<double> deviation, memory, memory_uploaded, listed;
   for (int i = 0; i < context.options().repeat; ++i) {  // each on a daemon of its own: nothing to warm up
     const auto run = measure(context, *room);
     if (!run) return run.error();
     deviation.push_back(run.value().deviation);
     memory.push_back(run.value().memory);
+    memory_uploaded.push_back(run.value().memory_uploaded);
     listed.push_back(run.value().listed);
   }
   figures.add({"sessions.fairness", median(deviation), "share", 0.1, Better::lower});
   figures.add({"sessions.memory", median(memory), "x", 1.1, Better::lower});
+  figures.add({"sessions.memory.uploaded_by_each", median(memory_uploaded), "x", std::nullopt, Better::lower});
   figures.add({"sessions.scenes_listed", median(listed), "scenes", 1.0, Better::lower});
   return ok_status();
 }
