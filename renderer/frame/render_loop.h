@@ -35,7 +35,7 @@ class RenderEngine {
 };
 
 struct RenderLoopOptions {
-  int tile_size = 128;  // pixels, aligned to the film, rounded up to a multiple of 8; >= 1
+  int tile_size = 128;  // pixels, aligned to the film, rounded up to a multiple of kPathGroupSize; >= 1
   unsigned channels = kResolveVariance | kResolveSamples;  // ResolveChannels of the tiles, besides radiance
   // Show the picture while it is made: after 1, 2, 4, ... samples and at most about every publish_interval_s. False:
   // its final state alone. Absent: yes for interactive loops, no for jobs.

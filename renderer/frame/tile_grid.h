@@ -9,12 +9,13 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/film.h"
+#include "renderer/trace/path_integrator.h"
 
 namespace helio {
 
-// Side of a cell in pixels: a multiple of the integrator's 4x4 blocks, small enough that one sample of each pixel stays
-// well under 5 ms at 50 us a path.
-inline constexpr int kCellSize = 8;
+// Side of a cell in pixels: the integrator's blocks, so that no path is traced in vain. One sample of each of its
+// pixels takes less than 5 ms up to 20 us a path.
+inline constexpr int kCellSize = kPathGroupSize;
 
 // All pixels of a cell have the same number of samples.
 struct Cell {

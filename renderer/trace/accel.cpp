@@ -13,6 +13,12 @@ namespace {
 
 using embree::AlphaContext;
 
+constexpr int kLanes = 16;
+
+// Scenes up to this size stay in the second-level cache, where packets of scattered rays win; beyond, each lane waits
+// for the cache misses of the others.
+constexpr std::size_t kScatteredPacketBytes = std::size_t(1) << 20;
+
 // One Embree device for the process; it owns no threads of its own: builds run in the caller's arena.
 std::atomic<std::ptrdiff_t> g_device_bytes{0};
 
@@ -160,6 +166,7 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   arena.execute(build);
   if (rtcGetDeviceError(device()) != RTC_ERROR_NONE) return device_error("building the BVH failed");
   impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));
+  impl->scattered_packets = impl->memory_bytes <= kScatteredPacketBytes;
   return std::unique_ptr<Accel>(new Accel(std::move(impl)));
 }
 
@@ -203,76 +210,86 @@ void store_hit(const Accel::Impl& impl, Hit& out, float t, float u, float v, flo
 
 }  // namespace
 
-void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits) const {
-  AlphaContext context = make_context(*impl_, rays);
+namespace {
+
+void intersect_singly(const Accel::Impl& impl, const Ray* rays, const std::uint32_t* order, std::size_t count,
+                      Hit* hits) {
+  AlphaContext context = make_context(impl, rays);
   RTCRayHit query;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t id = order[i];
     embree::fill(query.ray, rays[id], id);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect1(impl_->top, &context, &query);
-    store_hit(*impl_, hits[id], query.ray.tfar, query.hit.u, query.hit.v, query.hit.Ng_x, query.hit.Ng_y,
-              query.hit.Ng_z, query.hit.geomID, query.hit.primID, query.hit.instID[0]);
+    embree::intersect1(impl.top, &context, &query);
+    store_hit(impl, hits[id], query.ray.tfar, query.hit.u, query.hit.v, query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z,
+              query.hit.geomID, query.hit.primID, query.hit.instID[0]);
+  }
+}
+
+void fill_lane(RTCRay16& out, int lane, const Ray& ray, unsigned id) {
+  out.org_x[lane] = ray.origin.x;
+  out.org_y[lane] = ray.origin.y;
+  out.org_z[lane] = ray.origin.z;
+  out.tnear[lane] = 0;
+  out.dir_x[lane] = ray.direction.x;
+  out.dir_y[lane] = ray.direction.y;
+  out.dir_z[lane] = ray.direction.z;
+  out.time[lane] = 0;
+  out.tfar[lane] = ray.t_max;
+  out.mask[lane] = ~0u;
+  out.id[lane] = id;
+  out.flags[lane] = 0;
+}
+
+// Lanes from `used` on are off; they hold the first ray, so that no lane is uninitialised.
+int lanes_of(std::size_t first, std::size_t count, int* valid) {
+  const int used = int(std::min<std::size_t>(kLanes, count - first));
+  for (int lane = 0; lane < kLanes; ++lane) valid[lane] = lane < used ? -1 : 0;
+  return used;
+}
+
+}  // namespace
+
+void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits,
+                      RayOrder coherence) const {
+  if (coherence == RayOrder::scattered && !impl_->scattered_packets) {
+    return intersect_singly(*impl_, rays, order, count, hits);
+  }
+  const bool frustum = coherence == RayOrder::camera && impl_->triangles_only;
+  AlphaContext context = make_context(*impl_, rays);
+  alignas(64) RTCRayHit16 query;
+  alignas(64) int valid[kLanes];
+  for (std::size_t first = 0; first < count; first += kLanes) {
+    const int used = lanes_of(first, count, valid);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::uint32_t id = order[first + std::size_t(lane < used ? lane : 0)];
+      fill_lane(query.ray, lane, rays[id], id);
+      query.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      query.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    embree::intersect16(valid, impl_->top, &context, &query, frustum);
+    for (int lane = 0; lane < used; ++lane) {
+      store_hit(*impl_, hits[order[first + std::size_t(lane)]], query.ray.tfar[lane], query.hit.u[lane],
+                query.hit.v[lane], query.hit.Ng_x[lane], query.hit.Ng_y[lane], query.hit.Ng_z[lane],
+                query.hit.geomID[lane], query.hit.primID[lane], query.hit.instID[0][lane]);
+    }
   }
 }
 
 void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const {
   AlphaContext context = make_context(*impl_, rays);
-  RTCRay query;
-  for (std::size_t i = 0; i < count; ++i) {
-    embree::fill(query, rays[i], unsigned(i));
-    embree::occluded1(impl_->top, &context, &query);
-    occluded[i] = query.tfar < 0;
-  }
-}
-
-namespace {
-
-void fill16(RTCRay16& out, const Ray* rays, int* valid) {
-  for (int i = 0; i < 16; ++i) {
-    const Ray& ray = rays[i];
-    valid[i] = ray.t_max >= 0 ? -1 : 0;
-    out.org_x[i] = ray.origin.x;
-    out.org_y[i] = ray.origin.y;
-    out.org_z[i] = ray.origin.z;
-    out.tnear[i] = 0;
-    out.dir_x[i] = ray.direction.x;
-    out.dir_y[i] = ray.direction.y;
-    out.dir_z[i] = ray.direction.z;
-    out.time[i] = 0;
-    out.tfar[i] = ray.t_max;
-    out.mask[i] = ~0u;
-    out.id[i] = unsigned(i);
-    out.flags[i] = 0;
-  }
-}
-
-}  // namespace
-
-void Accel::intersect16(const Ray* rays, Hit* hits) const {
-  AlphaContext context = make_context(*impl_, rays);
-  alignas(64) RTCRayHit16 query;
-  alignas(64) int valid[16];
-  fill16(query.ray, rays, valid);
-  for (int i = 0; i < 16; ++i) {
-    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-  }
-  embree::intersect16(valid, impl_->top, &context, &query, impl_->triangles_only);
-  for (int i = 0; i < 16; ++i) {
-    store_hit(*impl_, hits[i], query.ray.tfar[i], query.hit.u[i], query.hit.v[i], query.hit.Ng_x[i], query.hit.Ng_y[i],
-              query.hit.Ng_z[i], query.hit.geomID[i], query.hit.primID[i], query.hit.instID[0][i]);
-  }
-}
-
-void Accel::occluded16(const Ray* rays, std::uint8_t* occluded) const {
-  AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRay16 query;
-  alignas(64) int valid[16];
-  fill16(query, rays, valid);
-  embree::occluded16(valid, impl_->top, &context, &query, impl_->triangles_only);
-  for (int i = 0; i < 16; ++i) occluded[i] = valid[i] == 0 || query.tfar[i] < 0;
+  alignas(64) int valid[kLanes];
+  for (std::size_t first = 0; first < count; first += kLanes) {
+    const int used = lanes_of(first, count, valid);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::size_t id = first + std::size_t(lane < used ? lane : 0);
+      fill_lane(query, lane, rays[id], unsigned(id));
+    }
+    embree::occluded16(valid, impl_->top, &context, &query);
+    for (int lane = 0; lane < used; ++lane) occluded[first + std::size_t(lane)] = query.tfar[lane] < 0;
+  }
 }
 
 }  // namespace helio

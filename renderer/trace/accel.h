@@ -69,22 +69,25 @@ struct AccelInput {
   int threads = 0;
 };
 
+// What is known about rays that follow one another.
+enum class RayOrder {
+  camera,     // they share an origin or nearly so, and run side by side
+  scattered,  // anything
+};
+
 class Accel {
  public:
   static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
   ~Accel();
 
-  // Closest hits of rays[order[i]], i < count, into hits[order[i]]. Each ray is traced by itself: its hit does not
-  // depend on the others.
-  void intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits) const;
-  // Sixteen coherent rays as one packet. Lanes influence each other in the last bit, so callers always group the same
-  // rays.
-  void intersect16(const Ray* rays, Hit* hits) const;
+  // Rays of one call are traced together, sixteen at a time where that pays. Then they influence each other in the last
+  // bit (which of two triangles a shared edge belongs to), so a caller that needs the same bits again must hand over
+  // the same rays in the same order.
 
+  // Closest hits of rays[order[i]], i < count, into hits[order[i]].
+  void intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits, RayOrder coherence) const;
   // occluded[i] = 1 when something lies on rays[i] before t_max, i < count.
   void occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const;
-  // A packet; lanes with t_max < 0 are off and come back as 1.
-  void occluded16(const Ray* rays, std::uint8_t* occluded) const;
 
   Box3f bounds() const;
   std::size_t memory_bytes() const;

@@ -72,15 +72,14 @@ inline void intersect16(const int* valid, RTCScene scene, AlphaContext* context,
 #endif
 }
 
-inline void occluded16(const int* valid, RTCScene scene, AlphaContext* context, RTCRay16* ray, bool coherent) {
+inline void occluded16(const int* valid, RTCScene scene, AlphaContext* context, RTCRay16* ray) {
 #if HELIO_EMBREE == 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.context = &context->embree;
-  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
   rtcOccluded16(valid, scene, ray, &arguments);
 #else
-  context->embree.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcOccluded16(valid, scene, &context->embree, ray);
 #endif
 }

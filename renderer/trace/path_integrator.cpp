@@ -17,7 +17,7 @@ void TraceStats::add(const TraceStats& other) {
 
 void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion) {
   batches.push_back({occlusion, std::uint32_t(count)});
-  for (std::size_t i = 0; i < count; ++i) rays.push_back(first[order[i]]);
+  for (std::size_t i = 0; i < count; ++i) rays.push_back(first[order ? order[i] : i]);
 }
 
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

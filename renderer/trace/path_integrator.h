@@ -19,6 +19,10 @@ struct PathSettings {
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
+// Side of the blocks, aligned to the film and clipped to it, whose pixels are traced together: windows aligned to it
+// waste nothing.
+inline constexpr int kPathGroupSize = 16;
+
 // Samples [first, first + count) of one half.
 struct SampleRange {
   int half = 0;
@@ -43,8 +47,8 @@ struct TraceStats {
 
 // Traces the samples of every pixel of `window` and adds them to `film` in index order. The bits added depend on pixel,
 // sample index, half and seed alone. Returns false, leaving the film as it was, when `cancel` was raised on the way.
-// Thread safe for disjoint windows. Camera rays are traced in blocks of 4x4 pixels aligned to the film, so windows
-// aligned to 4 waste nothing.
+// Thread safe for disjoint windows. Paths are traced in whole blocks of the film (see kPathGroupSize): what lies in a
+// block but not in the window is traced too, counted in `stats`, and dropped.
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                   TraceStats& stats);

@@ -18,6 +18,7 @@ struct RayLog {
   std::vector<Batch> batches;
   std::vector<Ray> rays;
 
+  // order: null for 0, 1, 2, ...
   void add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion);
 };
 

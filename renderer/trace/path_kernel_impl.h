@@ -1,9 +1,10 @@
 // The path loop, as a template over what the scene needs. Included by one .cpp per instantiation.
 //
-// Paths advance together, a batch at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
-// rays. Camera rays and the shadow rays of first hits are packets of 4x4 pixels, always complete (lanes outside the
-// window are traced and shaded once, then dropped), so that a packet's members do not depend on the window. All other
-// rays are traced one by one. Random numbers are drawn for a whole round in loops that vectorise.
+// Paths advance together, a group at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
+// rays. A group is one sample of one half of every pixel of a 16x16 block of the film. It is always traced whole, even
+// where the window ends inside the block (those results are dropped), because rays that are traced together influence
+// each other in the last bit: so what a pixel gets depends neither on the window nor on how the work was cut. Random
+// numbers are drawn for a whole round in loops that vectorise.
 #pragma once
 
 #include <array>
@@ -17,9 +18,7 @@
 
 namespace helio {
 
-inline constexpr int kBatchPaths =
-    512;  // measured: 256 to 1024 are equal, the batch then stays in the second-level cache
-inline constexpr int kBlock = 4, kLanes = kBlock * kBlock;
+inline constexpr int kGroupPaths = kPathGroupSize * kPathGroupSize;
 
 // Balance of two techniques by the power heuristic with exponent 2 (Veach 1997, eq. 9.13): weight of the first.
 inline float mis_weight(float pdf, float other) {
@@ -52,7 +51,7 @@ struct PathState {
   Rgb radiance;
   float eta_scale;  // product of squared relative iors, taken out of the throughput for roulette
   V3f normal;       // what the light sampler was told at the last vertex
-  std::uint32_t key, reversed_index;
+  std::uint32_t key;
   MediumStack media;
 };
 
@@ -63,24 +62,22 @@ struct FirstHit {
   std::uint32_t instance, primitive;
 };
 
-struct Batch {
-  Ray rays[kBatchPaths];
-  Hit hits[kBatchPaths];
-  PathState paths[kBatchPaths];
-  FirstHit first[kBatchPaths];
-  std::uint32_t active[kBatchPaths];
-  Ray shadow_rays[kBatchPaths];
-  Rgb shadow_radiance[kBatchPaths];
-  std::uint32_t shadow_path[kBatchPaths];
-  std::uint8_t occluded[kBatchPaths];
-  std::uint32_t keys[kBatchPaths], indices[kBatchPaths];
-  float light_x[kBatchPaths], light_y[kBatchPaths], bsdf_x[kBatchPaths], bsdf_y[kBatchPaths];
-  float select[kBatchPaths], lobe[kBatchPaths], roulette[kBatchPaths];
-  struct Packet {
-    int x, y;              // upper left pixel
-    std::uint32_t sample;  // index within the half
-  } packets[kBatchPaths / kLanes];
-  int packet_count = 0;
+// A group in flight. Small enough for the second-level cache.
+struct PathGroup {
+  Ray rays[kGroupPaths];
+  Hit hits[kGroupPaths];
+  PathState paths[kGroupPaths];
+  FirstHit first[kGroupPaths];
+  std::uint32_t active[kGroupPaths];  // paths that go on, in order
+  Ray shadow_rays[kGroupPaths];
+  Rgb shadow_radiance[kGroupPaths];
+  std::uint32_t shadow_path[kGroupPaths];
+  std::uint8_t occluded[kGroupPaths];
+  std::uint32_t keys[kGroupPaths];
+  float light_x[kGroupPaths], light_y[kGroupPaths], bsdf_x[kGroupPaths], bsdf_y[kGroupPaths];
+  float select[kGroupPaths], lobe[kGroupPaths], roulette[kGroupPaths];
+  int pixel_x[kGroupPaths], pixel_y[kGroupPaths];
+  int count = 0;  // paths: pixels of the block that lie on the film
 };
 
 template <bool kGeneral>
@@ -89,7 +86,7 @@ class PathKernel {
   explicit PathKernel(const WindowTask& task)
       : task_(task),
         scene_(task.scene),
-        batch_(thread_batch()),
+        group_(thread_group()),
         lights_(*task.scene.lights),
         has_lights_(!lights_.empty()) {
     film_radiance_.resize(std::size_t(task.window.area()) * task.range.count);
@@ -98,75 +95,82 @@ class PathKernel {
 
   bool run(TraceStats& stats) {
     const PixelRect& w = task_.window;
-    batch_.packet_count = 0;
-    for (int by = w.y0 & ~(kBlock - 1); by < w.y1; by += kBlock) {
-      for (int bx = w.x0 & ~(kBlock - 1); bx < w.x1; bx += kBlock) {
+    for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
+      for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize) {
+        place_group(bx, by);
         for (std::uint32_t s = 0; s < task_.range.count; ++s) {
-          batch_.packets[batch_.packet_count++] = {bx, by, task_.range.first + s};
-          if (batch_.packet_count == kBatchPaths / kLanes && !trace_batch()) return false;
+          if (!trace_group(task_.range.first + s)) return false;
         }
       }
     }
-    if (batch_.packet_count > 0 && !trace_batch()) return false;
     commit();
     stats.add(stats_);
     return true;
   }
 
  private:
-  static Batch& thread_batch() {
-    static thread_local std::unique_ptr<Batch> batch(new Batch);
-    return *batch;
+  static PathGroup& thread_group() {
+    static thread_local std::unique_ptr<PathGroup> group(new PathGroup);
+    return *group;
   }
 
-  // Traces every packet of the batch to the end of its paths. False when cancelled.
-  bool trace_batch() {
-    if (task_.cancel.cancelled()) return false;
-    const int count = batch_.packet_count * kLanes;
-    start_paths(count);
-    int active = count;
+  // The block's pixels, 4x4 at a time, so that neighbours share a packet.
+  void place_group(int block_x, int block_y) {
+    constexpr int kTile = 4, kTiles = kPathGroupSize / kTile;
+    PathGroup& b = group_;
+    b.count = 0;
+    for (int i = 0; i < kGroupPaths; ++i) {
+      const int tile = i / (kTile * kTile), lane = i % (kTile * kTile);
+      const int x = block_x + tile % kTiles * kTile + lane % kTile, y = block_y + tile / kTiles * kTile + lane / kTile;
+      if (!task_.film.bounds().contains(x, y)) continue;
+      b.pixel_x[b.count] = x;
+      b.pixel_y[b.count] = y;
+      ++b.count;
+    }
+  }
+
+  // Traces one sample of every pixel of the group to the end of its path. False when cancelled.
+  bool trace_group(std::uint32_t sample) {
+    start_paths(sample);
+    int active = group_.count;
     for (int vertex = 1; active > 0; ++vertex) {
+      if (task_.cancel.cancelled()) return false;
       intersect(vertex, active);
       draw_random_numbers(vertex, active);
       active = shade(vertex, active);
-      if (task_.cancel.cancelled()) return false;
     }
-    store(count);
-    batch_.packet_count = 0;
+    store(sample);
     return true;
   }
 
   // ---- camera rays -------------------------------------------------------------------------------------------------
 
-  void start_paths(int count) {
-    Batch& b = batch_;
+  void start_paths(std::uint32_t sample) {
+    PathGroup& b = group_;
+    const int count = b.count;
+    const std::uint32_t index = reverse_bits(sample);
     for (int i = 0; i < count; ++i) {
-      const auto& packet = b.packets[i / kLanes];
-      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
-      b.keys[i] = pixel_key(x, y, task_.range.half, task_.settings.seed);
-      b.indices[i] = reverse_bits(packet.sample);
+      b.keys[i] = pixel_key(b.pixel_x[i], b.pixel_y[i], task_.range.half, task_.settings.seed);
     }
     for (int i = 0; i < count; ++i) {
-      const SamplePair film = sample_pair(b.keys[i], b.indices[i], 0);
+      const SamplePair film = sample_pair(b.keys[i], index, 0);
       b.light_x[i] = film.x;
       b.light_y[i] = film.y;
     }
     const bool lens = !task_.camera.pinhole();
     for (int i = 0; lens && i < count; ++i) {
-      const SamplePair point = sample_pair(b.keys[i], b.indices[i], 1);
+      const SamplePair point = sample_pair(b.keys[i], index, 1);
       b.bsdf_x[i] = point.x;
       b.bsdf_y[i] = point.y;
     }
     for (int i = 0; i < count; ++i) {
-      const auto& packet = b.packets[i / kLanes];
-      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
-      const CameraRay camera = task_.camera.generate_ray(V2f(float(x) + b.light_x[i], float(y) + b.light_y[i]),
-                                                         lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f));
+      const V2f film(float(b.pixel_x[i]) + b.light_x[i], float(b.pixel_y[i]) + b.light_y[i]);
+      const CameraRay camera = task_.camera.generate_ray(film, lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f));
       Ray& ray = b.rays[i];
       ray.origin = camera.origin;
       ray.direction = camera.direction;
       ray.t_max = std::numeric_limits<float>::infinity();
-      ray.alpha_key = alpha_key(b.keys[i], b.indices[i], 1);
+      ray.alpha_key = alpha_key(b.keys[i], index, 1);
       PathState& path = b.paths[i];
       path.beta = Rgb(1, 1, 1);
       path.pdf_w = 0;
@@ -174,10 +178,10 @@ class PathKernel {
       path.eta_scale = 1;
       path.normal = V3f(0, 0, 0);
       path.key = b.keys[i];
-      path.reversed_index = b.indices[i];
       path.media.count = 0;
       b.active[i] = std::uint32_t(i);
     }
+    reversed_index_ = index;
     stats_.paths += std::uint64_t(count);
   }
 
@@ -188,41 +192,35 @@ class PathKernel {
   // ---- tracing -----------------------------------------------------------------------------------------------------
 
   void intersect(int vertex, int active) {
-    Batch& b = batch_;
-    if (vertex == 1) {
-      for (int i = 0; i < active; i += kLanes) scene_.accel->intersect16(b.rays + i, b.hits + i);
-    } else {
-      scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits);
-    }
+    PathGroup& b = group_;
+    scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
+                            vertex == 1 ? RayOrder::camera : RayOrder::scattered);
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
   }
 
   void draw_random_numbers(int vertex, int active) {
-    Batch& b = batch_;
-    for (int j = 0; j < active; ++j) {
-      b.keys[j] = b.paths[b.active[j]].key;
-      b.indices[j] = b.paths[b.active[j]].reversed_index;
-    }
+    PathGroup& b = group_;
+    for (int j = 0; j < active; ++j) b.keys[j] = b.paths[b.active[j]].key;
     const std::uint32_t pair = 2 * std::uint32_t(vertex), dimension = 3 * std::uint32_t(vertex);
     for (int j = 0; j < active; ++j) {
-      const SamplePair light = sample_pair(b.keys[j], b.indices[j], pair);
+      const SamplePair light = sample_pair(b.keys[j], reversed_index_, pair);
       b.light_x[j] = light.x;
       b.light_y[j] = light.y;
     }
     for (int j = 0; j < active; ++j) {
-      const SamplePair bsdf = sample_pair(b.keys[j], b.indices[j], pair + 1);
+      const SamplePair bsdf = sample_pair(b.keys[j], reversed_index_, pair + 1);
       b.bsdf_x[j] = bsdf.x;
       b.bsdf_y[j] = bsdf.y;
     }
     if (lights_.needs_selection()) {
-      for (int j = 0; j < active; ++j) b.select[j] = sample_1d(b.keys[j], b.indices[j], dimension);
+      for (int j = 0; j < active; ++j) b.select[j] = sample_1d(b.keys[j], reversed_index_, dimension);
     }
     if constexpr (kGeneral) {
-      for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], b.indices[j], dimension + 1);
+      for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], reversed_index_, dimension + 1);
     }
     if (vertex >= task_.settings.roulette_from) {
-      for (int j = 0; j < active; ++j) b.roulette[j] = sample_1d(b.keys[j], b.indices[j], dimension + 2);
+      for (int j = 0; j < active; ++j) b.roulette[j] = sample_1d(b.keys[j], reversed_index_, dimension + 2);
     }
   }
 
@@ -230,73 +228,45 @@ class PathKernel {
 
   // Shades all hits, traces their shadow rays and leaves the paths that go on in batch_.active. Returns their number.
   int shade(int vertex, int active) {
-    Batch& b = batch_;
+    PathGroup& b = group_;
     shadow_count_ = 0;
     int survivors = 0;
     for (int j = 0; j < active; ++j) {
       const std::uint32_t i = b.active[j];
-      if (vertex == 1) b.shadow_rays[i].t_max = -1;
-      const bool goes_on = shade_vertex(vertex, j, i);
-      const bool inside = vertex > 1 || lane_inside(int(i));
-      if (goes_on && inside) b.active[survivors++] = i;
+      if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
     }
-    trace_shadow_rays(vertex, active);
+    trace_shadow_rays();
     return survivors;
   }
 
-  bool lane_inside(int i) const {
-    const auto& packet = batch_.packets[i / kLanes];
-    const int lane = i % kLanes;
-    return task_.window.contains(packet.x + lane % kBlock, packet.y + lane / kBlock);
-  }
-
-  void trace_shadow_rays(int vertex, int active) {
-    Batch& b = batch_;
+  void trace_shadow_rays() {
+    PathGroup& b = group_;
     if (shadow_count_ == 0) return;
     stats_.rays += std::uint64_t(shadow_count_);
     stats_.shadow_rays += std::uint64_t(shadow_count_);
-    if (vertex == 1) {
-      for (int first = 0; first < active; first += kLanes)
-        scene_.accel->occluded16(b.shadow_rays + first, b.occluded + first);
-      for (int i = 0; i < active; ++i) {
-        if (!b.occluded[i]) b.paths[i].radiance += b.shadow_radiance[i];
-      }
-    } else {
-      scene_.accel->occluded(b.shadow_rays, std::size_t(shadow_count_), b.occluded);
-      for (int k = 0; k < shadow_count_; ++k) {
-        if (!b.occluded[k]) b.paths[b.shadow_path[k]].radiance += b.shadow_radiance[k];
-      }
+    scene_.accel->occluded(b.shadow_rays, std::size_t(shadow_count_), b.occluded);
+    for (int k = 0; k < shadow_count_; ++k) {
+      if (!b.occluded[k]) b.paths[b.shadow_path[k]].radiance += b.shadow_radiance[k];
     }
-    if (task_.log) log_shadow_rays(vertex, active);
-  }
-
-  void log_shadow_rays(int vertex, int active) {
-    std::uint32_t order[kBatchPaths];
-    std::size_t count = 0;
-    const int rays = vertex == 1 ? active : shadow_count_;
-    for (int i = 0; i < rays; ++i) {
-      if (batch_.shadow_rays[i].t_max >= 0) order[count++] = std::uint32_t(i);
-    }
-    task_.log->add(batch_.shadow_rays, order, count, true);
+    if (task_.log) task_.log->add(b.shadow_rays, nullptr, std::size_t(shadow_count_), true);
   }
 
   void add_shadow_ray(int vertex, std::uint32_t path, const V3f& origin, const V3f& direction, float t_max,
                       const Rgb& radiance) {
-    Batch& b = batch_;
-    const std::size_t slot = vertex == 1 ? path : std::size_t(shadow_count_);
-    ++shadow_count_;
+    PathGroup& b = group_;
+    const int slot = shadow_count_++;
     Ray& ray = b.shadow_rays[slot];
     ray.origin = origin;
     ray.direction = direction;
     ray.t_max = t_max;
-    ray.alpha_key = alpha_key(b.paths[path].key, b.paths[path].reversed_index, -vertex);
+    ray.alpha_key = alpha_key(b.paths[path].key, reversed_index_, -vertex);
     b.shadow_radiance[slot] = radiance;
     b.shadow_path[slot] = path;
   }
 
   // One vertex of one path. True when the path goes on along the new ray in batch_.rays[i].
   bool shade_vertex(int vertex, int j, std::uint32_t i) {
-    Batch& b = batch_;
+    PathGroup& b = group_;
     PathState& path = b.paths[i];
     Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
@@ -414,7 +384,7 @@ class PathKernel {
 
     ray.origin = offset_origin(surface, direction);
     ray.direction = direction;
-    ray.alpha_key = alpha_key(path.key, path.reversed_index, vertex + 1);
+    ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;
   }
 
@@ -469,14 +439,13 @@ class PathKernel {
            (sample - task_.range.first);
   }
 
-  void store(int count) {
-    for (int i = 0; i < count; ++i) {
-      const auto& packet = batch_.packets[i / kLanes];
-      const int lane = i % kLanes, x = packet.x + lane % kBlock, y = packet.y + lane / kBlock;
+  void store(std::uint32_t sample) {
+    for (int i = 0; i < group_.count; ++i) {
+      const int x = group_.pixel_x[i], y = group_.pixel_y[i];
       if (!task_.window.contains(x, y)) continue;
-      const std::size_t slot = result_index(x, y, packet.sample);
-      film_radiance_[slot] = batch_.paths[i].radiance;
-      if (task_.range.half == 0) film_first_[slot] = batch_.first[i];
+      const std::size_t slot = result_index(x, y, sample);
+      film_radiance_[slot] = group_.paths[i].radiance;
+      if (task_.range.half == 0) film_first_[slot] = group_.first[i];
     }
   }
 
@@ -518,10 +487,11 @@ class PathKernel {
 
   const WindowTask& task_;
   const SceneData& scene_;
-  Batch& batch_;
+  PathGroup& group_;
   const LightSampler& lights_;
   const bool has_lights_;
   int shadow_count_ = 0;
+  std::uint32_t reversed_index_ = 0;  // of the sample in flight
   TraceStats stats_;
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;

@@ -21,7 +21,7 @@ TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
   EXPECT_EQ(json["ended_by"], "samples");
   EXPECT_EQ(json["invalid_samples"], 0);
   EXPECT_EQ(json["partial"], false);
-  EXPECT_GE(json["paths"], 8 * 40 * 30);  // blocks of 4x4 pixels are traced whole
+  EXPECT_EQ(json["paths"], 8 * 40 * 30);
 
   const auto picture = read_exr(folder_ / "q.exr", kMaxPixels);
   ASSERT_TRUE(picture) << picture.error().to_string();
@@ -108,13 +108,22 @@ TEST_F(CliRender, WithoutJsonItSaysWhereThePictureIs) {
   EXPECT_EQ(result.err, "");  // no progress where nobody watches
 }
 
-TEST_F(CliRender, ATerminalShowsProgress) {
-  Process process(HELIOGRAPH_PROGRAM, {"render", "quad.gltf", "--size", "64x64", "--time", "2"}, folder_.path(),
-                  Process::Stderr::terminal);
-  EXPECT_TRUE(process.wait_for_terminal("samples/s"));
-  const ProcessResult result = process.wait();
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_NE(result.err.find(" %  "), std::string::npos) << result.err;
+TEST_F(CliRender, ProgressIsForTerminalsUnlessAskedFor) {
+  const auto errors = [&](const std::string& when, Process::Stderr where) {
+    Process process(HELIOGRAPH_PROGRAM, {"render", "quad.gltf", "--size", "64x64", "--time", "0.7", "--progress", when},
+                    folder_.path(), where);
+    const ProcessResult result = process.wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(errors("auto", Process::Stderr::file), "");
+  EXPECT_EQ(errors("never", Process::Stderr::file), "");
+  EXPECT_NE(errors("always", Process::Stderr::file).find("samples/s"), std::string::npos);
+  if (!has_pseudo_terminals()) GTEST_SKIP() << "skipped: no pseudo-terminal on this machine";
+  const std::string shown = errors("auto", Process::Stderr::terminal);
+  EXPECT_NE(shown.find("samples/s"), std::string::npos) << shown;
+  EXPECT_NE(shown.find(" %  "), std::string::npos) << shown;
+  EXPECT_EQ(errors("never", Process::Stderr::terminal), "");
 }
 
 using CliMove = CliTest;

@@ -161,21 +161,21 @@ TEST_F(RenderLoopTest, ExtremeFilms) {
 
 TEST_F(RenderLoopTest, TileSizeAndChannelsAreChosen) {
   RenderLoopOptions options;
-  options.tile_size = 40;
+  options.tile_size = 48;
   options.channels = kResolveAlbedo;
   sink->keep_pixels = true;
-  const auto loop = make(film_of(80, 80), samples(2), RenderRank::interactive, options);
+  const auto loop = make(film_of(96, 96), samples(2), RenderRank::interactive, options);
   ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(1, 0))));
   EXPECT_EQ(sink->tiles.size(), 2u * 4);
-  EXPECT_EQ(sink->pixels[0].albedo[2].size(), 1600u);
+  EXPECT_EQ(sink->pixels[0].albedo[2].size(), 48u * 48);
   EXPECT_TRUE(sink->pixels[0].variance[0].empty());
   RenderLoop::Update update;
   update.channels = kResolveVariance | kResolveDepth;
   ASSERT_TRUE(sink->wait_for_end(loop->update(update)));
   EXPECT_TRUE(sink->pixels.back().albedo[2].empty());
-  EXPECT_EQ(sink->pixels.back().variance[0].size(), 1600u);
-  EXPECT_EQ(sink->pixels.back().depth.size(), 1600u);
-  EXPECT_EQ(integrator.counters->samples, 80u * 80 * 2) << "other channels need no other samples";
+  EXPECT_EQ(sink->pixels.back().variance[0].size(), 48u * 48);
+  EXPECT_EQ(sink->pixels.back().depth.size(), 48u * 48);
+  EXPECT_EQ(integrator.counters->samples, 96u * 96 * 2) << "other channels need no other samples";
 }
 
 TEST_F(RenderLoopTest, JobsAreShownOnce) {

@@ -59,7 +59,7 @@ TEST(TileGrid, ProgressIsThatOfTheLastPixel) {
   for (const Tile& tile : grid.tiles())
     for (int row = 0; row < tile.rows; ++row)
       for (int column = 0; column < tile.columns; ++column) grid.cell(tile, column, row).done[0] = 4;
-  grid.cell(grid.tiles()[1], 2, 3).done[0] = 3;
+  grid.cell(grid.tiles()[1], 1, 1).done[0] = 3;
   grid.done_everywhere(done);
   EXPECT_EQ(done[0], 3u);
   EXPECT_EQ(done[1], 0u);
