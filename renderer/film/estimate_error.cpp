@@ -10,8 +10,9 @@
 #include <cfloat>
 #include <limits>
 
-#include "renderer/film/box_sum.h"
+#include "renderer/film/box_rows.h"
 #include "renderer/film/error_estimate.h"
+#include "renderer/film/pixel_row.h"
 #include "renderer/film/resolve.h"
 
 namespace helio {
@@ -25,22 +26,25 @@ constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (
 // tiles[min((x - window.x0) / 32, last)].
 void add_window(const Film& film, const PixelRect& window, const PixelRect& roi, double epsilon,
                 std::vector<ErrorEstimate::Sums>& tiles) {
-  thread_local BoxPlane means, rows, sums;
+  thread_local PixelRow row;
+  thread_local BoxRows means;
+  thread_local std::vector<float> sums;
+  means.begin(window.width());
+  sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, roi);
-  means.clear(border.width(), border.height());
-  for (int y = read.y0; y < read.y1; ++y) {
-    float* out = means.row(y - border.y0) + (read.x0 - border.x0) * kBoxLanes;
-    for (int x = read.x0; x < read.x1; ++x, out += kBoxLanes) {
-      const Rgb mean = resolve_mean(film, x, y);
-      for (int c = 0; c < 3; ++c) out[c] = std::min(mean[c], FLT_MAX / 64);
-      out[3] = 1;
+  for (int below = border.y0; below < border.y1; ++below) {
+    const bool inside = below >= read.y0 && below < read.y1;
+    if (inside) {
+      row.look(film, below, read.x0, read.x1);
+      row.copy_means(FLT_MAX / 64, means.input() + (read.x0 - border.x0) * kLanes);
     }
-  }
-  box_sum(means, window.width(), window.height(), rows, sums);
-  for (int y = window.y0; y < window.y1; ++y) {
-    const float* sum = sums.row(y - window.y0);
-    for (int x = window.x0; x < window.x1; ++x, sum += kBoxLanes) {
+    means.push(inside);
+    const int y = below - kBoxRadius;
+    if (y < window.y0) continue;
+    means.sum(sums.data());
+    const float* sum = sums.data();
+    for (int x = window.x0; x < window.x1; ++x, sum += kLanes) {
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
       const double inv_a = 1.0 / a.count;
@@ -82,19 +86,17 @@ ErrorEstimate::ErrorEstimate(const Film& film, const PixelRect& region)
 
 void ErrorEstimate::look_over(std::size_t index) {
   Part& part = parts_[index];
+  thread_local PixelRow row;
   for (int y = part.window.y0; y < part.window.y1; ++y) {
-    double row = 0;
-    for (int x = part.window.x0; x < part.window.x1; ++x) {
-      const HalfPixel& a = film_->half(0, x, y);
-      const HalfPixel& b = film_->half(1, x, y);
-      part.paired &= a.count > 0 && b.count > 0;
-      for (const HalfPixel* half : {&a, &b}) {
-        part.all_zero &= half->sum_squares[0] + half->sum_squares[1] + half->sum_squares[2] == 0;
+    row.look(*film_, y, part.window.x0, part.window.x1);
+    part.paired &= !row.any_unpaired();
+    part.radiance += row.sum_of_means();
+    for (int x = part.window.x0; part.all_zero && x < part.window.x1; ++x) {
+      for (int h = 0; h < kHalves; ++h) {
+        const double(&squares)[3] = film_->half(h, x, y).sum_squares;
+        part.all_zero &= squares[0] + squares[1] + squares[2] == 0;
       }
-      const Rgb mean = resolve_mean(*film_, x, y);
-      row += double(mean.x) + mean.y + mean.z;
     }
-    part.radiance += row;
   }
 }
 

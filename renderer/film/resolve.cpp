@@ -12,45 +12,6 @@ float to_float(double x) {
   return float(std::min(std::max(x, -double(FLT_MAX)), double(FLT_MAX)));
 }
 
-// Equal weight of the halves that have samples. Neighbours mostly have equal counts, so the divisions are kept.
-struct HalfWeights {
-  std::uint32_t count_a = 0, count_b = 0;
-  double a = 0, b = 0;  // a.sum * a + b.sum * b is the mean
-
-  void update(std::uint32_t new_a, std::uint32_t new_b) {
-    if (new_a == count_a && new_b == count_b) return;
-    count_a = new_a;
-    count_b = new_b;
-    const double weight = new_a > 0 && new_b > 0 ? 0.5 : 1.0;
-    a = new_a > 0 ? weight / new_a : 0.0;
-    b = new_b > 0 ? weight / new_b : 0.0;
-  }
-};
-
-// Radiance, invalid samples and, when asked for, sample counts: what one look at the halves gives.
-void resolve_halves(const Film& film, bool samples, ResolvedTile& tile) {
-  const PixelRect& window = tile.window;
-  const std::size_t width = std::size_t(window.width());
-  for (std::vector<float>& channel : tile.radiance) channel.resize(std::size_t(window.area()));
-  if (samples) tile.samples.resize(std::size_t(window.area()));
-  HalfWeights weights;
-  for (int y = window.y0; y < window.y1; ++y) {
-    const HalfPixel* a = &film.half(0, window.x0, y);
-    const HalfPixel* b = &film.half(1, window.x0, y);
-    const std::size_t row = std::size_t(y - window.y0) * width;
-    float* out[3];
-    for (int c = 0; c < 3; ++c) out[c] = tile.radiance[c].data() + row;
-    if (samples) {
-      for (std::size_t x = 0; x < width; ++x) tile.samples[row + x] = float(a[x].count) + float(b[x].count);
-    }
-    for (std::size_t x = 0; x < width; ++x) {
-      weights.update(a[x].count, b[x].count);
-      for (int c = 0; c < 3; ++c) out[c][x] = to_float(a[x].sum[c] * weights.a + b[x].sum[c] * weights.b);
-      tile.invalid_samples += a[x].invalid + std::uint64_t(b[x].invalid);
-    }
-  }
-}
-
 template <class Value>
 void fill(const PixelRect& window, std::vector<float>& out, const Value& value) {
   out.resize(std::size_t(window.area()));
@@ -65,10 +26,11 @@ void fill(const PixelRect& window, std::vector<float>& out, const Value& value) 
 Rgb resolve_mean(const Film& film, int x, int y) {
   const HalfPixel& a = film.half(0, x, y);
   const HalfPixel& b = film.half(1, x, y);
-  HalfWeights weights;
-  weights.update(a.count, b.count);
+  const double weight = a.count > 0 && b.count > 0 ? 0.5 : 1.0;
+  const double weight_a = a.count > 0 ? weight / a.count : 0.0;
+  const double weight_b = b.count > 0 ? weight / b.count : 0.0;
   Rgb mean;
-  for (int c = 0; c < 3; ++c) mean[c] = to_float(a.sum[c] * weights.a + b.sum[c] * weights.b);
+  for (int c = 0; c < 3; ++c) mean[c] = to_float(a.sum[c] * weight_a + b.sum[c] * weight_b);
   return mean;
 }
 
@@ -76,9 +38,23 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
   assert(!window.empty() && intersect(window, film.bounds()) == window);
   ResolvedTile tile;
   tile.window = window;
-  // First, because it reads the most: what follows finds the halves in the cache.
-  if (channels & kResolveVariance) pool_variance(film, window, intersect(roi, film.bounds()), tile.variance);
-  resolve_halves(film, channels & kResolveSamples, tile);
+  const auto area = std::size_t(window.area());
+  for (std::vector<float>& channel : tile.radiance) channel.reserve(area);
+  if (channels & kResolveSamples) tile.samples.reserve(area);
+  const auto visit_row = [&](const PixelRow& row) {
+    row.append_means(window.x0, window.x1, tile.radiance);
+    if (channels & kResolveSamples) row.append_samples(window.x0, window.x1, tile.samples);
+    tile.invalid_samples += row.invalid_samples(window.x0, window.x1);
+  };
+  if (channels & kResolveVariance) {
+    pool_variance(film, window, intersect(roi, film.bounds()), visit_row, tile.variance);
+  } else {
+    thread_local PixelRow row;
+    for (int y = window.y0; y < window.y1; ++y) {
+      row.look(film, y, window.x0, window.x1);
+      visit_row(row);
+    }
+  }
   // Features without samples: black, no normal, no coverage.
   const auto scaled = [&film](int x, int y, auto member) {
     const PixelFeatures& f = film.features(x, y);

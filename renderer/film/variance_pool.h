@@ -20,15 +20,21 @@
 // observed, not a proof: see FilmError::all_zero.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "renderer/film/film.h"
+#include "renderer/film/pixel_row.h"
 
 namespace helio {
 
+// Told of each row of the window, from top to bottom; the row covers at least the window's columns.
+using RowVisitor = std::function<void(const PixelRow& row)>;
+
 // Fills variance[c] with window.area() values, row-major; finite values lie in {0} and [FLT_MIN, FLT_MAX]. Pixels
-// outside `roi` are never read. A value depends on its pixel's neighbourhood and on `roi` alone, bit for bit.
-// Precondition: window and roi lie in the film.
-void pool_variance(const Film& film, const PixelRect& window, const PixelRect& roi, std::vector<float> variance[3]);
+// outside `roi` are read only for the visitor, if they are in the window. A value depends on its pixel's neighbourhood
+// and on `roi` alone, bit for bit. Precondition: window and roi lie in the film.
+void pool_variance(const Film& film, const PixelRect& window, const PixelRect& roi, const RowVisitor& visit_row,
+                   std::vector<float> (&variance)[3]);
 
 }  // namespace helio

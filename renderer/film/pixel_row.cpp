@@ -1,0 +1,198 @@
+#include "renderer/film/pixel_row.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cstddef>
+
+#include "renderer/film/lanes.h"
+#include "renderer/film/variance_term.h"
+
+namespace helio {
+namespace {
+
+static_assert(offsetof(HalfPixel, sum) == 0 && offsetof(HalfPixel, sum_squares) == 3 * sizeof(double) &&
+              offsetof(HalfPixel, count) == 6 * sizeof(double) && offsetof(HalfPixel, invalid) == 52 &&
+              sizeof(HalfPixel) == 7 * sizeof(double));
+
+// Count and invalid, as one number.
+std::uint64_t counts_of(const HalfPixel& half) {
+  std::uint64_t counts;
+  std::memcpy(&counts, &half.count, sizeof(counts));
+  return counts;
+}
+
+// Three channels; the fourth lane is finite and means nothing.
+void load_sum(const HalfPixel& half, Double4& sum) {
+  load(&half, sum);  // lane 3: sum_squares[0]
+}
+void load_sum_squares(const HalfPixel& half, Double4& squares) {
+  load(&half.sum_squares, squares);
+  // Lane 3 holds the two counts, a subnormal number that would be slow to calculate with.
+  squares = (Double4)((Long4)squares & Long4{-1, -1, -1, 0});
+}
+
+void store_mean(const Double4& mean, float* out) {
+  store(__builtin_convertvector(mean, Float4), out);
+}
+
+// Sums of doubles may be beyond the range of floats.
+template <class V>
+void clamp(V& means, float largest) {
+  const V high = V{} + largest;
+  means = means > high ? high : means;
+  means = means < -FLT_MAX ? V{} - FLT_MAX : means;
+}
+
+}  // namespace
+
+void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves]) {
+  if (counts[0] == count[0] && counts[1] == count[1]) return;
+  const bool paired = counts[0] > 0 && counts[1] > 0;
+  const bool both_spread = counts[0] > 1 && counts[1] > 1;
+  for (int h = 0; h < kHalves; ++h) {
+    count[h] = counts[h];
+    inverse[h] = count[h] > 0 ? 1.0 / count[h] : 0;
+    mean[h] = paired ? 0.5 * inverse[h] : inverse[h];
+    spread[h] = both_spread ? 0.25 * inverse[h] / (count[h] - 1.0) : 0;
+  }
+}
+
+void PixelRow::find_runs(const HalfPixel* a, const HalfPixel* b) {
+  runs_.clear();
+  any_paired_ = any_spread_ = any_unpaired_ = false;
+  const int width = x1_ - x0_;
+  for (int x = 0; x < width;) {
+    Run run;
+    run.begin = x;
+    run.count[0] = a[x].count;
+    run.count[1] = b[x].count;
+    run.invalid[0] = a[x].invalid;
+    run.invalid[1] = b[x].invalid;
+    const std::uint64_t counts_a = counts_of(a[x]), counts_b = counts_of(b[x]);
+    do {
+      ++x;
+    } while (x < width && counts_of(a[x]) == counts_a && counts_of(b[x]) == counts_b);
+    run.end = x;
+    any_paired_ |= run.paired();
+    any_spread_ |= run.spread();
+    any_unpaired_ |= !run.paired();
+    runs_.push_back(run);
+  }
+}
+
+void PixelRow::write_means(const Run& run, const HalfPixel* a, const HalfPixel* b) {
+  const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
+  for (int x = run.begin; x < run.end; ++x) {
+    __builtin_prefetch(a + x + next_row_);
+    __builtin_prefetch(b + x + next_row_);
+    Double4 sum_a, sum_b;
+    load_sum(a[x], sum_a);
+    load_sum(b[x], sum_b);
+    store_mean(sum_a * weight_a + sum_b * weight_b, means_.data() + x * kLanes);
+  }
+}
+
+template <bool kSpread>
+void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads) {
+  const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
+  const Double4 inverse_a = Double4{} + weights_.inverse[0], inverse_b = Double4{} + weights_.inverse[1];
+  const Double4 scale_a = Double4{} + weights_.spread[0], scale_b = Double4{} + weights_.spread[1];
+  for (int x = run.begin; x < run.end; ++x) {
+    __builtin_prefetch(a + x + next_row_);
+    __builtin_prefetch(b + x + next_row_);
+    Double4 sum_a, sum_b;
+    load_sum(a[x], sum_a);
+    load_sum(b[x], sum_b);
+    const Double4 half_a = sum_a * weight_a,
+                  half_b = sum_b * weight_b;  // half the mean of each half
+    store_mean(half_a + half_b, means_.data() + x * kLanes);
+    const Double4 half_difference = half_a - half_b;
+    store_term(half_difference * half_difference, 1.0f, differences + x * kLanes);
+    if (!kSpread) continue;
+    Double4 spread_a, spread_b;
+    load_sum_squares(a[x], spread_a);
+    load_sum_squares(b[x], spread_b);
+    spread_a -= sum_a * sum_a * inverse_a;
+    spread_b -= sum_b * sum_b * inverse_b;
+    spread_a = spread_a > 0.0 ? spread_a : Double4{};
+    spread_b = spread_b > 0.0 ? spread_b : Double4{};
+    store_term(spread_a * scale_a + spread_b * scale_b, 1.0f, spreads + x * kLanes);
+  }
+}
+
+void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences, float* spreads) {
+  x0_ = x0;
+  x1_ = x1;
+  next_row_ = y + 1 < film.height() ? film.width() : 0;
+  means_.resize(std::size_t(round_up_to_vectors(x1 - x0) + kPixelsAtOnce) * kLanes);
+  const HalfPixel* a = &film.half(0, x0, y);
+  const HalfPixel* b = &film.half(1, x0, y);
+  find_runs(a, b);
+  for (const Run& run : runs_) {
+    weights_.update(run.count);
+    const auto clear = [&run](float* terms) { std::fill(terms + run.begin * kLanes, terms + run.end * kLanes, 0.0f); };
+    if (!differences || !run.paired()) {
+      write_means(run, a, b);
+      if (differences && any_paired_) clear(differences);
+    } else if (run.spread()) {
+      write_terms<true>(run, a, b, differences, spreads);
+    } else {
+      write_terms<false>(run, a, b, differences, spreads);
+    }
+    if (spreads && any_spread_ && !run.spread()) clear(spreads);
+  }
+}
+
+double PixelRow::sum_of_means() const {
+  double sum = 0;
+  for (int x = 0; x < x1_ - x0_; ++x) {
+    Float4 mean;
+    load(means_.data() + x * kLanes, mean);
+    clamp(mean, FLT_MAX);
+    sum += double(mean[0]) + mean[1] + mean[2];
+  }
+  return sum;
+}
+
+void PixelRow::copy_means(float largest, float* out) const {
+  for (int x = 0; x < x1_ - x0_; ++x) {
+    Float4 mean;
+    load(means_.data() + x * kLanes, mean);
+    clamp(mean, largest);
+    mean[3] = 1;
+    store(mean, out + x * kLanes);
+  }
+}
+
+void PixelRow::append_means(int from, int to, std::vector<float> (&channels)[3]) const {
+  constexpr int kAtOnce = 64;
+  for (int x = from - x0_; x < to - x0_; x += kAtOnce) {
+    const int n = std::min(kAtOnce, to - x0_ - x);
+    float planar[3][kAtOnce];
+    for (int i = 0; i < n; i += kPixelsAtOnce) {
+      Float16 means;
+      load(means_.data() + (x + i) * kLanes, means);
+      clamp(means, FLT_MAX);
+      store_planar(means, planar[0] + i, planar[1] + i, planar[2] + i);
+    }
+    for (int c = 0; c < 3; ++c) channels[c].insert(channels[c].end(), planar[c], planar[c] + n);
+  }
+}
+
+void PixelRow::append_samples(int from, int to, std::vector<float>& samples) const {
+  for (const Run& run : runs_) {
+    const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
+    if (begin < end) samples.insert(samples.end(), std::size_t(end - begin), float(run.count[0]) + float(run.count[1]));
+  }
+}
+
+std::uint64_t PixelRow::invalid_samples(int from, int to) const {
+  std::uint64_t invalid = 0;
+  for (const Run& run : runs_) {
+    const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
+    if (begin < end) invalid += std::uint64_t(end - begin) * (std::uint64_t(run.invalid[0]) + run.invalid[1]);
+  }
+  return invalid;
+}
+
+}  // namespace helio

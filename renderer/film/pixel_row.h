@@ -1,0 +1,64 @@
+// One look at a row of the film: the pixels' means, and the terms of which their variance is pooled (variance_pool.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/film/film.h"
+
+namespace helio {
+
+// Kept from row to row, for its memory and for the divisions.
+class PixelRow {
+ public:
+  // Columns [x0, x1) of row y. Terms are four floats a pixel, the fourth 1 where they are defined; pixels without are
+  // four zeroes. Null: not wanted. They are left alone where no pixel of the row has any.
+  void look(const Film& film, int y, int x0, int x1, float* differences = nullptr, float* spreads = nullptr);
+
+  bool any_paired() const { return any_paired_; }      // some pixel has samples in both halves, and so a difference
+  bool any_spread() const { return any_spread_; }      // some pixel has two or more in both, and so a spread
+  bool any_unpaired() const { return any_unpaired_; }  // some pixel lacks a half
+
+  // Of all pixels and channels.
+  double sum_of_means() const;
+  // Four floats a pixel: channels of at most `largest`, and 1.
+  void copy_means(float largest, float* out) const;
+  // Columns [from, to), which must have been looked at.
+  void append_means(int from, int to, std::vector<float> (&channels)[3]) const;
+  void append_samples(int from, int to, std::vector<float>& samples) const;  // valid ones, both halves
+  std::uint64_t invalid_samples(int from, int to) const;
+
+ private:
+  // Neighbours that have the same numbers of samples.
+  struct Run {
+    int begin = 0, end = 0;  // from x0
+    std::uint32_t count[kHalves] = {}, invalid[kHalves] = {};
+
+    bool paired() const { return count[0] > 0 && count[1] > 0; }
+    bool spread() const { return count[0] > 1 && count[1] > 1; }
+  };
+  // What the counts of a run make of its sums.
+  struct Weights {
+    std::uint32_t count[kHalves] = {0, 0};
+    double mean[kHalves] = {0, 0};     // mean of the pixel: sum[0] mean[0] + sum[1] mean[1]
+    double inverse[kHalves] = {0, 0};  // 1 / count
+    double spread[kHalves] = {0, 0};   // 1 / (4 count (count - 1))
+
+    void update(const std::uint32_t (&counts)[kHalves]);
+  };
+
+  void find_runs(const HalfPixel* a, const HalfPixel* b);
+  void write_means(const Run& run, const HalfPixel* a, const HalfPixel* b);
+  template <bool kSpread>
+  void write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads);
+
+  int x0_ = 0, x1_ = 0;
+  std::ptrdiff_t next_row_ = 0;  // pixels to the row below; it is fetched early, because it is looked at next
+  bool any_paired_ = false, any_spread_ = false, any_unpaired_ = false;
+  Weights weights_;
+  std::vector<Run> runs_;
+  std::vector<float> means_;  // four floats a pixel, the fourth of no meaning
+};
+
+}  // namespace helio
