@@ -20,8 +20,51 @@ namespace {
 
 constexpr std::size_t kMaxViews = 1000000;
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kMaxDepth = 16;          // of nested JSON values; a path needs four
+constexpr std::size_t kMaxShown = 60;  // bytes of a value in a message
 
 // Reads the keys of one view, noting each problem with its place and each key that it was asked for.
+// Looks for what makes a text no path before a tree is built: it is not JSON, a number is beyond what a double holds,
+// or values nest deeper than the functions that walk the tree may go.
+struct TextCheck : nlohmann::json_sax<json> {
+  std::size_t position = 0;
+  std::string problem;
+  int depth = 0;
+
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(json::number_integer_t) override { return true; }
+  bool number_unsigned(json::number_unsigned_t) override { return true; }
+  bool number_float(json::number_float_t, const json::string_t&) override { return true; }
+  bool string(json::string_t&) override { return true; }
+  bool binary(json::binary_t&) override { return true; }
+  bool key(json::string_t&) override { return true; }
+  bool start_object(std::size_t) override { return enter(); }
+  bool end_object() override { return leave(); }
+  bool start_array(std::size_t) override { return enter(); }
+  bool end_array() override { return leave(); }
+  bool parse_error(std::size_t at, const std::string&, const json::exception& fault) override {
+    position = at;
+    problem = fault.what();  // "[json.exception.parse_error.101] parse error at line ...: syntax error ..."
+    if (const std::size_t end = problem.find("] "); end != std::string::npos) problem = problem.substr(end + 2);
+    return false;
+  }
+
+ private:
+  bool enter() {
+    if (++depth <= kMaxDepth) return true;
+    problem = fmt::format("values are nested more than {} deep", kMaxDepth);
+    return false;
+  }
+  bool leave() { return --depth, true; }
+};
+
+std::string shown(const json& value) {
+  std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  if (text.size() > kMaxShown) text = text.substr(0, kMaxShown) + "...";
+  return text;
+}
+
 class ViewReader {
  public:
   ViewReader(const json& view, std::string place, Problems& problems)
@@ -35,7 +78,7 @@ class ViewReader {
     if (!value) return std::nullopt;
     const double number = value->is_number() ? value->get<double>() : std::nan("");
     if (number >= low && number <= high) return number;
-    problem(key, value->dump() + " is not a number in " + range);
+    problem(key, shown(*value) + " is not a number in " + range);
     return std::nullopt;
   }
 
@@ -43,7 +86,7 @@ class ViewReader {
     const json* value = find(key);
     if (!value) return std::nullopt;
     if (value->is_number_integer() && *value >= low && *value <= high) return value->get<std::int64_t>();
-    problem(key, fmt::format("{} is not an integer in [{}, {}]", value->dump(), low, high));
+    problem(key, fmt::format("{} is not an integer in [{}, {}]", shown(*value), low, high));
     return std::nullopt;
   }
 
@@ -55,7 +98,7 @@ class ViewReader {
       const V3d v((*value)[0].get<double>(), (*value)[1].get<double>(), (*value)[2].get<double>());
       if (is_finite(v)) return v;
     }
-    problem(key, value->dump() + " is not three finite numbers [x, y, z]");
+    problem(key, shown(*value) + " is not three finite numbers [x, y, z]");
     return std::nullopt;
   }
 
@@ -64,7 +107,7 @@ class ViewReader {
     if (!value) return std::nullopt;
     if (value->is_string()) return value->get<std::string>();
     if (value->is_number_unsigned()) return value->dump();
-    problem(key, value->dump() + " is not a name");
+    problem(key, shown(*value) + " is not a name");
     return std::nullopt;
   }
 
@@ -106,8 +149,11 @@ void read_lens(ViewReader& reader, pb::CameraView& camera) {
     if (camera.orthographic_half_height() > 0) reader.problem("fov_degrees", "does not fit an orthographic camera");
     camera.set_vertical_fov(*fov * kDegree);
   }
-  if (const auto radius = reader.number("lens_radius", 0, kHuge, "[0, inf)")) camera.set_lens_radius(*radius);
-  if (const auto focus = reader.number("focus_distance", std::numeric_limits<double>::min(), kHuge, "(0, inf)")) {
+  if (const auto radius = reader.number("lens_radius", 0, kMaxLensRadius, kLensRadiusRange)) {
+    camera.set_lens_radius(*radius);
+  }
+  if (const auto focus =
+          reader.number("focus_distance", kMinCameraLength, kMaxCameraLength, kCameraLengthRange)) {
     camera.set_focus_distance(*focus);
   }
 }
@@ -182,13 +228,13 @@ const pb::SceneCamera* find_camera(const std::vector<pb::SceneCamera>& cameras, 
 
 Result<std::vector<PathView>> parse_camera_path(const std::string& text, const std::string& name,
                                                 const PathStart& start) {
-  json path;
-  try {
-    path = json::parse(text);
-  } catch (const json::parse_error& fault) {
-    return Error{ErrorCode::invalid_argument, fault.what(), name + "@" + std::to_string(fault.byte)};
+  TextCheck check;
+  if (!json::sax_parse(text, &check)) {
+    const std::string place = check.position > 0 ? name + "@" + std::to_string(check.position) : name;
+    return Error{ErrorCode::invalid_argument, check.problem, place};
   }
   if (!path.is_object() || !path.contains("views") || !path["views"].is_array() || path["views"].empty()) {
+  const json path = json::parse(text);
     return Error{ErrorCode::invalid_argument, "must be an object whose \"views\" is an array of at least one view",
                  name};
   }
@@ -203,7 +249,7 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& text, const s
   for (const json& view : path["views"]) {
     const std::string place = fmt::format("{}/views/{}", name, index++);
     if (!view.is_object()) {
-      problems.add(place, view.dump() + " is not an object");
+      problems.add(place, shown(view) + " is not an object");
       continue;
     }
     ViewReader reader(view, place, problems);

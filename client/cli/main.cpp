@@ -1,7 +1,10 @@
 // heliograph: the daemon's thin client, and a renderer in itself.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
@@ -25,15 +28,18 @@ int answer(const CLI::App& root, const CLI::ParseError& outcome) {
   return kUsage;
 }
 
-// A first word that is no command deserves to be named; CLI11 would only say that a command is missing.
-std::string unknown_command(const CLI::App& root, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return {};
+// A word that is no command deserves to be named; CLI11 would only say that a command is missing. `words` are those
+// behind the command `parent`.
+std::string unknown_command(const CLI::App& parent, const std::vector<std::string>& words) {
+  const auto commands = parent.get_subcommands([](const CLI::App*) { return true; });
+  if (commands.empty() || words.empty() || words[0][0] == '-') return {};
   std::string names;
-  for (const CLI::App* command : root.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name() == argv[1]) return {};
+  for (const CLI::App* command : commands) {
+    if (command->get_name() == words[0]) return unknown_command(*command, {words.begin() + 1, words.end()});
     names += (names.empty() ? "" : ", ") + command->get_name();
   }
-  return "'" + std::string(argv[1]) + "' is not a command: " + names;
+  const std::string of_what = parent.get_parent() ? " of " + parent.get_name() : "";
+  return "'" + words[0] + "' is not a command" + of_what + ": " + names;
 }
 
 int run(int argc, char** argv) {
@@ -46,7 +52,7 @@ int run(int argc, char** argv) {
   root.footer(kExitCodesHelp);
 
   const Command commands[] = {add_render(root), add_move(root), add_serve(root), add_info(root), add_scene(root)};
-  const std::string unknown = unknown_command(root, argc, argv);
+  const std::string unknown = unknown_command(root, {argv + 1, argv + std::max(argc, 1)});
   if (!unknown.empty()) return Terminal(false).fail(kUsage, unknown);
   try {
     root.parse(argc, argv);

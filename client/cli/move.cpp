@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <memory>
-#include <sstream>
+#include <system_error>
 
 #include "client/camera_path.h"
 #include "client/cli/command.h"
@@ -61,7 +62,8 @@ void add_path_options(CLI::App& app, MoveOptions& options) {
            "Turn the camera on the spot, positive to the left, in --steps steps");
   add_text(app, options.orbit, "--orbit", "DEGREES",
            "Carry the camera around --pivot, positive counter-clockwise from above, in --steps steps");
-  add_text(app, options.pivot, "--pivot", "x,y,z", "Centre of orbits. Default: centre of the scene's bounds");
+  add_text(app, options.pivot, "--pivot", "x,y,z",
+           "Centre of orbits, those of --path included that name none. Default: centre of the scene's bounds");
   add_text(app, options.shift, "--move", "r,u,f",
            "Shift the camera right, up and forward along its own axes, scene units, in --steps steps");
   add_text(app, options.steps, "--steps", "N",
@@ -73,6 +75,11 @@ std::string read_path_file(const TextOption& option, OptionReader& reader) {
   if (!option.given()) return {};
   std::ifstream file(option.text, std::ios::binary | std::ios::ate);
   const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(option.text, ignored)) {
+    reader.problem(option, "'" + option.text + "' is a folder, not a file");
+    return {};
+  }
   if (bytes < 0) reader.problem(option, "'" + option.text + "' cannot be opened");
   if (bytes > std::int64_t(kMaxPathBytes)) {
     reader.problem(option, fmt::format("'{}' has more than {} bytes", option.text, kMaxPathBytes));
@@ -94,6 +101,9 @@ CameraMotion read_motion(const MoveOptions& options, OptionReader& reader) {
   if (const auto steps = reader.integer(options.steps, 1, 100000)) motion.steps = static_cast<int>(*steps);
   const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
   if (options.path.given() && (moves || options.steps.given())) {
+  if (options.pivot.given() && !options.orbit.given() && !options.path.given()) {
+    reader.problem(options.pivot, "stands only beside --orbit or --path: nothing else turns around it");
+  }
     reader.problem(options.path, "does not go with --turn, --orbit, --move and --steps");
   }
   if (!options.path.given() && !moves) reader.problems().add("--path", "or one of --turn, --orbit, --move is required");

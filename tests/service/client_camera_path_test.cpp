@@ -155,6 +155,16 @@ TEST(CameraPath, RefusesWhatIsNoPath) {
   for (const char* json : {"[]", "{}", R"({"views": 3})", R"({"views": []})"}) {
     EXPECT_NE(refusal(json).find("\"views\""), std::string::npos) << json;
   }
+  // 25 bytes before the number, 5 in it: the place is where the fault was seen.
+  const std::string overflow = refusal(R"({"views":[{"fov_degrees":1e400}]})");
+  EXPECT_NE(overflow.find("p.json@30: number overflow parsing '1e400'"), std::string::npos) << overflow;
+  const std::string deep = refusal(R"({"views": [{"move": )" + std::string(1000000, '['));
+  EXPECT_NE(deep.find("p.json: values are nested more than 16 deep"), std::string::npos) << deep;
+  const std::string text = refusal("{\"views\": [{\"camera\": \"\xff\"}]}");
+  EXPECT_NE(text.find("p.json@"), std::string::npos) << text;
+  const std::string long_value = refusal(R"({"views": [{"move": ")" + std::string(100000, 'x') + R"("}]})");
+  EXPECT_NE(long_value.find("xxx... is not three finite numbers"), std::string::npos);
+  EXPECT_LT(long_value.size(), 200u);
   // A target at the camera's own position has no direction.
   EXPECT_NE(refusal(R"({"views": [{"target": [0, 0, 3]}]})").find("p.json/views/0: look_at.target"), std::string::npos);
   EXPECT_NE(refusal(R"({"views": [{"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000}, {"repeat": 100000},
