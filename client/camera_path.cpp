@@ -19,11 +19,10 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kMaxViews = 1000000;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kMaxDepth = 16;          // of nested JSON values; a path needs four
 constexpr std::size_t kMaxShown = 60;  // bytes of a value in a message
+constexpr double kDegree = std::numbers::pi / 180;
 
-// Reads the keys of one view, noting each problem with its place and each key that it was asked for.
 // Looks for what makes a text no path before a tree is built: it is not JSON, a number is beyond what a double holds,
 // or values nest deeper than the functions that walk the tree may go.
 struct TextCheck : nlohmann::json_sax<json> {
@@ -65,6 +64,7 @@ std::string shown(const json& value) {
   return text;
 }
 
+// Reads the keys of one view, noting each problem with its place and each key that it was asked for.
 class ViewReader {
  public:
   ViewReader(const json& view, std::string place, Problems& problems)
@@ -233,8 +233,8 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& text, const s
     const std::string place = check.position > 0 ? name + "@" + std::to_string(check.position) : name;
     return Error{ErrorCode::invalid_argument, check.problem, place};
   }
-  if (!path.is_object() || !path.contains("views") || !path["views"].is_array() || path["views"].empty()) {
   const json path = json::parse(text);
+  if (!path.is_object() || !path.contains("views") || !path["views"].is_array() || path["views"].empty()) {
     return Error{ErrorCode::invalid_argument, "must be an object whose \"views\" is an array of at least one view",
                  name};
   }

@@ -73,13 +73,13 @@ void add_path_options(CLI::App& app, MoveOptions& options) {
 
 std::string read_path_file(const TextOption& option, OptionReader& reader) {
   if (!option.given()) return {};
-  std::ifstream file(option.text, std::ios::binary | std::ios::ate);
-  const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
   std::error_code ignored;
   if (std::filesystem::is_directory(option.text, ignored)) {
     reader.problem(option, "'" + option.text + "' is a folder, not a file");
     return {};
   }
+  std::ifstream file(option.text, std::ios::binary | std::ios::ate);
+  const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
   if (bytes < 0) reader.problem(option, "'" + option.text + "' cannot be opened");
   if (bytes > std::int64_t(kMaxPathBytes)) {
     reader.problem(option, fmt::format("'{}' has more than {} bytes", option.text, kMaxPathBytes));
@@ -99,11 +99,11 @@ CameraMotion read_motion(const MoveOptions& options, OptionReader& reader) {
   const double largest = std::max(std::abs(motion.turn_degrees), std::abs(motion.orbit_degrees));
   motion.steps = std::max(1, static_cast<int>(std::ceil(largest / kDegreesPerStep - 1e-9)));
   if (const auto steps = reader.integer(options.steps, 1, 100000)) motion.steps = static_cast<int>(*steps);
-  const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
-  if (options.path.given() && (moves || options.steps.given())) {
   if (options.pivot.given() && !options.orbit.given() && !options.path.given()) {
     reader.problem(options.pivot, "stands only beside --orbit or --path: nothing else turns around it");
   }
+  const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
+  if (options.path.given() && (moves || options.steps.given())) {
     reader.problem(options.path, "does not go with --turn, --orbit, --move and --steps");
   }
   if (!options.path.given() && !moves) reader.problems().add("--path", "or one of --turn, --orbit, --move is required");

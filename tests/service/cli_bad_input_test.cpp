@@ -71,15 +71,15 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"scene", "inspect", "none.gltf"}, 3, {"none.gltf"}},
       {{"scene", "inspect"}, 2, {"FILE: is missing"}},
       {{"scene"}, 2, {"subcommand"}},
-      {{"move", "quad.gltf"}, 2, {"--path: or one of --turn, --orbit, --move is required"}},
       {{"scene", "foo"}, 2, {"'foo' is not a command of scene: inspect"}},
       {{"scene", "foo", "quad.gltf"}, 2, {"'foo' is not a command of scene: inspect"}},
+      {{"move", "quad.gltf"}, 2, {"--path: or one of --turn, --orbit, --move is required"}},
       {{"move", "quad.gltf", "--turn", "left"}, 2, {"--turn: 'left'"}},
       {{"move", "quad.gltf", "--turn", "5", "--steps", "0"}, 2, {"--steps: '0'", "[1, 100000]"}},
       {{"move", "quad.gltf", "--turn", "5", "--path", "p.json"}, 2, {"--path", "does not go with --turn"}},
-      {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened"}},
       {{"move", "quad.gltf", "--turn", "5", "--pivot", "1,2,3"}, 2, {"--pivot: stands only beside --orbit"}},
       {{"move", "quad.gltf", "--path", "."}, 2, {"--path: '.' is a folder"}},
+      {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened"}},
   };
   for (const BadLine& line : lines) expect_refused(line, heliograph(line.arguments));
 }
@@ -124,10 +124,10 @@ TEST_F(CliBadInput, ABrokenPathNamesThePlace) {
   const ProcessResult result = heliograph({"move", "quad.gltf", "--path", "path.json"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("path.json/views/0/turn_degrees"), std::string::npos) << result.err;
-}
   write_file(folder_ / "huge.json", R"({"views":[{"fov_degrees":1e400}]})");
   expect_refused({{"move", "quad.gltf", "--path", "huge.json"}, 2, {"huge.json@", "number overflow parsing '1e400'"}},
                  heliograph({"move", "quad.gltf", "--path", "huge.json"}));
+}
 
 }  // namespace
 }  // namespace helio::test
