@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/base/camera_limits.h"
+
 namespace helio {
 
 namespace pb = heliograph::v1;
@@ -38,7 +40,7 @@ V3d vertical(const CameraFrame& frame) {
 }
 
 Result<CameraFrame> held(const V3d& position, const V3d& forward, const V3d& up) {
-  if (!is_finite(position)) return bad("position", "is not finite");
+  if (!in_coordinate_range(position)) return bad("position", "has a coordinate that is not in [-1e15, 1e15]");
   const double length = std::sqrt(length_squared(forward));
   if (!std::isfinite(length) || length == 0)
     return bad("look_at.target", "must be finite and differ from the position");

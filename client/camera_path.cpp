@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "client/camera_motion.h"
+#include "renderer/base/camera_limits.h"
 
 namespace helio {
 

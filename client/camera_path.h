@@ -3,6 +3,8 @@
 // The file is an object with one key, "views", an array of objects played in order. What a view does not name stays as
 // in the view before; the first follows the start camera.
 //
+// Coordinates of positions and targets lie in [-1e15, 1e15].
+//
 //   place it      "camera": NAME           a camera of the scene (or its number), alone with "samples"... and "repeat"
 //                 "position": [x, y, z]    scene units
 //                 "target": [x, y, z]      the point looked at
@@ -11,8 +13,8 @@
 //                 "orbit_degrees": A       around "pivot": [x, y, z] (default: the centre of the scene's bounds)
 //                 "move": [r, u, f]        along its own right, up and forward axes, scene units
 //   lens          "fov_degrees": A         vertical, [0.1, 179]
-//                 "lens_radius": L         >= 0, 0: pinhole
-//                 "focus_distance": L      > 0
+//                 "lens_radius": L         [0, 1e12], 0: pinhole
+//                 "focus_distance": L      [1e-12, 1e12]
 //   budget        "samples": N, "time_s": T, "error": E   for this view, instead of the command's budget
 //   again         "repeat": N              plays the view N times, [1, 100000]; a motion goes on each time
 //

@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "renderer/base/loopback.h"
+
 namespace helio {
 
 namespace {
@@ -31,8 +33,10 @@ Status validate_server_address(const std::string& address) {
 }
 
 bool is_loopback(const std::string& address) {
-  return starts_with(address, "unix:") || starts_with(address, "localhost:") || starts_with(address, "127.") ||
-         starts_with(address, "[::1]:");
+  if (starts_with(address, "unix:")) return true;
+  std::string host = address.substr(0, address.rfind(':'));
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  return is_loopback_host(host);
 }
 
 }  // namespace helio

@@ -7,6 +7,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/progress_option.h"
 #include "client/cli/scene_options.h"
 #include "client/cli/terminal.h"
 
@@ -19,6 +20,7 @@ namespace {
 struct InspectOptions {
   SceneOptions scene;
   ConnectionOptions connection;
+  TextOption progress;
   bool json = false;
 };
 
@@ -93,6 +95,7 @@ int run(const CLI::App& app, const InspectOptions& options) {
   Problems problems;
   OptionReader reader(problems);
   report_unknown(app, reader);
+  read_progress(options.progress, reader, terminal);
   const Connection connection = read_connection(options.connection, reader);
   const SceneChoice choice = read_scene(options.scene, options.connection, reader);
   if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
@@ -118,6 +121,7 @@ Command add_scene(CLI::App& root) {
   auto options = std::make_shared<InspectOptions>();
   add_scene_options(*app, options->scene);
   add_connection_options(*app, options->connection);
+  add_progress_option(*app, options->progress);
   app->add_flag("--json", options->json, "One JSON object on stdout");
   app->allow_extras();
   app->footer(kExitCodesHelp);

@@ -15,6 +15,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/move_player.h"
 #include "client/cli/picture_files.h"
+#include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
 #include "client/cli/scene_options.h"
@@ -38,6 +39,7 @@ struct MoveOptions {
   FileOptions files;
   TransportOptions transport;
   ConnectionOptions connection;
+  TextOption progress;
   bool json = false;
 };
 
@@ -173,6 +175,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Problems problems;
   OptionReader reader(problems);
   report_unknown(app, reader);
+  read_progress(options.progress, reader, terminal);
   const Connection connection = read_connection(options.connection, reader);
   const SceneChoice choice = read_scene(options.scene, options.connection, reader);
   const CameraMotion motion = read_motion(options, reader);
@@ -266,6 +269,7 @@ Command add_move(CLI::App& root) {
   add_file_options(*app, options->files, true);
   add_transport_options(*app, options->transport);
   add_connection_options(*app, options->connection);
+  add_progress_option(*app, options->progress);
   app->add_flag("--json", options->json, "One JSON object on stdout, described below");
   app->allow_extras();
   app->footer(std::string(kHelp) + kExitCodesHelp);

@@ -10,6 +10,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/picture_files.h"
+#include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
 #include "client/cli/scene_options.h"
@@ -29,6 +30,7 @@ struct RenderOptions {
   FileOptions files;
   TransportOptions transport;
   ConnectionOptions connection;
+  TextOption progress;
   bool json = false;
 };
 
@@ -39,8 +41,8 @@ constexpr const char* kHelp =
     "time,\n"
     "error, cancelled), width, height, samples_per_second, paths, worst_tile_rmse, all_black, output, png, heatmap,\n"
     "partial, warnings, notices, unread; on failure also error and exit_code.\n"
-    "On a terminal a progress line shows the share of the budget used, samples per pixel, samples per second and the\n"
-    "standard error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
+    "The progress line shows the share of the budget used, samples per pixel, samples per second and the standard\n"
+    "error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
     "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";
 
 // The job as the interrupt thread sees it: cancelled by its id once that is known, by its call before.
@@ -155,6 +157,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   Problems problems;
   OptionReader reader(problems);
   report_unknown(app, reader);
+  read_progress(options.progress, reader, terminal);
   const Connection connection = read_connection(options.connection, reader);
   const SceneChoice choice = read_scene(options.scene, options.connection, reader);
   pb::RunJobRequest request;
@@ -223,6 +226,7 @@ Command add_render(CLI::App& root) {
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
   add_connection_options(*app, options->connection);
+  add_progress_option(*app, options->progress);
   app->add_flag("--json", options->json, "One JSON object on stdout, described below");
   app->allow_extras();
   app->footer(std::string(kHelp) + kExitCodesHelp);

@@ -1,4 +1,4 @@
-// What a person sees: one progress line on a terminal, messages as single lines, JSON alone on stdout for scripts.
+// What a person sees: one progress line, messages as single lines, JSON alone on stdout for scripts.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -17,7 +17,9 @@ class Terminal {
 
   bool json() const { return json_; }
 
-  // Replaces the progress line. Nothing happens unless stderr is a terminal.
+  // Whether the progress line is shown at all. At first: when stderr is a terminal.
+  void show_progress(bool shown) { live_ = shown; }
+  // Replaces the progress line, which starts with a carriage return.
   void progress(const std::string& line);
   void end_progress();
 

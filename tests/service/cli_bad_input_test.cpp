@@ -61,6 +61,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"render", "quad.gltf", "--output", "none/q.exr"}, 2, {"--output: the folder 'none'"}},
       {{"render", "quad.gltf", "--png", "."}, 2, {"--png: '.' is a folder"}},
       {{"render", "quad.gltf", "--exposure", "65", "--png", "q.png"}, 2, {"--exposure: '65'", "[-64, 64]"}},
+      {{"render", "quad.gltf", "--progress", "loud"}, 2, {"--progress: 'loud' is none of auto, always, never"}},
       {{"render", "quad.gltf", "--server", "here"}, 2, {"--server", "'here' is not HOST:PORT"}},
       {{"render", "quad.gltf", "--wait", "3"}, 2, {"--wait: stands only beside --server"}},
       {{"render", "quad.gltf", "--scene-path"}, 2, {"--scene-path: stands only beside --server"}},

@@ -10,10 +10,11 @@ namespace {
 
 class CliInterrupt : public CliTest {
  protected:
-  // Starts a command on a terminal and waits until it shows progress.
-  std::unique_ptr<Process> start(const std::vector<std::string>& arguments) {
-    auto process = std::make_unique<Process>(HELIOGRAPH_PROGRAM, arguments, folder_.path(), Process::Stderr::terminal);
-    EXPECT_TRUE(process->wait_for_terminal("samples/s"));
+  // Starts a command and waits until its progress line holds the text.
+  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& progress = "samples/s") {
+    arguments.insert(arguments.end(), {"--progress", "always"});
+    auto process = std::make_unique<Process>(HELIOGRAPH_PROGRAM, arguments, folder_.path());
+    EXPECT_TRUE(process->wait_for_errors(progress)) << process->errors();
     return process;
   }
 
@@ -69,13 +70,11 @@ TEST_F(CliInterrupt, AKilledDaemonIsOneLineAndLeavesThePicture) {
 TEST_F(CliInterrupt, AKilledDaemonLeavesTheViewsSoFar) {
   write_file(folder_ / "path.json", R"({"views": [{"samples": 2}, {"samples": 1000000000}]})");
   DaemonProcess daemon({"--render-threads", "1"});
-  Process process(HELIOGRAPH_PROGRAM,
-                  {"move", "quad.gltf", "--environment", "0,0,0", "--size", "64x64", "--path", "path.json", "--output",
-                   "v.#.exr", "--json", "--server", daemon.address()},
-                  folder_.path(), Process::Stderr::terminal);
-  ASSERT_TRUE(process.wait_for_terminal("view 1: "));
+  const auto process = start({"move", "quad.gltf", "--environment", "0,0,0", "--size", "64x64", "--path", "path.json",
+                              "--output", "v.#.exr", "--json", "--server", daemon.address()},
+                             "view 1: ");
   daemon.signal(SIGKILL);
-  const ProcessResult result = process.wait(20);
+  const ProcessResult result = process->wait(20);
   EXPECT_EQ(result.exit_code, 4) << result.err;
   const auto json = nlohmann::json::parse(result.out);
   ASSERT_EQ(json["frames"].size(), 2u);
@@ -86,13 +85,11 @@ TEST_F(CliInterrupt, AKilledDaemonLeavesTheViewsSoFar) {
 }
 
 TEST_F(CliInterrupt, CtrlCStopsAMove) {
-  Process process(
-      HELIOGRAPH_PROGRAM,
-      {"move", "quad.gltf", "--size", "64x64", "--turn", "10", "--samples", "1000000000", "--output", "v.#.exr"},
-      folder_.path(), Process::Stderr::terminal);
-  ASSERT_TRUE(process.wait_for_terminal("view 0: "));
-  process.send_signal(SIGINT);
-  const ProcessResult result = process.wait(20);
+  const auto process =
+      start({"move", "quad.gltf", "--size", "64x64", "--turn", "10", "--samples", "1000000000", "--output", "v.#.exr"},
+            "view 0: ");
+  process->send_signal(SIGINT);
+  const ProcessResult result = process->wait(20);
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_NE(result.err.find("interrupted; 1 of 3 pictures"), std::string::npos) << result.err;
   EXPECT_TRUE(exists("v.0.exr"));

@@ -121,7 +121,11 @@ TEST(ServerAddress, IsHostAndPort) {
     EXPECT_FALSE(validate_server_address(bad)) << bad;
   }
   EXPECT_TRUE(is_loopback("127.0.0.1:1") && is_loopback("localhost:1") && is_loopback("[::1]:1"));
-  EXPECT_FALSE(is_loopback("10.0.0.1:1"));
+  EXPECT_TRUE(is_loopback("127.255.3.4:1") && is_loopback("[::ffff:127.0.0.1]:1") && is_loopback("unix:/run/h"));
+  for (const char* other : {"10.0.0.1:1", "127.foo.example:1", "localhost.example:1", "127.0.0.1.example:1",
+                            "128.0.0.1:1", "0.0.0.0:1", "[::]:1", "[::2]:1", "[::ffff:10.0.0.1]:1"}) {
+    EXPECT_FALSE(is_loopback(other)) << other;
+  }
 }
 
 }  // namespace

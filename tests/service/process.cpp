@@ -25,6 +25,15 @@ namespace {
 
 std::atomic<int> g_counter{0};
 
+// The controlling side of a new pseudo-terminal, -1 when there is none to be had.
+int open_terminal() {
+  const int fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return -1;
+  if (grantpt(fd) == 0 && unlockpt(fd) == 0 && access(ptsname(fd), R_OK | W_OK) == 0) return fd;
+  close(fd);
+  return -1;
+}
+
 void pause_a_little() {
   std::this_thread::sleep_for(std::chrono::milliseconds(5));
 }
@@ -42,10 +51,8 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, out_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (stderr_kind == Stderr::terminal) {
-    terminal_fd_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
-    if (terminal_fd_ < 0 || grantpt(terminal_fd_) != 0 || unlockpt(terminal_fd_) != 0) {
-      throw std::runtime_error("no pseudo-terminal");
-    }
+    terminal_fd_ = open_terminal();
+    if (terminal_fd_ < 0) throw std::runtime_error("no pseudo-terminal");
     posix_spawn_file_actions_addopen(&actions, 2, ptsname(terminal_fd_), O_RDWR | O_NOCTTY, 0);
   } else {
     posix_spawn_file_actions_addopen(&actions, 2, err_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -89,6 +96,11 @@ std::string Process::output() const {
   return read_file(out_path_);
 }
 
+std::string Process::errors() {
+  read_terminal();
+  return terminal_fd_ >= 0 ? terminal_ : read_file(err_path_);
+}
+
 bool Process::wait_for_output(const std::string& text, double seconds) {
   for (const double deadline = now_s() + seconds; now_s() < deadline; pause_a_little()) {
     const bool over = ended();
@@ -98,11 +110,10 @@ bool Process::wait_for_output(const std::string& text, double seconds) {
   return false;
 }
 
-bool Process::wait_for_terminal(const std::string& text, double seconds) {
+bool Process::wait_for_errors(const std::string& text, double seconds) {
   for (const double deadline = now_s() + seconds; now_s() < deadline; pause_a_little()) {
     const bool over = ended();
-    read_terminal();
-    if (terminal_.find(text) != std::string::npos) return true;
+    if (errors().find(text) != std::string::npos) return true;
     if (over) return false;
   }
   return false;
@@ -119,13 +130,18 @@ ProcessResult Process::wait(double seconds) {
     waitpid(pid_, &status_, 0);
     ended_ = true;
   }
-  read_terminal();
   ProcessResult result;
   if (WIFEXITED(status_)) result.exit_code = WEXITSTATUS(status_);
   if (WIFSIGNALED(status_)) result.signal = WTERMSIG(status_);
   result.out = output();
-  result.err = terminal_fd_ >= 0 ? terminal_ : read_file(err_path_);
+  result.err = errors();
   return result;
+}
+
+bool has_pseudo_terminals() {
+  const int fd = open_terminal();
+  if (fd >= 0) close(fd);
+  return fd >= 0;
 }
 
 ProcessResult run_program(const std::string& program, const std::vector<std::string>& arguments,

@@ -1,4 +1,4 @@
-// Runs programs as their users do: arguments, a folder, stdout, stderr (a pipe or a terminal), signals, exit codes.
+// Runs programs as their users do: arguments, a folder, stdout, stderr (a file or a terminal), signals, exit codes.
 #pragma once
 
 #include <sys/types.h>
@@ -26,12 +26,13 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send_signal(int signal);
-  // True once stdout (or the terminal) holds the text; false after `seconds` or when the process has ended.
+  // True once stdout (or stderr) holds the text; false after `seconds` or when the process has ended.
   bool wait_for_output(const std::string& text, double seconds = 30);
-  bool wait_for_terminal(const std::string& text, double seconds = 30);
+  bool wait_for_errors(const std::string& text, double seconds = 30);
   ProcessResult wait(double seconds = 60);
 
   std::string output() const;  // stdout so far
+  std::string errors();        // stderr so far
 
  private:
   bool ended();
@@ -44,6 +45,9 @@ class Process {
   std::string terminal_;
   std::string out_path_, err_path_;
 };
+
+// False where no pseudo-terminal can be opened, as in a bare chroot without /dev/pts: Stderr::terminal throws there.
+bool has_pseudo_terminals();
 
 // Runs to the end.
 ProcessResult run_program(const std::string& program, const std::vector<std::string>& arguments,

@@ -351,7 +351,7 @@ INSTANTIATE_TEST_SUITE_P(
                             {"view.camera.vertical_fov", "3.2", "[0.0017, 3.1241]"}},
                     BadView{"NegativeHeight",
                             [](pb::View& v) { v.mutable_camera()->set_orthographic_half_height(-1); },
-                            {"view.camera.orthographic_half_height", "-1", "> 0"}},
+                            {"view.camera.orthographic_half_height", "-1", "[1e-12, 1e12]"}},
                     BadView{"FovAndHeight",
                             [](pb::View& v) {
                               v.mutable_camera()->set_orthographic_half_height(1);
@@ -360,7 +360,21 @@ INSTANTIATE_TEST_SUITE_P(
                             {"view.camera.vertical_fov", "orthographic_half_height"}},
                     BadView{"NegativeLens",
                             [](pb::View& v) { v.mutable_camera()->set_lens_radius(-0.1); },
-                            {"view.camera.lens_radius", "-0.1", ">= 0"}},
+                            {"view.camera.lens_radius", "-0.1", "[0, 1e12]"}},
+                    BadView{"FarPosition",
+                            [](pb::View& v) { v.mutable_camera()->mutable_position()->set_x(1e30); },
+                            {"view.camera.position", "1e+30", "[-1e15, 1e15]"}},
+                    BadView{"FarTarget",
+                            [](pb::View& v) { v.mutable_camera()->mutable_look_at()->mutable_target()->set_x(1e150); },
+                            {"view.camera.look_at.target", "1e+150", "[-1e15, 1e15]"}},
+                    BadView{"HugeEverything",
+                            [](pb::View& v) {
+                              v.mutable_camera()->set_orthographic_half_height(1e300);
+                              v.mutable_camera()->set_lens_radius(1e30);
+                              v.mutable_camera()->set_focus_distance(1e300);
+                            },
+                            {"view.camera.orthographic_half_height: 1e+300", "view.camera.lens_radius: 1e+30",
+                             "view.camera.focus_distance: 1e+300", "[1e-12, 1e12]", "[0, 1e12]"}},
                     BadView{"NanFocus",
                             [](pb::View& v) { v.mutable_camera()->set_focus_distance(kNan); },
                             {"view.camera.focus_distance", "nan"}},
