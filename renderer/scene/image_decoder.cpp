@@ -108,6 +108,15 @@ Result<Layout> choose_layout(const OIIO::ImageSpec& spec, ImageFormat format, co
       const std::size_t dot = full.rfind('.');
       return dot == std::string::npos ? full : full.substr(dot + 1);
     };
+    // OpenImageIO 2.4 hands chroma out as colour when it is not subsampled; 2.5 converts to R, G, B, but reads some
+    // of these images as black.
+    bool luminance_chroma = spec.get_int_attribute("openexr:luminancechroma") != 0;
+    for (int channel = 0; channel < spec.nchannels; ++channel) {
+      luminance_chroma = luminance_chroma || suffix(channel) == "RY" || suffix(channel) == "BY";
+    }
+    if (luminance_chroma) {
+      return broken(name, "luminance-chroma EXR images, subsampled or not (allowed: R, G, B, A, or Y alone)");
+    }
     const auto is_run = [&](int first, std::initializer_list<const char*> names) {
       int channel = first;
       for (const char* wanted : names) {

@@ -6,7 +6,8 @@
 // What comes out is what the file holds: 8, 16 and 32 bit integers as u8 / u16 / f32, half and float as f16 / f32, one
 // to four channels, row 0 on top, alpha unassociated as stored in PNG, no colour conversion of any kind (see
 // TextureSlot::encoding). A palette is expanded; CMYK JPEGs become RGB. An EXR's channels are picked by name: R, G, B,
-// A, or Y, or the first part's only layer; other channels are dropped. EXIF orientation is ignored, as in glTF.
+// A, or Y, or the first part's only layer; other channels are dropped, but luminance-chroma images (Y, RY, BY) are
+// refused. EXIF orientation is ignored, as in glTF.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +27,8 @@ inline constexpr int kMaxImageSide = 65536;
 // `max_bytes` bounds Image::bytes(). The size is read from the file's header and checked before any pixel is
 // allocated; what the format's library holds while decoding is a small multiple of it.
 //
-// Errors, `where` = name: invalid_argument (broken, truncated, deep or empty image), unimplemented (unknown format, no
-// reader for it in this OpenImageIO), resource_exhausted (larger than max_bytes or kMaxImageSide).
+// Errors, `where` = name: invalid_argument (broken, truncated, deep, luminance-chroma or empty image), unimplemented
+// (unknown format, no reader for it in this OpenImageIO), resource_exhausted (larger than max_bytes or kMaxImageSide).
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes);
 
 }  // namespace helio

@@ -113,6 +113,20 @@ TEST(ImageDecoder, PicksColourChannelsOfAnExrByName) {
   EXPECT_NE(none.error().message.find("velocity.x, velocity.y"), std::string::npos) << none.error().message;
 }
 
+// Taken for a grey image, such a file would lose its colour without a word.
+TEST(ImageDecoder, RefusesLuminanceChromaExr) {
+  const std::vector<float> pixels = {0.5f, 0.1f, 0.2f, 1};
+  for (const std::vector<std::string>& names : std::vector<std::vector<std::string>>{
+           {"Y", "RY", "BY"}, {"Y", "RY", "BY", "A"}, {"Y", "RY", "BY", "Alpha"}, {"left.Y", "left.RY", "left.BY"}}) {
+    OIIO::ImageSpec spec(1, 1, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
+    spec.channelnames = names;
+    const Result<Image> image = decode_image(encode_image("openexr", spec, pixels.data()), "yc.exr", kLimit);
+    ASSERT_FALSE(image.ok()) << names.front() << ", " << names.size() << " channels";
+    EXPECT_EQ(image.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(image.error().message.find("luminance-chroma"), std::string::npos) << image.error().message;
+  }
+}
+
 TEST(ImageDecoder, RefusesIntegerExrByType) {
   const std::vector<std::uint32_t> pixels = {7};
   OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeDesc::UINT32);
