@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "renderer/base/clock.h"
+#include "renderer/base/loopback.h"
 #include "server/render_service.h"
 
 namespace helio {
@@ -47,7 +48,7 @@ Result<ListenAddress> parse_listen(const std::string& listen) {
     return Error{ErrorCode::invalid_argument, "'" + listen + "'; allowed: HOST:PORT, PORT from 0 (any free) to 65535",
                  "listen"};
   }
-  address.loopback = address.host == "localhost" || address.host == "::1" || address.host.rfind("127.", 0) == 0;
+  address.loopback = is_loopback_host(address.host);
   return address;
 }
 
