@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "client/camera_motion.h"
+#include "renderer/base/camera_limits.h"
 
 namespace helio {
 
@@ -149,8 +150,10 @@ void read_lens(ViewReader& reader, pb::CameraView& camera) {
     if (camera.orthographic_half_height() > 0) reader.problem("fov_degrees", "does not fit an orthographic camera");
     camera.set_vertical_fov(*fov * kDegree);
   }
-  if (const auto radius = reader.number("lens_radius", 0, kHuge, "[0, inf)")) camera.set_lens_radius(*radius);
-  if (const auto focus = reader.number("focus_distance", std::numeric_limits<double>::min(), kHuge, "(0, inf)")) {
+  if (const auto radius = reader.number("lens_radius", 0, kMaxLensRadius, kLensRadiusRange)) {
+    camera.set_lens_radius(*radius);
+  }
+  if (const auto focus = reader.number("focus_distance", kMinCameraLength, kMaxCameraLength, kCameraLengthRange)) {
     camera.set_focus_distance(*focus);
   }
 }

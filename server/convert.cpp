@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/base/camera_limits.h"
+
 namespace helio {
 namespace {
 
-constexpr double kDefaultFov = 0.8, kMinFov = 0.0017, kMaxFov = 3.1241;
+constexpr double kDefaultFov = 0.8;
 constexpr std::size_t kMaxId = 64;
 constexpr std::size_t kMaxShown = 128;
 
@@ -21,13 +23,15 @@ std::string shown(const std::string& text) {
   return text.size() <= kMaxShown ? "'" + text + "'" : "'" + text.substr(0, kMaxShown) + "...'";
 }
 
-void refuse(Problems& problems, const std::string& where, double value, const char* allowed) {
+void refuse(Problems& problems, const std::string& where, double value, const std::string& allowed) {
   problems.add(where, fmt::format("{}; allowed: {}", value, allowed));
 }
 
-V3d read_vector(const pb::Vec3& message, const std::string& where, Problems& problems) {
+V3d read_position(const pb::Vec3& message, const std::string& where, Problems& problems) {
   const V3d v(message.x(), message.y(), message.z());
-  if (!is_finite(v)) problems.add(where, fmt::format("({}, {}, {}); allowed: finite numbers", v.x, v.y, v.z));
+  if (!in_coordinate_range(v)) {
+    problems.add(where, fmt::format("({}, {}, {}); allowed: finite numbers in {}", v.x, v.y, v.z, kCoordinateRange));
+  }
   return v;
 }
 
@@ -88,9 +92,9 @@ void read_look_at(const pb::CameraView::LookAt& message, const std::string& wher
     return;
   }
   const std::size_t before = problems.size();
-  const V3d target = read_vector(message.target(), at(where, "target"), problems);
-  const V3d up = message.has_up() ? read_vector(message.up(), at(where, "up"), problems) : V3d(0, 1, 0);
-  if (problems.size() != before || !is_finite(pose.position)) return;
+  const V3d target = read_position(message.target(), at(where, "target"), problems);
+  const V3d up = message.has_up() ? read_position(message.up(), at(where, "up"), problems) : V3d(0, 1, 0);
+  if (problems.size() != before || !in_coordinate_range(pose.position)) return;
   auto looking = look_at(pose.position, target, up, kDefaultFov);
   if (!looking) {
     problems.add(where, looking.error().to_string());
@@ -234,7 +238,7 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
   const std::size_t before = problems.size();
   CameraPose pose;
   if (message.has_position()) {
-    pose.position = read_vector(message.position(), at(where, "position"), problems);
+    pose.position = read_position(message.position(), at(where, "position"), problems);
   } else {
     problems.add(at(where, "position"), "is absent; required unless scene_camera is given");
   }
@@ -253,25 +257,27 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
   if (half_height != 0) {
     pose.projection = Projection::orthographic;
     pose.half_height = half_height;
-    if (!(half_height > 0 && std::isfinite(half_height))) {
-      refuse(problems, at(where, "orthographic_half_height"), half_height, "finite and > 0, or 0 for perspective");
+    if (!in_camera_length_range(half_height)) {
+      refuse(problems, at(where, "orthographic_half_height"), half_height,
+             fmt::format("{}, or 0 for perspective", kCameraLengthRange));
     }
     if (fov != 0) {
       refuse(problems, at(where, "vertical_fov"), fov, "0 (absent) beside orthographic_half_height");
     }
   } else {
     pose.vertical_fov = fov != 0 ? fov : kDefaultFov;
-    if (!(pose.vertical_fov >= kMinFov && pose.vertical_fov <= kMaxFov)) {
-      refuse(problems, at(where, "vertical_fov"), fov, "[0.0017, 3.1241] radians, or 0 for 0.8");
+    if (!in_fov_range(pose.vertical_fov)) {
+      refuse(problems, at(where, "vertical_fov"), fov, fmt::format("{}, or 0 for 0.8", kFovRange));
     }
   }
   pose.lens_radius = message.lens_radius();
-  if (!(pose.lens_radius >= 0 && std::isfinite(pose.lens_radius))) {
-    refuse(problems, at(where, "lens_radius"), pose.lens_radius, "finite and >= 0");
+  if (!in_lens_radius_range(pose.lens_radius)) {
+    refuse(problems, at(where, "lens_radius"), pose.lens_radius, kLensRadiusRange);
   }
   if (message.focus_distance() != 0) pose.focus_distance = message.focus_distance();
-  if (!(pose.focus_distance > 0 && std::isfinite(pose.focus_distance))) {
-    refuse(problems, at(where, "focus_distance"), pose.focus_distance, "finite and > 0, or 0 for 1");
+  if (!in_camera_length_range(pose.focus_distance)) {
+    refuse(problems, at(where, "focus_distance"), pose.focus_distance,
+           fmt::format("{}, or 0 for 1", kCameraLengthRange));
   }
   if (problems.size() == before) validate(pose, where, problems);
   return pose;

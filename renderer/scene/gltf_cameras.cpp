@@ -1,4 +1,7 @@
 // cameras, with the lens of extras.heliograph.
+#include <spdlog/fmt/fmt.h>
+
+#include "renderer/base/camera_limits.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_extras.h"
 
@@ -29,6 +32,11 @@ void read_orthographic(const JsonObject& object, CameraDescription& camera) {
   if (x == 0) object.diagnostics().fail(object.place() / "xmag", "is 0, allowed: any other number");
   if (y == 0) object.diagnostics().fail(object.place() / "ymag", "is 0, allowed: any other number");
   if (x == 0 || y == 0) return;
+  for (const auto& [key, size] : {std::pair("xmag", x), std::pair("ymag", y)}) {
+    if (!in_camera_length_range(size))
+      object.diagnostics().fail(object.place() / key, fmt::format("is {}, allowed: magnitudes in {}",
+                                                                  object.number(key, 1), kCameraLengthRange));
+  }
   camera.half_height = y;
   camera.aspect = x / y;
   if (object.number("zfar", 1, kPositive) <= object.number("znear", 0, kNonNegative))

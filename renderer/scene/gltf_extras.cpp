@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/base/camera_limits.h"
+
 namespace helio::gltf {
 
 namespace {
@@ -85,8 +87,8 @@ void read_material_extras(const JsonObject& object, Material& material) {
 void read_camera_extras(const JsonObject& object, CameraDescription& camera) {
   const JsonObject extras = own_extras(object);
   only(extras, {"lens_radius", "focus_distance"});
-  camera.lens_radius = extras.number("lens_radius", 0, kNonNegative);
-  camera.focus_distance = extras.number("focus_distance", 1, kPositive);
+  camera.lens_radius = extras.number("lens_radius", 0, {0, kMaxLensRadius});
+  camera.focus_distance = extras.number("focus_distance", 1, {kMinCameraLength, kMaxCameraLength});
 }
 
 }  // namespace helio::gltf

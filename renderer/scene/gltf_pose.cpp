@@ -1,5 +1,6 @@
 #include "renderer/scene/gltf_pose.h"
 
+#include "renderer/base/camera_limits.h"
 #include "renderer/scene/gltf_animation.h"
 
 namespace helio::gltf {
@@ -50,8 +51,8 @@ Pose evaluate_pose(const Document& document, double time_s, AccessorReader& read
       M44d& world = pose.to_world[at];
       world = node.parent >= 0 ? local * pose.to_world[std::size_t(node.parent)] : local;
       for (int i = 0; i < 16; ++i) {
-        if (!(std::abs(world[i / 4][i % 4]) <= 1e30)) {  // float geometry must survive it
-          diagnostics.fail(std::string() / "nodes" / at, "its world transform exceeds 1e30");
+        if (!(std::abs(world[i / 4][i % 4]) <= kMaxCoordinate)) {
+          diagnostics.fail(std::string() / "nodes" / at, "its world transform has a number beyond 1e15");
           return pose;
         }
       }

@@ -1,13 +1,14 @@
 #include "renderer/trace/camera.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <string>
 
+#include "renderer/base/camera_limits.h"
 #include "renderer/trace/warp.h"
 
 namespace helio {
 namespace {
-
-constexpr double kMinFov = 0.0017, kMaxFov = 3.1241;
 
 V3d row(const M44d& m, int i) {
   return V3d(m[i][0], m[i][1], m[i][2]);
@@ -28,11 +29,19 @@ bool orient(const V3d& forward, const V3d& up, CameraPose& pose) {
   return true;
 }
 
-void check_range(double value, double low, double high, const std::string& where, const char* range,
-                 Problems& problems) {
-  if (!(value >= low && value <= high)) {
-    problems.add(where, "is " + std::to_string(value) + ", allowed: " + range);
+void check_position(const V3d& p, const std::string& where, Problems& problems) {
+  if (!in_coordinate_range(p)) {
+    problems.add(where, fmt::format("({}, {}, {}); allowed: finite numbers in {}", p.x, p.y, p.z, kCoordinateRange));
   }
+}
+
+void check(bool allowed, double value, const std::string& where, const char* range, Problems& problems) {
+  if (!allowed) problems.add(where, fmt::format("{}; allowed: {}", value, range));
+}
+
+// Nearest value in range; `fallback` for NaN.
+double into_range(double value, double low, double high, double fallback) {
+  return std::isnan(value) ? fallback : std::clamp(value, low, high);
 }
 
 }  // namespace
@@ -40,40 +49,44 @@ void check_range(double value, double low, double high, const std::string& where
 CameraPose camera_pose(const CameraDescription& camera) {
   CameraPose pose;
   pose.projection = camera.projection;
-  pose.position = row(camera.to_world, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    pose.position[axis] = into_range(camera.to_world[3][axis], -kMaxCoordinate, kMaxCoordinate, 0);
+  }
   // Scale and shear of the node are ignored: only the directions of the view axis and of "up" count.
   if (!orient(-row(camera.to_world, 2), row(camera.to_world, 1), pose)) {
     pose.forward = V3d(0, 0, -1);
     pose.right = V3d(1, 0, 0);
     pose.up = V3d(0, 1, 0);
   }
-  pose.vertical_fov = std::clamp(camera.vertical_fov, kMinFov, kMaxFov);
-  pose.half_height = camera.half_height;
-  pose.lens_radius = camera.lens_radius;
-  pose.focus_distance = camera.focus_distance;
+  pose.vertical_fov = into_range(camera.vertical_fov, kMinFov, kMaxFov, pose.vertical_fov);
+  pose.half_height = into_range(camera.half_height, kMinCameraLength, kMaxCameraLength, pose.half_height);
+  pose.lens_radius = into_range(camera.lens_radius, 0, kMaxLensRadius, pose.lens_radius);
+  pose.focus_distance = into_range(camera.focus_distance, kMinCameraLength, kMaxCameraLength, pose.focus_distance);
   return pose;
 }
 
 Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up, double vertical_fov) {
   Problems problems;
-  if (!is_finite(position)) problems.add("position", "is not finite");
-  if (!is_finite(target)) problems.add("target", "is not finite");
-  if (!is_finite(up)) problems.add("up", "is not finite");
+  check_position(position, "position", problems);
+  check_position(target, "target", problems);
+  check_position(up, "up", problems);
   CameraPose pose;
   pose.position = position;
   pose.vertical_fov = vertical_fov;
-  if (problems.empty() && target == position) problems.add("target", "equals the position; it must differ from it");
+  if (problems.empty() && length(target - position) == 0) {
+    problems.add("target", "equals the position; it must differ from it");
+  }
   if (problems.empty() && !orient(target - position, up, pose)) {
     problems.add("up", "must be neither zero nor parallel to the view direction");
   }
-  check_range(vertical_fov, kMinFov, kMaxFov, "vertical_fov", "[0.0017, 3.1241] radians", problems);
+  check(in_fov_range(vertical_fov), vertical_fov, "vertical_fov", kFovRange, problems);
   if (!problems.empty()) return problems.to_error();
   return pose;
 }
 
 void validate(const CameraPose& pose, const std::string& where, Problems& problems) {
   const auto field = [&](const char* name) { return where.empty() ? std::string(name) : where + "." + name; };
-  if (!is_finite(pose.position)) problems.add(field("position"), "is not finite");
+  check_position(pose.position, field("position"), problems);
   const bool axes_finite = is_finite(pose.right) && is_finite(pose.up) && is_finite(pose.forward);
   const auto unit = [](const V3d& v) { return std::abs(length(v) - 1) < 1e-3; };
   if (!axes_finite || !unit(pose.right) || !unit(pose.up) || !unit(pose.forward) ||
@@ -82,16 +95,14 @@ void validate(const CameraPose& pose, const std::string& where, Problems& proble
     problems.add(field("rotation"), "axes are not orthonormal");
   }
   if (pose.projection == Projection::perspective) {
-    check_range(pose.vertical_fov, kMinFov, kMaxFov, field("vertical_fov"), "[0.0017, 3.1241] radians", problems);
-  } else if (!(pose.half_height > 0) || !std::isfinite(pose.half_height)) {
-    problems.add(field("half_height"), "is " + std::to_string(pose.half_height) + ", allowed: finite and > 0");
+    check(in_fov_range(pose.vertical_fov), pose.vertical_fov, field("vertical_fov"), kFovRange, problems);
+  } else {
+    check(in_camera_length_range(pose.half_height), pose.half_height, field("half_height"), kCameraLengthRange,
+          problems);
   }
-  if (!(pose.lens_radius >= 0) || !std::isfinite(pose.lens_radius)) {
-    problems.add(field("lens_radius"), "is " + std::to_string(pose.lens_radius) + ", allowed: finite and >= 0");
-  }
-  if (!(pose.focus_distance > 0) || !std::isfinite(pose.focus_distance)) {
-    problems.add(field("focus_distance"), "is " + std::to_string(pose.focus_distance) + ", allowed: finite and > 0");
-  }
+  check(in_lens_radius_range(pose.lens_radius), pose.lens_radius, field("lens_radius"), kLensRadiusRange, problems);
+  check(in_camera_length_range(pose.focus_distance), pose.focus_distance, field("focus_distance"), kCameraLengthRange,
+        problems);
 }
 
 Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin) {
@@ -123,11 +134,12 @@ CameraRay Camera::generate_ray(const V2f& film, const V2f& lens) const {
   }
   if (lens_radius_ > 0) {
     // `offset` lies on the plane at distance 1 along the view axis (perspective), so scaling it by the focus distance
-    // reaches the plane in focus.
-    const V3f focus = orthographic_ ? ray.origin + forward_ * focus_distance_ : origin_ + offset * focus_distance_;
+    // reaches the plane in focus. Relative to the lens's centre, which may be far away.
+    const V3f focus = (orthographic_ ? forward_ : offset) * focus_distance_;
     const V2f disk = square_to_disk(lens);
-    ray.origin += right_ * (disk.x * lens_radius_) + up_ * (disk.y * lens_radius_);
-    ray.direction = focus - ray.origin;
+    const V3f on_lens = right_ * (disk.x * lens_radius_) + up_ * (disk.y * lens_radius_);
+    ray.origin += on_lens;
+    ray.direction = focus - on_lens;
   }
   ray.direction = normalize(ray.direction);
   return ray;

@@ -57,7 +57,7 @@ TEST(GltfScene, TransformsThatOverflowAreRefused) {
   GltfBuilder file;
   file.add_triangle();
   file.root["nodes"][0]["scale"] = {1e200, 1, 1};
-  EXPECT_TRUE(contains(file.must_fail(), "/nodes/0: its world transform exceeds 1e30"));
+  EXPECT_TRUE(contains(file.must_fail(), "/nodes/0: its world transform has a number beyond 1e15"));
 }
 
 TEST(GltfScene, GpuInstancing) {
@@ -136,6 +136,25 @@ TEST(GltfScene, Cameras) {
   EXPECT_EQ(scene.cameras[1].projection, Projection::orthographic);
   EXPECT_EQ(scene.cameras[1].half_height, 2);
   EXPECT_EQ(scene.cameras[1].aspect, 1.5);
+}
+
+// Rays of such cameras could not be traced in float.
+TEST(GltfScene, CamerasBeyondTheirRangesAreRefusedByName) {
+  GltfBuilder file;
+  file.add_triangle();
+  file.root["cameras"] = json::parse(R"([
+    {"type": "orthographic", "orthographic": {"xmag": 1e30, "ymag": -1e-13, "zfar": 1, "znear": 0}},
+    {"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1},
+     "extras": {"heliograph": {"lens_radius": 1e30, "focus_distance": 1e-300}}}])");
+  const std::string problems = file.must_fail();
+  for (const char* part : {"/cameras/0/orthographic/xmag", "/cameras/0/orthographic/ymag", "1e+30", "[1e-12, 1e12]",
+                           "/cameras/1/extras/heliograph/lens_radius", "/cameras/1/extras/heliograph/focus_distance"}) {
+    EXPECT_TRUE(contains(problems, part)) << part << ": " << problems;
+  }
+  GltfBuilder far;
+  far.root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}])");
+  far.add_node({{"camera", 0}, {"translation", {1e19, 0, 0}}});
+  EXPECT_TRUE(contains(far.must_fail(), "/nodes/0: its world transform has a number beyond 1e15"));
 }
 
 TEST(SceneLoader, AddsWhatIsMissing) {

@@ -56,6 +56,10 @@ TEST(Camera, LookAtRefusesWhatHasNoOrientation) {
   EXPECT_NE(look_at({0, 0, 0}, {0, 5, 0}, {0, 1, 0}, 1).error().message.find("up"), std::string::npos);
   EXPECT_FALSE(look_at({NAN, 0, 0}, {0, 0, 1}, {0, 1, 0}, 1).ok());
   EXPECT_FALSE(look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 4).ok());
+  const Error far = look_at({1e30, 0, 0}, {0, -2e15, 1}, {0, 1e300, 0}, 1).error();
+  for (const char* part :
+       {"position: (1e+30, 0, 0)", "target: (0, -2000000000000000, 1)", "up: (0, 1e+300, 0)", "[-1e15, 1e15]"})
+    EXPECT_NE(far.message.find(part), std::string::npos) << far.message;
 }
 
 TEST(Camera, ValidationNamesEveryField) {
@@ -73,6 +77,74 @@ TEST(Camera, ValidationNamesEveryField) {
                             "view.camera.lens_radius", "view.camera.focus_distance"}) {
     EXPECT_NE(all.find(field), std::string::npos) << field;
   }
+}
+
+TEST(Camera, ValidationGivesValueAndRange) {
+  CameraPose pose;
+  pose.projection = Projection::orthographic;
+  pose.position = V3d(0, -1e16, 0);
+  pose.half_height = 1e300;
+  pose.lens_radius = 1e30;
+  pose.focus_distance = 1e-300;
+  Problems problems;
+  validate(pose, "", problems);
+  const std::string all = problems.to_error().message;
+  for (const char* part : {"position: (0, -1e+16, 0); allowed: finite numbers in [-1e15, 1e15]",
+                           "half_height: 1e+300; allowed: [1e-12, 1e12]", "lens_radius: 1e+30; allowed: [0, 1e12]",
+                           "focus_distance: 1e-300; allowed: [1e-12, 1e12]"}) {
+    EXPECT_NE(all.find(part), std::string::npos) << all;
+  }
+}
+
+// Whatever a description holds, its pose can be rendered.
+TEST(Camera, PosesOfDescriptionsAreValid) {
+  for (const double value : {0.0, -1.0, 1e-300, 1e19, 1e300, double(INFINITY), double(NAN)}) {
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+      CameraDescription description;
+      description.projection = projection;
+      description.vertical_fov = description.half_height = description.lens_radius = value;
+      description.focus_distance = value;
+      description.to_world[3][0] = value;
+      Problems problems;
+      validate(camera_pose(description), "", problems);
+      EXPECT_TRUE(problems.empty()) << value << ": " << problems.to_error().message;
+    }
+  }
+}
+
+// At every corner of the allowed ranges rays are finite, of unit length, and far below what the tracer refuses.
+TEST(Camera, RaysOfExtremePosesAreFinite) {
+  for (int corner = 0; corner < 64; ++corner) {
+    const auto pick = [&](int bit, double low, double high) { return corner >> bit & 1 ? high : low; };
+    CameraPose pose;
+    pose.projection = corner & 1 ? Projection::orthographic : Projection::perspective;
+    pose.position = V3d(pick(1, 0, 1e15), pick(1, 0, -1e15), 1e15);
+    pose.vertical_fov = pick(2, 0.0017, 3.1241);
+    pose.half_height = pick(2, 1e-12, 1e12);
+    pose.lens_radius = pick(3, 1e-12, 1e12);
+    pose.focus_distance = pick(4, 1e-12, 1e12);
+    Problems problems;
+    validate(pose, "", problems);
+    ASSERT_TRUE(problems.empty()) << problems.to_error().message;
+    const bool wide = corner >> 5 & 1;
+    const Camera camera(pose, wide ? 65536 : 1, wide ? 1 : 65536, {-1e15, 1e15, -1e15});
+    for (const V2f& lens : {V2f(0.5f, 0.5f), V2f(0, 0), V2f(0.999f, 0.3f)}) {
+      for (const V2f& film : {V2f(0, 0), V2f(0.5f, 0.5f), V2f(wide ? 65536.0f : 1.0f, wide ? 1.0f : 65536.0f)}) {
+        const CameraRay ray = camera.generate_ray(film, lens);
+        for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(ray.origin[c]), 1e18f) << corner;
+        EXPECT_NEAR(length(ray.direction), 1, 1e-5) << corner;
+      }
+    }
+  }
+}
+
+// The lens is worked out about its own centre: a focus nearer than the rounding of the position still has a direction.
+TEST(Camera, LensFarFromTheOriginKeepsItsFocus) {
+  CameraPose pose = *look_at({1e9, 0, 0}, {1e9, 0, -1}, {0, 1, 0}, 50 * kDegree);
+  pose.lens_radius = 1e-3;
+  pose.focus_distance = 0.5;
+  const CameraRay ray = Camera(pose, 64, 64, {0, 0, 0}).generate_ray({32, 32}, {0.5f, 0.5f});
+  EXPECT_NEAR(ray.direction.z, -1, 1e-5);
 }
 
 }  // namespace
