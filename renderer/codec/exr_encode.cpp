@@ -10,7 +10,6 @@
 
 #include "renderer/codec/exr_encode_rows.h"
 #include "renderer/codec/exr_streams.h"
-#include "renderer/codec/half_convert.h"
 #include "renderer/codec/stored_channel.h"
 
 namespace helio {
@@ -47,7 +46,7 @@ Status validate(const TileHeader& header, std::span<const TileChannel> channels)
 }
 
 // In the file's channel order: by name.
-std::vector<StoredChannel> store(std::span<const TileChannel> channels, std::size_t values, TilePixelType type) {
+std::vector<StoredChannel> store(std::span<const TileChannel> channels, TilePixelType type) {
   std::vector<const TileChannel*> sorted;
   for (const TileChannel& channel : channels) sorted.push_back(&channel);
   std::sort(sorted.begin(), sorted.end(), [](const TileChannel* a, const TileChannel* b) { return a->name < b->name; });
@@ -56,15 +55,10 @@ std::vector<StoredChannel> store(std::span<const TileChannel> channels, std::siz
     const TileChannel& from = *sorted[i];
     StoredChannel& to = stored[i];
     to.name = from.name.c_str();
-    if (type == TilePixelType::float32 || from.keep_float) {
-      to.type = TilePixelType::float32;
-      to.value_bytes = 4;
-      to.values = reinterpret_cast<const char*>(from.data);
-    } else {
-      to.halves.reset(new std::uint16_t[values]);
-      convert_to_half(from.data, values, from.keep_positive, to.halves.get());
-      to.values = reinterpret_cast<const char*>(to.halves.get());
-    }
+    to.type = from.keep_float ? TilePixelType::float32 : type;
+    to.value_bytes = to.type == TilePixelType::float32 ? 4 : 2;
+    to.keep_positive = from.keep_positive;
+    to.values = from.data;
   }
   return stored;
 }
@@ -96,10 +90,14 @@ Status encode_compressed(const TileHeader& tile, std::span<const StoredChannel> 
     header.compression() = to_exr(compression);
     header.insert("software", Imf::StringAttribute(kExrSoftware));
     Imf::FrameBuffer frame;
+    const std::size_t values = std::size_t(w.area());
+    std::vector<std::vector<char>> planes;
     for (const StoredChannel& channel : channels) {
       const Imf::PixelType type = channel.type == TilePixelType::half ? Imf::HALF : Imf::FLOAT;
       header.channels().insert(channel.name, Imf::Channel(type));
-      frame.insert(channel.name, Imf::Slice::Make(type, channel.values, data, channel.value_bytes,
+      std::vector<char>& plane = planes.emplace_back(values * channel.value_bytes);
+      channel.write(0, values, plane.data());
+      frame.insert(channel.name, Imf::Slice::Make(type, plane.data(), data, channel.value_bytes,
                                                   channel.value_bytes * std::size_t(w.width())));
     }
     MemoryWriter stream(bytes);
@@ -119,7 +117,7 @@ Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::spa
                                               const TileEncoding& encoding) {
   if (Status valid = validate(header, channels); !valid) return valid.error();
   const std::size_t values = std::size_t(header.data_window.area());
-  const std::vector<StoredChannel> stored = store(channels, values, encoding.pixel_type);
+  const std::vector<StoredChannel> stored = store(channels, encoding.pixel_type);
 
   // Room for the whole uncompressed file: header, one offset and one chunk header per row, values.
   std::size_t room = 512 + 16 * std::size_t(header.data_window.height());

@@ -18,8 +18,13 @@ constexpr exr_context_initializer_t kDefaults = EXR_DEFAULT_CONTEXT_INITIALIZER;
 std::int64_t append(exr_const_context_t, void* out, const void* data, std::uint64_t size, std::uint64_t offset,
                     exr_stream_error_func_ptr_t) {
   std::vector<std::uint8_t>& bytes = *static_cast<std::vector<std::uint8_t>*>(out);
-  if (offset + size > bytes.size()) bytes.resize(offset + size);
-  std::memcpy(bytes.data() + offset, data, size);
+  const auto* from = static_cast<const std::uint8_t*>(data);
+  if (offset == bytes.size()) {
+    bytes.insert(bytes.end(), from, from + size);
+  } else {
+    if (offset + size > bytes.size()) bytes.resize(offset + size);
+    std::memcpy(bytes.data() + offset, from, size);
+  }
   return std::int64_t(size);
 }
 
@@ -69,9 +74,8 @@ exr_result_t write_rows(exr_context_t exr, const PixelRect& window, std::span<co
   for (int y = 0; y < window.height(); ++y) {
     char* out = row.data();
     for (const StoredChannel& channel : channels) {
-      const std::size_t bytes = width * channel.value_bytes;
-      std::memcpy(out, channel.values + std::size_t(y) * bytes, bytes);
-      out += bytes;
+      channel.write(std::size_t(y) * width, width, out);
+      out += width * channel.value_bytes;
     }
     const exr_result_t rc = exr_write_scanline_chunk(exr, 0, window.y0 + y, row.data(), row.size());
     if (rc != EXR_ERR_SUCCESS) return rc;

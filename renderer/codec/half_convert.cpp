@@ -3,6 +3,8 @@
 #include <half.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #if defined(__AVX__) && defined(__F16C__)
 #include <immintrin.h>
 #endif
@@ -21,7 +23,7 @@ float prepare(float x, bool keep_positive) {
 
 }  // namespace
 
-void convert_to_half(const float* in, std::size_t count, bool keep_positive, std::uint16_t* out) {
+void convert_to_half(const float* in, std::size_t count, bool keep_positive, char* out) {
   std::size_t i = 0;
 #if defined(__AVX__) && defined(__F16C__)
   const __m256 largest = _mm256_set1_ps(kLargestHalf), lowest = _mm256_set1_ps(-kLargestHalf);
@@ -31,10 +33,13 @@ void convert_to_half(const float* in, std::size_t count, bool keep_positive, std
     x = _mm256_max_ps(lowest, _mm256_min_ps(largest, x));  // the second operand wins when it is NaN
     const __m256 positive = _mm256_cmp_ps(x, zero, _CMP_GT_OQ);
     x = _mm256_blendv_ps(x, _mm256_max_ps(smallest, x), positive);
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + i), _mm256_cvtps_ph(x, _MM_FROUND_TO_NEAREST_INT));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + 2 * i), _mm256_cvtps_ph(x, _MM_FROUND_TO_NEAREST_INT));
   }
 #endif
-  for (; i < count; ++i) out[i] = half(prepare(in[i], keep_positive)).bits();
+  for (; i < count; ++i) {
+    const std::uint16_t bits = half(prepare(in[i], keep_positive)).bits();
+    std::memcpy(out + 2 * i, &bits, sizeof(bits));
+  }
 }
 
 }  // namespace helio

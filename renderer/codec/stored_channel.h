@@ -1,7 +1,7 @@
 // A channel's values as they go into the file. Internal to the codec.
 #pragma once
 
-#include <memory>
+#include <cstddef>
 
 #include "renderer/codec/tile_codec.h"
 
@@ -13,8 +13,11 @@ struct StoredChannel {
   const char* name = nullptr;
   TilePixelType type = TilePixelType::half;
   std::size_t value_bytes = 2;
-  std::unique_ptr<std::uint16_t[]> halves;  // owns the values of a half channel
-  const char* values = nullptr;             // row-major, native byte order
+  bool keep_positive = false;     // TileChannel's
+  const float* values = nullptr;  // row-major
+
+  // Values [first, first + count), in native byte order: count * value_bytes bytes.
+  void write(std::size_t first, std::size_t count, char* out) const;
 };
 
 }  // namespace helio
