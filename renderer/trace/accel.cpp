@@ -15,10 +15,6 @@ using embree::AlphaContext;
 
 constexpr int kLanes = 16;
 
-// Scenes up to this size stay in the second-level cache, where packets of scattered rays win; beyond, each lane waits
-// for the cache misses of the others.
-constexpr std::size_t kScatteredPacketBytes = std::size_t(1) << 20;
-
 // One Embree device for the process; it owns no threads of its own: builds run in the caller's arena.
 std::atomic<std::ptrdiff_t> g_device_bytes{0};
 
@@ -166,7 +162,6 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   arena.execute(build);
   if (rtcGetDeviceError(device()) != RTC_ERROR_NONE) return device_error("building the BVH failed");
   impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));
-  impl->scattered_packets = impl->memory_bytes <= kScatteredPacketBytes;
   return std::unique_ptr<Accel>(new Accel(std::move(impl)));
 }
 
@@ -208,25 +203,6 @@ void store_hit(const Accel::Impl& impl, Hit& out, float t, float u, float v, flo
   out.instance = instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - impl.flat_count;
 }
 
-}  // namespace
-
-namespace {
-
-void intersect_singly(const Accel::Impl& impl, const Ray* rays, const std::uint32_t* order, std::size_t count,
-                      Hit* hits) {
-  AlphaContext context = make_context(impl, rays);
-  RTCRayHit query;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t id = order[i];
-    embree::fill(query.ray, rays[id], id);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect1(impl.top, &context, &query);
-    store_hit(impl, hits[id], query.ray.tfar, query.hit.u, query.hit.v, query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z,
-              query.hit.geomID, query.hit.primID, query.hit.instID[0]);
-  }
-}
-
 void fill_lane(RTCRay16& out, int lane, const Ray& ray, unsigned id) {
   out.org_x[lane] = ray.origin.x;
   out.org_y[lane] = ray.origin.y;
@@ -253,9 +229,6 @@ int lanes_of(std::size_t first, std::size_t count, int* valid) {
 
 void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits,
                       RayOrder coherence) const {
-  if (coherence == RayOrder::scattered && !impl_->scattered_packets) {
-    return intersect_singly(*impl_, rays, order, count, hits);
-  }
   const bool frustum = coherence == RayOrder::camera && impl_->triangles_only;
   AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRayHit16 query;

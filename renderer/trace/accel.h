@@ -80,7 +80,7 @@ class Accel {
   static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
   ~Accel();
 
-  // Rays of one call are traced together, sixteen at a time where that pays. Then they influence each other in the last
+  // Rays of one call are traced together, sixteen at a time. They influence each other in the last
   // bit (which of two triangles a shared edge belongs to), so a caller that needs the same bits again must hand over
   // the same rays in the same order.
 

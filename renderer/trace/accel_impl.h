@@ -13,8 +13,7 @@ struct Accel::Impl {
   RTCScene top = nullptr;
   std::vector<RTCScene> objects;
   const AlphaTest* alpha_test = nullptr;
-  bool triangles_only = false;     // no instances, no spheres
-  bool scattered_packets = false;  // rays without order are traced in packets too
+  bool triangles_only = false;  // no instances, no spheres
   std::size_t memory_bytes = 0;
   std::uint32_t flat_count = 0;  // top-level ids below are flat parts, those above are instances
 

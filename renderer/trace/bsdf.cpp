@@ -39,7 +39,7 @@ BsdfValue evaluate_from_above(const SurfaceParams& params, const V3f& wo, const 
 BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u, bool inside) {
   switch (params.model) {
     case LobeModel::lambert:
-      return sample_lambert(params.base_color, wo, u);
+      return sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u));
     case LobeModel::metallic_roughness:
       return sample_layered(metallic_roughness_lobes(params, inside), wo, u_lobe, u);
     case LobeModel::specular_glossiness:

@@ -14,9 +14,10 @@ inline BsdfValue evaluate_lambert(const Rgb& albedo, const V3f& wo, const V3f& w
   return {albedo * pdf_w, pdf_w};
 }
 
-inline BsdfSample sample_lambert(const Rgb& albedo, const V3f& wo, const V2f& u) {
+// `wi`: distributed by the cosine (warp.h), which callers draw for many paths at once.
+inline BsdfSample sample_lambert(const Rgb& albedo, const V3f& wo, const V3f& wi) {
   BsdfSample sample;
-  sample.wi = square_to_cosine_hemisphere(u);
+  sample.wi = wi;
   sample.weight = albedo;
   sample.pdf_w = wo.z > 0 ? cosine_hemisphere_pdf_w(sample.wi.z) : 0.0f;
   return sample;

@@ -33,30 +33,6 @@ struct AlphaContext {
   std::uint32_t flat_count = 0;
 };
 
-inline void intersect1(RTCScene scene, AlphaContext* context, RTCRayHit* ray_hit) {
-#if HELIO_EMBREE == 4
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.context = &context->embree;
-  rtcIntersect1(scene, ray_hit, &arguments);
-#else
-  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  rtcIntersect1(scene, &context->embree, ray_hit);
-#endif
-}
-
-inline void occluded1(RTCScene scene, AlphaContext* context, RTCRay* ray) {
-#if HELIO_EMBREE == 4
-  RTCOccludedArguments arguments;
-  rtcInitOccludedArguments(&arguments);
-  arguments.context = &context->embree;
-  rtcOccluded1(scene, ray, &arguments);
-#else
-  context->embree.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  rtcOccluded1(scene, &context->embree, ray);
-#endif
-}
-
 // `coherent`: Embree's frustum traversal. Embree 3.13 never returns from it for packets that meet both an instance and
 // a sphere, so callers ask for it in scenes of top-level triangles only.
 inline void intersect16(const int* valid, RTCScene scene, AlphaContext* context, RTCRayHit16* ray_hit, bool coherent) {

@@ -75,6 +75,7 @@ struct PathGroup {
   std::uint8_t occluded[kGroupPaths];
   std::uint32_t keys[kGroupPaths];
   float light_x[kGroupPaths], light_y[kGroupPaths], bsdf_x[kGroupPaths], bsdf_y[kGroupPaths];
+  float local_x[kGroupPaths], local_y[kGroupPaths], local_z[kGroupPaths];  // plain kernel: the cosine-distributed wi
   float select[kGroupPaths], lobe[kGroupPaths], roulette[kGroupPaths];
   int pixel_x[kGroupPaths], pixel_y[kGroupPaths];
   int count = 0;  // paths: pixels of the block that lie on the film
@@ -212,6 +213,14 @@ class PathKernel {
       const SamplePair bsdf = sample_pair(b.keys[j], reversed_index_, pair + 1);
       b.bsdf_x[j] = bsdf.x;
       b.bsdf_y[j] = bsdf.y;
+    }
+    if constexpr (!kGeneral) {
+      for (int j = 0; j < active; ++j) {
+        const V3f wi = square_to_cosine_hemisphere({b.bsdf_x[j], b.bsdf_y[j]});
+        b.local_x[j] = wi.x;
+        b.local_y[j] = wi.y;
+        b.local_z[j] = wi.z;
+      }
     }
     if (lights_.needs_selection()) {
       for (int j = 0; j < active; ++j) b.select[j] = sample_1d(b.keys[j], reversed_index_, dimension);
@@ -356,8 +365,14 @@ class PathKernel {
     }
 
     // Sample the BSDF for the next direction.
-    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    const BsdfSample sample = lambert ? sample_lambert(lambert_albedo, wo, u) : sample_bsdf(params, wo, b.lobe[j], u);
+    BsdfSample sample;
+    if constexpr (kGeneral) {
+      const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
+      sample = lambert ? sample_lambert(lambert_albedo, wo, square_to_cosine_hemisphere(u))
+                       : sample_bsdf(params, wo, b.lobe[j], u);
+    } else {
+      sample = sample_lambert(lambert_albedo, wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]));
+    }
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (!(dot(geometric_normal, direction) * sample.wi.z > 0)) return false;

@@ -12,7 +12,7 @@ inline V2f square_to_disk(const V2f& u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
   const bool wide = std::fabs(a) > std::fabs(b);
   const float radius = wide ? a : b;
-  const float ratio = radius != 0 ? (wide ? b : a) / radius : 0.0f;
+  const float ratio = (wide ? b : a) / (radius != 0 ? radius : 1.0f);
   const float phi = (kPi / 4) * ratio, phi2 = phi * phi;
   const float sine = phi * (1 + phi2 * (-1.0f / 6 + phi2 * (1.0f / 120 + phi2 * (-1.0f / 5040 + phi2 / 362880))));
   const float cosine = 1 + phi2 * (-0.5f + phi2 * (1.0f / 24 + phi2 * (-1.0f / 720 + phi2 / 40320)));
