@@ -3,8 +3,8 @@
 # Asks dpkg first and leaves apt alone when nothing is missing.
 #
 # usage: deploy/install-deps.sh [--with-bench] [--print]
-#   --with-bench  also what the benches' optional peer needs: Mitsuba comes by pip into a virtual environment, and its
-#                 llvm variants load LLVM 19
+#   --with-bench  also what the benches' optional peers need: Blender, and LLVM 19 for Mitsuba, which itself comes by
+#                 pip into a virtual environment
 #   --print       only prints the names of the packages
 set -euo pipefail
 
@@ -17,7 +17,7 @@ packages=(
   # tests and benches; the tests read our files with exrheader and oiiotool
   libbenchmark-dev libgtest-dev openexr openimageio-tools
 )
-bench_packages=(python3-venv libllvm19)
+bench_packages=(blender python3-venv libllvm19)
 
 print=false
 for argument in "$@"; do

@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   BenchOptions options;
   options.shared = from_environment("HELIO_SHARED", HELIO_BENCH_SHARED);
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
+  options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
   bool as_json = false;
 
@@ -88,6 +89,9 @@ int main(int argc, char** argv) {
   app.add_option("--mitsuba-python", options.mitsuba_python,
                  "Python with Mitsuba 3.9.1 and numpy; also HELIO_MITSUBA_PYTHON. Without it the figures over Mitsuba "
                  "are left out, and the room's unless python3 has numpy");
+  app.add_option("--blender", options.blender,
+                 "Blender, for the figures of Cycles; also HELIO_BLENDER. They are left out where it cannot be run")
+      ->capture_default_str();
   app.add_option("--daemon", options.daemon, "heliographd to measure")->capture_default_str();
   std::string chosen;
   for (const Subcommand& subcommand : kSubcommands) {

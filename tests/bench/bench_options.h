@@ -12,6 +12,7 @@ struct BenchOptions {
   int views = 50;              // camera updates per latency figure
   std::string shared;          // folder with scenes/bench
   std::string mitsuba_python;  // Python with Mitsuba 3.9.1 and numpy; empty: none
+  std::string blender;         // Blender, whose Cycles is a peer; by default from PATH
   std::string daemon;          // heliographd
 };
 

@@ -4,24 +4,7 @@
 
 namespace helio::bench {
 
-namespace {
-
 using nlohmann::json;
-
-Result<json> ask(ChildProcess& process, const json& request) {
-  const Status sent = process.write_line(request.dump());
-  if (!sent) return sent.error();
-  const auto line = process.read_line();
-  if (!line) return line.error();
-  json answer = json::parse(*line, nullptr, false);
-  if (!answer.is_object()) return Error{ErrorCode::internal, "answered '" + *line + "'", "Mitsuba"};
-  if (answer.contains("error")) {
-    return Error{ErrorCode::internal, request.dump() + ": " + answer["error"].get<std::string>(), "Mitsuba"};
-  }
-  return answer;
-}
-
-}  // namespace
 
 Result<std::unique_ptr<MitsubaPeer>> MitsubaPeer::start(const std::string& python, int threads) {
   if (python.empty()) {
@@ -37,31 +20,31 @@ Result<std::unique_ptr<MitsubaPeer>> MitsubaPeer::start(const std::string& pytho
   }
   auto process = ChildProcess::start({python, HELIO_BENCH_FOLDER "/mitsuba_bench.py", std::to_string(threads)});
   if (!process) return process.error();
-  return std::unique_ptr<MitsubaPeer>(new MitsubaPeer(std::move(process).value()));
+  return std::unique_ptr<MitsubaPeer>(new MitsubaPeer(PeerProcess("Mitsuba", std::move(process).value())));
 }
 
 Status MitsubaPeer::load(const std::string& scene, const std::string& xml) {
-  const auto answer = ask(*process_, {{"do", "load"}, {"scene", scene}, {"file", xml}});
+  const auto answer = process_.ask({{"do", "load"}, {"scene", scene}, {"file", xml}});
   if (!answer) return answer.error();
   version_ = answer->value("version", "?") + " " + answer->value("variant", "?");
   return ok_status();
 }
 
 Result<double> MitsubaPeer::render_seconds(const std::string& scene, int samples, int seed) {
-  const auto answer = ask(*process_, {{"do", "time"}, {"scene", scene}, {"samples", samples}, {"seed", seed}});
+  const auto answer = process_.ask({{"do", "time"}, {"scene", scene}, {"samples", samples}, {"seed", seed}});
   if (!answer) return answer.error();
   return answer->at("seconds").get<double>();
 }
 
 Result<std::vector<CurvePoint>> MitsubaPeer::error_curve(const std::string& scene, int step, int seed, double target,
                                                          int limit, const std::string& reference) {
-  const auto answer = ask(*process_, {{"do", "curve"},
-                                      {"scene", scene},
-                                      {"step", step},
-                                      {"seed", seed},
-                                      {"target", target},
-                                      {"limit", limit},
-                                      {"reference", reference}});
+  const auto answer = process_.ask({{"do", "curve"},
+                                    {"scene", scene},
+                                    {"step", step},
+                                    {"seed", seed},
+                                    {"target", target},
+                                    {"limit", limit},
+                                    {"reference", reference}});
   if (!answer) return answer.error();
   std::vector<CurvePoint> points;
   for (const json& point : answer->at("points")) {

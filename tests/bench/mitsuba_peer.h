@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "child_process.h"
 #include "error_curve.h"
+#include "peer_process.h"
 
 namespace helio::bench {
 
@@ -24,9 +24,9 @@ class MitsubaPeer {
                                               const std::string& reference);
 
  private:
-  explicit MitsubaPeer(std::unique_ptr<ChildProcess> process) : process_(std::move(process)) {}
+  explicit MitsubaPeer(PeerProcess process) : process_(std::move(process)) {}
 
-  std::unique_ptr<ChildProcess> process_;
+  PeerProcess process_;
   std::string version_;
 };
 

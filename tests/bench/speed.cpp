@@ -1,4 +1,5 @@
-// Time per sample and time to a given error, ours and Mitsuba's in turns.
+// Time per sample and time to a given error, ours and Mitsuba's in turns, then Cycles'.
+#include "cycles_peer.h"
 #include "error_curve.h"
 #include "loop_rendering.h"
 #include "mitsuba_peer.h"
@@ -111,6 +112,48 @@ Status time_to_error(const BenchContext& context, const std::shared_ptr<const Re
   return ok_status();
 }
 
+// For information, without a goal. Each render of Cycles pays for synchronising the scene and for a BVH, which are no
+// part of a sample: both figures are taken from differences to a picture of one sample.
+Status cycles_figures(const BenchContext& context, Figures& figures) {
+  const BenchOptions& options = context.options();
+  if (options.size != 512) return ok_status();
+  auto peer = CyclesPeer::start(options.blender, options.threads);
+  if (!peer) {
+    note(peer.error().to_string());
+    return ok_status();
+  }
+  if (const Status loaded = (*peer)->load(context.cornell().string()); !loaded) return loaded;
+  note("beside Cycles " + (*peer)->version());
+  const auto reference = read_reference((context.bench_scenes() / "cornell.reference.exr").string());
+  if (!reference) return reference.error();
+  const std::string picture_file = (context.folder() / "cycles.exr").string();
+
+  std::vector<double> per_sample, to_error;
+  for (int i = -1; i < options.repeat; ++i) {
+    const auto start_up = (*peer)->render_seconds(1, i + 1);
+    if (!start_up) return start_up.error();
+    std::vector<CurvePoint> curve;
+    for (const int samples : kCounts) {
+      const auto seconds = (*peer)->render_seconds(samples, i + 1, picture_file);
+      if (!seconds) return seconds.error();
+      const auto picture = read_reference(picture_file);
+      if (!picture) return picture.error();
+      const auto error = relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(0.01));
+      if (!error) return error.error();
+      curve.push_back({samples, *seconds - *start_up, error.value().relmse});
+      if (error.value().relmse <= kTargetError) break;
+    }
+    const auto seconds = time_to(curve, kTargetError);
+    if (!seconds) return Error{ErrorCode::internal, "Cycles' curve does not cross the target error", "cornell"};
+    if (i < 0) continue;  // warm-up
+    per_sample.push_back(curve.back().seconds / (curve.back().samples - 1));
+    to_error.push_back(*seconds);
+  }
+  figures.add({"cornell.seconds_per_sample.cycles", median(per_sample), "s", std::nullopt, Better::lower});
+  figures.add({"cornell.time_to_error.cycles", median(to_error), "s", std::nullopt, Better::lower});
+  return ok_status();
+}
+
 }  // namespace
 
 Status run_speed(BenchContext& context, Figures& figures) {
@@ -136,6 +179,8 @@ Status run_speed(BenchContext& context, Figures& figures) {
     Status done = seconds_per_sample("cornell", *scene, engine, peer.get(), options, 1.2, figures);
     if (!done) return done;
     done = time_to_error(context, *scene, engine, peer.get(), figures);
+    if (!done) return done;
+    done = cycles_figures(context, figures);
     if (!done) return done;
   }
 

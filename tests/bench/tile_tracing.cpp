@@ -9,7 +9,7 @@
 namespace helio::bench {
 
 std::vector<PixelRect> cut_into_strips(const PixelRect& picture) {
-  constexpr int kWidth = 128, kHeight = 8;
+  constexpr int kWidth = 128, kHeight = kPathGroupSize;
   std::vector<PixelRect> strips;
   for (int y = picture.y0; y < picture.y1; y += kHeight) {
     for (int x = picture.x0; x < picture.x1; x += kWidth) {

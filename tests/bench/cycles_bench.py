@@ -1,0 +1,98 @@
+"""Cycles' side of helio_bench: reads one JSON request a line, answers one JSON object a line (Blender prints others).
+
+usage: blender --background --factory-startup --python-exit-code 1 --python cycles_bench.py -- THREADS
+  {"do": "load", "file": GLTF}                              -> {"version"}
+  {"do": "render", "samples": N, "seed": S, "output": EXR}  -> {"seconds"}: one render of N samples a pixel, 512x512
+
+The bench pictures hold Lambert materials and one-sided lights only, so every material is rebuilt as a diffuse BSDF plus
+emission on the front, from what the glTF file says. 10 path segments are 8 bounces here. Box filter; nothing adaptive,
+clamped, denoised or left out. The scene stays loaded (persistent data), but each render synchronises it again: callers
+take the difference of two sample counts.
+"""
+import json
+import sys
+import time
+
+import bpy
+
+
+def rebuild(material, described):
+    base = described.get("pbrMetallicRoughness", {}).get("baseColorFactor", [1, 1, 1, 1])
+    strength = described.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
+    emission = [strength * c for c in described.get("emissiveFactor", [0, 0, 0])]
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    output = nodes.new("ShaderNodeOutputMaterial")
+    diffuse = nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = base
+    shader = diffuse.outputs[0]
+    if any(emission):
+        light, add, mix, geometry = (nodes.new("ShaderNode" + kind) for kind in
+                                     ("Emission", "AddShader", "MixShader", "NewGeometry"))
+        light.inputs["Color"].default_value = emission + [1]
+        light.inputs["Strength"].default_value = 1
+        links.new(diffuse.outputs[0], add.inputs[0])
+        links.new(light.outputs[0], add.inputs[1])
+        front = add.outputs[0]
+        links.new(geometry.outputs["Backfacing"], mix.inputs[0])
+        links.new(front, mix.inputs[1])
+        if described.get("doubleSided"):
+            links.new(front, mix.inputs[2])
+        else:
+            links.new(diffuse.outputs[0], mix.inputs[2])
+        shader = mix.outputs[0]
+    links.new(shader, output.inputs["Surface"])
+
+
+def load(request):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=request["file"])
+    with open(request["file"]) as file:
+        described = {m["name"]: m for m in json.load(file)["materials"]}
+    for material in bpy.data.materials:
+        if material.name in described:
+            rebuild(material, described[material.name])
+    scene = bpy.context.scene
+    scene.camera = next(o for o in scene.objects if o.type == "CAMERA")
+    world = bpy.data.worlds.new("black")
+    world.color = (0, 0, 0)
+    scene.world = world
+    render, cycles = scene.render, scene.cycles
+    render.engine = "CYCLES"
+    render.resolution_x = render.resolution_y = 512
+    render.resolution_percentage = 100
+    render.threads_mode, render.threads = "FIXED", int(sys.argv[-1])
+    render.use_persistent_data = True
+    render.film_transparent = False
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_depth = "32"
+    render.image_settings.exr_codec = "NONE"
+    scene.view_settings.view_transform = "Raw"
+    cycles.device = "CPU"
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0
+    cycles.max_bounces = cycles.diffuse_bounces = 8
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.light_sampling_threshold = 0
+    return {"version": bpy.app.version_string}
+
+
+def render(request):
+    scene = bpy.context.scene
+    scene.cycles.samples, scene.cycles.seed = request["samples"], request["seed"]
+    start = time.perf_counter()
+    bpy.ops.render.render()
+    seconds = time.perf_counter() - start
+    if request.get("output"):
+        bpy.data.images["Render Result"].save_render(filepath=request["output"])
+    return {"seconds": seconds}
+
+
+for line in sys.stdin:
+    asked = json.loads(line)
+    try:
+        answer = {"load": load, "render": render}[asked["do"]](asked)
+    except Exception as error:  # told to the bench, which names the request
+        answer = {"error": f"{type(error).__name__}: {error}"}
+    print(json.dumps(answer), flush=True)
