@@ -59,7 +59,7 @@ void add_material(const Material& m, SceneFeatures& f) {
 
 bool lets_light_pass(const Material& m, const TriangleMesh* mesh, const TextureTable& textures) {
   if (m.alpha_mode == AlphaMode::opaque) return false;
-  if (m.base_alpha < 1) return true;
+  if (m.base_alpha < 1 || (m.alpha_mode == AlphaMode::mask && m.alpha_cutoff > 1)) return true;
   if (m.base_color_texture.present() && textures.has_transparency(m.base_color_texture.image)) return true;
   return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
 }

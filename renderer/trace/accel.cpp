@@ -45,11 +45,20 @@ void alpha_filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[i] == 0) continue;
     const Ray& ray = context->rays[RTCRayN_id(arguments->ray, n, i)];
     const std::uint32_t instance = RTCHitN_instID(arguments->hit, n, i, 0);
-    const std::uint32_t part = RTCHitN_geomID(arguments->hit, n, i);
-    const bool opaque =
-        context->test->opaque_at(part, instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - context->flat_count,
-                                 RTCHitN_primID(arguments->hit, n, i), RTCHitN_u(arguments->hit, n, i),
-                                 RTCHitN_v(arguments->hit, n, i), ray.alpha_key);
+    AlphaHit hit;
+    hit.part = RTCHitN_geomID(arguments->hit, n, i);
+    hit.instance = instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - context->flat_count;
+    hit.primitive = RTCHitN_primID(arguments->hit, n, i);
+    hit.u = RTCHitN_u(arguments->hit, n, i);
+    hit.v = RTCHitN_v(arguments->hit, n, i);
+    hit.normal =
+        V3f(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i), RTCHitN_Ng_z(arguments->hit, n, i));
+    // Inside an instance both the normal and the ray are those of the object's space.
+    const V3f direction(RTCRayN_dir_x(arguments->ray, n, i), RTCRayN_dir_y(arguments->ray, n, i),
+                        RTCRayN_dir_z(arguments->ray, n, i));
+    hit.front = dot(hit.normal, direction) < 0;
+    hit.alpha_key = ray.alpha_key;
+    const bool opaque = context->test->opaque_at(hit);
     if (!opaque) arguments->valid[i] = 0;
   }
 }

@@ -30,12 +30,20 @@ struct Hit {
   bool valid() const { return part != kNoHit; }
 };
 
-// Decides whether a hit on a surface with alpha exists for a ray. `part` and `instance` as in Hit.
+// What is known of a hit before it is one. `part` and `instance` as in Hit.
+struct AlphaHit {
+  std::uint32_t part, instance, primitive;
+  float u, v;
+  V3f normal;  // as in Hit
+  bool front;  // the ray arrives against the normal
+  std::uint32_t alpha_key;
+};
+
+// Decides whether a hit on a surface with alpha exists for a ray.
 class AlphaTest {
  public:
   virtual ~AlphaTest() = default;
-  virtual bool opaque_at(std::uint32_t part, std::uint32_t instance, std::uint32_t primitive, float u, float v,
-                         std::uint32_t alpha_key) const = 0;
+  virtual bool opaque_at(const AlphaHit& hit) const = 0;
 };
 
 // Geometry handed to the builder. Arrays must outlive the Accel (they are shared, not copied) and be padded: the last

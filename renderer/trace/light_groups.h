@@ -12,20 +12,34 @@ namespace helio {
 
 inline constexpr std::uint32_t kNoLight = ~std::uint32_t(0);
 
+// Points of a light are numbered by (s, t): on planar lights p0 + s e1 + t e2; on spheres and ellipsoids (s, t) is the
+// texture coordinate itself.
+
+// The EmitterAlpha of a whole light.
+struct LightAlpha {
+  TextureSlot texture;
+  V2f uv{0, 0}, uv_s{1, 0}, uv_t{0, 1};          // uv of a point is uv + s uv_s + t uv_t
+  float factor = 1, factor_s = 0, factor_t = 0;  // likewise
+  bool mask = false;
+  float cutoff = 0.5f;
+};
+
 // One selectable area light.
 struct AreaLight {
   AreaShape shape;
   Rgb radiance{0, 0, 0};
   bool textured = false;
   std::uint32_t emitter = 0;             // one of its emitters: the texture slot
-  V2f uv{0, 0}, uv_s{0, 0}, uv_t{0, 0};  // uv of the point p0 + s e1 + t e2 is uv + s uv_s + t uv_t
+  std::uint32_t alpha = kOpaqueEmitter;  // into AreaLights::alphas
+  V2f uv{0, 0}, uv_s{1, 0}, uv_t{0, 1};  // uv of a point is uv + s uv_s + t uv_t
 };
 
 struct AreaLights {
   std::vector<AreaLight> lights;
+  std::vector<LightAlpha> alphas;
   std::vector<std::uint32_t> light_of_emitter;  // kNoLight: degenerate or black, never sampled
 };
 
-AreaLights group_area_emitters(const std::vector<AreaEmitter>& emitters);
+AreaLights group_area_emitters(const std::vector<AreaEmitter>& emitters, const std::vector<EmitterAlpha>& alphas = {});
 
 }  // namespace helio

@@ -3,6 +3,8 @@
 #include <map>
 #include <utility>
 
+#include "renderer/trace/light_emission.h"
+
 namespace helio {
 namespace {
 
@@ -15,56 +17,112 @@ double luminance_d(const V3d& c) {
   return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
 }
 
-// Texels under the light, repeats included.
-double covered_texels(const AreaLight& light, const TextureSlot& slot, const TextureTable& textures) {
+bool is_planar(const AreaShape& shape) {
+  return shape.kind == ShapeKind::triangle || shape.kind == ShapeKind::parallelogram;
+}
+
+// Texels under the light, repeats included, for texture coordinates that grow by uv_s and uv_t along s and t.
+double covered_texels(const AreaLight& light, const TextureSlot& slot, const V2f& uv_s, const V2f& uv_t,
+                      const TextureTable& textures) {
+  if (!slot.present()) return 0;
   const V2f origin = transform_uv(slot, {0, 0});
-  const V2f s = transform_uv(slot, light.uv_s) - origin, t = transform_uv(slot, light.uv_t) - origin;
+  const V2f s = transform_uv(slot, uv_s) - origin, t = transform_uv(slot, uv_t) - origin;
   const double covered = std::abs(double(s.x) * t.y - double(s.y) * t.x) * textures.width(slot.image) *
                          textures.height(slot.image) * (light.shape.kind == ShapeKind::triangle ? 0.5 : 1.0);
   return std::isfinite(covered) ? covered : kMaxLookups;
 }
 
-V3d mean_of_lookups(const AreaLight& light, const TextureSlot& slot, const TextureTable& textures, double lookups) {
+// A point of the light, and its share of the area, for u in [0, 1)^2.
+struct LightPoint {
+  V2f st;
+  double weight = 1;
+};
+
+LightPoint point_at(const AreaShape& shape, const V2f& u) {
+  if (shape.kind == ShapeKind::parallelogram) return {u, 1};
+  if (shape.kind == ShapeKind::triangle) return {detail::square_to_triangle(u), 1};
+  const float y = 1 - 2 * u.y, r = safe_sqrt(1 - y * y), phi = kTwoPi * u.x;
+  const V3f local(r * std::cos(phi), y, r * std::sin(phi));
+  return {sphere_uv(local), shape.kind == ShapeKind::ellipsoid ? area_stretch(shape, local) : 1.0};
+}
+
+double mean_of_lookups(const AreaLight& light, const TextureSlot& slot, const LightAlpha* alpha,
+                       const TextureTable* textures, double lookups) {
   const int n = int(std::ceil(std::sqrt(lookups)));
-  V3d sum(0, 0, 0);
+  double sum = 0, weight = 0;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      const V2f u((float(i) + 0.5f) / float(n), (float(j) + 0.5f) / float(n));
-      const V2f st = light.shape.kind == ShapeKind::triangle ? detail::square_to_triangle(u) : u;
-      const V4f value = textures.lookup(slot, light.uv + light.uv_s * st.x + light.uv_t * st.y);
-      sum += V3d(value.x, value.y, value.z);
+      const LightPoint p = point_at(light.shape, {(float(i) + 0.5f) / float(n), (float(j) + 0.5f) / float(n)});
+      sum += p.weight * luminance_d(V3d(light_emission(light, slot, alpha, p.st, textures)));
+      weight += p.weight;
     }
   }
-  return sum / (double(n) * n);
+  return sum / weight;
+}
+
+// The largest alpha that the light's factors allow, as coverage.
+double most_coverage(const AreaLight& light, const LightAlpha& alpha) {
+  double most = alpha.factor;
+  if (is_planar(light.shape)) {
+    most = std::max({most, double(alpha.factor) + alpha.factor_s, double(alpha.factor) + alpha.factor_t});
+    if (light.shape.kind == ShapeKind::parallelogram) {
+      most = std::max(most, double(alpha.factor) + alpha.factor_s + alpha.factor_t);
+    }
+  }
+  if (alpha.mask) return most >= alpha.cutoff ? 1 : 0;
+  return std::clamp(most, 0.0, 1.0);
+}
+
+bool varies(const AreaLight& light, const LightAlpha* alpha) {
+  return light.textured || (alpha && (alpha->texture.present() || alpha->factor_s != 0 || alpha->factor_t != 0));
 }
 
 }  // namespace
 
-std::vector<double> mean_radiances(const std::vector<AreaLight>& lights, const std::vector<AreaEmitter>& emitters,
+std::vector<double> mean_radiances(const AreaLights& grouped, const std::vector<AreaEmitter>& emitters,
                                    const TextureTable* textures) {
-  std::size_t textured = 0;
-  for (const AreaLight& light : lights) textured += light.textured;
-  const double most =
-      std::clamp(kMaxTotalLookups / double(std::max<std::size_t>(textured, 1)), kMinLookups, kMaxLookups);
+  const auto alpha_of = [&](const AreaLight& light) {
+    return light.alpha == kOpaqueEmitter ? nullptr : &grouped.alphas[light.alpha];
+  };
+  std::size_t varying = 0;
+  for (const AreaLight& light : grouped.lights) varying += varies(light, alpha_of(light));
+  const double limit =
+      std::clamp(kMaxTotalLookups / double(std::max<std::size_t>(varying, 1)), kMinLookups, kMaxLookups);
 
-  std::map<std::pair<int, TexelEncoding>, V3d> image_means;
+  std::map<std::pair<int, TexelEncoding>, V4f> image_means;
+  const auto image_mean = [&](const TextureSlot& slot) {
+    const auto [found, fresh] = image_means.try_emplace({slot.image, slot.encoding});
+    if (fresh) found->second = textures->mean(slot.image, slot.encoding);
+    return found->second;
+  };
   std::vector<double> means;
-  means.reserve(lights.size());
-  for (const AreaLight& light : lights) {
-    const V3d factor(light.radiance);
-    if (!light.textured) {
-      means.push_back(luminance_d(factor));
+  means.reserve(grouped.lights.size());
+  for (const AreaLight& light : grouped.lights) {
+    const LightAlpha* alpha = alpha_of(light);
+    const TextureSlot& slot = emitters[light.emitter].texture;
+    double floor = kDarkFloor;
+    V3d factor(light.radiance);
+    if (alpha) floor *= most_coverage(light, *alpha);
+    if (!(floor > 0)) {
+      means.push_back(0);
       continue;
     }
-    const TextureSlot& slot = emitters[light.emitter].texture;
-    const auto [found, fresh] = image_means.try_emplace({slot.image, slot.encoding});
-    if (fresh) {
-      const V4f mean = textures->mean(slot.image, slot.encoding);
-      found->second = V3d(mean.x, mean.y, mean.z);
+    if (!varies(light, alpha)) {
+      means.push_back(luminance_d(factor) * (alpha ? double(coverage(*alpha, {0, 0}, textures)) : 1.0));
+      continue;
     }
-    const double lookups = std::clamp(covered_texels(light, slot, *textures), kMinLookups, most);
-    const double mean = luminance_d(factor * mean_of_lookups(light, slot, *textures, lookups));
-    means.push_back(std::max(mean, kDarkFloor * luminance_d(factor * found->second)));
+    double texels = 0;
+    if (light.textured) {
+      const V4f mean = image_mean(slot);
+      factor *= V3d(mean.x, mean.y, mean.z);
+      texels = covered_texels(light, slot, light.uv_s, light.uv_t, *textures);
+    }
+    if (alpha && alpha->texture.present()) {
+      floor *= image_mean(alpha->texture).w;
+      texels = std::max(texels, covered_texels(light, alpha->texture, alpha->uv_s, alpha->uv_t, *textures));
+    }
+    const double mean = mean_of_lookups(light, slot, alpha, textures, std::clamp(texels, kMinLookups, limit));
+    means.push_back(std::max(mean, floor * luminance_d(factor)));
   }
   return means;
 }

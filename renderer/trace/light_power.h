@@ -11,11 +11,11 @@
 
 namespace helio {
 
-// Mean luminance of the radiance that every area light emits, its texture averaged over its own area by lookups (as
-// many as it covers texels, within bounds). A light that lies in a dark part of a texture that is not black keeps a
-// hundredth of the texture's mean, so that a narrow bright spot between the lookups is still found. 0: black texture.
-// `textures` may be null when no light is textured.
-std::vector<double> mean_radiances(const std::vector<AreaLight>& lights, const std::vector<AreaEmitter>& emitters,
+// Mean luminance of the radiance that every area light emits, its texture and alpha averaged over its own area by
+// lookups (as many as it covers texels, within bounds). A light that lies in a dark or transparent part of a texture
+// that is not so everywhere keeps a hundredth of the texture's mean, so that a narrow bright spot between the lookups
+// is still found. 0: black texture, or transparent everywhere. `textures` may be null when no light is textured.
+std::vector<double> mean_radiances(const AreaLights& lights, const std::vector<AreaEmitter>& emitters,
                                    const TextureTable* textures);
 
 // Luminance of the flux in W. For directional lights and an environment (whose `mean_radiance` is the mean luminance

@@ -4,6 +4,7 @@
 
 #include "renderer/scene/environment.h"
 #include "renderer/scene/texture.h"
+#include "renderer/trace/light_emission.h"
 #include "renderer/trace/light_power.h"
 
 namespace helio {
@@ -30,6 +31,14 @@ LightBounds area_bounds(const AreaLight& light, double mean_radiance) {
     bounds.box = Box3f(shape.p0 - extent, shape.p0 + extent);
     bounds.theta_o = kPi;
     bounds.intensity = mean_radiance * shape.area / 4;  // seen as a disk
+    return bounds;
+  }
+  if (shape.kind == ShapeKind::ellipsoid) {
+    V3f extent;
+    for (int i = 0; i < 3; ++i) extent[i] = length(V3f(shape.e1[i], shape.e2[i], shape.e3[i]));
+    bounds.box = Box3f(shape.p0 - extent, shape.p0 + extent);
+    bounds.theta_o = kPi;
+    bounds.intensity = mean_radiance * shape.area / 2;  // a closed convex surface shows half of its area at most
     return bounds;
   }
   for (const V3f& corner : {shape.p0, shape.p0 + shape.e1, shape.p0 + shape.e2}) bounds.box.extendBy(corner);
@@ -70,7 +79,7 @@ LightSampler::LightSampler(Input input) : textures_(input.textures) {
       input.scene_bounds.isEmpty() ? 1.0 : std::max(0.5 * length(V3d(input.scene_bounds.size())), 1e-6);
   std::vector<double> flux;
   std::vector<LightBounds> bounds;
-  add_areas(std::move(input.areas), flux, bounds);
+  add_areas(input, flux, bounds);
   add_punctual(input.punctual, scene_radius, flux, bounds);
   add_environment(input, scene_radius, flux);
 
@@ -78,7 +87,8 @@ LightSampler::LightSampler(Input input) : textures_(input.textures) {
   if (count == 0) return;
   if (count == 1) {
     selection_ = Selection::one;
-    plain_quad_ = areas_.size() == 1 && areas_[0].shape.kind == ShapeKind::parallelogram && !areas_[0].textured;
+    plain_quad_ = areas_.size() == 1 && areas_[0].shape.kind == ShapeKind::parallelogram && !areas_[0].textured &&
+                  areas_[0].alpha == kOpaqueEmitter;
     return;
   }
   if (!input.use_tree || finite_count_ < 2) {
@@ -99,11 +109,11 @@ LightSampler::LightSampler(Input input) : textures_(input.textures) {
 
 LightSampler::~LightSampler() = default;
 
-void LightSampler::add_areas(std::vector<AreaEmitter> emitters, std::vector<double>& flux,
-                             std::vector<LightBounds>& bounds) {
-  emitters_ = std::move(emitters);
-  AreaLights grouped = group_area_emitters(emitters_);
-  const std::vector<double> radiances = mean_radiances(grouped.lights, emitters_, textures_);
+void LightSampler::add_areas(Input& input, std::vector<double>& flux, std::vector<LightBounds>& bounds) {
+  emitters_ = std::move(input.areas);
+  AreaLights grouped = group_area_emitters(emitters_, input.alphas);
+  const std::vector<double> radiances = mean_radiances(grouped, emitters_, textures_);
+  alphas_ = std::move(grouped.alphas);
   areas_.reserve(grouped.lights.size());
   std::vector<std::uint32_t> kept(grouped.lights.size(), kNoLight);
   for (std::size_t i = 0; i < grouped.lights.size(); ++i) {
@@ -161,7 +171,8 @@ void LightSampler::add_environment(const Input& input, double scene_radius, std:
 std::size_t LightSampler::memory_bytes() const {
   return sizeof(*this) + areas_.capacity() * sizeof(AreaLight) + punctual_.capacity() * sizeof(PunctualSource) +
          light_of_emitter_.capacity() * sizeof(std::uint32_t) + emitters_.capacity() * sizeof(AreaEmitter) +
-         power_.memory_bytes() + tree_.memory_bytes() + (env_distribution_ ? env_distribution_->memory_bytes() : 0);
+         alphas_.capacity() * sizeof(LightAlpha) + power_.memory_bytes() + tree_.memory_bytes() +
+         (env_distribution_ ? env_distribution_->memory_bytes() : 0);
 }
 
 LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal, float u) const {
@@ -208,9 +219,10 @@ LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float 
 LightSample LightSampler::sample_area(const AreaLight& light, const V3f& point, const V2f& u) const {
   const ShapeSample shape = sample_shape(light.shape, point, u);
   LightSample sample{shape.direction, shape.distance, light.radiance, shape.pdf_w, false, shape.cos_light};
-  if (light.textured && shape.pdf_w > 0) {
-    const V2f uv = light.uv + light.uv_s * shape.st.x + light.uv_t * shape.st.y;
-    sample.radiance = textured_emission(emitters_[light.emitter], uv);
+  if ((light.textured || light.alpha != kOpaqueEmitter) && shape.pdf_w > 0) {
+    const LightAlpha* alpha = light.alpha == kOpaqueEmitter ? nullptr : &alphas_[light.alpha];
+    const TextureSlot& texture = emitters_[light.emitter].texture;
+    sample.radiance = light_emission(light, texture, alpha, light_point(light, point, shape), textures_);
   }
   return sample;
 }

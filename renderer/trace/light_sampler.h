@@ -1,7 +1,7 @@
 // Lights as the integrator meets them: choose one, sample a direction to it, and the density of having done so.
 //
-// Emitters are numbered as given: emissive triangles and spheres. Everything is in rebased scene coordinates. Immutable
-// after construction; safe to share between threads.
+// Emitters are numbered as given: emissive triangles, spheres and ellipsoids. Everything is in rebased scene
+// coordinates. Immutable after construction; safe to share between threads.
 //
 // One light costs no selection. Few are selected by power, many by a light tree. A density may be as large as 1e30, so
 // that MIS weights must be formed from the ratio of two densities, not from their squares.
@@ -28,8 +28,8 @@ class EnvironmentDistribution;
 struct LightSample {
   V3f direction{0, 0, 0};  // unit, from the reference point to the light
   float distance = 0;      // to the light's surface; +inf: directional and environment
-  Rgb radiance{0, 0, 0};   // arriving along the direction, unoccluded; for delta lights already divided by nothing:
-                           // contribution is f_cos * radiance / pdf
+  Rgb radiance{0, 0, 0};   // arriving along the direction, unoccluded, times the alpha of the light's surface there;
+                           // for delta lights already divided by nothing: contribution is f_cos * radiance / pdf
   float pdf_w = 0;         // selection x solid angle density; for delta lights the selection probability alone; 0: none
   bool delta = false;      // cannot be hit by a BSDF sample: MIS weight 1
   float cos_light = 1;     // |cosine| between the direction and the light's surface normal; 1 where there is no surface
@@ -39,6 +39,7 @@ class LightSampler {
  public:
   struct Input {
     std::vector<AreaEmitter> areas;
+    std::vector<EmitterAlpha> alphas;                                 // AreaEmitter::alpha
     std::vector<PunctualLight> punctual;                              // positions already rebased
     const Environment* environment = nullptr;                         // null: black
     std::shared_ptr<const EnvironmentDistribution> env_distribution;  // null for constant environments
@@ -70,21 +71,23 @@ class LightSampler {
     return sample_any(point, normal, u_select, u);
   }
 
-  // Density (selection x solid angle) with which sample() at `point` would have returned the direction that hit area
-  // emitter `emitter` at distance `distance`, light surface cosine `cos_light` (front: > 0).
-  float pdf_w_area(const V3f& point, const V3f& normal, std::uint32_t emitter, float distance, float cos_light) const {
+  // Density (selection x solid angle) with which sample() at `point` would have returned the unit direction that hit
+  // area emitter `emitter` at distance `distance`, light surface cosine `cos_light` (front: > 0).
+  float pdf_w_area(const V3f& point, const V3f& normal, const V3f& direction, std::uint32_t emitter, float distance,
+                   float cos_light) const {
     const std::uint32_t light = light_of_emitter_[emitter];
     if (light == kNoLight) return 0;
-    const float pdf_w = pdf_w_shape(areas_[light].shape, point, distance, cos_light);
+    const float pdf_w = pdf_w_shape(areas_[light].shape, point, direction, distance, cos_light);
     return selection_ == Selection::one ? pdf_w : pdf_w * selection_probability(point, normal, light);
   }
   float pdf_w_environment(const V3f& point, const V3f& normal, const V3f& direction) const;
 
-  // Radiance emitted by an area emitter towards a viewer on the side given by cos_light; uv for textured emission.
+  // Radiance emitted by an opaque point of an area emitter towards a viewer on the side given by cos_light; uv for
+  // textured emission.
   Rgb emitted(std::uint32_t emitter, const V2f& uv, float cos_light) const {
     const AreaEmitter& e = emitters_[emitter];
     if (!(cos_light > 0) && !(e.two_sided && cos_light < 0)) return {0, 0, 0};
-    return e.texture.present() && e.shape == AreaEmitter::Shape::triangle ? textured_emission(e, uv) : e.radiance;
+    return e.texture.present() ? textured_emission(e, uv) : e.radiance;
   }
   // `direction` unit, from the scene outwards.
   Rgb environment_radiance(const V3f& direction) const;
@@ -96,7 +99,7 @@ class LightSampler {
     float probability = 0;
   };
 
-  void add_areas(std::vector<AreaEmitter> emitters, std::vector<double>& flux, std::vector<LightBounds>& bounds);
+  void add_areas(Input& input, std::vector<double>& flux, std::vector<LightBounds>& bounds);
   void add_punctual(const std::vector<PunctualLight>& lights, double scene_radius, std::vector<double>& flux,
                     std::vector<LightBounds>& bounds);
   void add_environment(const Input& input, double scene_radius, std::vector<double>& flux);
@@ -111,7 +114,7 @@ class LightSampler {
   float selection_probability(const V3f& point, const V3f& normal, std::uint32_t light) const;
 
   Selection selection_ = Selection::none;
-  bool plain_quad_ = false;         // the only light is an untextured parallelogram
+  bool plain_quad_ = false;         // the only light is an untextured, opaque parallelogram
   bool environment_light_ = false;  // the environment is not black
   // Lights are numbered: areas, punctual lights at a place, directional lights, environment.
   std::vector<AreaLight> areas_;
@@ -119,6 +122,7 @@ class LightSampler {
   std::uint32_t finite_count_ = 0;  // lights before the first directional one
   std::vector<std::uint32_t> light_of_emitter_;
   std::vector<AreaEmitter> emitters_;
+  std::vector<LightAlpha> alphas_;
 
   AliasTable power_;                // power: all lights; tree: the infinite ones
   LightTree tree_;                  // the finite ones

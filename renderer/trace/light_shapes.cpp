@@ -80,6 +80,71 @@ AreaShape make_sphere_shape(const V3f& center, float radius, bool two_sided) {
   return shape;
 }
 
+AreaShape make_ellipsoid_shape(const V3f& center, const V3f& e1, const V3f& e2, const V3f& e3, bool two_sided) {
+  AreaShape shape;
+  shape.kind = ShapeKind::ellipsoid;
+  shape.p0 = shape.center = center;
+  shape.e1 = e1;
+  shape.e2 = e2;
+  shape.e3 = e3;
+  shape.two_sided = two_sided;
+  const double volume = std::abs(dot(V3d(e1), cross(V3d(e2), V3d(e3))));
+  const double box = length(V3d(e1)) * length(V3d(e2)) * length(V3d(e3));
+  if (!std::isfinite(box) || !(box > 0) || !(volume > 1e-6 * box) || !is_finite(center)) return shape;
+  // The surface's area by the midpoint rule over equal areas of the unit sphere. It weighs lights against each other
+  // and enters no density.
+  constexpr int kRings = 32, kSectors = 64;
+  double sum = 0;
+  for (int i = 0; i < kRings; ++i) {
+    const float z = 1 - 2 * (float(i) + 0.5f) / kRings, r = safe_sqrt(1 - z * z);
+    for (int j = 0; j < kSectors; ++j) {
+      const float phi = kTwoPi * (float(j) + 0.5f) / kSectors;
+      sum += area_stretch(shape, V3f(r * std::cos(phi), r * std::sin(phi), z));
+    }
+  }
+  const double area = 4 * std::numbers::pi * sum / (kRings * kSectors);
+  shape.area = area > 1e-18 && area < 1e18 ? float(area) : 0.0f;
+  return shape;
+}
+
+namespace {
+
+// What an ellipsoid's map does, and its inverse. Rows of the inverse are cofactors over the determinant.
+struct LinearMap {
+  explicit LinearMap(const AreaShape& shape)
+      : e1(shape.e1), e2(shape.e2), e3(shape.e3), c1(cross(e2, e3)), c2(cross(e3, e1)), c3(cross(e1, e2)) {
+    determinant = dot(e1, c1);
+  }
+  V3f apply(const V3f& v) const { return e1 * v.x + e2 * v.y + e3 * v.z; }
+  V3f invert(const V3f& v) const { return V3f(dot(c1, v), dot(c2, v), dot(c3, v)) * (1 / determinant); }
+  V3f cofactors(const V3f& v) const { return c1 * v.x + c2 * v.y + c3 * v.z; }
+
+  V3f e1, e2, e3, c1, c2, c3;
+  float determinant;
+};
+
+// The unit sphere seen from where `point` lies in its space.
+AreaShape unit_sphere(bool two_sided) {
+  AreaShape sphere;
+  sphere.kind = ShapeKind::sphere;
+  sphere.radius = 1;
+  sphere.area = 4 * kPi;
+  sphere.two_sided = two_sided;
+  return sphere;
+}
+
+}  // namespace
+
+V3f local_direction(const AreaShape& shape, const V3f& surface_point) {
+  const V3f from_center = surface_point - shape.center;
+  return shape.kind == ShapeKind::ellipsoid ? LinearMap(shape).invert(from_center) : from_center;
+}
+
+// |det A| |A^-T n|: the normal of an area element maps by the cofactors.
+float area_stretch(const AreaShape& ellipsoid, const V3f& local) {
+  return length(LinearMap(ellipsoid).cofactors(local));
+}
+
 namespace detail {
 
 ShapeSample sample_near_planar(const AreaShape& shape, const V3f& point, const V2f& u) {
@@ -143,6 +208,31 @@ float pdf_w_sphere(const AreaShape& shape, const V3f& point, float cos_light) {
   const float sine_squared = radius_squared / squared;
   const float cap = sine_squared / (1 + safe_sqrt(1 - sine_squared));
   return accept_pdf(kInvPi / (2 * cap));
+}
+
+// Rays from a point to an ellipsoid are, under the inverse of the map A that makes it from the unit sphere, rays to
+// that sphere; so its directions are sampled there and carried over. A takes the solid angle dw' around the unit
+// direction w' to |det A| / |A w'|^3 dw' (the volume t^2 dt dw' grows by |det A|, lengths along the ray by |A w'|).
+ShapeSample sample_ellipsoid(const AreaShape& shape, const V3f& point, const V2f& u) {
+  const LinearMap map(shape);
+  const V3f local_point = map.invert(point - shape.center);
+  ShapeSample sample = sample_sphere(unit_sphere(shape.two_sided), local_point, u);
+  if (!(sample.pdf_w > 0)) return {};
+  const V3f normal = map.cofactors(local_point + sample.direction * sample.distance);
+  const V3f direction = map.apply(sample.direction);
+  const float stretch = length(direction);
+  sample.direction = direction * (1 / stretch);
+  sample.distance *= stretch;
+  sample.cos_light = std::abs(dot(normalize(normal), sample.direction));
+  sample.pdf_w = accept_pdf(sample.pdf_w * stretch * stretch * stretch / std::abs(map.determinant));
+  return sample;
+}
+
+float pdf_w_ellipsoid(const AreaShape& shape, const V3f& point, const V3f& direction, float cos_light) {
+  const LinearMap map(shape);
+  const float pdf_w = pdf_w_sphere(unit_sphere(shape.two_sided), map.invert(point - shape.center), cos_light);
+  const float stretch = 1 / length(map.invert(direction));  // |A w'| of the unit w' along A^-1 w
+  return accept_pdf(pdf_w * stretch * stretch * stretch / std::abs(map.determinant));
 }
 
 }  // namespace detail

@@ -1,6 +1,6 @@
 // The shapes that area lights have, as plain records: sample a direction to one, and the density of a direction found
 // otherwise. Far from a planar light its area is sampled; near it, where d^2 / cos would make the estimate noisy,
-// its solid angle. Spheres: the cone they fill from outside, all directions from inside.
+// its solid angle. Spheres: the cone they fill from outside, all directions from inside; ellipsoids: the image of that.
 //
 // pdf_w_shape() takes the same decisions as sample_shape() from the same point: both agree for any hit.
 #pragma once
@@ -11,11 +11,12 @@
 
 namespace helio {
 
-enum class ShapeKind : std::uint8_t { triangle, parallelogram, sphere };
+enum class ShapeKind : std::uint8_t { triangle, parallelogram, sphere, ellipsoid };
 
-// One- and two-sided area light without its radiance. Sphere: p0 is the centre.
+// One- and two-sided area light without its radiance. Sphere, ellipsoid: p0 is the centre.
 struct AreaShape {
   V3f p0{0, 0, 0}, e1{0, 0, 0}, e2{0, 0, 0};
+  V3f e3{0, 0, 0};         // ellipsoid: e1, e2, e3 are what the unit sphere's axes x, y, z become
   V3f normal{0, 0, 1};     // planar: unit, front
   V3f center{0, 0, 0};     // planar: centroid
   float area = 0;          // > 0
@@ -29,6 +30,13 @@ struct AreaShape {
 AreaShape make_triangle_shape(const V3f& p0, const V3f& e1, const V3f& e2, const V3f& normal, bool two_sided);
 AreaShape make_parallelogram_shape(const V3f& p0, const V3f& e1, const V3f& e2, const V3f& normal, bool two_sided);
 AreaShape make_sphere_shape(const V3f& center, float radius, bool two_sided);
+// The unit sphere under (x, y, z) -> center + x e1 + y e2 + z e3.
+AreaShape make_ellipsoid_shape(const V3f& center, const V3f& e1, const V3f& e2, const V3f& e3, bool two_sided);
+
+// Direction, in the unit sphere's space, of a point of a sphere or ellipsoid: its normal there. Not unit.
+V3f local_direction(const AreaShape& shape, const V3f& surface_point);
+// Area of an ellipsoid's surface per area of the unit sphere around its unit direction `local`.
+float area_stretch(const AreaShape& ellipsoid, const V3f& local);
 
 struct ShapeSample {
   V3f direction{0, 0, 0};  // unit, from the point to the light
@@ -72,11 +80,13 @@ inline ShapeSample sample_planar_area(const AreaShape& shape, const V3f& point, 
   return sample;
 }
 
-// The cases that are not on the hottest path: near planar shapes and spheres.
+// The cases that are not on the hottest path: near planar shapes, spheres, ellipsoids.
 ShapeSample sample_near_planar(const AreaShape& shape, const V3f& point, const V2f& u);
 ShapeSample sample_sphere(const AreaShape& shape, const V3f& point, const V2f& u);
+ShapeSample sample_ellipsoid(const AreaShape& shape, const V3f& point, const V2f& u);
 float pdf_w_near_planar(const AreaShape& shape, const V3f& point, float distance, float cosine);
 float pdf_w_sphere(const AreaShape& shape, const V3f& point, float cos_light);
+float pdf_w_ellipsoid(const AreaShape& shape, const V3f& point, const V3f& direction, float cos_light);
 
 inline bool is_near(const AreaShape& shape, const V3f& point) {
   return length_squared(shape.center - point) < shape.near_squared;
@@ -87,16 +97,19 @@ inline bool is_near(const AreaShape& shape, const V3f& point) {
 // u in [0, 1)^2.
 inline ShapeSample sample_shape(const AreaShape& shape, const V3f& point, const V2f& u) {
   if (shape.kind == ShapeKind::sphere) return detail::sample_sphere(shape, point, u);
+  if (shape.kind == ShapeKind::ellipsoid) return detail::sample_ellipsoid(shape, point, u);
   if (detail::is_near(shape, point)) [[unlikely]]
     return detail::sample_near_planar(shape, point, u);
   return detail::sample_planar_area(shape, point,
                                     shape.kind == ShapeKind::triangle ? detail::square_to_triangle(u) : u);
 }
 
-// Solid angle density of sample_shape() at `point` for the direction that hit the shape at `distance`, where the
+// Solid angle density of sample_shape() at `point` for the unit direction that hit the shape at `distance`, where the
 // cosine between the front normal and the direction back to the point is cos_light.
-inline float pdf_w_shape(const AreaShape& shape, const V3f& point, float distance, float cos_light) {
+inline float pdf_w_shape(const AreaShape& shape, const V3f& point, const V3f& direction, float distance,
+                         float cos_light) {
   if (shape.kind == ShapeKind::sphere) return detail::pdf_w_sphere(shape, point, cos_light);
+  if (shape.kind == ShapeKind::ellipsoid) return detail::pdf_w_ellipsoid(shape, point, direction, cos_light);
   const float cosine = shape.two_sided ? std::abs(cos_light) : cos_light;
   if (!(cosine > 0)) return 0;
   if (detail::is_near(shape, point)) [[unlikely]] {

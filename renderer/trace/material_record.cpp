@@ -1,4 +1,6 @@
 // Material -> MaterialRecord: everything about a material that does not depend on where it is hit.
+#include <algorithm>
+
 #include "renderer/trace/scene_data.h"
 
 namespace helio {
@@ -65,15 +67,14 @@ MaterialRecord make_material_record(const Material& m) {
   return r;
 }
 
-bool has_alpha(const Material& material, const TriangleMesh& mesh, const TextureTable& textures) {
+bool has_alpha(const Material& material, const TriangleMesh* mesh, const TextureTable& textures) {
   if (material.alpha_mode == AlphaMode::opaque) return false;
   if (material.base_alpha < 1) return true;
   if (material.base_color_texture.present() && textures.has_transparency(material.base_color_texture.image))
+  // glTF 2.0, 3.9.4: a cutoff above 1 makes the whole material transparent.
+  if (material.alpha_mode == AlphaMode::mask && material.alpha_cutoff > 1) return true;
     return true;
-  for (const V4f& color : mesh.colors) {
-    if (color.w < 1) return true;
-  }
-  return false;
+  return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
 }
 
 }  // namespace helio

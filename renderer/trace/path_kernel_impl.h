@@ -415,7 +415,8 @@ class PathKernel {
     if (is_black(radiance)) return;
     float weight = 1;
     if (path.pdf_w > 0 && emitter != kNoHit) {
-      weight = mis_weight(path.pdf_w, lights_.pdf_w_area(ray.origin, path.normal, emitter, hit.t, cos_light));
+      weight =
+          mis_weight(path.pdf_w, lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, hit.t, cos_light));
     }
     path.radiance += path.beta * radiance * weight;
   }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "renderer/base/clock.h"
+#include "renderer/scene/material_slots.h"
 #include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
@@ -45,6 +46,13 @@ struct Linear {
     return equal && orthogonal ? a : 0;
   }
 };
+
+// Whether the axes of what is transformed no longer point where they did.
+bool turns(const Linear& l) {
+  const double tolerance = 1e-9 * (length(l.x) + length(l.y) + length(l.z));
+  const auto off = [&](double a, double b) { return std::abs(a) > tolerance || std::abs(b) > tolerance; };
+  return off(l.x.y, l.x.z) || off(l.y.x, l.y.z) || off(l.z.x, l.z.y) || l.x.x < 0 || l.y.y < 0 || l.z.z < 0;
+}
 
 bool usable(const M44d& m) {
   for (int i = 0; i < 4; ++i) {
@@ -167,9 +175,19 @@ class Builder {
     baked_.assign(scene_.objects.size(), false);
     for (const Instance& instance : scene_.instances) {
       const Object& object = scene_.objects[instance.object];
+      const Linear linear(instance.to_world);
       baked_[instance.object] =
-          uses_[instance.object] == 1 && (object.spheres.empty() || Linear(instance.to_world).uniform_scale() > 0);
+          uses_[instance.object] == 1 &&
+          (object.spheres.empty() || (linear.uniform_scale() > 0 && !turns_texture(object, linear)));
     }
+  }
+
+  // A baked sphere is a centre and a radius: its texture coordinates are those of its own space only if that is not
+  // turned.
+  bool turns_texture(const Object& object, const Linear& linear) const {
+    return turns(linear) && std::any_of(object.spheres.begin(), object.spheres.end(), [&](const Sphere& sphere) {
+             return has_any_texture(scene_.materials[std::size_t(sphere.material)]);
+           });
   }
 
   // Embree reads 16 bytes at the last 12-byte position.
@@ -181,13 +199,14 @@ class Builder {
     part.vertex_count = mesh.positions.size();
     part.indices = mesh.indices.data();
     part.triangle_count = mesh.triangle_count();
-    part.alpha = has_alpha(scene_.materials[mesh.material], mesh, *data_.textures);
+    part.alpha = has_alpha(scene_.materials[std::size_t(mesh.material)], &mesh, *data_.textures);
     return part;
   }
 
-  static AccelPart accel_part(const V3f& center, float radius) {
+  AccelPart accel_part(const V3f& center, float radius, int material) const {
     AccelPart part;
     part.kind = AccelPart::Kind::sphere;
+    part.alpha = has_alpha(scene_.materials[std::size_t(material)], nullptr, *data_.textures);
     part.sphere = V4f(center.x, center.y, center.z, radius);
     return part;
   }
@@ -230,8 +249,12 @@ class Builder {
       for (const Sphere& sphere : object.spheres) {
         const V3f center(transform_point(instance.to_world, V3d(sphere.center)) - data_.origin);
         PartRecord record = part_record(center, float(sphere.radius * scale), sphere.material);
-        record.first_emitter = add_emitter(center, record.radius, sphere.material);
-        add_flat(record, accel_part(center, record.radius), i);
+        AreaEmitter emitter;
+        emitter.shape = AreaEmitter::Shape::sphere;
+        emitter.p0 = center;
+        emitter.e1 = V3f(record.radius, 0, 0);
+        record.first_emitter = add_emitter(emitter, sphere.material);
+        add_flat(record, accel_part(center, record.radius, sphere.material), i);
       }
     }
   }
@@ -257,7 +280,7 @@ class Builder {
       }
       for (const Sphere& sphere : object.spheres) {
         data_.object_parts.push_back(part_record(sphere.center, sphere.radius, sphere.material));
-        accel.parts.push_back(accel_part(sphere.center, sphere.radius));
+        accel.parts.push_back(accel_part(sphere.center, sphere.radius, sphere.material));
       }
       if (accel.parts.empty()) continue;
       accel_object[i] = std::uint32_t(accel_input_.objects.size());
@@ -290,7 +313,7 @@ class Builder {
     record.offset_scale = float(length(linear.x) + length(linear.y) + length(linear.z));
     record.offset =
         float(std::max({std::abs(translation.x), std::abs(translation.y), std::abs(translation.z)})) * kOffsetFactor;
-    add_instance_emitters(record, linear.determinant() < 0, scene_.objects[std::size_t(instance.object)]);
+    add_instance_emitters(record, linear, scene_.objects[std::size_t(instance.object)]);
 
     AccelInstance accel;
     accel.object = accel_object;
@@ -300,20 +323,40 @@ class Builder {
     data_.instance_names.push_back(std::uint32_t(index));
   }
 
-  void add_instance_emitters(InstanceRecord& record, bool mirrored, const Object& object) {
+  void add_instance_emitters(InstanceRecord& record, const Linear& linear, const Object& object) {
     std::vector<std::uint32_t> slots;
     bool any = false;
     for (const TriangleMesh& mesh : object.meshes) {
       if (mesh.indices.empty()) continue;
       slots.push_back(add_emitters(
-          mesh, [&](const V3f& p) { return record.point(p); }, mirrored));
+          mesh, [&](const V3f& p) { return record.point(p); }, linear.determinant() < 0));
       any = any || slots.back() != kNoHit;
     }
-    // A sphere under a general transform is an ellipsoid: it is found by BSDF sampling alone.
-    for (std::size_t i = 0; i < object.spheres.size(); ++i) slots.push_back(kNoHit);
+    for (const Sphere& sphere : object.spheres) {
+      slots.push_back(add_emitter(sphere_emitter(sphere, record, linear), sphere.material));
+      any = any || slots.back() != kNoHit;
+    }
     if (!any) return;
     record.first_emitter_slot = std::uint32_t(data_.instance_emitters.size());
     data_.instance_emitters.insert(data_.instance_emitters.end(), slots.begin(), slots.end());
+  }
+
+  // A placed sphere: still one where it only grows, moves, and turns without a texture; an ellipsoid otherwise.
+  AreaEmitter sphere_emitter(const Sphere& sphere, const InstanceRecord& record, const Linear& linear) const {
+    AreaEmitter emitter;
+    emitter.p0 = record.point(sphere.center);
+    const double scale = linear.uniform_scale();
+    const bool textured = has_any_texture(scene_.materials[std::size_t(sphere.material)]);
+    if (scale > 0 && !(textured && turns(linear))) {
+      emitter.shape = AreaEmitter::Shape::sphere;
+      emitter.e1 = V3f(float(sphere.radius * scale), 0, 0);
+      return emitter;
+    }
+    emitter.shape = AreaEmitter::Shape::ellipsoid;
+    emitter.e1 = record.direction(V3f(sphere.radius, 0, 0));
+    emitter.e2 = record.direction(V3f(0, sphere.radius, 0));
+    emitter.e3 = record.direction(V3f(0, 0, sphere.radius));
+    return emitter;
   }
 
   template <class ToWorld>
@@ -322,10 +365,9 @@ class Builder {
     const MaterialRecord& record = data_.materials[std::size_t(mesh.material)];
     if (!record.emissive || record.unlit) return kNoHit;
     const std::uint32_t first = std::uint32_t(light_input_.areas.size());
-    const std::vector<V2f>* uvs = nullptr;
-    if (material.emission_texture.present() && material.emission_texture.texcoord < kMaxTexcoordSets) {
-      uvs = &mesh.texcoords[std::size_t(material.emission_texture.texcoord)];
-    }
+    const std::vector<V2f>* uvs = texture_coordinates(mesh, material.emission_texture);
+    const std::vector<V2f>* alpha_uvs = texture_coordinates(mesh, material.base_color_texture);
+    const bool alpha = has_alpha(material, &mesh, *data_.textures);
     for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
       const std::uint32_t* i = &mesh.indices[3 * t];
       AreaEmitter emitter{};
@@ -336,21 +378,45 @@ class Builder {
       emitter.normal = unit_or_zero(V3d(cross(emitter.e1, emitter.e2)) * (mirrored ? -1.0 : 1.0));
       emitter.radiance = record.emission;
       emitter.texture = material.emission_texture;
-      for (int k = 0; k < 3; ++k) emitter.uv[k] = uvs && !uvs->empty() ? (*uvs)[i[k]] : V2f(0, 0);
+      for (int k = 0; k < 3; ++k) emitter.uv[k] = uvs ? (*uvs)[i[k]] : V2f(0, 0);
+      if (alpha) {
+        EmitterAlpha& a = add_alpha(emitter, material);
+        for (int k = 0; k < 3; ++k) {
+          a.uv[k] = alpha_uvs ? (*alpha_uvs)[i[k]] : V2f(0, 0);
+          if (!mesh.colors.empty()) a.factor[k] *= mesh.colors[i[k]].w;
+        }
+      }
       light_input_.areas.push_back(emitter);
     }
     return first;
   }
 
-  std::uint32_t add_emitter(const V3f& center, float radius, int material_index) {
+  // Null where the slot has no texture or the mesh no coordinates for it.
+  static const std::vector<V2f>* texture_coordinates(const TriangleMesh& mesh, const TextureSlot& slot) {
+    if (!slot.present() || slot.texcoord >= kMaxTexcoordSets) return nullptr;
+    const std::vector<V2f>& uvs = mesh.texcoords[std::size_t(slot.texcoord)];
+    return uvs.empty() ? nullptr : &uvs;
+  }
+
+  EmitterAlpha& add_alpha(AreaEmitter& emitter, const Material& material) {
+    emitter.alpha = std::uint32_t(light_input_.alphas.size());
+    EmitterAlpha& alpha = light_input_.alphas.emplace_back();
+    alpha.texture = material.base_color_texture;
+    for (float& factor : alpha.factor) factor = material.base_alpha;
+    alpha.mask = material.alpha_mode == AlphaMode::mask;
+    alpha.cutoff = material.alpha_cutoff;
+    return alpha;
+  }
+
+  // Everything but the shape is filled in.
+  std::uint32_t add_emitter(AreaEmitter emitter, int material_index) {
+    const Material& material = scene_.materials[std::size_t(material_index)];
     const MaterialRecord& record = data_.materials[std::size_t(material_index)];
     if (!record.emissive || record.unlit) return kNoHit;
-    AreaEmitter emitter{};
-    emitter.shape = AreaEmitter::Shape::sphere;
     emitter.two_sided = record.double_sided;
-    emitter.p0 = center;
-    emitter.e1 = V3f(radius, 0, 0);
     emitter.radiance = record.emission;
+    emitter.texture = material.emission_texture;
+    if (has_alpha(material, nullptr, *data_.textures)) add_alpha(emitter, material);
     light_input_.areas.push_back(emitter);
     return std::uint32_t(light_input_.areas.size() - 1);
   }
@@ -405,15 +471,16 @@ class Builder {
 
 }  // namespace
 
-bool SceneData::opaque_at(std::uint32_t part, std::uint32_t instance, std::uint32_t primitive, float u, float v,
-                          std::uint32_t alpha_key) const {
-  const PartRecord& record = instance == kNoHit ? flat[part] : object_parts[instances[instance].first_part + part];
-  if (!record.mesh) return true;
+bool SceneData::opaque_at(const AlphaHit& hit) const {
+  const PartRecord& record =
+      hit.instance == kNoHit ? flat[hit.part] : object_parts[instances[hit.instance].first_part + hit.part];
   const Material& material = description.materials[record.material];
-  const float alpha = surface_alpha(*this, record, primitive, u, v);
+  const float alpha = surface_alpha(*this, record, hit.primitive, V2f(hit.u, hit.v), hit.normal);
   if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff;
-  // Every surface on the way decides by its own random number, the same whenever the same ray meets it.
-  const std::uint32_t bits = combine_hash(combine_hash(alpha_key, primitive), combine_hash(part, instance));
+  // Every surface on the way decides by its own random number, the same whenever the same ray meets it. A sphere is met
+  // twice: its near and its far side are two surfaces.
+  const std::uint32_t surface = record.mesh ? hit.primitive : std::uint32_t(!hit.front);
+  const std::uint32_t bits = combine_hash(combine_hash(hit.alpha_key, surface), combine_hash(hit.part, hit.instance));
   return unit_float(bits) < alpha;
 }
 

@@ -94,8 +94,7 @@ struct RenderScene::Impl final : AlphaTest {
     return first == kNoHit ? kNoHit : first + hit.primitive;
   }
 
-  bool opaque_at(std::uint32_t part, std::uint32_t instance, std::uint32_t primitive, float u, float v,
-                 std::uint32_t alpha_key) const override;
+  bool opaque_at(const AlphaHit& hit) const override;
 };
 
 using SceneData = RenderScene::Impl;
@@ -103,7 +102,7 @@ using SceneData = RenderScene::Impl;
 // Pre-evaluates a material. Pure function.
 MaterialRecord make_material_record(const Material& material);
 
-// Whether any hit on the material may let a ray pass.
-bool has_alpha(const Material& material, const TriangleMesh& mesh, const TextureTable& textures);
+// Whether any hit on the material may let a ray pass. mesh: null for spheres.
+bool has_alpha(const Material& material, const TriangleMesh* mesh, const TextureTable& textures);
 
 }  // namespace helio

@@ -1,5 +1,7 @@
 #include "renderer/trace/surface.h"
 
+#include "renderer/trace/light_emission.h"
+
 namespace helio {
 namespace {
 
@@ -12,11 +14,6 @@ T interpolate(const std::vector<T>& values, const TriangleMesh& mesh, std::uint3
 bool normalizable(const V3f& v) {
   const float l2 = length_squared(v);
   return l2 > 1e-30f && l2 < 1e30f;
-}
-
-// (u, v) of a sphere's surface point as glTF's y-up longitude and latitude.
-V2f sphere_uv(const V3f& normal) {
-  return environment_uv(normal);
 }
 
 // Tangent and bitangent in world space; false when the texture coordinates do not span the surface.
@@ -65,7 +62,7 @@ V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& baryc
 namespace {
 
 V2f uv_at(const Hit& hit, const Surface& surface, const TextureSlot& slot) {
-  if (!surface.part->mesh) return sphere_uv(surface.geometric_normal);
+  if (!surface.part->mesh) return sphere_uv(hit.instance == kNoHit ? surface.geometric_normal : hit.normal);
   return surface_uv(*surface.part, hit.primitive, surface.barycentric, slot.texcoord);
 }
 
@@ -157,14 +154,13 @@ Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& s) {
   return emission;
 }
 
-float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, float u, float v) {
+float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, const V2f& barycentric,
+                    const V3f& normal) {
   const Material& m = scene.description.materials[part.material];
   float alpha = m.base_alpha;
-  const V2f barycentric(u, v);
-  if (m.base_color_texture.present()) {
-    alpha *= scene.textures
-                 ->lookup(m.base_color_texture, surface_uv(part, primitive, barycentric, m.base_color_texture.texcoord))
-                 .w;
+  if (const TextureSlot& slot = m.base_color_texture; slot.present()) {
+    const V2f uv = part.mesh ? surface_uv(part, primitive, barycentric, slot.texcoord) : sphere_uv(normal);
+    alpha *= scene.textures->lookup(slot, uv).w;
   }
   if (part.mesh && !part.mesh->colors.empty()) {
     alpha *= interpolate(part.mesh->colors, *part.mesh, primitive, barycentric).w;

@@ -69,8 +69,9 @@ Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surf
 // Texture coordinates at a hit; (0, 0) where the mesh has none.
 V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set);
 
-// Opacity in [0, 1] at a hit.
-float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, float u, float v);
+// Alpha at a hit. `normal` is that of AlphaHit: where spheres take their texture coordinates from.
+float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, const V2f& barycentric,
+                    const V3f& normal);
 
 inline V3f offset_origin(const Surface& s, const V3f& direction) {
   return s.position + s.geometric_normal * std::copysign(s.offset, dot(s.geometric_normal, direction));

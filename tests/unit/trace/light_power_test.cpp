@@ -103,7 +103,7 @@ TEST(LightPower, TexturesAreAveragedOverTheLight) {
   add(0.07f, 0.18f);  // all white
   add(0.4f, 0.6f);    // all black: a hundredth of the image's mean of 1/4
   const AreaLights grouped = group_area_emitters(emitters);
-  const std::vector<double> means = mean_radiances(grouped.lights, emitters, &textures);
+  const std::vector<double> means = mean_radiances(grouped, emitters, &textures);
   ASSERT_EQ(means.size(), 3u);
   EXPECT_NEAR(means[0], 4 * 7 / 16.0, 0.1);
   EXPECT_NEAR(means[1], 4, 1e-3);

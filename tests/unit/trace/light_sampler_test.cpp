@@ -54,7 +54,7 @@ Image sky_image() {
 }
 
 // One light of every kind. Areas: a one-sided quad, a two-sided quad, a textured triangle, a skewed textured quad, a
-// sphere, a two-sided sphere around everything.
+// sphere, a two-sided sphere around everything, a textured sphere and ellipsoid.
 struct EveryKind {
   std::vector<Image> images{sign_image(), sky_image()};
   TextureTable textures{images};
@@ -84,6 +84,11 @@ struct EveryKind {
     }
     in.areas.push_back(test::sphere_emitter({1, 3, 1}, 0.5f, 4));
     in.areas.push_back(test::sphere_emitter({0, 0, 0}, 40, 0.01f, true));
+    for (AreaEmitter e : {test::sphere_emitter({-1, -1, 4}, 0.6f, 6),
+                          test::ellipsoid_emitter({-3, 2, 1}, {0.3f, 0.2f, 0}, {0, 0.1f, 0.4f}, {0.2f, -0.4f, 0}, 9)}) {
+      e.texture.image = 0;
+      in.areas.push_back(e);
+    }
     PunctualLight light;
     light.position = V3d(2, 2, 2);
     in.punctual.push_back(light);
@@ -107,7 +112,7 @@ TEST(LightSampler, HitAndSampleAgreeOnDensityAndRadiance) {
   EveryKind scene;
   for (const bool use_tree : {false, true}) {
     const LightSampler lights(scene.input(use_tree));
-    EXPECT_EQ(lights.light_count(), 10u);  // 6 areas, 3 punctual, environment
+    EXPECT_EQ(lights.light_count(), 12u);  // 8 areas, 3 punctual, environment
     Random random(1);
     std::vector<int> found(lights.emitters().size());
     int environment = 0, delta = 0;
@@ -129,7 +134,7 @@ TEST(LightSampler, HitAndSampleAgreeOnDensityAndRadiance) {
       }
       const auto hit = test::hit_at(lights.emitters(), point, s.direction, s.distance);
       if (!hit || std::abs(hit->cos_light) < 0.01f) continue;  // rounding at edges, grazing
-      const float pdf_w = lights.pdf_w_area(point, normal, hit->emitter, hit->distance, hit->cos_light);
+      const float pdf_w = lights.pdf_w_area(point, normal, s.direction, hit->emitter, hit->distance, hit->cos_light);
       ASSERT_NEAR(std::abs(hit->cos_light), s.cos_light, 2e-3f) << "emitter " << hit->emitter;
       ASSERT_NEAR(pdf_w, s.pdf_w, 1e-4f * s.pdf_w) << "emitter " << hit->emitter << " point " << point;
       const Rgb emitted = lights.emitted(hit->emitter, hit->uv, hit->cos_light);
@@ -159,7 +164,7 @@ TEST(LightSampler, DensitiesIntegrateToTheShareOfSamples) {
       double sum = lights.pdf_w_environment(point, normal, w);
       for (std::uint32_t e = 0; e < lights.emitters().size(); ++e) {
         const auto hit = test::hit_emitter(lights.emitters()[e], point, w);
-        if (hit) sum += lights.pdf_w_area(point, normal, e, hit->distance, hit->cos_light);
+        if (hit) sum += lights.pdf_w_area(point, normal, w, e, hit->distance, hit->cos_light);
       }
       integral += 4 * kPi * sum;
       squares += sqr(float(4 * kPi * sum));
@@ -344,8 +349,8 @@ TEST(LightSampler, NothingToSample) {
   in.environment = &black;
   const LightSampler dark(std::move(in));
   EXPECT_TRUE(dark.empty());
-  EXPECT_EQ(dark.pdf_w_area({0, 0, 1}, {0, 0, 0}, 0, 1, 1), 0);
-  EXPECT_EQ(dark.pdf_w_area({0, 0, 1}, {0, 0, 0}, 1, 1, 1), 0);
+  EXPECT_EQ(dark.pdf_w_area({0, 0, 1}, {0, 0, 0}, {0, 0, -1}, 0, 1, 1), 0);
+  EXPECT_EQ(dark.pdf_w_area({0, 0, 1}, {0, 0, 0}, {0, 0, -1}, 1, 1, 1), 0);
   EXPECT_EQ(dark.emitters()[0].power, 0);
 }
 
@@ -363,9 +368,10 @@ TEST(LightSampler, ExtremeRadiances) {
         const LightSample s = lights.sample(point, {0, 0, -1}, u, {u, u});
         EXPECT_TRUE(std::isfinite(s.pdf_w) && is_finite(s.direction) && is_finite(s.radiance)) << point;
       }
-      for (std::uint32_t e = 0; e < 6; ++e) EXPECT_TRUE(std::isfinite(lights.pdf_w_area(point, {0, 0, -1}, e, 1, 1)));
+      for (std::uint32_t e = 0; e < 6; ++e)
+        EXPECT_TRUE(std::isfinite(lights.pdf_w_area(point, {0, 0, -1}, {0, 0, -1}, e, 1, 1)));
     }
-    EXPECT_GT(lights.pdf_w_area({0.5f, 0.5f, 1}, {0, 0, -1}, 0, 1, 1), 0);
+    EXPECT_GT(lights.pdf_w_area({0.5f, 0.5f, 1}, {0, 0, -1}, {0, 0, -1}, 0, 1, 1), 0);
   }
 }
 

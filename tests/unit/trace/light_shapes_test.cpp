@@ -55,7 +55,7 @@ test::ChiSquareResult planar_chi_square(const AreaShape& shape, const V3f& point
           shape.p0 + shape.e1 * ((float(x) + offset) / float(n)) + shape.e2 * ((float(y) + offset) / float(n)) - point;
       const float distance = length(d), cosine = -dot(shape.normal, d) / distance;
       const double density =
-          double(pdf_w_shape(shape, point, distance, cosine)) * std::abs(cosine) / distance / distance;
+          double(pdf_w_shape(shape, point, d / distance, distance, cosine)) * std::abs(cosine) / distance / distance;
       const double mass = density * cell_area * (cut ? 0.5 : 1.0);
       expected[std::size_t(y / kSubdivision * kCells + x / kSubdivision)] += mass * kCount;
       total += mass;
@@ -122,8 +122,8 @@ TEST(LightShapes, SphereSamplesFollowTheirDensity) {
     double mass = 0;
     const test::ChiSquareResult result = histogram.test(
         [&](const V3f& w) {
-          if (inside) return double(pdf_w_shape(shape, c.point, 1, -1));
-          return dot(normalize(V3d(w)), axis) >= rim ? double(pdf_w_shape(shape, c.point, 1, 1)) : 0.0;
+          if (inside) return double(pdf_w_shape(shape, c.point, w, 1, -1));
+          return dot(normalize(V3d(w)), axis) >= rim ? double(pdf_w_shape(shape, c.point, w, 1, 1)) : 0.0;
         },
         &mass);
     EXPECT_NEAR(mass, 1, 2e-3) << c.name;
@@ -190,6 +190,76 @@ TEST(LightShapes, IrradianceMatchesTheSphereFormFactor) {
   EXPECT_NEAR(irradiance(s, {0, 0, 0}, kNormal, 200, random).x, kPi, 1e-2);
 }
 
+AreaShape skewed_ellipsoid(bool two_sided = false) {
+  return make_ellipsoid_shape({0.1f, 0.2f, 0.3f}, {0.9f, 0.3f, 0}, {-0.2f, 0.4f, 0.1f}, {0, 0.2f, -0.5f}, two_sided);
+}
+
+// From inside, directions reach the whole sphere with a density without edges.
+TEST(LightShapes, EllipsoidSamplesFollowTheirDensityInside) {
+  const AreaShape shape = skewed_ellipsoid(true);
+  const V3f point = shape.center + shape.e1 * 0.4f - shape.e2 * 0.3f;
+  test::SphereHistogram histogram({0, 0, 1}, 0.5);
+  Random random(31);
+  for (int i = 0; i < 200000; ++i) {
+    const ShapeSample s = sample_shape(shape, point, random.next_v2f());
+    s.pdf_w > 0 ? histogram.add(s.direction) : histogram.add_elsewhere();
+  }
+  double mass = 0;
+  const test::ChiSquareResult result =
+      histogram.test([&](const V3f& w) { return double(pdf_w_shape(shape, point, normalize(w), 1, -1)); }, &mass);
+  EXPECT_NEAR(mass, 1, 2e-3);
+  EXPECT_TRUE(result.passes(test::kSignificance, 1)) << result.summary();
+}
+
+// A spheroid with radii a, a, c seen along its axis from distance d fills a cone whose tangent is a / sqrt(d^2 - c^2):
+// the circle of the unit sphere's tangent cone, scaled. Irradiance pi sin^2, solid angle 2 pi (1 - cos).
+TEST(LightShapes, IrradianceMatchesTheSpheroidsCone) {
+  Random random(32);
+  const double d = 2;
+  for (const double a : {0.1, 1.0, 5.0}) {
+    for (const double c : {0.05, 0.5, 1.9}) {
+      const AreaShape s = make_ellipsoid_shape({0, 0, 2}, {float(0.6 * a), float(0.8 * a), 0},
+                                               {float(0.8 * a), float(-0.6 * a), 0}, {0, 0, float(c)}, false);
+      const double tangent_squared = a * a / (d * d - c * c), sine_squared = tangent_squared / (1 + tangent_squared);
+      EXPECT_NEAR(irradiance(s, {0, 0, 0}, kNormal, 200, random).x, kPi * sine_squared, 3e-3 * kPi * sine_squared)
+          << a << ' ' << c;
+      double solid_angle = 0;
+      constexpr int kSide = 200;
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const V2f u((float(i % kSide) + 0.5f) / kSide, (float(i / kSide) + 0.5f) / kSide);
+        solid_angle += 1 / sample_shape(s, {0, 0, 0}, u).pdf_w / (kSide * kSide);
+      }
+      const double expected = kTwoPi * (1 - std::sqrt(1 - sine_squared));
+      EXPECT_NEAR(solid_angle, expected, 1e-2 * expected) << a << ' ' << c;
+    }
+  }
+}
+
+// Off every axis: against directions on a fine grid, each intersected with the ellipsoid in double.
+TEST(LightShapes, IrradianceOfASkewedEllipsoidMatchesARayGrid) {
+  Random random(33);
+  const AreaShape s = skewed_ellipsoid();
+  const AreaEmitter emitter = test::ellipsoid_emitter(s.center, s.e1, s.e2, s.e3, 1);
+  const V3f point(0.4f, -0.3f, -1.2f);
+  constexpr int kRings = 600, kSectors = 1200;
+  double expected = 0;
+  for (int i = 0; i < kRings; ++i) {
+    for (int j = 0; j < kSectors; ++j) {
+      const double z = (i + 0.5) / kRings, phi = 2 * std::numbers::pi * (j + 0.5) / kSectors, r = std::sqrt(1 - z * z);
+      const V3f w(float(r * std::cos(phi)), float(r * std::sin(phi)), float(z));
+      if (test::hit_emitter(emitter, point, w)) expected += z * 2 * std::numbers::pi / (kRings * kSectors);
+    }
+  }
+  EXPECT_NEAR(irradiance(s, point, kNormal, 300, random).x, expected, 2e-3 * expected);
+}
+
+TEST(LightShapes, EllipsoidAreaMatchesTheSpheroidFormula) {
+  EXPECT_NEAR(make_ellipsoid_shape({0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, false).area, 16 * kPi, 1e-3);
+  // Oblate, radii 2, 2, 1: 2 pi a^2 (1 + (1 - e^2) / e atanh e), e^2 = 3 / 4.
+  const double e = std::sqrt(0.75), expected = 8 * kPi * (1 + 0.25 / e * std::atanh(e));
+  EXPECT_NEAR(make_ellipsoid_shape({0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, 2}, false).area, expected, 2e-2);
+}
+
 // Near a light the irradiance estimates that sample its solid angle must be better by more than what they cost.
 TEST(LightShapes, SolidAngleSamplingPaysNearTheLight) {
   for (const AreaShape& near : {rectangle(), triangle()}) {
@@ -226,6 +296,9 @@ TEST(LightShapes, HitAndSampleAgreeOnTheDensity) {
     planar.emplace_back(make_triangle_shape(e.p0, e.e1, e.e2, e.normal, two_sided), e);
     e = test::sphere_emitter(a, 0.8f, 1, two_sided);
     planar.emplace_back(make_sphere_shape(a, 0.8f, two_sided), e);
+    const AreaShape ellipsoid = skewed_ellipsoid(two_sided);
+    planar.emplace_back(
+        ellipsoid, test::ellipsoid_emitter(ellipsoid.center, ellipsoid.e1, ellipsoid.e2, ellipsoid.e3, 1, two_sided));
   }
   int compared = 0;
   for (const auto& [shape, emitter] : planar) {
@@ -237,12 +310,12 @@ TEST(LightShapes, HitAndSampleAgreeOnTheDensity) {
       EXPECT_NEAR(length(s.direction), 1, 1e-5);
       const auto hit = test::hit_emitter(emitter, point, s.direction);
       if (!hit || std::abs(hit->cos_light) < 0.01f) continue;  // rounding at edges and rims, grazing
-      const float pdf_w = pdf_w_shape(shape, point, hit->distance, hit->cos_light);
+      const float pdf_w = pdf_w_shape(shape, point, s.direction, hit->distance, hit->cos_light);
       ASSERT_NEAR(pdf_w, s.pdf_w, 1e-4f * s.pdf_w) << point << " distance " << s.distance;
       ++compared;
     }
   }
-  EXPECT_GT(compared, 40000);
+  EXPECT_GT(compared, 60000);
 }
 
 TEST(LightShapes, ExtremesStayFinite) {
@@ -260,6 +333,9 @@ TEST(LightShapes, ExtremesStayFinite) {
                                          make_sphere_shape({0, 0, 0}, 1, true),
                                          make_sphere_shape({0, 0, 0}, tiny, false),
                                          make_sphere_shape({0, 0, 0}, huge, true),
+                                         skewed_ellipsoid(),
+                                         skewed_ellipsoid(true),
+                                         make_ellipsoid_shape({0, 0, 0}, {huge, 0, 0}, {0, 1, 0}, {0, 0, tiny}, true),
                                          make_triangle_shape({0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, kNormal, false),
                                          make_parallelogram_shape({0, 0, 0}, {huge, 0, 0}, {0, huge, 0}, kNormal, true),
                                          make_parallelogram_shape({0, 0, 0}, {1, 0, 0}, {0, 1e-5f, 0}, kNormal, false)};
@@ -276,7 +352,7 @@ TEST(LightShapes, ExtremesStayFinite) {
       }
       for (const float cosine : {-1.0f, -1e-30f, 0.0f, 1e-30f, 1e-3f, 1.0f}) {
         for (const float distance : {1e-20f, 1e-3f, 1.0f, 1e7f}) {
-          const float pdf_w = pdf_w_shape(shape, point, distance, cosine);
+          const float pdf_w = pdf_w_shape(shape, point, {0.6f, 0, -0.8f}, distance, cosine);
           ASSERT_TRUE(std::isfinite(pdf_w) && pdf_w >= 0) << point << ' ' << cosine << ' ' << distance;
         }
       }
@@ -289,11 +365,11 @@ TEST(LightShapes, OneSidedShapesGiveNothingBehind) {
     for (const float z : {-0.2f, -10.0f, 0.0f}) {
       EXPECT_EQ(sample_shape(shape, {0.1f, 0.1f, z}, {0.3f, 0.6f}).pdf_w, 0);
     }
-    EXPECT_EQ(pdf_w_shape(shape, {0.1f, 0.1f, -1}, 1, -1), 0);
+    EXPECT_EQ(pdf_w_shape(shape, {0.1f, 0.1f, -1}, {0, 0, 1}, 1, -1), 0);
   }
   const AreaShape sphere = make_sphere_shape({0, 0, 0}, 1, false);
   EXPECT_EQ(sample_shape(sphere, {0.1f, 0.1f, 0}, {0.3f, 0.6f}).pdf_w, 0);
-  EXPECT_EQ(pdf_w_shape(sphere, {0.1f, 0.1f, 0}, 1, -1), 0);
+  EXPECT_EQ(pdf_w_shape(sphere, {0.1f, 0.1f, 0}, {0, 0, 1}, 1, -1), 0);
 }
 
 TEST(LightShapes, DegenerateShapesHaveNoArea) {
@@ -306,6 +382,8 @@ TEST(LightShapes, DegenerateShapesHaveNoArea) {
   EXPECT_EQ(make_sphere_shape({0, 0, 0}, 0, false).area, 0);
   EXPECT_EQ(make_sphere_shape({0, 0, 0}, -1, false).area, 0);
   EXPECT_EQ(make_sphere_shape({0, nan, 0}, 1, false).area, 0);
+  EXPECT_EQ(make_ellipsoid_shape({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, false).area, 0);
+  EXPECT_EQ(make_ellipsoid_shape({0, 0, 0}, {1, 0, 0}, {0, nan, 0}, {0, 0, 1}, false).area, 0);
 }
 
 }  // namespace

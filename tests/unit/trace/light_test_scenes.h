@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/scene/environment.h"
 #include "renderer/trace/light_sampler.h"
 #include "tests/support/random.h"
 
@@ -38,11 +39,25 @@ inline AreaEmitter sphere_emitter(const V3f& center, float radius, float radianc
   return e;
 }
 
+// The unit sphere under (x, y, z) -> center + x e1 + y e2 + z e3.
+inline AreaEmitter ellipsoid_emitter(const V3f& center, const V3f& e1, const V3f& e2, const V3f& e3, float radiance,
+                                     bool two_sided = false) {
+  AreaEmitter e;
+  e.shape = AreaEmitter::Shape::ellipsoid;
+  e.p0 = center;
+  e.e1 = e1;
+  e.e2 = e2;
+  e.e3 = e3;
+  e.radiance = Rgb(radiance);
+  e.two_sided = two_sided;
+  return e;
+}
+
 struct EmitterHit {
   std::uint32_t emitter = 0;
   float distance = 0;
   float cos_light = 0;  // between the front normal and the way back
-  V2f uv{0, 0};         // of triangles: interpolated from the corners
+  V2f uv{0, 0};         // of triangles: interpolated from the corners; else that of the longitude and latitude
 };
 
 // Nearest intersection of a ray with one emitter, front or back.
@@ -58,7 +73,29 @@ inline std::optional<EmitterHit> hit_emitter(const AreaEmitter& e, const V3f& po
     const double t = inside ? along + std::sqrt(root) : along - std::sqrt(root);
     if (t <= 0) return std::nullopt;
     hit.distance = float(t);
-    hit.cos_light = float(-dot(normalize(o + d * t - V3d(e.p0)), d));
+    const V3d normal = normalize(o + d * t - V3d(e.p0));
+    hit.cos_light = float(-dot(normal, d));
+    hit.uv = environment_uv(V3f(normal));
+    return hit;
+  }
+  if (e.shape == AreaEmitter::Shape::ellipsoid) {
+    // |M (o + t d - c)| = 1 for the inverse M of the map, whose rows are cofactors over the determinant.
+    const V3d a(e.e1), b(e.e2), c(e.e3), rows[3] = {cross(b, c), cross(c, a), cross(a, b)};
+    const double determinant = dot(a, rows[0]);
+    const auto invert = [&](const V3d& v) {
+      return V3d(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)) * (1 / determinant);
+    };
+    const V3d p = invert(o - V3d(e.p0)), q = invert(d);
+    const double qq = dot(q, q), pq = dot(p, q), root = pq * pq - qq * (dot(p, p) - 1);
+    if (root < 0) return std::nullopt;
+    const bool inside = dot(p, p) <= 1;
+    const double t = (-pq + (inside ? 1 : -1) * std::sqrt(root)) / qq;
+    if (t <= 0) return std::nullopt;
+    const V3d local = p + q * t;
+    const V3d normal = normalize((rows[0] * local.x + rows[1] * local.y + rows[2] * local.z) * determinant);
+    hit.distance = float(t);
+    hit.cos_light = float(-dot(normal, d));
+    hit.uv = environment_uv(V3f(local));
     return hit;
   }
   const V3d e1(e.e1), e2(e.e2), n = cross(e1, e2), to_corner = V3d(e.p0) - o;
