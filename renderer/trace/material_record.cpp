@@ -59,6 +59,7 @@ MaterialRecord make_material_record(const Material& m) {
   r.volume = !p.thin;
   r.absorption = r.volume ? absorption_coefficient(m) : Rgb(0, 0, 0);
   r.normal_mapped = m.normal_texture.present();
+  r.specular = p.model != LobeModel::none && p.model != LobeModel::lambert;
   const bool needs_lookup = m.base_color_texture.present() || m.metallic_roughness_texture.present() ||
                             m.specular_texture.present() || m.specular_color_texture.present() ||
                             m.transmission_texture.present() || m.specular_glossiness_texture.present();
@@ -70,9 +71,9 @@ MaterialRecord make_material_record(const Material& m) {
 bool has_alpha(const Material& material, const TriangleMesh* mesh, const TextureTable& textures) {
   if (material.alpha_mode == AlphaMode::opaque) return false;
   if (material.base_alpha < 1) return true;
-  if (material.base_color_texture.present() && textures.has_transparency(material.base_color_texture.image))
   // glTF 2.0, 3.9.4: a cutoff above 1 makes the whole material transparent.
   if (material.alpha_mode == AlphaMode::mask && material.alpha_cutoff > 1) return true;
+  if (material.base_color_texture.present() && textures.has_transparency(material.base_color_texture.image))
     return true;
   return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
 }

@@ -22,6 +22,7 @@ struct MaterialRecord {
   Rgb absorption{0, 0, 0};  // per unit length inside the volume
   bool textured = false;    // some parameter needs a texture or a vertex colour
   bool normal_mapped = false;
+  bool specular = false;  // has a lobe that mirrors, smooth or rough
   bool emissive = false;
   bool double_sided = false;
   bool volume = false;      // keeps its outside and inside apart

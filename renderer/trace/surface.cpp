@@ -68,6 +68,24 @@ V2f uv_at(const Hit& hit, const Surface& surface, const TextureSlot& slot) {
 
 }  // namespace
 
+// With z along the geometric normal, the normal in the x-z plane at angle f from z and rho e^(i d) the part of wo in
+// that plane, the mirror image r = 2 (n . wo) n - wo has r_z = wo_x sin 2f + wo_z cos 2f = rho cos(2f - d): it falls
+// from wo_z at f = 0 to the least allowed value t at 2f = d + acos(t / rho). (The condition is that of Cycles'
+// ensure_valid_specular_reflection and of Keller et al. 2017, "The Iray Light Transport Simulation and Rendering
+// System", which solve for it otherwise.)
+V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo) {
+  constexpr float kLeastCosine = 0.01f;
+  const float wo_z = dot(geometric, wo);
+  const float least = std::min(0.9f * wo_z, kLeastCosine);  // a reflection may be as shallow as the view
+  if (2 * dot(normal, wo) * dot(normal, geometric) - wo_z >= least) return normal;
+  const V3f across = normal - geometric * dot(normal, geometric);
+  if (!(wo_z > 0) || !normalizable(across)) return geometric;
+  const V3f x = normalize(across);
+  const float wo_x = dot(x, wo), rho_squared = wo_x * wo_x + wo_z * wo_z;
+  const float cosine = (wo_z * least - wo_x * safe_sqrt(rho_squared - least * least)) / rho_squared;  // of 2f
+  return normalize(geometric * safe_sqrt(0.5f * (1 + cosine)) + x * safe_sqrt(0.5f * (1 - cosine)));
+}
+
 void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& s) {
   const PartRecord& part = *s.part;
   if (!part.mesh) return;
@@ -91,6 +109,11 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, S
       const float below = dot(normal, s.geometric_normal);
       if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
     }
+  }
+  if (s.material->specular) {
+    const float facing = s.front ? 1.0f : -1.0f;
+    s.shading_normal = bend_for_reflection(normal * facing, s.geometric_normal * facing, wo) * facing;
+    return;
   }
   // Keep the viewer in the upper hemisphere of the shading normal: bend it towards the viewer by the missing amount.
   const float side = s.front ? 1.0f : -1.0f;

@@ -356,6 +356,27 @@ TEST(PathClosedForm, AlphaOfASphereIsMetTwice) {
   }
 }
 
+// A mirror of albedo 1 cannot be seen in a furnace, whatever its normals: the box's corner normals lean up to 55
+// degrees from its faces, so that grazing views mirror into the box.
+TEST(PathClosedForm, SmoothNormalsOfAMirrorLoseNoLight) {
+  for (const bool instanced : {false, true}) {
+    SceneDescription scene;
+    scene.materials = {Material()};
+    scene.materials[0].base_color = Rgb(1, 1, 1);
+    scene.materials[0].metallic = 1;
+    scene.materials[0].roughness = 0;
+    Object object;
+    object.meshes.push_back(box({-1, -1, -1}, {1, 1, 1}, 0));
+    for (const V3f& p : object.meshes[0].positions) object.meshes[0].normals.push_back(normalize(p));
+    const int index = add_object(scene, object);
+    add_instance(scene, index);
+    if (instanced) add_instance(scene, index, placement({1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 40, 0}));
+    scene.environment = constant(1);
+    const Film film = render(*build(scene), camera_at({3, 1.3, 2}, {0, 0, 0}, 45), 32, 32, 16);
+    expect_mean(film, V3d(1, 1, 1), "mirror box");
+  }
+}
+
 // A scene moved by ten million units through its node shows the same picture.
 TEST(PathClosedForm, FarFromTheOrigin) {
   SceneDescription scene;
