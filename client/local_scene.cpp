@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "client/environment_text.h"
 #include "client/gltf_uris.h"
 
 namespace helio {
@@ -77,33 +76,12 @@ void add_referenced_file(LocalScene& local, const fs::path& folder, const std::s
   }
 }
 
-bool looks_like_color(const std::string& text) {
-  return !text.empty() && text.find_first_not_of("0123456789+-.,eE \t") == std::string::npos &&
-         text.find(',') != std::string::npos;
-}
-
 }  // namespace
 
 std::uint64_t LocalScene::total_bytes() const {
   std::uint64_t total = 0;
   for (const LocalSceneFile& file : files) total += file.bytes;
   return total;
-}
-
-bool is_environment_color(const std::string& text) {
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (int component = 0; component < 3; ++component) {
-    double value = 0;
-    const auto [next, problem] = std::from_chars(at, end, value);
-    if (problem != std::errc() || !std::isfinite(value) || value < 0) return false;
-    at = next;
-    if (component < 2) {
-      if (at == end || *at != ',') return false;
-      ++at;
-    }
-  }
-  return at == end;
 }
 
 Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment) {
@@ -121,17 +99,15 @@ Result<LocalScene> collect_local_scene(const std::string& scene_path, const std:
   local.files.push_back({local.main_file, scene_path, *bytes});
   for (const std::string& uri : uris_of(scene_path, *bytes)) add_referenced_file(local, scene.parent_path(), uri);
 
-  if (environment.empty() || is_environment_color(environment)) {
+  const Result<bool> names_map = names_environment_map(environment);
+  if (!names_map) return names_map.error();
+  if (!*names_map) {
     local.environment = environment;
     return local;
   }
   const auto map_bytes = regular_file_size(environment);
   if (!map_bytes) {
-    return Error{ErrorCode::invalid_argument,
-                 looks_like_color(environment)
-                     ? "'" + environment + "' is not R,G,B: three finite numbers >= 0, separated by commas"
-                     : "'" + environment + "' is neither a file nor R,G,B",
-                 "environment"};
+    return Error{ErrorCode::invalid_argument, "'" + environment + "' is neither a file nor R,G,B", "environment"};
   }
   std::string name = fs::path(environment).filename().string();
   while (contains(local, name)) name = "environment/" + name;

@@ -25,11 +25,8 @@ struct LocalScene {
 
 // The scene file and every file that its "uri"s name (for .gltf and for the JSON of a .glb). Names that leave the
 // scene's folder and files that do not exist are left out: the server, which knows whether they matter, reports them.
-// `environment`: empty, "R,G,B" (finite, >= 0), or a map on this disk, which joins the bundle.
+// `environment`: empty, "R,G,B" (see environment_text.h), or a map on this disk, which joins the bundle.
 // Errors: not_found (scene file), invalid_argument (environment; where is "environment").
 Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment);
-
-// True for three comma-separated finite numbers >= 0.
-bool is_environment_color(const std::string& text);
 
 }  // namespace helio

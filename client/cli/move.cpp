@@ -14,6 +14,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/move_player.h"
+#include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
 #include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
@@ -186,6 +187,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   *request.mutable_budget() = read_budget(options.budget, reader);
   const pb::TileFormat format = read_transport(options.transport, connection.address, reader);
   const FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", reader);
+  OutputCheck outputs;
+  outputs.add_inputs(choice);
+  outputs.add_input(options.path.text, "the camera path");
+  OutputCheck(outputs).check(numbered(patterns, 0), problems);
   const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
   if (!problems.empty()) return refuse();
 
@@ -219,6 +224,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const auto views =
       options.path.given() ? parse_camera_path(path_text, options.path.text, start) : play_motion(motion, start);
   if (!views) return terminal.fail(kUsage, views.error().to_string());
+  for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
+    outputs.check(numbered(patterns, static_cast<int>(i)), problems);
+  }
+  if (!problems.empty()) return refuse();
 
   request.set_scene_id(scene.scene_id());
   const auto session = client.create_session(request);

@@ -9,6 +9,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
 #include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
@@ -166,6 +167,9 @@ int run(const CLI::App& app, const RenderOptions& options) {
   *request.mutable_format() = read_transport(options.transport, connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
   const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", reader);
+  OutputCheck outputs;
+  outputs.add_inputs(choice);
+  outputs.check(names, problems);
   const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
   if (!problems.empty()) return refuse();
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "client/cli/exit_code.h"
+#include "client/environment_text.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -19,10 +20,6 @@ constexpr int kShownUnread = 5;
 
 LoadFailure to_failure(Error error) {
   if (error.code == ErrorCode::unavailable) return {std::move(error), kUnreachable};
-  if (error.code == ErrorCode::invalid_argument && error.where == "environment") {
-    error.where = "--environment";
-    return {std::move(error), kUsage};
-  }
   return {std::move(error), kSceneRefused};
 }
 
@@ -43,8 +40,8 @@ void report(const pb::LoadSceneResponse& response, Terminal& terminal) {
 void add_scene_options(CLI::App& app, SceneOptions& options) {
   add_text(app, options.file, "FILE", "", "Scene: glTF 2.0 (.gltf with its files, or .glb). Required");
   add_text(app, options.environment, "--environment", "FILE.exr|R,G,B",
-           "Light from everywhere: a latitude-longitude map, or a constant radiance, each number >= 0. Sets or "
-           "replaces the scene's own");
+           "Light from everywhere: a latitude-longitude map, or a constant radiance, each number in [0, 3.4e38]. Sets "
+           "or replaces the scene's own");
   add_text(app, options.scene_time, "--scene-time", "SECONDS", "Animations are evaluated at this time. Default: 0");
   app.add_flag("--scene-path", options.scene_path,
                "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
@@ -63,6 +60,16 @@ SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& con
   if (options.scene_path && !connection.server.given()) {
     reader.problems().add("--scene-path", "stands only beside --server");
   }
+  if (const auto names_map = names_environment_map(choice.environment); !names_map) {
+    reader.problem(options.environment, names_map.error().message);
+  } else if (!choice.on_server) {
+    const double start = now_s();
+    choice.local = collect_local_scene(choice.file, choice.environment);
+    choice.collect_seconds = now_s() - start;
+    if (!choice.local && choice.local.error().where == "environment") {
+      reader.problem(options.environment, choice.local.error().message);
+    }
+  }
   return choice;
 }
 
@@ -80,13 +87,12 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
     terminal.progress("loading the scene");
     response = client.load_server_scene(choice.file, choice.environment, request, control);
   } else {
-    const Result<LocalScene> local = collect_local_scene(choice.file, choice.environment);
-    if (!local) return {std::nullopt, to_failure(local.error())};
-    response = client.upload_scene(*local, request, control);
+    if (!choice.local) return {std::nullopt, to_failure(choice.local.error())};
+    response = client.upload_scene(*choice.local, request, control);
   }
   terminal.end_progress();
   if (!response) return {std::nullopt, to_failure(response.error())};
-  const double seconds = now_s() - start;
+  const double seconds = choice.collect_seconds + now_s() - start;
   report(*response, terminal);
   return {LoadedScene{std::move(response).value(), seconds}, std::nullopt};
 }

@@ -8,6 +8,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/options.h"
 #include "client/cli/terminal.h"
+#include "client/local_scene.h"
 #include "client/render_client.h"
 
 namespace helio::cli {
@@ -23,15 +24,18 @@ struct SceneChoice {
   std::string environment;
   double time_s = 0;
   bool on_server = false;
+  Result<LocalScene> local = Error{};  // unless on_server: what will be uploaded, or why it cannot be
+  double collect_seconds = 0;
 };
+// Finds the scene's files. A scene that cannot be read is no problem of the flags: load_scene tells of it.
 SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& connection, OptionReader& reader);
 
 struct LoadedScene {
   heliograph::v1::LoadSceneResponse response;
-  double seconds = 0;  // wall time: reading, uploading, decoding, building
+  double seconds = 0;  // wall time: finding the files, reading, uploading, decoding, building
 };
 
-// A failure with the exit code that it means: 3 for the scene, 2 for --environment, 4 for a lost server.
+// A failure with the exit code that it means: 3 for the scene, 4 for a lost server.
 struct LoadFailure {
   Error error;
   int exit_code = 0;

@@ -1,3 +1,6 @@
+#include <filesystem>
+#include <map>
+
 #include "cli_test.h"
 
 namespace helio::test {
@@ -52,6 +55,8 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"render", "quad.gltf", "--size", "8x8", "--region", "0,0,9,8"}, 2, {"--region: '0,0,9,8' leaves", "8x8"}},
       {{"render", "quad.gltf", "--region", "0,0,9000,8"}, 2, {"--region: '0,0,9000,8' leaves", "1280x720"}},
       {{"render", "quad.gltf", "--environment", "1,2"}, 2, {"--environment: '1,2'"}},
+      {{"render", "quad.gltf", "--environment", "1e39,1,1"}, 2, {"--environment: '1e39,1,1'", "[0, 3.4e38]"}},
+      {{"render", "quad.gltf", "--environment", "inf,1,1"}, 2, {"--environment: 'inf,1,1'", "[0, 3.4e38]"}},
       {{"render", "quad.gltf", "--environment", "none.exr"}, 2, {"--environment: 'none.exr'"}},
       {{"render", "quad.gltf", "--camera", "top"}, 2, {"--camera: 'top' is none of 'front'"}},
       {{"render", "quad.gltf", "--camera", "1"}, 2, {"--camera: '1'", "[0, 0]"}},
@@ -92,6 +97,58 @@ TEST_F(CliBadInput, AllProblemsAtOnce) {
   for (const char* part : {"FILE", "--samples", "--size", "--foo", "--mode"}) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << ": " << result.err;
   }
+}
+
+TEST_F(CliBadInput, AllProblemsOfValuesAtOnce) {
+  expect_refused({{}, 2, {"--size: '0x0'", "--environment: '1,nan,2' is not R,G,B", "[0, 3.4e38]"}},
+                 heliograph({"render", "quad.gltf", "--size", "0x0", "--environment", "1,nan,2"}));
+}
+
+TEST_F(CliBadInput, NothingThatIsReadIsOverwritten) {
+  write_file(folder_ / "bundle/room.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "room.bin"}]})");
+  write_file(folder_ / "bundle/room.bin", "bytes");
+  write_file(folder_ / "sky.exr", "a map");
+  write_file(folder_ / "path.json", R"({"views": [{"turn_degrees": 5, "repeat": 12}]})");
+  std::filesystem::copy_file(folder_ / "path.json", folder_ / "p.0003.json");
+  std::filesystem::create_symlink("quad.gltf", folder_ / "link.exr");
+  std::filesystem::create_hard_link(folder_ / "quad.gltf", folder_ / "v.0007.exr");
+  std::filesystem::create_hard_link(folder_ / "sky.exr", folder_ / "quad.exr");
+  std::filesystem::create_directory_symlink("bundle", folder_ / "other");
+  std::filesystem::create_symlink(folder_.path(), folder_ / "again");
+  std::map<std::string, std::string> before;
+  const char* const read[] = {"quad.gltf", "bundle/room.gltf", "bundle/room.bin",
+                              "sky.exr",   "p.0003.json",      "v.0007.exr"};
+  for (const char* name : read) before[name] = read_file(folder_ / name);
+
+  const std::vector<BadLine> lines = {
+      {{"render", "quad.gltf", "--output", "quad.gltf"}, 2, {"--output: 'quad.gltf' is the scene"}},
+      {{"render", "quad.gltf", "--output", "./again/quad.gltf"}, 2, {"--output", "is the scene"}},
+      {{"render", "quad.gltf", "--output", "link.exr"}, 2, {"--output: 'link.exr' is the scene"}},
+      {{"render", "bundle/room.gltf", "--png", "other/room.bin"},
+       2,
+       {"--png: 'other/room.bin' is a file of the scene"}},
+      {{"render", "quad.gltf", "--environment", "sky.exr", "--heatmap", "sky.exr"},
+       2,
+       {"--heatmap: 'sky.exr' is the e"}},
+      // The name that --output has when it is not given.
+      {{"render", "quad.gltf", "--environment", "sky.exr"}, 2, {"--output: 'quad.exr' is the environment map"}},
+      {{"render", "quad.gltf", "--output", "lay.exr", "--png", "again/lay.exr", "--heatmap", "lay.exr"},
+       2,
+       {"--png: 'again/lay.exr' is written by --output too", "--heatmap: 'lay.exr' is written by --output too"}},
+      {{"render", "quad.gltf", "--output", "quad.gltf", "--samples", "0"}, 2, {"is the scene", "--samples: '0'"}},
+      {{"move", "quad.gltf", "--turn", "5", "--png", "a.#.exr", "--output", "a.#.exr"}, 2, {"--png", "'a.0.exr'"}},
+      {{"move", "quad.gltf", "--path", "path.json", "--output", "v.exr"}, 2, {"--output: 'v.0007.exr' is the scene"}},
+      {{"move", "quad.gltf", "--path", "p.0003.json", "--png", "p.json"},
+       2,
+       {"--png: 'p.0003.json' is the camera path"}},
+      // View 10 of the one is view 0 of the other.
+      {{"move", "quad.gltf", "--path", "path.json", "--output", "s#.exr", "--png", "s1#.exr"},
+       2,
+       {"'s10.exr' is written by --png too"}},
+  };
+  for (const BadLine& line : lines) expect_refused(line, heliograph(line.arguments));
+  for (const char* name : read) EXPECT_EQ(read_file(folder_ / name), before[name]) << name;
+  EXPECT_FALSE(exists("lay.exr"));
 }
 
 TEST_F(CliBadInput, WithJsonTheErrorIsJsonToo) {

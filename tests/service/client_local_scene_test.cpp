@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "client/environment_text.h"
 #include "client/file_hash.h"
 #include "client/gltf_uris.h"
 #include "client/local_scene.h"
@@ -97,6 +98,28 @@ TEST(LocalScene, SaysWhatIsWrong) {
     EXPECT_EQ(scene.error().code, ErrorCode::invalid_argument);
     EXPECT_EQ(scene.error().where, "environment");
     EXPECT_NE(scene.error().message.find(environment), std::string::npos) << scene.error().message;
+  }
+}
+
+TEST(EnvironmentText, IsAColourWhenAllItsPartsLookLikeNumbers) {
+  for (const char* color : {"", "0,0,0", "0.4,0.4,0.6", " 1, 2e3 ,.5 ", "3.4e38,0,0"}) {
+    const auto names_map = names_environment_map(color);
+    ASSERT_TRUE(names_map) << color;
+    EXPECT_FALSE(*names_map) << color;
+  }
+  for (const char* bad : {"1", "1,2", "1,2,3,4", "-1,0,0", "1,nan,2", "inf,1,1", "1e39,1,1", "1e400,1,1", "1,,2",
+                          "1,2,", "+1,1,1", "1.2.3,4,5", "nan,nan,nan"}) {
+    const auto names_map = names_environment_map(bad);
+    ASSERT_FALSE(names_map) << bad;
+    EXPECT_EQ(names_map.error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(names_map.error().where, "environment");
+    EXPECT_EQ(names_map.error().message,
+              "'" + std::string(bad) + "' is not R,G,B: three numbers in [0, 3.4e38], separated by commas");
+  }
+  for (const char* map : {"sky.exr", "1,2,x", "maps/1,2,3.exr", "4k.hdr"}) {
+    const auto names_map = names_environment_map(map);
+    ASSERT_TRUE(names_map) << map;
+    EXPECT_TRUE(*names_map) << map;
   }
 }
 
