@@ -100,6 +100,8 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   if (begin.environment().size() > kMaxEnvironment) {
     problems.add("begin.environment",
                  fmt::format("{} bytes; allowed: at most {}", begin.environment().size(), kMaxEnvironment));
+  } else if (const auto file = names_environment_file(begin.environment()); !file) {
+    problems.add("begin.environment", file.error().message);
   }
   if (!begin.path().empty() && !begin.main_file().empty()) {
     problems.add("begin.main_file", "is given beside path; allowed: one of them");
@@ -110,14 +112,15 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   if (begin.path().empty() && begin.main_file().empty()) {
     problems.add("begin.path", "is empty and so is main_file; one of them is required");
   }
+  if (begin.path().empty()) {
+    upload_.emplace(core_.config.max_scene_bytes, core_.memory);
+    if (!begin.main_file().empty() || begin.total_bytes() != 0) upload_->check(begin, problems);
+  }
   if (!problems.empty()) return problems.to_error();
   load_.emplace();
   load_->time_s = begin.time_s();
   load_->environment = begin.environment();
-  if (begin.path().empty()) {
-    upload_.emplace(core_.config.max_scene_bytes, core_.memory);
-    return upload_->begin(begin);
-  }
+  if (upload_) return upload_->begin(begin);
   load_->files = begin.path();
   return ok_status();
 }

@@ -38,13 +38,14 @@ void check_bundle_name(const std::string& name, const std::string& where, Proble
   }
 }
 
-Status BundleReceiver::begin(const heliograph::v1::LoadSceneRequest::Begin& message) {
-  Problems problems;
+void BundleReceiver::check(const heliograph::v1::LoadSceneRequest::Begin& message, Problems& problems) const {
   check_bundle_name(message.main_file(), "begin.main_file", problems);
   if (message.total_bytes() == 0) {
     problems.add("begin.total_bytes", fmt::format("0; allowed: [1, {}]", max_scene_bytes_));
   }
-  if (!problems.empty()) return problems.to_error();
+}
+
+Status BundleReceiver::begin(const heliograph::v1::LoadSceneRequest::Begin& message) {
   if (message.total_bytes() > max_scene_bytes_) {
     return Error{ErrorCode::resource_exhausted,
                  fmt::format("{}; allowed: max_scene_bytes = {}", message.total_bytes(), max_scene_bytes_),

@@ -32,7 +32,9 @@ class BundleReceiver {
   BundleReceiver(std::uint64_t max_scene_bytes, MemoryAccount& memory)
       : max_scene_bytes_(max_scene_bytes), memory_(memory) {}
 
-  // Reserves total_bytes. resource_exhausted names max_scene_bytes or max_memory.
+  // What is wrong with the fields of an upload's begin.
+  void check(const heliograph::v1::LoadSceneRequest::Begin& message, Problems& problems) const;
+  // Reserves total_bytes. resource_exhausted names max_scene_bytes or max_memory. Precondition: check() found nothing.
   Status begin(const heliograph::v1::LoadSceneRequest::Begin& message);
   Status begin_file(const heliograph::v1::LoadSceneRequest::BeginFile& message);
   Status data(const std::string& chunk);

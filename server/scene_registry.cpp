@@ -46,8 +46,13 @@ class RecordingSource final : public FileSource {
   mutable std::map<std::string, Sha256Digest> digests_;
 };
 
-// Whether the text names a file; an error when it is neither a colour nor a possible name.
-Result<bool> names_file(const std::string& environment) {
+Error cancelled() {
+  return {ErrorCode::cancelled, "the load was cancelled", {}};
+}
+
+}  // namespace
+
+Result<bool> names_environment_file(const std::string& environment) {
   if (environment.empty()) return false;
   std::vector<Image> none;
   const auto parsed = parse_environment(environment, nullptr, 0, none);
@@ -55,12 +60,6 @@ Result<bool> names_file(const std::string& environment) {
   if (parsed.error().code == ErrorCode::failed_precondition) return true;
   return parsed.error();
 }
-
-Error cancelled() {
-  return {ErrorCode::cancelled, "the load was cancelled", {}};
-}
-
-}  // namespace
 
 std::string SceneManifest::id() const {
   Sha256 hash;
@@ -85,8 +84,8 @@ class SceneRegistry::Load {
   Load(const SceneRegistry& registry, SceneRequest request) : registry_(registry), request_(std::move(request)) {}
 
   Status open() {
-    auto environment_is_file = names_file(request_.environment);
-    if (!environment_is_file) return located("begin.environment", environment_is_file.error());
+    const auto environment_is_file = names_environment_file(request_.environment);
+    if (!environment_is_file) return environment_is_file.error();
     manifest_.time_s = request_.time_s;
     manifest_.environment = request_.environment;
     environment_ = request_.environment;
@@ -146,11 +145,6 @@ class SceneRegistry::Load {
   }
 
  private:
-  static Status located(const std::string& where, Error error) {
-    error.where = error.where.empty() ? where : where + ": " + error.where;
-    return error;
-  }
-
   std::unique_ptr<RecordingSource> record(std::unique_ptr<FileSource> source) const {
     return std::make_unique<RecordingSource>(std::move(source), registry_.limits_.max_scene_bytes);
   }

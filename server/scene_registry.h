@@ -81,6 +81,9 @@ struct SceneRequest {
   std::string environment;  // "R,G,B" or a file; empty: the scene's own
 };
 
+// True: the text names a file. False: it is empty or a colour. invalid_argument: it is neither.
+Result<bool> names_environment_file(const std::string& environment);
+
 class SceneRegistry {
  public:
   SceneRegistry(SceneRoots roots, const SceneLimits& limits, MemoryAccount& memory)

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "renderer/base/clock.h"
-#include "renderer/base/loopback.h"
+#include "server/listen_address.h"
 #include "server/render_service.h"
 
 namespace helio {
@@ -26,31 +26,6 @@ constexpr double kLastCallsSeconds = 0.3;
 constexpr double kOvertimeSeconds = 0.5;
 // Jobs get the grace less this, in which their results are sent.
 constexpr double kResultSeconds = 0.5;
-
-struct ListenAddress {
-  std::string host;  // without brackets
-  bool loopback = false;
-};
-
-Result<ListenAddress> parse_listen(const std::string& listen) {
-  const std::size_t colon = listen.rfind(':');
-  ListenAddress address;
-  if (colon != std::string::npos) address.host = listen.substr(0, colon);
-  const std::string port = colon == std::string::npos ? "" : listen.substr(colon + 1);
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
-    address.host = address.host.substr(1, address.host.size() - 2);
-  } else if (address.host.find(':') != std::string::npos) {
-    address.host.clear();  // an IPv6 address needs its brackets
-  }
-  const bool digits = !port.empty() && port.size() <= 5 &&
-                      std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (address.host.empty() || !digits || std::stoi(port) > 65535) {
-    return Error{ErrorCode::invalid_argument, "'" + listen + "'; allowed: HOST:PORT, PORT from 0 (any free) to 65535",
-                 "listen"};
-  }
-  address.loopback = is_loopback_host(address.host);
-  return address;
-}
 
 std::chrono::system_clock::time_point in_seconds(double seconds) {
   return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
@@ -91,7 +66,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   int port = 0;
   ListenAddress listen;
   if (!config.listen.empty()) {
-    auto parsed = parse_listen(config.listen);
+    auto parsed = parse_listen_address(config.listen);
     if (!parsed) return parsed.error();
     listen = *parsed;
     builder.AddListeningPort(config.listen, grpc::InsecureServerCredentials(), &port);

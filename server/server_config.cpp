@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "server/build_info.h"
+#include "server/listen_address.h"
 
 namespace helio {
 namespace {
@@ -66,7 +67,11 @@ using Text = const std::string&;
 std::vector<ConfigOption> make_options() {
   return {
       {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback is served without TLS",
-       false, [](Config& c, Text t) { return c.listen = t, t.empty() ? std::string("''; allowed: HOST:PORT") : ""; },
+       false,
+       [](Config& c, Text t) {
+         const auto address = parse_listen_address(t);
+         return c.listen = t, address ? std::string() : address.error().message;
+       },
        [](const Config& c) { return c.listen; }},
       {"port-file", "write the bound port number to this file once serving", false,
        [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
@@ -172,9 +177,12 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.footer("Exit codes: 0 drained after SIGTERM or SIGINT, 1 could not serve, 2 bad flags, file or environment.");
 
+  app.allow_extras();
+
   const auto& options = config_options();
   const ServerConfig defaults;
   std::vector<std::vector<std::string>> texts(options.size());
+  std::vector<const CLI::Option*> flags;
   for (std::size_t i = 0; i < options.size(); ++i) {
     std::string help = options[i].help;
     if (const std::string text = options[i].get(defaults); !text.empty()) help += " [" + text + "]";
@@ -182,9 +190,11 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
     option->envname(environment_name(options[i].name))->type_name("");
     option->expected(1)->multi_option_policy(options[i].repeatable ? CLI::MultiOptionPolicy::TakeAll
                                                                    : CLI::MultiOptionPolicy::TakeLast);
+    flags.push_back(option);
   }
 
   ConfigRequest request;
+  Problems problems;
   const std::vector<std::string> all = with_environment(arguments);
   std::vector<std::string> reversed(all.rbegin(), all.rend());
   try {
@@ -198,14 +208,20 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   } catch (const CLI::ConfigError& error) {
     // CLI11 says "INI was not able to parse NAME" of a name that it does not know.
     const std::string what = error.what();
-    return Error{ErrorCode::invalid_argument, "unknown name '" + what.substr(what.rfind(' ') + 1) + "'", "--config"};
+    problems.add("--config", "unknown name '" + what.substr(what.rfind(' ') + 1) + "'");
   } catch (const CLI::ParseError& error) {
-    return Error{ErrorCode::invalid_argument, error.what(), program};
+    problems.add(program, error.what());
+  }
+  for (const std::string& word : app.remaining()) {
+    const std::string name = word.substr(0, word.find('='));
+    problems.add(name, "is not an option of " + program + "; --help lists them");
   }
 
-  Problems problems;
+  // Where CLI11 gave up, the options still have the texts that it had found by then.
   for (std::size_t i = 0; i < options.size(); ++i) {
-    for (const std::string& text : texts[i]) {
+    std::vector<std::string> found = flags[i]->results();
+    if (!options[i].repeatable && found.size() > 1) found.erase(found.begin(), found.end() - 1);
+    for (const std::string& text : found) {
       const std::string problem = options[i].set(request.config, text);
       if (!problem.empty()) problems.add("--" + options[i].name, problem);
     }

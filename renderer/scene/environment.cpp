@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -19,9 +20,14 @@ std::string_view trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
+// A number beyond a float is infinite, which no radiance may be; one too close to 0 for a float is 0.
 std::optional<float> parse_float(std::string_view text) {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc::result_out_of_range && end == text.data() + text.size()) {
+    const bool tiny = text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
+    return tiny ? 0 : std::numeric_limits<float>::infinity();
+  }
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
 }
@@ -70,7 +76,7 @@ Result<Environment> parse_environment(const std::string& text, const FileSource*
     for (const float number : *numbers) {
       if (!std::isfinite(number) || number < 0) {
         return Error{ErrorCode::invalid_argument,
-                     fmt::format("\"{}\" has the radiance {} (allowed: finite, at least 0)", name, number),
+                     fmt::format("\"{}\" has the radiance {} (allowed: R,G,B, each in [0, 3.4e38])", name, number),
                      "environment"};
       }
     }

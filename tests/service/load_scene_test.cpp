@@ -186,6 +186,20 @@ TEST_F(LoadSceneTest, EveryWrongFieldIsNamed) {
   nothing.mutable_begin();
   expect_status(upload({nothing}), StatusCode::INVALID_ARGUMENT, {"begin.path", "required"});
 
+  pb::LoadSceneRequest upload_wrong;
+  upload_wrong.mutable_begin()->set_main_file("../a");
+  upload_wrong.mutable_begin()->set_time_s(std::numeric_limits<double>::infinity());
+  upload_wrong.mutable_begin()->set_environment(std::string(5000, 'x'));
+  expect_status(upload({upload_wrong}), StatusCode::INVALID_ARGUMENT,
+                {"begin.main_file: '../a'", "begin.total_bytes: 0; allowed: [1,", "begin.time_s: inf",
+                 "begin.environment: 5000 bytes"});
+  for (const char* color : {"nan,1,1", "1e39,1,1", "1,2", "-1,0,0", "  "}) {
+    pb::LoadSceneRequest begin = Upload().begin();
+    begin.mutable_begin()->set_time_s(std::numeric_limits<double>::quiet_NaN());
+    begin.mutable_begin()->set_environment(color);
+    expect_status(upload({begin}), StatusCode::INVALID_ARGUMENT, {"begin.time_s: nan", "begin.environment: ", "R,G,B"});
+  }
+
   for (const char* name : {"../x.gltf", "/x.gltf", "a//b", "a/./b", "C:x", "a\\b", "", "a/.."}) {
     Upload bad;
     bad.name = name;

@@ -41,9 +41,25 @@ TEST(ServerConfig, AllProblemsAtOnce) {
                            "--log-level: 'loud'; allowed: trace, debug"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
-  EXPECT_FALSE(parse_server_config("heliographd", {"--unknown"}).ok());
+  EXPECT_FALSE(parse_server_config("heliographd", {"--max-memory"}).ok());
   EXPECT_FALSE(parse_server_config("heliographd", {"--max-memory", "99999999999999999999"}).ok());
   EXPECT_FALSE(parse_server_config("heliographd", {"--max-memory", "9999999T"}).ok());
+}
+
+TEST(ServerConfig, ProblemsOfEveryKindAtOnce) {
+  const auto path = std::filesystem::temp_directory_path() / ("helio-bad-config-" + std::to_string(getpid()) + ".conf");
+  std::ofstream(path) << "max-jobz = 1\n";
+  const auto request = parse_server_config("heliographd", {"--listen", "0.0.0.0:99999", "--render-threads", "-1",
+                                                           "--bogus=3", "word", "--config", path.string()});
+  std::filesystem::remove(path);
+  ASSERT_FALSE(request.ok());
+  EXPECT_EQ(request.error().code, ErrorCode::invalid_argument);
+  const std::string text = request.error().to_string();
+  for (const char* part : {"--listen: '0.0.0.0:99999'; allowed: HOST:PORT, PORT from 0 (any free) to 65535",
+                           "--render-threads: '-1'; allowed: [0, 1024]", "--bogus: is not an option of heliographd",
+                           "word: is not an option", "--config: unknown name 'max-jobz'"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in: " << text;
+  }
 }
 
 TEST(ServerConfig, FlagsWinOverEnvironmentWinsOverFile) {

@@ -142,7 +142,10 @@ TEST(Environment, ParsesColours) {
   EXPECT_EQ(e->radiance, Rgb(0.4f, 0, 600));
   EXPECT_LT(e->image, 0);
   EXPECT_TRUE(images.empty());
-  for (const char* text : {"", "  ", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "5"}) {
+  const Result<Environment> limits = parse_environment("3.4e38,1e-50,1e-400", nullptr, 0, images);
+  ASSERT_TRUE(limits.ok()) << limits.error().to_string();
+  EXPECT_EQ(limits->radiance, Rgb(3.4e38f, 0, 0));
+  for (const char* text : {"", "  ", "1,2", "1,2,3,4", "1,2,-3", "nan,1,1", "1,inf,1", "5", "1e39,1,1", "1,1,1e400"}) {
     const Result<Environment> bad = parse_environment(text, nullptr, 0, images);
     ASSERT_FALSE(bad.ok()) << text;
     EXPECT_EQ(bad.error().code, ErrorCode::invalid_argument) << text;
