@@ -187,6 +187,7 @@ Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, con
     if (response.has_accepted() && callbacks.accepted) callbacks.accepted(response.accepted());
     if (response.has_progress() && callbacks.progress) callbacks.progress(response.progress());
     if (response.has_tile() && callbacks.tile) callbacks.tile(std::move(*response.mutable_tile()));
+    if (response.has_view_result() && callbacks.view_result) callbacks.view_result(response.view_result());
     if (response.has_result()) end = response.result().end();
   }
   const grpc::Status status = call->Finish();

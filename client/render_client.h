@@ -43,6 +43,9 @@ struct JobCallbacks {
   std::function<void(const heliograph::v1::RunJobResponse::Accepted&)> accepted;
   std::function<void(const heliograph::v1::Progress&)> progress;
   std::function<void(heliograph::v1::Tile)> tile;
+  // All tiles of a view of a path have come; those that follow are of the next one, which wants a FrameAssembler begun
+  // anew. The last view's end is what run_job returns.
+  std::function<void(const heliograph::v1::RunJobResponse::ViewResult&)> view_result;
 };
 
 // Thread safe: calls may run side by side. Every failure is an Error; ErrorCode::unavailable means that the daemon

@@ -52,11 +52,18 @@ void FramePublisher::finish_cancelled(const grpc::Status& status, bool tell) {
     return;
   }
   if (!stream_) return;
-  if (tell && !end_) {
+  const bool was_last = end_ && finish_after_ && end_->tag.revision >= *finish_after_;
+  if (tell && !was_last) {
     over_ = true;
-    stream_->push(FrameBegin());
     FrameEnd end;
     end.reason = FrameEndReason::cancelled;
+    FrameBegin begin;
+    if (end_) {
+      begin.tag = end_->tag;
+      ++begin.tag.frame;
+    }
+    end.tag = begin.tag;
+    stream_->push(begin);
     stream_->push(end);
   }
   stream_->finish_when_drained(status);

@@ -27,7 +27,7 @@ class FramePublisher final : public FrameSink {
   // The listener's call ends with OK once the end of a frame of this or a later revision has been sent.
   void finish_after(std::uint64_t revision);
   // The loop has been cancelled: the listener's call ends with `status` behind the end of the frame that it knows of.
-  // With `tell`, it is told of an end even when no frame had begun.
+  // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
   void finish_cancelled(const grpc::Status& status, bool tell);
 
   // Of the frame that ended last; nothing before the first end.

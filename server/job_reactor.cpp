@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <variant>
+#include <vector>
+
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -9,11 +12,44 @@
 #include "server/stream_messages.h"
 
 namespace helio {
+namespace {
+
+constexpr int kMaxViews = 10000;
+
+// The views to render, one for a still. Without a scene, cameras that are only named cannot be looked at.
+std::vector<View> read_views(const pb::RunJobRequest& request, const LoadedScene* scene, Problems& problems) {
+  static const std::vector<CameraDescription> kNone;
+  const auto& cameras = scene ? scene->snapshot->description().cameras : kNone;
+  std::vector<View> views;
+  const auto add = [&](const CameraPose& pose) {
+    View& view = views.emplace_back();
+    view.id = views.size();
+    view.time_s = scene ? scene->manifest.time_s : 0;
+    view.camera = pose;
+  };
+  const auto read = [&](const pb::CameraView& camera, const std::string& where) {
+    if (!scene && camera.orientation_case() == pb::CameraView::kSceneCamera) return;
+    add(read_camera(camera, cameras, where, problems));
+  };
+  if (request.views_size() > kMaxViews) {
+    problems.add("views", fmt::format("{} views; allowed: at most {}", request.views_size(), kMaxViews));
+    return views;
+  }
+  if (request.views_size() > 0 && request.has_camera()) {
+    problems.add("camera", "is given beside views; allowed: one of them");
+  }
+  for (int i = 0; i < request.views_size(); ++i) read(request.views(i), fmt::format("views[{}]", i));
+  if (request.has_camera()) read(request.camera(), "camera");
+  if (views.empty() && scene) add(camera_pose(cameras.front()));
+  return views;
+}
+
+}  // namespace
 
 JobReactor::JobReactor(ServiceCore& core, const grpc::ByteBuffer& request) : core_(core) {
   stream_ = std::make_shared<OutboundStream>(
-      static_cast<OutboundStream::Call&>(*this),
-      [this](Outbound message) { return to_job_response(std::move(message), job_id_); }, core.timers);
+      static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
+      core.timers);
   const Status started = guarded([&] { return start(request); });
   if (!started.ok()) stream_->finish(to_grpc_status(started));
 }
@@ -24,24 +60,21 @@ Status JobReactor::start(grpc::ByteBuffer bytes) {
   if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);
+  const bool id_usable = problems.empty();
   const RenderSettings settings = read_settings(request.settings(), core_.render_limits(), "settings", problems);
   const Budget budget = read_budget(request.budget(), "budget", problems);
   if (!budget.time_s && !budget.samples && !budget.error) {
     problems.add("budget", "has no end; one of time_s, samples, error is required");
   }
   const TileFormat format = read_tile_format(request.format(), "format", problems);
-  if (!problems.empty()) return problems.to_error();
-  if (const Status fits = check_film_size(settings, core_.render_limits(), "settings"); !fits.ok()) return fits;
-
   auto scene = core_.scenes.acquire(request.scene_id(), "scene_id");
+  std::vector<View> views = read_views(request, scene ? &**scene : nullptr, problems);
+  if (!problems.empty()) {
+    if (!scene && id_usable) problems.add(scene.error().where, scene.error().message);
+    return problems.to_error();
+  }
   if (!scene) return scene.error();
-  const auto& cameras = (*scene)->snapshot->description().cameras;
-  View view;
-  view.id = 1;
-  view.time_s = (*scene)->manifest.time_s;
-  view.camera =
-      request.has_camera() ? read_camera(request.camera(), cameras, "camera", problems) : camera_pose(cameras.front());
-  if (!problems.empty()) return problems.to_error();
+  if (const Status fits = check_film_size(settings, core_.render_limits(), "settings"); !fits.ok()) return fits;
 
   auto id = core_.jobs.reserve();
   if (!id) return id.error();
@@ -51,33 +84,51 @@ Status JobReactor::start(grpc::ByteBuffer bytes) {
                                      format.channels);
   if (!rendering) return rendering.error();
   if (const Status fits = (*rendering)->reserve_queue(settings, format); !fits.ok()) return fits;
-  job_ = std::make_shared<Job>(Job{job_id_, std::move(*rendering)});
+  job_ = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
   core_.jobs.add(job_);
 
   pb::RunJobResponse greeting;
   greeting.mutable_accepted()->set_job_id(job_id_);
   *greeting.mutable_accepted()->mutable_settings() = to_message(settings);
+  greeting.mutable_accepted()->set_views(static_cast<std::uint32_t>(job_->views().size()));
+  stream_->queue().limit_rate(budget.bytes_per_second);
   stream_->push(Greeting{greeting.SerializeAsString()});
-  Rendering& job = *job_->rendering;
-  job.publisher().attach(stream_, format);
-  job.publisher().finish_after(0);
-  RenderLoop::Update start;
-  start.view = view;
-  job.loop().update(start);
-  job.report_progress(stream_);
-  spdlog::info("job accepted id={} scene={} size={}x{}", job_id_, job.scene().id.substr(0, 12), settings.width,
-               settings.height);
+  Rendering& rendering_of_job = job_->rendering();
+  rendering_of_job.publisher().attach(stream_, format);
+  job_->start_view();
+  rendering_of_job.report_progress(stream_);
+  spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),
+               settings.width, settings.height, job_->views().size());
   return ok_status();
 }
 
+grpc::ByteBuffer JobReactor::encode(Outbound message) {
+  auto* report = std::get_if<FrameReport>(&message);
+  if (!report) return to_job_response(std::move(message));
+  if (result_sent_) return {};
+  FrameEndReason& reason = report->end.reason;
+  const bool last = views_done_ + 1 == job_->views().size();
+  if (!last && job_->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
+  result_sent_ = last || reason == FrameEndReason::cancelled || reason == FrameEndReason::failed;
+  (result_sent_ ? end_due_ : view_due_) = true;
+  return to_job_result(*report, job_id_, views_done_++, result_sent_);
+}
+
+// The next view starts when the end of the one before is on its way: no tile of that one waits any more.
+void JobReactor::OnWriteDone(bool ok) {
+  stream_->write_done(ok);
+  if (view_due_.exchange(false) && ok) job_->start_view();
+  if (end_due_.exchange(false)) stream_->finish_when_drained(grpc::Status::OK);
+}
+
 void JobReactor::OnCancel() {
-  if (job_) job_->rendering->loop().cancel();
+  if (job_) job_->stop();
   stream_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
 }
 
 void JobReactor::OnDone() {
   if (job_) {
-    job_->rendering->publisher().detach(stream_.get());
+    job_->rendering().publisher().detach(stream_.get());
     spdlog::info("job over id={}", job_id_);
   }
   job_.reset();

@@ -1,9 +1,10 @@
-// RunJob: one still, from accepted to result.
+// RunJob: one still or the views of a path, from accepted to result.
 #pragma once
 
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <memory>
 #include <string>
 
@@ -17,7 +18,7 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
  public:
   JobReactor(ServiceCore& core, const grpc::ByteBuffer& request);
 
-  void OnWriteDone(bool ok) override { stream_->write_done(ok); }
+  void OnWriteDone(bool ok) override;
   void OnCancel() override;
   void OnDone() override;
 
@@ -25,11 +26,15 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
   void finish(const grpc::Status& status) override { Finish(status); }
   Status start(grpc::ByteBuffer request);
+  grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;
   std::string job_id_;  // empty: none was reserved
   std::shared_ptr<Job> job_;
   std::shared_ptr<OutboundStream> stream_;
+  std::uint32_t views_done_ = 0;  // encode()'s alone
+  bool result_sent_ = false;      // encode()'s alone
+  std::atomic<bool> view_due_ = false, end_due_ = false;
 };
 
 }  // namespace helio

@@ -3,16 +3,30 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <chrono>
-#include <vector>
 
 #include "renderer/base/clock.h"
 #include "server/session_registry.h"
 
 namespace helio {
 
+void Job::start_view() {
+  const std::lock_guard lock(mutex_);
+  if (stopped_) return;
+  RenderLoop::Update update;
+  update.view = views_[started_++];
+  const std::uint64_t revision = rendering_->loop().update(update);
+  if (started_ == views_.size()) rendering_->publisher().finish_after(revision);
+}
+
+void Job::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  rendering_->loop().cancel();
+}
+
 void Job::cancel() {
-  rendering->loop().cancel();
-  rendering->publisher().finish_cancelled(grpc::Status::OK, /*tell=*/true);
+  stop();
+  rendering_->publisher().finish_cancelled(grpc::Status::OK, /*tell=*/true);
 }
 
 Result<std::string> JobStore::reserve() {
@@ -29,7 +43,7 @@ Result<std::string> JobStore::reserve() {
 
 void JobStore::add(std::shared_ptr<Job> job) {
   const std::lock_guard lock(mutex_);
-  jobs_[job->id] = job;
+  jobs_[job->id()] = job;
 }
 
 void JobStore::remove(const std::string& id) {

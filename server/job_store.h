@@ -1,22 +1,45 @@
 // The jobs in hand. A job lives as long as its call.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "server/rendering.h"
 
 namespace helio {
 
-struct Job {
-  std::string id;
-  std::shared_ptr<Rendering> rendering;
+class Job {
+ public:
+  // The views' ids count from 1. At least one.
+  Job(std::string id, std::shared_ptr<Rendering> rendering, std::vector<View> views)
+      : id_(std::move(id)), rendering_(std::move(rendering)), views_(std::move(views)) {}
 
-  // Its stream ends with its result, reason CANCELLED.
+  const std::string& id() const { return id_; }
+  Rendering& rendering() { return *rendering_; }
+  const std::vector<View>& views() const { return views_; }
+
+  // Renders the next view; nothing after stop(). Precondition: the one before has ended, and one is left.
+  void start_view();
+  // Ends the view in hand; no further one starts.
+  void stop();
+  // stop(), and the stream ends with the job's result, reason CANCELLED.
   void cancel();
+  bool stopped() const { return stopped_; }
+
+ private:
+  const std::string id_;
+  const std::shared_ptr<Rendering> rendering_;
+  const std::vector<View> views_;
+
+  std::mutex mutex_;  // a view starts before the stop, or not at all
+  std::size_t started_ = 0;
+  std::atomic<bool> stopped_ = false;
 };
 
 class JobStore {

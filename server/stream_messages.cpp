@@ -83,7 +83,7 @@ grpc::ByteBuffer to_stream_response(Outbound message, const std::string& session
                     message);
 }
 
-grpc::ByteBuffer to_job_response(Outbound message, const std::string& job_id) {
+grpc::ByteBuffer to_job_response(Outbound message) {
   const std::string no_session;
   pb::RunJobResponse response;
   return std::visit(
@@ -96,12 +96,23 @@ grpc::ByteBuffer to_job_response(Outbound message, const std::string& job_id) {
                  [&](EncodedTile& tile) {
                    return tile_message(std::move(tile), pb::RunJobResponse::kTileFieldNumber, no_session);
                  },
-                 [&](FrameReport& report) {
-                   response.mutable_result()->set_job_id(job_id);
-                   *response.mutable_result()->mutable_end() = to_message(report, no_session);
-                   return to_bytes(response);
-                 }},
+                 [](FrameReport&) { return grpc::ByteBuffer(); }},
       message);
+}
+
+grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over) {
+  pb::RunJobResponse response;
+  const auto fill = [&](auto& result) {
+    result.set_job_id(job_id);
+    result.set_view(view);
+    *result.mutable_end() = to_message(report, "");
+  };
+  if (over) {
+    fill(*response.mutable_result());
+  } else {
+    fill(*response.mutable_view_result());
+  }
+  return to_bytes(response);
 }
 
 }  // namespace helio

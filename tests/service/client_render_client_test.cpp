@@ -122,6 +122,32 @@ TEST_F(RenderClientTest, RunsAJob) {
   expect_square(**picture.picture());
 }
 
+TEST_F(RenderClientTest, RunsAPathViewByView) {
+  pb::RunJobRequest path = job(4);
+  for (int i = 0; i < 3; ++i) path.add_views()->set_scene_camera("front");
+  FrameAssembler picture;
+  pb::RenderSettings settings;
+  std::vector<std::uint32_t> views;
+  JobCallbacks callbacks;
+  callbacks.accepted = [&](const auto& accepted) {
+    settings = accepted.settings();
+    EXPECT_TRUE(picture.begin(settings));
+  };
+  callbacks.tile = [&](pb::Tile tile) { EXPECT_TRUE(picture.add(std::move(tile))); };
+  callbacks.view_result = [&](const auto& result) {
+    views.push_back(result.view());
+    EXPECT_TRUE(picture.final());
+    expect_square(**picture.picture());
+    EXPECT_TRUE(picture.begin(settings));
+  };
+  const auto end = client_->run_job(path, callbacks);
+  ASSERT_TRUE(end) << end.error().to_string();
+  EXPECT_EQ(views, (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(end->reason(), pb::END_REASON_SAMPLES);
+  EXPECT_TRUE(picture.final());
+  expect_square(**picture.picture());
+}
+
 TEST_F(RenderClientTest, ACancelledJobTellsWhatItDid) {
   JobCallbacks callbacks;
   FrameAssembler picture;

@@ -1,4 +1,6 @@
 // RunJob and CancelJob.
+#include <algorithm>
+
 #include "renderer/base/clock.h"
 #include "service_fixture.h"
 
@@ -116,6 +118,14 @@ TEST_F(JobTest, BadRequestsNameEveryField) {
   pb::RunJobRequest camera = request(8, 8, 1);
   camera.mutable_camera()->mutable_position()->set_x(std::numeric_limits<double>::quiet_NaN());
   expect_status(run(camera).status, StatusCode::INVALID_ARGUMENT, {"camera.position", "nan", "camera", "look_at"});
+  pb::RunJobRequest three = camera;
+  three.mutable_settings()->set_width(-1);
+  three.mutable_format()->set_pixel_type(pb::PixelType(4));
+  expect_status(run(three).status, StatusCode::INVALID_ARGUMENT,
+                {"camera.position", "settings.width", "format.pixel_type"});
+  three.set_scene_id("nothing");
+  expect_status(run(three).status, StatusCode::INVALID_ARGUMENT,
+                {"camera.position", "settings.width", "format.pixel_type", "scene_id: there is no scene 'nothing'"});
   pb::RunJobRequest unknown = request(8, 8, 1);
   unknown.set_scene_id("nothing");
   expect_status(run(unknown).status, StatusCode::NOT_FOUND, {"scene_id", "nothing"});
@@ -184,6 +194,131 @@ TEST_F(JobTest, CancelledCallFreesItsPlaceAndItsScene) {
   pb::UnloadSceneResponse unloaded;
   unload.set_scene_id(scene_);
   EXPECT_TRUE(eventually([&] { return call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded).ok(); }));
+}
+
+// What came of each view of a path, by its index.
+struct ViewOutcome {
+  std::map<std::string, std::string> tiles;  // final ones: window -> EXR
+  pb::FrameEnd end;
+};
+std::vector<ViewOutcome> by_view(const std::vector<pb::RunJobResponse>& messages) {
+  std::vector<ViewOutcome> views(1);
+  for (const auto& message : messages) {
+    if (message.has_tile()) {
+      EXPECT_EQ(message.tile().tag().view_id(), views.size());
+      if (message.tile().final()) views.back().tiles[message.tile().window().ShortDebugString()] = message.tile().exr();
+    }
+    if (message.has_progress()) {
+      EXPECT_EQ(message.progress().tag().view_id(), views.size());
+    }
+    if (message.has_view_result()) {
+      EXPECT_EQ(message.view_result().view() + 1, views.size());
+      views.back().end = message.view_result().end();
+      views.emplace_back();
+    }
+    if (message.has_result()) {
+      EXPECT_EQ(message.result().view() + 1, views.size());
+      views.back().end = message.result().end();
+    }
+  }
+  return views;
+}
+
+TEST_F(JobTest, EachViewOfAPathIsTheStillFromThere) {
+  start_with_scene();
+  const double places[] = {0, 0.4, 0.4, -1.5};  // the third view repeats the second
+  pb::RunJobRequest path = request(200, 100, 6);
+  for (const double x : places) *path.add_views() = view(1, x).camera();
+  path.add_views()->set_scene_camera("front");
+  const Outcome outcome = run(path);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(outcome.messages.front().accepted().views(), 5u);
+  ASSERT_TRUE(outcome.messages.back().has_result());
+  EXPECT_EQ(outcome.messages.back().result().job_id(), outcome.messages.front().accepted().job_id());
+  const std::vector<ViewOutcome> views = by_view(outcome.messages);
+  ASSERT_EQ(views.size(), 5u);
+  for (int i = 0; i < 5; ++i) {
+    SCOPED_TRACE("view " + std::to_string(i));
+    pb::RunJobRequest still = request(200, 100, 6);
+    *still.mutable_camera() = path.views(i);
+    const std::vector<ViewOutcome> alone = by_view(run(still).messages);
+    ASSERT_EQ(alone.size(), 1u);
+    EXPECT_EQ(views[i].end.reason(), pb::END_REASON_SAMPLES);
+    EXPECT_EQ(views[i].end.totals().samples_per_pixel(), 6u);
+    EXPECT_FALSE(alone[0].tiles.empty());
+    EXPECT_EQ(views[i].tiles, alone[0].tiles);
+  }
+  EXPECT_NE(views[0].tiles, views[1].tiles);
+}
+
+TEST_F(JobTest, EveryBadViewOfAPathIsNamed) {
+  start_with_scene();
+  pb::RunJobRequest bad = request(8, 8, 1);
+  *bad.mutable_camera() = view(1).camera();
+  bad.mutable_settings()->set_height(-2);
+  bad.mutable_format()->set_compression(pb::Compression(99));
+  *bad.add_views() = view(1).camera();
+  bad.add_views()->set_scene_camera("rear");
+  *bad.add_views() = view(1).camera();
+  bad.mutable_views(2)->set_lens_radius(-1);
+  expect_status(run(bad).status, StatusCode::INVALID_ARGUMENT,
+                {"camera: is given beside views", "settings.height: -2", "format.compression: unknown value 99",
+                 "views[1].scene_camera: 'rear'", "views[2].lens_radius: -1"});
+  pb::RunJobRequest many = request(8, 8, 1);
+  for (int i = 0; i <= 10000; ++i) many.add_views()->set_scene_camera("0");
+  expect_status(run(many).status, StatusCode::INVALID_ARGUMENT, {"views: 10001 views; allowed: at most 10000"});
+}
+
+// Cancels by id when the first view is done, or soon after: in a view or between two.
+TEST_F(JobTest, APathIsCancelledWhereverItIs) {
+  start_with_scene();
+  for (int i = 0; i < 20; ++i) {
+    SCOPED_TRACE(i);
+    pb::RunJobRequest path = request(64, 64, 1);
+    for (int k = 0; k < 10000; ++k) *path.add_views() = view(1, 0.0001 * k).camera();
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+    auto reader = stub().RunJob(&context, path);
+    pb::RunJobResponse response;
+    std::vector<pb::RunJobResponse> messages;
+    while (reader->Read(&response)) {
+      messages.push_back(response);
+      if (!response.has_view_result() || response.view_result().view() != 0) continue;
+      std::this_thread::sleep_for(std::chrono::microseconds(300 * i));
+      pb::CancelJobRequest cancel;
+      pb::CancelJobResponse cancelled;
+      cancel.set_job_id(messages.front().accepted().job_id());
+      ASSERT_TRUE(call(&pb::RenderService::Stub::CancelJob, cancel, &cancelled).ok());
+    }
+    const grpc::Status status = reader->Finish();
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    ASSERT_TRUE(messages.back().has_result());
+    EXPECT_EQ(messages.back().result().end().reason(), pb::END_REASON_CANCELLED);
+    const auto results =
+        std::count_if(messages.begin(), messages.end(), [](const auto& message) { return message.has_result(); });
+    EXPECT_EQ(results, 1);
+    EXPECT_LT(by_view(messages).size(), 10000u);
+  }
+  pb::UnloadSceneRequest unload;
+  pb::UnloadSceneResponse unloaded;
+  unload.set_scene_id(scene_);
+  EXPECT_TRUE(eventually([&] { return call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded).ok(); }));
+}
+
+TEST_F(JobTest, ACallerWhoGivesUpEndsThePath) {
+  start_with_scene([](ServerConfig& config) { config.max_jobs = 1; });
+  pb::RunJobRequest path = request(64, 64, 1);
+  for (int k = 0; k < 10000; ++k) *path.add_views() = view(1, 0.0001 * k).camera();
+  grpc::ClientContext context;
+  auto reader = stub().RunJob(&context, path);
+  pb::RunJobResponse response;
+  while (reader->Read(&response) && !response.has_view_result()) {
+  }
+  context.TryCancel();
+  while (reader->Read(&response)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), StatusCode::CANCELLED);
+  EXPECT_TRUE(eventually([&] { return run(request(8, 8, 1)).status.ok(); }));
 }
 
 TEST_F(JobTest, InteractiveSessionsComeFirst) {
