@@ -17,7 +17,7 @@ packages=(
   # tests and benches; the tests read our files with exrheader and oiiotool
   libbenchmark-dev libgtest-dev openexr openimageio-tools
 )
-bench_packages=(blender python3-venv libllvm19)
+bench_packages=(blender python3-numpy python3-venv libllvm19)
 
 print=false
 for argument in "$@"; do

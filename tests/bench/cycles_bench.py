@@ -6,14 +6,17 @@ usage: blender --background --factory-startup --python-exit-code 1 --python cycl
 
 The bench pictures hold Lambert materials and one-sided lights only, so every material is rebuilt as a diffuse BSDF plus
 emission on the front, from what the glTF file says. 10 path segments are 8 bounces here. Box filter; nothing adaptive,
-clamped, denoised or left out. The scene stays loaded (persistent data), but each render synchronises it again: callers
-take the difference of two sample counts.
+clamped, denoised or left out. Each render synchronises the scene and builds its BVH again (kept data would miss that
+the sample count has changed): callers take the difference of two sample counts.
 """
 import json
 import sys
 import time
 
 import bpy
+import numpy
+
+numpy.bool = bool  # the glTF importer of Debian 12's Blender uses this alias, which Debian 12's numpy has dropped
 
 
 def rebuild(material, described):
@@ -63,7 +66,6 @@ def load(request):
     render.resolution_x = render.resolution_y = 512
     render.resolution_percentage = 100
     render.threads_mode, render.threads = "FIXED", int(sys.argv[-1])
-    render.use_persistent_data = True
     render.film_transparent = False
     render.image_settings.file_format = "OPEN_EXR"
     render.image_settings.color_depth = "32"
