@@ -109,21 +109,20 @@ Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_o
   orthographic_ = pose.projection == Projection::orthographic;
   const double half_height = orthographic_ ? pose.half_height : std::tan(0.5 * pose.vertical_fov);
   const double step = 2 * half_height / height;
-  const V3d step_x = pose.right * step, step_y = pose.up * -step;
-  const V3d corner = step_x * (-0.5 * width) + step_y * (-0.5 * height);
+  step_x_ = pose.right * step;
+  step_y_ = pose.up * -step;
+  corner_ = step_x_ * (-0.5 * width) + step_y_ * (-0.5 * height);
+  if (!orthographic_) corner_ += pose.forward;
   origin_ = V3f(pose.position - scene_origin);
   forward_ = V3f(pose.forward);
   right_ = V3f(pose.right);
   up_ = V3f(pose.up);
-  step_x_ = V3f(step_x);
-  step_y_ = V3f(step_y);
-  corner_ = V3f(orthographic_ ? corner : corner + pose.forward);
   lens_radius_ = float(pose.lens_radius);
   focus_distance_ = float(pose.focus_distance);
 }
 
-CameraRay Camera::generate_ray(const V2f& film, const V2f& lens) const {
-  const V3f offset = corner_ + step_x_ * film.x + step_y_ * film.y;
+CameraRay Camera::generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const {
+  const V3f offset(corner_ + step_x_ * (x + double(in_pixel.x)) + step_y_ * (y + double(in_pixel.y)));
   CameraRay ray;
   if (orthographic_) {
     ray.origin = origin_ + offset;

@@ -39,13 +39,16 @@ class Camera {
  public:
   Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin);
 
-  // Film position in pixels (x right, y down, pixel centres at .5), lens sample in [0,1)^2.
-  CameraRay generate_ray(const V2f& film, const V2f& lens) const;
+  // Pixel (x right, y down), position in it in [0,1]^2 (its centre at .5), lens sample in [0,1)^2. Pixel and position
+  // come apart because their float sum would have steps of 1 / 256 pixel at the far side of the largest films, and
+  // would round up into the next pixel.
+  CameraRay generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const;
 
   bool pinhole() const { return lens_radius_ == 0; }
 
  private:
-  V3f origin_, forward_, step_x_, step_y_, corner_, right_, up_;
+  V3f origin_, forward_, right_, up_;
+  V3d step_x_, step_y_, corner_;
   float lens_radius_ = 0, focus_distance_ = 1;
   bool orthographic_ = false;
 };

@@ -165,8 +165,9 @@ class PathKernel {
       b.bsdf_y[i] = point.y;
     }
     for (int i = 0; i < count; ++i) {
-      const V2f film(float(b.pixel_x[i]) + b.light_x[i], float(b.pixel_y[i]) + b.light_y[i]);
-      const CameraRay camera = task_.camera.generate_ray(film, lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f));
+      const V2f lens_sample = lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f);
+      const CameraRay camera =
+          task_.camera.generate_ray(b.pixel_x[i], b.pixel_y[i], V2f(b.light_x[i], b.light_y[i]), lens_sample);
       Ray& ray = b.rays[i];
       ray.origin = camera.origin;
       ray.direction = camera.direction;

@@ -10,19 +10,19 @@ constexpr double kDegree = 3.14159265358979 / 180;
 TEST(Camera, CentreLooksForwardAndEdgesSpanTheField) {
   const CameraPose pose = *look_at({1, 2, 3}, {1, 2, -7}, {0, 1, 0}, 60 * kDegree);
   const Camera camera(pose, 200, 100, {0, 0, 0});
-  const CameraRay centre = camera.generate_ray({100, 50}, {0.5f, 0.5f});
+  const CameraRay centre = camera.generate_ray(100, 50, {0, 0}, {0.5f, 0.5f});
   EXPECT_NEAR(centre.direction.z, -1, 1e-6);
   EXPECT_EQ(centre.origin, V3f(1, 2, 3));
   // Upper edge: half the vertical field above the axis. Right edge: twice its tangent, for an aspect of two.
-  const CameraRay top = camera.generate_ray({100, 0}, {0.5f, 0.5f}),
-                  right = camera.generate_ray({200, 50}, {0.5f, 0.5f});
+  const CameraRay top = camera.generate_ray(100, 0, {0, 0}, {0.5f, 0.5f}),
+                  right = camera.generate_ray(200, 50, {0, 0}, {0.5f, 0.5f});
   EXPECT_NEAR(top.direction.y / -top.direction.z, std::tan(30 * kDegree), 1e-6);
   EXPECT_NEAR(right.direction.x / -right.direction.z, 2 * std::tan(30 * kDegree), 1e-6);
 }
 
 TEST(Camera, IsRebasedWithTheScene) {
   const CameraPose pose = *look_at({1e7 + 0.25, 0, 0}, {1e7, 0, 0}, {0, 1, 0}, 1);
-  EXPECT_EQ(Camera(pose, 8, 8, {1e7, 0, 0}).generate_ray({4, 4}, {0, 0}).origin, V3f(0.25f, 0, 0));
+  EXPECT_EQ(Camera(pose, 8, 8, {1e7, 0, 0}).generate_ray(4, 4, {0, 0}, {0, 0}).origin, V3f(0.25f, 0, 0));
 }
 
 TEST(Camera, OrthographicRaysAreParallel) {
@@ -30,7 +30,7 @@ TEST(Camera, OrthographicRaysAreParallel) {
   pose.projection = Projection::orthographic;
   pose.half_height = 2;
   const Camera camera(pose, 64, 32, {0, 0, 0});
-  const CameraRay corner = camera.generate_ray({0, 0}, {0.5f, 0.5f});
+  const CameraRay corner = camera.generate_ray(0, 0, {0, 0}, {0.5f, 0.5f});
   EXPECT_EQ(corner.direction, V3f(0, 0, -1));
   EXPECT_NEAR(corner.origin.x, -4, 1e-6);
   EXPECT_NEAR(corner.origin.y, 2, 1e-6);
@@ -43,12 +43,33 @@ TEST(Camera, LensRaysMeetInFocus) {
   pose.focus_distance = 4;
   const Camera camera(pose, 64, 64, {0, 0, 0});
   const auto at_focus = [&](const V2f& lens) {
-    const CameraRay ray = camera.generate_ray({10, 20}, lens);
+    const CameraRay ray = camera.generate_ray(10, 20, {0, 0}, lens);
     EXPECT_LE(length(ray.origin), 0.1f * 1.0001f);
     return ray.origin + ray.direction * ((-4 - ray.origin.z) / ray.direction.z);
   };
   const V3f a = at_focus({0.1f, 0.9f}), b = at_focus({0.8f, 0.3f});
   EXPECT_LT(length(a - b), 1e-5f);
+}
+
+// Floats beyond 32,768 lie 1 / 256 apart. Just right of the middle of the widest film, where the direction itself has
+// digits to spare, the place where a ray meets the plane of the film is the one asked for; farther out it is off by the
+// rounding of the unit direction, relative to the distance from the middle.
+TEST(Camera, KeepsPositionsInAPixelApartOnWideFilms) {
+  constexpr int kWidth = 65536;
+  CameraPose pose = *look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1);
+  const double half_height = std::tan(0.5);
+  const Camera camera(pose, kWidth, kWidth, {0, 0, 0});
+  const auto column = [&](int x, float in_pixel) {
+    const CameraRay ray = camera.generate_ray(x, kWidth / 2, {in_pixel, 0}, {0.5f, 0.5f});
+    return (double(ray.direction.x) / -double(ray.direction.z) / half_height + 1) * 0.5 * kWidth;
+  };
+  for (const auto& [x, tolerance] : {std::pair(kWidth / 2, 1e-6), {kWidth / 2 + 3, 3e-6}, {kWidth - 1, 8e-3}}) {
+    for (int i = 0; i < 1000; ++i) {
+      const float in_pixel = (float(i) + 0.3f) / 1000;
+      ASSERT_NEAR(column(x, in_pixel), x + double(in_pixel), tolerance);
+    }
+    EXPECT_LT(column(x, 0x1.fffffep-1f), x + 1 + tolerance);
+  }
 }
 
 TEST(Camera, LookAtRefusesWhatHasNoOrientation) {
@@ -129,8 +150,9 @@ TEST(Camera, RaysOfExtremePosesAreFinite) {
     const bool wide = corner >> 5 & 1;
     const Camera camera(pose, wide ? 65536 : 1, wide ? 1 : 65536, {-1e15, 1e15, -1e15});
     for (const V2f& lens : {V2f(0.5f, 0.5f), V2f(0, 0), V2f(0.999f, 0.3f)}) {
-      for (const V2f& film : {V2f(0, 0), V2f(0.5f, 0.5f), V2f(wide ? 65536.0f : 1.0f, wide ? 1.0f : 65536.0f)}) {
-        const CameraRay ray = camera.generate_ray(film, lens);
+      for (const float in_pixel : {0.0f, 0.5f, 1.0f}) {
+        const int last = in_pixel == 1 ? 65535 : 0;
+        const CameraRay ray = camera.generate_ray(wide ? last : 0, wide ? 0 : last, {in_pixel, in_pixel}, lens);
         for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(ray.origin[c]), 1e18f) << corner;
         EXPECT_NEAR(length(ray.direction), 1, 1e-5) << corner;
       }
@@ -143,7 +165,7 @@ TEST(Camera, LensFarFromTheOriginKeepsItsFocus) {
   CameraPose pose = *look_at({1e9, 0, 0}, {1e9, 0, -1}, {0, 1, 0}, 50 * kDegree);
   pose.lens_radius = 1e-3;
   pose.focus_distance = 0.5;
-  const CameraRay ray = Camera(pose, 64, 64, {0, 0, 0}).generate_ray({32, 32}, {0.5f, 0.5f});
+  const CameraRay ray = Camera(pose, 64, 64, {0, 0, 0}).generate_ray(32, 32, {0, 0}, {0.5f, 0.5f});
   EXPECT_NEAR(ray.direction.z, -1, 1e-5);
 }
 
