@@ -81,9 +81,9 @@ V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo) 
   const V3f across = normal - geometric * dot(normal, geometric);
   if (!(wo_z > 0) || !normalizable(across)) return geometric;
   const V3f x = normalize(across);
-  const float wo_x = dot(x, wo), rho_squared = wo_x * wo_x + wo_z * wo_z;
-  const float cosine = (wo_z * least - wo_x * safe_sqrt(rho_squared - least * least)) / rho_squared;  // of 2f
-  return normalize(geometric * safe_sqrt(0.5f * (1 + cosine)) + x * safe_sqrt(0.5f * (1 - cosine)));
+  const float wo_x = dot(x, wo), rho = std::sqrt(wo_x * wo_x + wo_z * wo_z);
+  const float angle = 0.5f * (std::atan2(wo_x, wo_z) + std::acos(std::min(least / rho, 1.0f)));
+  return normalize(geometric * std::cos(angle) + x * std::sin(angle));
 }
 
 void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& s) {

@@ -29,7 +29,7 @@ TEST(ShadingNormal, MirrorImagesRiseAboveTheSurface) {
     }
     ++bent;
     // Exactly to the least height, in the plane of both normals, between them.
-    ASSERT_NEAR(mirrored_z(n), least, 1e-4f) << normal << wo;
+    ASSERT_NEAR(mirrored_z(n), least, 2e-5f) << normal << wo;
     ASSERT_NEAR(dot(cross(normal, geometric), n), 0, 1e-5f);
     ASSERT_GE(n.z, normal.z - 1e-5f);
   }
