@@ -56,24 +56,21 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
     }
   }
   // Features without samples: black, no normal, no coverage.
-  const auto scaled = [&film](int x, int y, auto member) {
-    const PixelFeatures& f = film.features(x, y);
-    return f.count > 0 ? member(f) / float(f.count) : 0.0f;
-  };
   if (channels & kResolveAlpha) {
-    fill(window, tile.alpha, [&](int x, int y) { return scaled(x, y, [](const auto& f) { return f.coverage; }); });
+    fill(window, tile.alpha, [&](int x, int y) {
+      const PixelFeatures& f = film.features(x, y);
+      return f.count > 0 ? float(double(f.hits) / f.count) : 0.0f;
+    });
   }
   if (channels & kResolveDepth) {
     fill(window, tile.depth, [&](int x, int y) { return film.features(x, y).depth; });
   }
   for (int c = 0; c < 3; ++c) {
     if (channels & kResolveNormal) {
-      fill(window, tile.normal[c],
-           [&](int x, int y) { return scaled(x, y, [c](const auto& f) { return f.normal[c]; }); });
+      fill(window, tile.normal[c], [&](int x, int y) { return film.features(x, y).normal[c]; });
     }
     if (channels & kResolveAlbedo) {
-      fill(window, tile.albedo[c],
-           [&](int x, int y) { return scaled(x, y, [c](const auto& f) { return f.albedo[c]; }); });
+      fill(window, tile.albedo[c], [&](int x, int y) { return film.features(x, y).albedo[c]; });
     }
   }
   return tile;

@@ -489,12 +489,7 @@ class PathKernel {
   }
 
   static void add_features(PixelFeatures& f, const FirstHit& first, bool is_first_sample) {
-    for (int c = 0; c < 3; ++c) {
-      f.albedo[c] += first.albedo[c];
-      f.normal[c] += first.normal[c];
-    }
-    ++f.count;
-    f.coverage += first.primitive != kNoHit ? 1.0f : 0.0f;
+    f.add(first.albedo, first.normal, first.primitive != kNoHit);
     if (is_first_sample) {
       f.depth = first.depth;
       f.instance = first.instance;

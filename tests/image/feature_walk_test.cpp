@@ -52,8 +52,8 @@ Look look_at_scene(const RenderScene& scene, const std::string& name) {
     for (int x = 0; x < kSide; ++x) {
       const PixelFeatures& features = film.features(x, y);
       samples += features.count;
-      look.coverage += double(features.coverage);
-      for (int c = 0; c < 3; ++c) look.albedo[c] += double(features.albedo[c]);
+      look.coverage += features.hits;
+      for (int c = 0; c < 3; ++c) look.albedo[c] += double(features.albedo[c]) * features.count;
     }
   }
   look.coverage /= samples;

@@ -45,5 +45,35 @@ TEST(Film, HundredMillionSamplesDoNotDrift) {
   EXPECT_NEAR(pixel.sum[2] / pixel.count / double(1e-6f), 1.0, 1e-8);
 }
 
+// Counts stay exact and means keep following their samples beyond 2^24 of them, where a float sum stands still.
+TEST(Film, FeaturesStayRightBeyondTheFloatsDigits) {
+  PixelFeatures f;
+  std::uint32_t hits = 0;
+  for (std::uint32_t i = 1; i <= (1u << 25) + 1; ++i) {
+    const bool hit = i % 4 != 0;
+    hits += hit;
+    f.add(hit ? Rgb(0.8f, 1, 0.3f) : Rgb(0, 0, 0), hit ? V3f(0, -0.6f, 0.8f) : V3f(0, 0, 0), hit);
+    if ((i & (i - 1)) != 0) continue;
+    const double share = double(hits) / i;
+    ASSERT_EQ(f.count, i);
+    ASSERT_EQ(f.hits, hits);
+    ASSERT_NEAR(f.albedo[0], share * 0.8f, 1e-4);
+    ASSERT_NEAR(f.albedo[1], share, 1e-4);
+    ASSERT_NEAR(f.albedo[2], share * 0.3f, 1e-4);
+    ASSERT_NEAR(f.normal[1], share * -0.6f, 1e-4);
+    ASSERT_NEAR(f.normal[2], share * 0.8f, 1e-4);
+  }
+  EXPECT_EQ(sizeof(PixelFeatures), 44u);
+}
+
+// What never changes is kept to the bit.
+TEST(Film, ConstantFeaturesAreExact) {
+  PixelFeatures f;
+  for (int i = 0; i < 1000; ++i) f.add(Rgb(0.1f, 0.6f, 1), V3f(0.36f, -0.48f, 0.8f), true);
+  EXPECT_EQ(f.albedo[0], 0.1f);
+  EXPECT_EQ(f.albedo[1], 0.6f);
+  EXPECT_EQ(f.normal[1], -0.48f);
+}
+
 }  // namespace
 }  // namespace helio

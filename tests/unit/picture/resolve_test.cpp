@@ -33,9 +33,9 @@ TEST(Resolve, FillsWhatIsAskedFor) {
   film.half(0, 1, 1).invalid = 1;
   PixelFeatures& f = film.features(2, 1);
   f.count = 4;
-  f.coverage = 3;
-  f.albedo[1] = 2;
-  f.normal[2] = -4;
+  f.hits = 3;
+  f.albedo[1] = 0.5f;
+  f.normal[2] = -1;
   f.depth = 7;
   const ResolvedTile tile = resolve_tile(film, {1, 1, 3, 2}, film.bounds(), kResolveAll);
   EXPECT_EQ(tile.window, (PixelRect{1, 1, 3, 2}));

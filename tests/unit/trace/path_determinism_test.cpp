@@ -159,12 +159,12 @@ TEST(PathFeatures, FirstHit) {
   EXPECT_LT(centre.primitive, 2u);
   EXPECT_NEAR(centre.depth, 3, 0.01);
   EXPECT_EQ(centre.count, 4u);
-  EXPECT_FLOAT_EQ(centre.albedo[1] / 4, 0.5f);
-  EXPECT_FLOAT_EQ(centre.normal[2] / 4, 1);
-  EXPECT_EQ(centre.coverage, 4);
+  EXPECT_FLOAT_EQ(centre.albedo[1], 0.5f);
+  EXPECT_FLOAT_EQ(centre.normal[2], 1);
+  EXPECT_EQ(centre.hits, 4u);
   EXPECT_EQ(corner.instance, ~0u);
   EXPECT_TRUE(std::isinf(corner.depth));
-  EXPECT_EQ(corner.coverage, 0);
+  EXPECT_EQ(corner.hits, 0u);
 }
 
 }  // namespace
