@@ -23,6 +23,7 @@ const Subcommand kSubcommands[] = {
     {"rays", "rays per second over bare Embree calls on the same rays", run_rays},
     {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
     {"latency", "view sent to first tile received", run_latency},
+    {"cancel", "stream given up to the last work done for it", run_cancel},
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
@@ -82,7 +83,7 @@ int main(int argc, char** argv) {
   app.add_option("--size", options.size, "Side of the pictures of speed, rays and features; goals hold for 512")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
-  app.add_option("--views", options.views, "Camera updates per latency figure")
+  app.add_option("--views", options.views, "Camera updates per latency figure, and tries of cancel if more than 200")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   app.add_option("--shared", options.shared, "Folder with scenes/bench; also HELIO_SHARED")->capture_default_str();

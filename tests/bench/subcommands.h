@@ -12,6 +12,7 @@ Status run_speed(BenchContext& context, Figures& figures);
 Status run_rays(BenchContext& context, Figures& figures);
 Status run_load(BenchContext& context, Figures& figures);
 Status run_latency(BenchContext& context, Figures& figures);
+Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
 Status run_sessions(BenchContext& context, Figures& figures);
 Status run_features(BenchContext& context, Figures& figures);

@@ -363,10 +363,10 @@ INSTANTIATE_TEST_SUITE_P(
                             {"view.camera.lens_radius", "-0.1", "[0, 1e12]"}},
                     BadView{"FarPosition",
                             [](pb::View& v) { v.mutable_camera()->mutable_position()->set_x(1e30); },
-                            {"view.camera.position", "1e+30", "[-1e15, 1e15]"}},
+                            {"view.camera.position", "1e+30", "[-1e12, 1e12]"}},
                     BadView{"FarTarget",
                             [](pb::View& v) { v.mutable_camera()->mutable_look_at()->mutable_target()->set_x(1e150); },
-                            {"view.camera.look_at.target", "1e+150", "[-1e15, 1e15]"}},
+                            {"view.camera.look_at.target", "1e+150", "[-1e12, 1e12]"}},
                     BadView{"HugeEverything",
                             [](pb::View& v) {
                               v.mutable_camera()->set_orthographic_half_height(1e300);
@@ -643,26 +643,25 @@ TEST_F(StreamTest, ProgressComesWhileRendering) {
 
 // ---- cancel, slow readers ------------------------------------------------------------------------------------------
 
-TEST_F(StreamTest, CancelAndDeadlineStopTheWorkAtOnce) {
+// How soon: helio_bench cancel.
+TEST_F(StreamTest, CancelAndDeadlineStopTheWork) {
   const std::string session = create_session(scene_, 256, 256);
-  std::vector<double> seconds;
-  for (int i = 0; i < 20; ++i) {
+  const auto stops_working = [&] {
+    return eventually([&] {
+      const double used = session_info(session).used_seconds();
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      return session_info(session).used_seconds() == used;
+    });
+  };
+  for (int i = 0; i < 5; ++i) {
     StreamClient client(stub(), session);
     client.send(view(i + 1, 0.01 * i));
     ASSERT_TRUE(client.reader().wait_for_tiles(1));
-    const double cancelled = now_s();
     client.cancel();
-    ASSERT_TRUE(eventually([&] { return !session_info(session).attached(); }, 1));
-    seconds.push_back(now_s() - cancelled);
-    const double used = session_info(session).used_seconds();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_LE(session_info(session).used_seconds() - used, 0.015) << "workers go on after a cancel";
+    EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
+    EXPECT_TRUE(stops_working()) << "workers go on after a cancel";
     EXPECT_EQ(client.status().error_code(), StatusCode::CANCELLED);
   }
-  std::sort(seconds.begin(), seconds.end());
-  RecordProperty("cancel_median_ms", std::to_string(1e3 * seconds[10]));
-  RecordProperty("cancel_worst_ms", std::to_string(1e3 * seconds.back()));
-  EXPECT_LE(seconds[10], 0.02);
 
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(200));
@@ -673,7 +672,8 @@ TEST_F(StreamTest, CancelAndDeadlineStopTheWorkAtOnce) {
   while (reader->Read(&response)) {
   }
   EXPECT_EQ(reader->Finish().error_code(), StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }, 1));
+  EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
+  EXPECT_TRUE(stops_working()) << "workers go on after a deadline";
 }
 
 TEST_F(StreamTest, SilentReaderCostsTwoFramesAndSlowsNobody) {
