@@ -19,8 +19,8 @@ class FrameAssembler {
   // Starts a frame of settings.width x height, limited to settings.region when given; what was there is forgotten.
   // invalid_argument: sizes or region that no server may announce.
   Status begin(const heliograph::v1::RenderSettings& settings);
-  // As above; tiles of another revision are refused from the start. (A job's tiles carry the revision of their view, which
-  // the first one tells.)
+  // As above; tiles of another revision are refused from the start. (A job's tiles carry the revision of their view,
+  // which the first one tells.)
   Status begin(const heliograph::v1::FrameBegin& frame);
 
   enum class Outcome {

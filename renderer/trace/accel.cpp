@@ -1,7 +1,9 @@
 #include "renderer/trace/accel.h"
 
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <mutex>
@@ -167,7 +169,9 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   static std::mutex build_mutex;
   const std::lock_guard lock(build_mutex);
   const std::ptrdiff_t bytes_before = g_device_bytes;
-  tbb::task_arena arena(input.threads > 0 ? input.threads : tbb::task_arena::automatic);
+  // More threads than the machine runs at once would only make TBB complain on stderr.
+  const int most = tbb::info::default_concurrency();
+  tbb::task_arena arena(input.threads > 0 ? std::min(input.threads, most) : most);
   arena.execute(build);
   if (rtcGetDeviceError(device()) != RTC_ERROR_NONE) return device_error("building the BVH failed");
   impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <string>
+#include <thread>
+
 #include "cli_test.h"
 #include "daemon_process.h"
 #include "renderer/codec/tile_codec.h"
@@ -106,6 +110,14 @@ TEST_F(CliRender, WithoutJsonItSaysWhereThePictureIs) {
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_NE(result.out.find("quad.exr: 16x16, 2 samples"), std::string::npos) << result.out;
   EXPECT_EQ(result.err, "");  // no progress where nobody watches
+}
+
+TEST_F(CliRender, MoreThreadsThanCoresAreNoReasonToComplain) {
+  const std::string threads = std::to_string(4 * std::max(1u, std::thread::hardware_concurrency()));
+  const ProcessResult result =
+      heliograph({"render", "quad.gltf", "--size", "16x16", "--samples", "1", "--threads", threads});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err, "");
 }
 
 TEST_F(CliRender, ProgressIsShownOnATerminalOnly) {
