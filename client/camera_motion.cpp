@@ -40,7 +40,7 @@ V3d vertical(const CameraFrame& frame) {
 }
 
 Result<CameraFrame> held(const V3d& position, const V3d& forward, const V3d& up) {
-  if (!in_coordinate_range(position)) return bad("position", "has a coordinate that is not in [-1e15, 1e15]");
+  if (!in_coordinate_range(position)) return bad("position", "has a coordinate that is not in [-1e12, 1e12]");
   const double length = std::sqrt(length_squared(forward));
   if (!std::isfinite(length) || length == 0)
     return bad("look_at.target", "must be finite and differ from the position");

@@ -3,7 +3,7 @@
 // The file is an object with one key, "views", an array of objects played in order. What a view does not name stays as
 // in the view before; the first follows the start camera.
 //
-// Coordinates of positions and targets lie in [-1e15, 1e15].
+// Coordinates of positions and targets lie in [-1e12, 1e12].
 //
 //   place it      "camera": NAME           a camera of the scene (or its number), alone with "samples"... and "repeat"
 //                 "position": [x, y, z]    scene units

@@ -1,21 +1,21 @@
 // Ranges of what describes a camera, in scene units and radians: what files, messages and flags may say.
 //
-// Rays are traced in float by a library that refuses coordinates above 1.8e18. Within these bounds none comes near: a
-// position is at most 2e15 from the origin of the rebased scene, the corner of the widest orthographic film
-// (65536 : 1) 7e16 from the camera.
+// Rays are traced in float by a library that refuses coordinates above 1.8e18 and multiplies three of them. Within
+// these bounds a position is at most 2e12 from the origin of the rebased scene, and the corner of the widest
+// orthographic film (65536 : 1) 7e16 from the camera.
 #pragma once
 
 #include "renderer/base/math.h"
 
 namespace helio {
 
-inline constexpr double kMaxCoordinate = 1e15;               // magnitude; of positions, targets and placed geometry
+inline constexpr double kMaxCoordinate = 1e12;               // magnitude; of positions, targets and placed geometry
 inline constexpr double kMinFov = 0.0017, kMaxFov = 3.1241;  // full angle: 0.1 and 179 degrees
 inline constexpr double kMinCameraLength = 1e-12, kMaxCameraLength = 1e12;  // half height, focus distance
 inline constexpr double kMaxLensRadius = 1e12;                              // from 0
 
 // The same, as messages give them.
-inline constexpr const char* kCoordinateRange = "[-1e15, 1e15]";
+inline constexpr const char* kCoordinateRange = "[-1e12, 1e12]";
 inline constexpr const char* kFovRange = "[0.0017, 3.1241] radians";
 inline constexpr const char* kCameraLengthRange = "[1e-12, 1e12]";
 inline constexpr const char* kLensRadiusRange = "[0, 1e12]";

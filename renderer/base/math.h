@@ -55,6 +55,16 @@ inline Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) {
   return v * (T(1) / length(v));
 }
 
+// As normalize, for any finite v: lengths whose squares under- or overflow float are scaled first. Zero stays zero.
+inline V3f normalize_any(const V3f& v) {
+  const float squared = length_squared(v);
+  if (squared >= 1e-30f && squared <= 1e30f) [[likely]]
+    return v * (1.0f / std::sqrt(squared));
+  const V3d d(v);
+  const double l = length(d);
+  return l > 0 ? V3f(d / l) : V3f(0, 0, 0);
+}
+
 inline float luminance(const Rgb& c) {
   return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }

@@ -52,7 +52,7 @@ Pose evaluate_pose(const Document& document, double time_s, AccessorReader& read
       world = node.parent >= 0 ? local * pose.to_world[std::size_t(node.parent)] : local;
       for (int i = 0; i < 16; ++i) {
         if (!(std::abs(world[i / 4][i % 4]) <= kMaxCoordinate)) {
-          diagnostics.fail(std::string() / "nodes" / at, "its world transform has a number beyond 1e15");
+          diagnostics.fail(std::string() / "nodes" / at, "its world transform has a number beyond 1e12");
           return pose;
         }
       }

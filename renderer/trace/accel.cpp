@@ -20,9 +20,17 @@ constexpr int kLanes = 16;
 // One Embree device for the process; it owns no threads of its own: builds run in the caller's arena.
 std::atomic<std::ptrdiff_t> g_device_bytes{0};
 
-bool count_bytes(void*, ssize_t bytes, bool) {
+// What they may come to; beyond, Embree ends the build that asks for more.
+std::atomic<std::ptrdiff_t> g_device_limit{std::numeric_limits<std::ptrdiff_t>::max()};
+
+bool count_bytes(void*, ssize_t bytes, bool allocated) {
+  if (bytes > 0 && !allocated && bytes > g_device_limit - g_device_bytes) return false;
   g_device_bytes += bytes;
   return true;
+}
+
+bool go_on(void* cancel, double) {
+  return !static_cast<const CancelToken*>(cancel)->cancelled();
 }
 
 RTCDevice device() {
@@ -34,10 +42,14 @@ RTCDevice device() {
   return instance;
 }
 
-Error device_error(const char* what) {
-  return Error{ErrorCode::resource_exhausted,
-               std::string(what) + ": Embree error " + std::to_string(int(rtcGetDeviceError(device()))),
-               {}};
+Error build_error(RTCError error, std::size_t max_bytes) {
+  if (error == RTC_ERROR_CANCELLED) return {ErrorCode::cancelled, "the build was cancelled", {}};
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    return {ErrorCode::resource_exhausted,
+            "building the BVH needs more memory than the " + std::to_string(max_bytes) + " bytes that are left for it",
+            {}};
+  }
+  return {ErrorCode::resource_exhausted, "building the BVH failed: Embree error " + std::to_string(int(error)), {}};
 }
 
 void alpha_filter(const RTCFilterFunctionNArguments* arguments) {
@@ -87,9 +99,10 @@ RTCGeometry make_geometry(const AccelPart& part) {
   return geometry;
 }
 
-RTCScene make_scene(bool robust) {
+RTCScene make_scene(const AccelInput& input) {
   RTCScene scene = rtcNewScene(device());
-  rtcSetSceneFlags(scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  rtcSetSceneFlags(scene, input.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  if (input.cancel) rtcSetSceneProgressMonitorFunction(scene, go_on, const_cast<CancelToken*>(input.cancel));
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   return scene;
 }
@@ -112,6 +125,20 @@ void attach_instances(RTCScene scene, const AccelInput& input, const std::vector
     rtcAttachGeometryByID(scene, geometry, unsigned(input.flat.size() + i));
     rtcReleaseGeometry(geometry);
   }
+}
+
+// Embree takes coordinates up to 1.8e18; with assertions, as distributions build it, it ends the process at others.
+constexpr double kMaxRayReach = 1e18;
+
+// The reach up to which a ray is in range inside the instance too: a point p becomes inverse * (p - translation) there.
+double ray_limit(const AccelInstance& instance) {
+  const float* m = instance.to_world;
+  const V3d x(m[0], m[1], m[2]), y(m[3], m[4], m[5]), z(m[6], m[7], m[8]);
+  const double determinant = std::abs(dot(x, cross(y, z)));
+  const double largest = std::max({length(cross(y, z)), length(cross(z, x)), length(cross(x, y))}) / determinant;
+  const double offset = std::abs(double(m[9])) + std::abs(double(m[10])) + std::abs(double(m[11]));
+  const double limit = kMaxRayReach / largest - offset;
+  return limit > 0 ? limit : 0;  // 0 for NaN too
 }
 
 }  // namespace
@@ -152,28 +179,38 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   for (const AccelPart& part : input.flat) {
     if (part.kind != AccelPart::Kind::triangles) impl->triangles_only = false;
   }
-  rtcGetDeviceError(device());
+  double limit = kMaxRayReach;
+  for (const AccelInstance& instance : input.instances) limit = std::min(limit, ray_limit(instance));
+  impl->ray_limit = float(limit);
+  RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
   const auto build = [&] {
+    rtcGetDeviceError(device());
     for (const AccelObject& object : input.objects) {
-      RTCScene scene = make_scene(input.robust);
+      if (input.cancel && input.cancel->cancelled()) return;
+      RTCScene scene = make_scene(input);
       impl->objects.push_back(scene);
       attach_parts(scene, object.parts);
       rtcCommitScene(scene);
     }
-    impl->top = make_scene(input.robust);
+    impl->top = make_scene(input);
     attach_parts(impl->top, input.flat);
     attach_instances(impl->top, input, impl->objects);
     rtcCommitScene(impl->top);
+    error = rtcGetDeviceError(device());
   };
   // One build at a time: builds use every core by themselves, and the memory monitor counts for the whole device.
   static std::mutex build_mutex;
   const std::lock_guard lock(build_mutex);
-  const std::ptrdiff_t bytes_before = g_device_bytes;
+  const std::ptrdiff_t bytes_before = g_device_bytes, no_limit = std::numeric_limits<std::ptrdiff_t>::max();
+  const auto max_bytes = std::ptrdiff_t(std::min(input.max_bytes, std::size_t(no_limit)));
+  g_device_limit = max_bytes < no_limit - bytes_before ? bytes_before + max_bytes : no_limit;
   // More threads than the machine runs at once would only make TBB complain on stderr.
   const int most = tbb::info::default_concurrency();
   tbb::task_arena arena(input.threads > 0 ? std::min(input.threads, most) : most);
   arena.execute(build);
-  if (rtcGetDeviceError(device()) != RTC_ERROR_NONE) return device_error("building the BVH failed");
+  g_device_limit = no_limit;
+  if (input.cancel && input.cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
+  if (error != RTC_ERROR_NONE) return build_error(error, input.max_bytes);
   impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));
   return std::unique_ptr<Accel>(new Accel(std::move(impl)));
 }
@@ -238,6 +275,16 @@ int lanes_of(std::size_t first, std::size_t count, int* valid) {
   return used;
 }
 
+// Takes out the lanes whose rays cannot be traced. The sum of a ray's coordinates decides, so that one comparison also
+// finds what is not finite.
+void switch_off_untraceable(const RTCRay16& rays, float limit, int* valid) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float reach = std::fabs(rays.org_x[lane]) + std::fabs(rays.org_y[lane]) + std::fabs(rays.org_z[lane]) +
+                        std::fabs(rays.dir_x[lane]) + std::fabs(rays.dir_y[lane]) + std::fabs(rays.dir_z[lane]);
+    valid[lane] &= -int((reach <= limit) & (rays.tfar[lane] >= 0));
+  }
+}
+
 }  // namespace
 
 void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits,
@@ -254,6 +301,7 @@ void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t c
       query.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
       query.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
     }
+    switch_off_untraceable(query.ray, impl_->ray_limit, valid);
     embree::intersect16(valid, impl_->top, &context, &query, frustum);
     for (int lane = 0; lane < used; ++lane) {
       store_hit(*impl_, hits[order[first + std::size_t(lane)]], query.ray.tfar[lane], query.hit.u[lane],
@@ -273,8 +321,11 @@ void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded)
       const std::size_t id = first + std::size_t(lane < used ? lane : 0);
       fill_lane(query, lane, rays[id], unsigned(id));
     }
+    switch_off_untraceable(query, impl_->ray_limit, valid);
     embree::occluded16(valid, impl_->top, &context, &query);
-    for (int lane = 0; lane < used; ++lane) occluded[first + std::size_t(lane)] = query.tfar[lane] < 0;
+    for (int lane = 0; lane < used; ++lane) {
+      occluded[first + std::size_t(lane)] = (valid[lane] == 0) | (query.tfar[lane] < 0);
+    }
   }
 }
 

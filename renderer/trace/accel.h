@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
+#include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 
@@ -75,6 +77,8 @@ struct AccelInput {
   const AlphaTest* alpha_test = nullptr;  // required when any part has alpha
   bool robust = true;
   int threads = 0;
+  std::size_t max_bytes = std::numeric_limits<std::size_t>::max();  // of the BVH and of what its build takes meanwhile
+  const CancelToken* cancel = nullptr;                              // looked at during the build; null: never
 };
 
 // What is known about rays that follow one another.
@@ -85,12 +89,16 @@ enum class RayOrder {
 
 class Accel {
  public:
+  // Errors: resource_exhausted (max_bytes, or the machine's memory), cancelled.
   static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
   ~Accel();
 
   // Rays of one call are traced together, sixteen at a time. They influence each other in the last
   // bit (which of two triangles a shared edge belongs to), so a caller that needs the same bits again must hand over
   // the same rays in the same order.
+  //
+  // A ray that float cannot carry (a number that is not finite, coordinates beyond 1e18, also in the space of a tiny
+  // instance) hits nothing and is occluded.
 
   // Closest hits of rays[order[i]], i < count, into hits[order[i]].
   void intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits, RayOrder coherence) const;

@@ -10,7 +10,7 @@ namespace helio {
 // A camera in world coordinates (not rebased), independent of the film's size. Plain data, as it travels in a view.
 struct CameraPose {
   Projection projection = Projection::perspective;
-  V3d position{0, 0, 0};                               // coordinates in [-1e15, 1e15]
+  V3d position{0, 0, 0};                               // coordinates in [-1e12, 1e12]
   V3d right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal; pixel rows grow along -up
   double vertical_fov = 0.8;  // radians, full angle; allowed [0.0017 (0.1 degrees), 3.1241 (179 degrees)]
   double half_height = 1;     // orthographic, [1e-12, 1e12]
@@ -24,7 +24,7 @@ struct CameraPose {
 CameraPose camera_pose(const CameraDescription& camera);
 
 // Position and target in world coordinates; `up` need not be perpendicular. invalid_argument when target == position,
-// up is parallel to the view direction or a coordinate is not finite or beyond 1e15.
+// up is parallel to the view direction or a coordinate is not finite or beyond 1e12.
 Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up, double vertical_fov);
 
 // Adds a problem for every field that is not finite or outside its range; `where` prefixes the field names.

@@ -282,6 +282,12 @@ class PathKernel {
     const Hit& hit = b.hits[i];
 
     if (!hit.valid()) {
+      if (vertex == 1)
+        b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
+      if (!is_finite(ray.direction)) [[unlikely]] {
+        path.radiance = Rgb(std::numeric_limits<float>::quiet_NaN());  // not traced: the film counts an invalid sample
+        return false;
+      }
       // Add what the environment sends along the ray.
       const Rgb radiance = lights_.environment_radiance(ray.direction);
       if (!is_black(radiance)) {
@@ -291,8 +297,6 @@ class PathKernel {
         }
         path.radiance += path.beta * radiance * weight;
       }
-      if (vertex == 1)
-        b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
       return false;
     }
 

@@ -45,11 +45,11 @@ inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& h
     s.offset = s.part->offset + hit.t * kOffsetPerDistance;
     if (kGeneral && !s.part->mesh) {
       // A point on a sphere is refined onto it: the ray's parameter loses digits far away.
-      normal = normalize(s.position - s.part->center);
+      normal = normalize_any(s.position - s.part->center);
       s.position = s.part->center + normal * s.part->radius;
     }
   }
-  s.geometric_normal = normalize(normal);
+  s.geometric_normal = normalize_any(normal);
   s.front = dot(s.geometric_normal, ray.direction) <= 0;
   s.shading_normal = s.geometric_normal;
   s.material = &scene.materials[s.part->material];
