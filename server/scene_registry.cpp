@@ -128,14 +128,15 @@ class SceneRegistry::Load {
 
     auto scene = std::make_shared<LoadedScene>();
     scene->load_seconds = now_s() - start;
-    scene->report = description->report;
     RenderSceneOptions build;
     build.threads = registry_.limits_.build_threads;
+    build.cancel = &cancel;
     auto snapshot = RenderScene::build(std::move(*description), build);
     if (!snapshot) return snapshot.error();
     if (cancel.cancelled()) return cancelled();
     auto memory = registry_.memory_.reserve((*snapshot)->stats().memory_bytes, "the scene");
     if (!memory) return memory.error();
+    scene->report = (*snapshot)->description().report;
     scene->snapshot = std::move(*snapshot);
     scene->memory = std::move(*memory);
     record_files(*scene);

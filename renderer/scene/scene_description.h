@@ -200,6 +200,9 @@ struct SceneDescription {
   std::optional<Environment> environment;
   std::vector<CameraDescription> cameras;  // never empty after loading
   LoadReport report;
+  // Bytes that this and what is built from it (BVH, light tables) may take together, the environment's map aside:
+  // what its load was allowed (memory_budget.h).
+  std::uint64_t memory_limit = std::numeric_limits<std::uint64_t>::max();
 };
 
 }  // namespace helio

@@ -5,8 +5,11 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/base/camera_limits.h"
 #include "renderer/base/clock.h"
 #include "renderer/scene/material_slots.h"
+#include "renderer/trace/build_memory.h"
+#include "renderer/trace/float_resolution.h"
 #include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
@@ -110,14 +113,24 @@ void bake(TriangleMesh& mesh, const M44d& to_world, const V3d& origin) {
   }
 }
 
+// Numbers of materials are kept in 16 bits along a path (MediumStack), those of lights in 28 (LightTree).
+constexpr std::size_t kMaxMaterials = 65535;
+constexpr std::uint64_t kMaxEmitters = std::uint64_t(1) << 28;
+// Extent of the scene in the space of an instanced object: far enough below what can be traced to leave cameras room.
+constexpr double kMaxObjectReach = 1e17;
+
 class Builder {
  public:
   explicit Builder(SceneData& data) : data_(data), scene_(data.description) {}
 
   Status run(const RenderSceneOptions& options) {
+    const auto cancelled = [&] { return options.cancel && options.cancel->cancelled(); };
     data_.features = find_scene_features(scene_);
     drop_unusable_instances();
     place();
+    drop_untraceable_instances();
+    if (Status fits = check_size(); !fits) return fits;
+    if (cancelled()) return cancelled_error();
     data_.textures.emplace(std::span<const Image>(scene_.images));
     for (const Material& m : scene_.materials) {
       data_.materials.push_back(make_material_record(m));
@@ -125,40 +138,91 @@ class Builder {
       if (!data_.features.only_lambert) prepare_albedo_tables(m.distribution);
     }
     split_objects();
+    light_input_.areas.reserve(memory_.emitter_count);
     make_flat_parts();
     make_instances();
+    if (cancelled()) return cancelled_error();
     make_lights();
+    if (cancelled()) return cancelled_error();
 
     accel_input_.alpha_test = &data_;
     accel_input_.robust = options.robust;
     accel_input_.threads = options.threads;
+    accel_input_.cancel = options.cancel;
+    accel_input_.max_bytes = std::size_t(scene_.memory_limit - std::min(scene_.memory_limit, resident_bytes()));
     auto accel = Accel::build(accel_input_);
     if (!accel) return std::move(accel).error();
     data_.accel = std::move(*accel);
     count();
+    for (std::string& notice : find_unresolved_views(data_)) scene_.report.notices.push_back(std::move(notice));
     return ok_status();
   }
 
  private:
+  static Error cancelled_error() { return {ErrorCode::cancelled, "the build was cancelled", {}}; }
+
+  // What can be counted is held to its limits before any of it is made.
+  Status check_size() {
+    if (scene_.materials.size() > kMaxMaterials) {
+      return Error{ErrorCode::resource_exhausted,
+                   fmt::format("{} materials; allowed: at most {}", scene_.materials.size(), kMaxMaterials),
+                   "materials"};
+    }
+    memory_ = estimate_build_memory(scene_);
+    if (memory_.emitter_count >= kMaxEmitters) {
+      return Error{ErrorCode::resource_exhausted,
+                   fmt::format("{} emissive triangles, instances counted; allowed: fewer than {}",
+                               memory_.emitter_count, kMaxEmitters),
+                   "lights"};
+    }
+    if (memory_.total() > scene_.memory_limit) {
+      return Error{ErrorCode::resource_exhausted,
+                   fmt::format("the scene needs {} bytes where its load may take {}: {} for meshes, images and nodes, "
+                               "{} for {} instances, {} for {} emissive triangles as lights",
+                               memory_.total(), scene_.memory_limit, memory_.description, memory_.instances,
+                               scene_.instances.size(), memory_.emitters, memory_.emitter_count),
+                   "memory"};
+    }
+    return ok_status();
+  }
+
   void drop_unusable_instances() {
     std::vector<Instance> kept;
     kept.reserve(scene_.instances.size());
+    for (const Object& object : scene_.objects) boxes_.push_back(object_box(object));
     for (Instance& instance : scene_.instances) {
-      if (usable(instance.to_world)) {
-        kept.push_back(std::move(instance));
-      } else {
+      const Box3d& box = boxes_[std::size_t(instance.object)];
+      if (!usable(instance.to_world)) {
         scene_.report.notices.push_back(instance.name + ": its transform flattens it to nothing; not rendered");
+      } else if (!in_range(box) || !in_range(transform_box(box, instance.to_world))) {
+        scene_.report.notices.push_back(instance.name + ": it reaches beyond 1e12 units; not rendered");
+      } else {
+        kept.push_back(std::move(instance));
       }
     }
     scene_.instances = std::move(kept);
   }
 
+  static bool in_range(const Box3d& box) {
+    return box.isEmpty() || (in_coordinate_range(box.min) && in_coordinate_range(box.max));
+  }
+
+  // Inside an instance the ray is in the object's space: there, too, its numbers must be floats that can be traced.
+  void drop_untraceable_instances() {
+    const double reach = 4.0 * double(data_.radius);
+    std::erase_if(scene_.instances, [&](const Instance& instance) {
+      const Linear linear(instance.to_world), cofactors = linear.normal_transform();
+      const double largest = std::max({length(cofactors.x), length(cofactors.y), length(cofactors.z)});
+      if (reach * largest <= kMaxObjectReach * std::abs(linear.determinant())) return false;
+      scene_.report.notices.push_back(instance.name + ": it is too small for a scene of this extent; not rendered");
+      return true;
+    });
+  }
+
   void place() {
-    std::vector<Box3d> boxes;
-    for (const Object& object : scene_.objects) boxes.push_back(object_box(object));
     Box3d world;
     for (const Instance& instance : scene_.instances) {
-      const Box3d box = transform_box(boxes[instance.object], instance.to_world);
+      const Box3d box = transform_box(boxes_[std::size_t(instance.object)], instance.to_world);
       if (!box.isEmpty()) world.extendBy(box);
     }
     data_.world_bounds = world;
@@ -439,30 +503,32 @@ class Builder {
     data_.lights = std::make_unique<LightSampler>(std::move(light_input_));
   }
 
+  // All but the BVH of the meshes and the environment's map.
+  std::uint64_t resident_bytes() const {
+    return memory_.description + memory_.instances + data_.lights->memory_bytes();
+  }
+
   void count() {
     RenderSceneStats& stats = data_.stats;
     std::vector<std::uint64_t> triangles;
-    std::uint64_t bytes = 0;
     for (const Object& object : scene_.objects) {
       std::uint64_t n = 0;
-      for (const TriangleMesh& mesh : object.meshes) {
-        n += mesh.triangle_count();
-        bytes += mesh.positions.capacity() * sizeof(V3f) + mesh.normals.size() * sizeof(V3f) +
-                 mesh.tangents.size() * sizeof(V4f) + mesh.colors.size() * sizeof(V4f) + mesh.indices.size() * 4;
-        for (const auto& uv : mesh.texcoords) bytes += uv.size() * sizeof(V2f);
-      }
+      for (const TriangleMesh& mesh : object.meshes) n += mesh.triangle_count();
       stats.triangles += n;
       triangles.push_back(n);
     }
     for (const Instance& instance : scene_.instances)
       stats.instanced_triangles += triangles[std::size_t(instance.object)];
-    for (const Image& image : scene_.images) bytes += image.bytes();
-    stats.memory_bytes =
-        bytes + data_.textures->memory_bytes() + data_.lights->memory_bytes() + data_.accel->memory_bytes();
+    const int map = scene_.environment ? scene_.environment->image : -1;
+    const std::uint64_t map_bytes = map >= 0 ? scene_.images[std::size_t(map)].bytes() : 0;
+    stats.memory_bytes = memory_.description + map_bytes + data_.instances.size() * sizeof(InstanceRecord) +
+                         data_.textures->memory_bytes() + data_.lights->memory_bytes() + data_.accel->memory_bytes();
   }
 
   SceneData& data_;
   SceneDescription& scene_;
+  BuildMemory memory_;
+  std::vector<Box3d> boxes_;  // of objects
   std::vector<std::uint32_t> uses_;
   std::vector<bool> baked_;
   AccelInput accel_input_;

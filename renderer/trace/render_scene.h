@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
@@ -13,8 +14,9 @@
 namespace helio {
 
 struct RenderSceneOptions {
-  int threads = 0;     // for the BVH build; 0: all cores
-  bool robust = true;  // Embree's robust mode: watertight, 17 to 26 % slower
+  int threads = 0;                      // for the BVH build; 0: all cores
+  bool robust = true;                   // Embree's robust mode: watertight, 17 to 26 % slower
+  const CancelToken* cancel = nullptr;  // looked at between and during the stages of the build; null: never
 };
 
 struct RenderSceneStats {
@@ -26,7 +28,9 @@ struct RenderSceneStats {
 
 class RenderScene {
  public:
-  // Takes the description by value: its arrays become the snapshot's.
+  // Takes the description by value: its arrays become the snapshot's. Notices are added to its report.
+  // Errors: resource_exhausted (SceneDescription::memory_limit, or more materials or lights than can be numbered),
+  // cancelled.
   static Result<std::shared_ptr<const RenderScene>> build(SceneDescription description,
                                                           const RenderSceneOptions& options);
   ~RenderScene();

@@ -1,0 +1,75 @@
+#include "renderer/trace/build_memory.h"
+
+#include <limits>
+#include <vector>
+
+#include "renderer/trace/light_bounds.h"
+#include "renderer/trace/light_groups.h"
+#include "renderer/trace/light_tree_build.h"
+#include "renderer/trace/scene_data.h"
+
+namespace helio {
+namespace {
+
+// An emitter at the peak of the build: its record; its light while grouped and when kept; bounds in a vector that
+// doubles; the binary hierarchy; a wide node that in the worst case serves two lights; tables of flux, order and
+// places.
+constexpr std::uint64_t kWideNodeBytes = 448;
+constexpr std::uint64_t kBytesPerEmitter = sizeof(AreaEmitter) + 2 * sizeof(AreaLight) + 2 * sizeof(EmitterAlpha) +
+                                           2 * sizeof(LightAlpha) + 2 * sizeof(LightBounds) +
+                                           2 * sizeof(LightTreeNode) + kWideNodeBytes / 2 + 64;
+
+// Record, name and Embree's geometry object, its part of the top level and of that level's build included.
+constexpr std::uint64_t kBytesPerInstance =
+    sizeof(InstanceRecord) + sizeof(AccelInstance) + 2 * sizeof(std::uint32_t) + 768;
+
+std::uint64_t add(std::uint64_t a, std::uint64_t b) {
+  return a > std::numeric_limits<std::uint64_t>::max() - b ? std::numeric_limits<std::uint64_t>::max() : a + b;
+}
+
+std::uint64_t multiply(std::uint64_t a, std::uint64_t b) {
+  return b != 0 && a > std::numeric_limits<std::uint64_t>::max() / b ? std::numeric_limits<std::uint64_t>::max()
+                                                                     : a * b;
+}
+
+std::uint64_t mesh_bytes(const TriangleMesh& mesh) {
+  std::uint64_t bytes = mesh.positions.size() * sizeof(V3f) + mesh.normals.size() * sizeof(V3f) +
+                        mesh.tangents.size() * sizeof(V4f) + mesh.colors.size() * sizeof(V4f) +
+                        mesh.indices.size() * sizeof(std::uint32_t);
+  for (const auto& uv : mesh.texcoords) bytes += uv.size() * sizeof(V2f);
+  return bytes;
+}
+
+bool emits(const Material& material) {
+  return !is_black(material.emission) && material.model != MaterialModel::unlit;
+}
+
+}  // namespace
+
+BuildMemory estimate_build_memory(const SceneDescription& scene) {
+  BuildMemory memory;
+  std::vector<std::uint64_t> emitters;  // of each object
+  emitters.reserve(scene.objects.size());
+  for (const Object& object : scene.objects) {
+    std::uint64_t count = 0;
+    for (const TriangleMesh& mesh : object.meshes) {
+      memory.description += mesh_bytes(mesh);
+      if (emits(scene.materials[std::size_t(mesh.material)])) count += mesh.triangle_count();
+    }
+    for (const Sphere& sphere : object.spheres) count += emits(scene.materials[std::size_t(sphere.material)]);
+    emitters.push_back(count);
+  }
+  const int map = scene.environment ? scene.environment->image : -1;
+  for (std::size_t i = 0; i < scene.images.size(); ++i) {
+    if (int(i) != map) memory.description += scene.images[i].bytes();
+  }
+  for (const Instance& instance : scene.instances) {
+    memory.description += sizeof(Instance) + instance.name.size();
+    memory.emitter_count = add(memory.emitter_count, emitters[std::size_t(instance.object)]);
+  }
+  memory.instances = multiply(scene.instances.size(), kBytesPerInstance);
+  memory.emitters = multiply(memory.emitter_count, kBytesPerEmitter);
+  return memory;
+}
+
+}  // namespace helio

@@ -1,0 +1,22 @@
+// What a render scene will take, from the description alone: asked before anything of it is allocated.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+struct BuildMemory {
+  std::uint64_t description = 0;  // meshes, images other than the environment's, instances
+  std::uint64_t instances = 0;    // records and BVH nodes of instances
+  std::uint64_t emitters = 0;     // tables of emissive triangles at their largest, while they are built
+  std::uint64_t emitter_count = 0;
+
+  std::uint64_t total() const { return description + instances + emitters; }
+};
+
+// Upper bounds, but for the BVH of the meshes, which limits itself (AccelInput::max_bytes). Sums stop at 2^64 - 1.
+BuildMemory estimate_build_memory(const SceneDescription& scene);
+
+}  // namespace helio
