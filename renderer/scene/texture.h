@@ -27,11 +27,16 @@ inline V2f transform_uv(const TextureSlot& slot, const V2f& uv) {
   return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
 }
 
+enum class TextureFilter : std::uint8_t {
+  bilinear,  // of the full image: the reference
+  mip,       // trilinear in a pyramid, by the footprint of a path
+};
+
 struct TextureOptions {
   // Slots to build pyramids for (by image and encoding): one third more texels, 16 bytes each. Empty, the default:
   // none, and lookups with a footprint return the reference. Mip-mapping trades aliasing for bias: where material
   // response is not linear in the texture, and everywhere within a footprint that is isotropic though the true one is
-  // not. tests/unit/scene/texture_mip_test.cpp measures it.
+  // not. tests/unit/scene/texture_mip_test.cpp measures it, `helio_bench features` in a scene.
   std::vector<TextureSlot> mip_mapped;
 };
 

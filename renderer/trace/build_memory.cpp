@@ -1,6 +1,8 @@
 #include "renderer/trace/build_memory.h"
 
 #include <limits>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "renderer/trace/light_bounds.h"
@@ -40,13 +42,28 @@ std::uint64_t mesh_bytes(const TriangleMesh& mesh) {
   return bytes;
 }
 
+// A third of the texels in levels that stay, for each image and encoding once, and while the largest is made its own
+// texels and half of them again, all as four floats.
+std::uint64_t pyramid_bytes(const SceneDescription& scene, std::span<const TextureSlot> mip_mapped) {
+  std::set<std::pair<int, TexelEncoding>> seen;
+  std::uint64_t kept = 0, largest = 0;
+  for (const TextureSlot& slot : mip_mapped) {
+    if (!seen.emplace(slot.image, slot.encoding).second) continue;
+    const Image& image = scene.images[std::size_t(slot.image)];
+    const std::uint64_t bytes = std::uint64_t(image.width) * std::uint64_t(image.height) * sizeof(V4f);
+    kept += bytes / 2;  // a third, and what sizes that do not halve evenly and the ends of long strips add
+    largest = std::max(largest, bytes + bytes / 2);
+  }
+  return kept + largest;
+}
+
 bool emits(const Material& material) {
   return !is_black(material.emission) && material.model != MaterialModel::unlit;
 }
 
 }  // namespace
 
-BuildMemory estimate_build_memory(const SceneDescription& scene) {
+BuildMemory estimate_build_memory(const SceneDescription& scene, std::span<const TextureSlot> mip_mapped) {
   BuildMemory memory;
   std::vector<std::uint64_t> emitters;  // of each object
   emitters.reserve(scene.objects.size());
@@ -67,6 +84,7 @@ BuildMemory estimate_build_memory(const SceneDescription& scene) {
     memory.description += sizeof(Instance) + instance.name.size();
     memory.emitter_count = add(memory.emitter_count, emitters[std::size_t(instance.object)]);
   }
+  memory.pyramids = pyramid_bytes(scene, mip_mapped);
   memory.instances = multiply(scene.instances.size(), kBytesPerInstance);
   memory.emitters = multiply(memory.emitter_count, kBytesPerEmitter);
   return memory;

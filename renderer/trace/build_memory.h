@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "renderer/scene/scene_description.h"
 
@@ -10,13 +11,15 @@ namespace helio {
 struct BuildMemory {
   std::uint64_t description = 0;  // meshes, images other than the environment's, instances
   std::uint64_t instances = 0;    // records and BVH nodes of instances
+  std::uint64_t pyramids = 0;     // of mip-mapped textures, at their largest
   std::uint64_t emitters = 0;     // tables of emissive triangles at their largest, while they are built
   std::uint64_t emitter_count = 0;
 
-  std::uint64_t total() const { return description + instances + emitters; }
+  std::uint64_t total() const { return description + instances + pyramids + emitters; }
 };
 
 // Upper bounds, but for the BVH of the meshes, which limits itself (AccelInput::max_bytes). Sums stop at 2^64 - 1.
-BuildMemory estimate_build_memory(const SceneDescription& scene);
+// `mip_mapped`: as in TextureOptions.
+BuildMemory estimate_build_memory(const SceneDescription& scene, std::span<const TextureSlot> mip_mapped = {});
 
 }  // namespace helio

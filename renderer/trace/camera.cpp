@@ -113,6 +113,7 @@ Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_o
   step_y_ = pose.up * -step;
   corner_ = step_x_ * (-0.5 * width) + step_y_ * (-0.5 * height);
   if (!orthographic_) corner_ += pose.forward;
+  (orthographic_ ? cone_.width : cone_.spread) = float(step);
   origin_ = V3f(pose.position - scene_origin);
   forward_ = V3f(pose.forward);
   right_ = V3f(pose.right);

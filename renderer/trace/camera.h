@@ -4,6 +4,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
+#include "renderer/trace/ray_cone.h"
 
 namespace helio {
 
@@ -45,12 +46,15 @@ class Camera {
   CameraRay generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const;
 
   bool pinhole() const { return lens_radius_ == 0; }
+  // A pixel's cone, the lens taken as a point.
+  const RayCone& cone() const { return cone_; }
 
  private:
   V3f origin_, forward_, right_, up_;
   V3d step_x_, step_y_, corner_;
   float lens_radius_ = 0, focus_distance_ = 1;
   bool orthographic_ = false;
+  RayCone cone_;
 };
 
 }  // namespace helio

@@ -67,6 +67,7 @@ struct PathGroup {
   Ray rays[kGroupPaths];
   Hit hits[kGroupPaths];
   PathState paths[kGroupPaths];
+  RayCone cones[kGroupPaths];  // where textures are mip-mapped
   FirstHit first[kGroupPaths];
   std::uint32_t active[kGroupPaths];  // paths that go on, in order
   Ray shadow_rays[kGroupPaths];
@@ -183,6 +184,7 @@ class PathKernel {
       path.media.count = 0;
       b.active[i] = std::uint32_t(i);
     }
+    if (kGeneral && scene_.mip_mapped) std::fill_n(b.cones, count, task_.camera.cone());
     reversed_index_ = index;
     stats_.paths += std::uint64_t(count);
   }
@@ -315,8 +317,15 @@ class PathKernel {
     // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
     SurfaceParams params;
     if constexpr (kGeneral) {
-      if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene_, hit, wo_world, surface);
-      params = evaluate_material(scene_, hit, surface);
+      float footprint = 0;
+      if (scene_.mip_mapped) {
+        b.cones[i].advance(hit.t);
+        footprint = b.cones[i].footprint(dot(surface.geometric_normal, wo_world));
+      }
+      if (surface.part->smooth || material.normal_mapped) {
+        interpolate_normal(scene_, hit, wo_world, footprint, surface);
+      }
+      params = evaluate_material(scene_, hit, footprint, surface);
     }
     const bool flip = !surface.front && !material.volume;
     const V3f normal = flip ? -surface.shading_normal : surface.shading_normal;
@@ -385,6 +394,7 @@ class PathKernel {
     path.pdf_w = sample.delta ? 0.0f : sample.pdf_w;
     path.normal = light_normal;
     if constexpr (kGeneral) {
+      if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
       path.eta_scale *= sample.eta * sample.eta;
       if (sample.transmitted && material.volume) {
         if (wo.z > 0)

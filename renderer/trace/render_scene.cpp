@@ -129,9 +129,12 @@ class Builder {
     drop_unusable_instances();
     place();
     drop_untraceable_instances();
-    if (Status fits = check_size(); !fits) return fits;
+    TextureOptions texture_options;
+    if (options.texture_filter == TextureFilter::mip) texture_options.mip_mapped = reflection_textures();
+    if (Status fits = check_size(texture_options); !fits) return fits;
     if (cancelled()) return cancelled_error();
-    data_.textures.emplace(std::span<const Image>(scene_.images));
+    data_.mip_mapped = !texture_options.mip_mapped.empty();
+    data_.textures.emplace(std::span<const Image>(scene_.images), texture_options);
     for (const Material& m : scene_.materials) {
       data_.materials.push_back(make_material_record(m));
       // Now, not on the first sample that needs them.
@@ -159,16 +162,27 @@ class Builder {
   }
 
  private:
+  std::vector<TextureSlot> reflection_textures() const {
+    std::vector<TextureSlot> slots;
+    for (const Material& m : scene_.materials) {
+      for_each_texture_slot(m, [&](const TextureSlot& slot) {
+        const bool reflects = &slot != &m.emission_texture && &slot != &m.thickness_texture;
+        if (reflects && slot.present() && slot.filter != FilterMode::nearest) slots.push_back(slot);
+      });
+    }
+    return slots;
+  }
+
   static Error cancelled_error() { return {ErrorCode::cancelled, "the build was cancelled", {}}; }
 
   // What can be counted is held to its limits before any of it is made.
-  Status check_size() {
+  Status check_size(const TextureOptions& texture_options) {
     if (scene_.materials.size() > kMaxMaterials) {
       return Error{ErrorCode::resource_exhausted,
                    fmt::format("{} materials; allowed: at most {}", scene_.materials.size(), kMaxMaterials),
                    "materials"};
     }
-    memory_ = estimate_build_memory(scene_);
+    memory_ = estimate_build_memory(scene_, texture_options.mip_mapped);
     if (memory_.emitter_count >= kMaxEmitters) {
       return Error{ErrorCode::resource_exhausted,
                    fmt::format("{} emissive triangles, instances counted; allowed: fewer than {}",
@@ -176,12 +190,13 @@ class Builder {
                    "lights"};
     }
     if (memory_.total() > scene_.memory_limit) {
-      return Error{ErrorCode::resource_exhausted,
-                   fmt::format("the scene needs {} bytes where its load may take {}: {} for meshes, images and nodes, "
-                               "{} for {} instances, {} for {} emissive triangles as lights",
-                               memory_.total(), scene_.memory_limit, memory_.description, memory_.instances,
-                               scene_.instances.size(), memory_.emitters, memory_.emitter_count),
-                   "memory"};
+      return Error{
+          ErrorCode::resource_exhausted,
+          fmt::format("the scene needs {} bytes where its load may take {}: {} for meshes, images and nodes, "
+                      "{} for {} instances, {} for mip-mapped textures, {} for {} emissive triangles as lights",
+                      memory_.total(), scene_.memory_limit, memory_.description, memory_.instances,
+                      scene_.instances.size(), memory_.pyramids, memory_.emitters, memory_.emitter_count),
+          "memory"};
     }
     return ok_status();
   }
@@ -505,7 +520,7 @@ class Builder {
 
   // All but the BVH of the meshes and the environment's map.
   std::uint64_t resident_bytes() const {
-    return memory_.description + memory_.instances + data_.lights->memory_bytes();
+    return memory_.description + memory_.instances + data_.textures->memory_bytes() + data_.lights->memory_bytes();
   }
 
   void count() {

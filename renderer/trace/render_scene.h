@@ -10,6 +10,7 @@
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/scene/scene_features.h"
+#include "renderer/scene/texture.h"
 
 namespace helio {
 
@@ -17,6 +18,9 @@ struct RenderSceneOptions {
   int threads = 0;                      // for the BVH build; 0: all cores
   bool robust = true;                   // Embree's robust mode: watertight, 17 to 26 % slower
   const CancelToken* cancel = nullptr;  // looked at between and during the stages of the build; null: never
+  // Of the textures that tell how surfaces reflect. Emission, alpha and environments are looked up bilinearly always:
+  // light sampling and rays that hit a light must find the same there.
+  TextureFilter texture_filter = TextureFilter::bilinear;
 };
 
 struct RenderSceneStats {

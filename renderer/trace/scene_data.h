@@ -70,6 +70,7 @@ struct RenderScene::Impl final : AlphaTest {
   float radius = 0;  // of a sphere around the rebased origin that holds everything
 
   std::optional<TextureTable> textures;
+  bool mip_mapped = false;  // some texture has a pyramid: paths keep cones
   std::vector<MaterialRecord> materials;
   std::vector<PartRecord> flat;          // by top-level part id
   std::vector<PartRecord> object_parts;  // of instanced objects

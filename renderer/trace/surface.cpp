@@ -66,6 +66,31 @@ V2f uv_at(const Hit& hit, const Surface& surface, const TextureSlot& slot) {
   return surface_uv(*surface.part, hit.primitive, surface.barycentric, slot.texcoord);
 }
 
+// Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
+// where there are no texture coordinates.
+float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surface, int set) {
+  if (!surface.part->mesh || set < 0 || set >= kMaxTexcoordSets) return 0;
+  const TriangleMesh& mesh = *surface.part->mesh;
+  const auto& uvs = mesh.texcoords[std::size_t(set)];
+  if (uvs.empty()) return 0;
+  const std::uint32_t* i = &mesh.indices[3 * std::size_t(hit.primitive)];
+  const V2f d1 = uvs[i[1]] - uvs[i[0]], d2 = uvs[i[2]] - uvs[i[0]];
+  V3f e1 = mesh.positions[i[1]] - mesh.positions[i[0]], e2 = mesh.positions[i[2]] - mesh.positions[i[0]];
+  if (hit.instance != kNoHit) {
+    e1 = scene.instances[hit.instance].direction(e1);
+    e2 = scene.instances[hit.instance].direction(e2);
+  }
+  const float area = length(cross(e1, e2));
+  return area > 0 ? std::sqrt(std::fabs(d1.x * d2.y - d1.y * d2.x) / area) : 0.0f;
+}
+
+V4f lookup_at(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
+              float footprint) {
+  const V2f uv = uv_at(hit, surface, slot);
+  if (!(footprint > 0)) return scene.textures->lookup(slot, uv);
+  return scene.textures->lookup(slot, uv, footprint * uv_per_length(scene, hit, surface, slot.texcoord));
+}
+
 }  // namespace
 
 // With z along the geometric normal, the normal in the x-z plane at angle f from z and rho e^(i d) the part of wo in
@@ -86,7 +111,7 @@ V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo) 
   return normalize(geometric * std::cos(angle) + x * std::sin(angle));
 }
 
-void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& s) {
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
   const PartRecord& part = *s.part;
   if (!part.mesh) return;
   V3f normal = s.geometric_normal;
@@ -100,7 +125,7 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, S
     const Material& material = scene.description.materials[part.material];
     V3f tangent, bitangent;
     if (tangent_frame(scene, hit, part, material.normal_texture.texcoord, normal, tangent, bitangent)) {
-      const V4f texel = scene.textures->lookup(material.normal_texture, uv_at(hit, s, material.normal_texture));
+      const V4f texel = lookup_at(scene, hit, s, material.normal_texture, footprint);
       const V3f local((2 * texel.x - 1) * material.normal_scale, (2 * texel.y - 1) * material.normal_scale,
                       2 * texel.z - 1);
       const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
@@ -127,13 +152,12 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, S
   s.shading_normal = normal;
 }
 
-SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const Surface& s) {
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {
   SurfaceParams p = s.material->params;
   const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
   if (!s.material->textured && !colored) return p;
   const Material& m = scene.description.materials[s.part->material];
-  const TextureTable& textures = *scene.textures;
-  const auto lookup = [&](const TextureSlot& slot) { return textures.lookup(slot, uv_at(hit, s, slot)); };
+  const auto lookup = [&](const TextureSlot& slot) { return lookup_at(scene, hit, s, slot, footprint); };
   if (colored) {
     const V4f c = interpolate(s.part->mesh->colors, *s.part->mesh, hit.primitive, s.barycentric);
     p.base_color *= Rgb(c.x, c.y, c.z);

@@ -58,8 +58,9 @@ inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& h
 
 // Vertex normals, normal map: sets shading_normal, flipped into the geometric normal's hemisphere, and kept visible to
 // the viewer: a shading normal that faces away from `wo` (unit, towards the viewer) is bent back to just above it. Of a
-// surface that reflects specularly, the mirror image of `wo` about it is kept above the surface as well.
-void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, Surface& surface);
+// surface that reflects specularly, the mirror image of `wo` about it is kept above the surface as well. `footprint`:
+// see evaluate_material().
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& surface);
 
 // The shading normal turned towards the geometric one just so far that the mirror image of wo about it rises above the
 // surface; as it is where that is so already. On coarse meshes the reflection of a grazing view about an interpolated
@@ -67,8 +68,10 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, S
 // wo on the side of the geometric normal. Keeps dot(result, wo) > 0.
 V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo);
 
-// The material's parameters with textures and vertex colours applied.
-SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const Surface& surface);
+// The material's parameters with textures and vertex colours applied. Textures are looked up bilinearly where
+// `footprint` is 0, else in the level of their pyramids (on meshes, where there are any) that suits a square of this
+// side in scene units.
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface);
 
 // Emitted radiance of an emissive or unlit surface towards the side that was hit, no light sampler involved.
 Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surface);

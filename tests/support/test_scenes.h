@@ -79,8 +79,8 @@ inline void add_sphere(SceneDescription& scene, const V3f& center, float radius,
   add_instance(scene, add_object(scene, std::move(object)));
 }
 
-inline std::shared_ptr<const RenderScene> build(SceneDescription scene) {
-  auto result = RenderScene::build(std::move(scene), {});
+inline std::shared_ptr<const RenderScene> build(SceneDescription scene, const RenderSceneOptions& options = {}) {
+  auto result = RenderScene::build(std::move(scene), options);
   if (!result) {
     ADD_FAILURE() << result.error().to_string();
     return nullptr;
