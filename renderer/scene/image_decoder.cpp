@@ -13,6 +13,7 @@
 #include <new>
 
 #include "renderer/scene/image_probe.h"
+#include "renderer/scene/png_check.h"
 
 namespace helio {
 namespace {
@@ -188,6 +189,10 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
     const Status fits =
         check_size(name, probe.width, probe.height, probe.bits_per_pixel, probe.max_ratio, bytes.size());
     if (!fits) return fits.error();
+  }
+
+  if (probe.format == ImageFormat::png) {
+    if (std::string fault = find_png_fault(bytes); !fault.empty()) return broken(name, std::move(fault));
   }
 
   disable_library_threads();

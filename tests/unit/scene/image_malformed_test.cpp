@@ -58,6 +58,7 @@ std::map<std::string, Reference> read_references(const fs::path& csv) {
 TEST(ImageMalformed, EveryFileDecodesOrSaysWhyNot) {
   HELIO_SHARED_OR_SKIP(root, "scenes/images-malformed");
   int decoded = 0, refused = 0;
+  testing::internal::CaptureStderr();
   for (const auto& entry : fs::recursive_directory_iterator(root)) {
     if (!entry.is_regular_file() || !is_image(entry.path())) continue;
     const std::string name = fs::relative(entry.path(), root).generic_string();
@@ -73,6 +74,7 @@ TEST(ImageMalformed, EveryFileDecodesOrSaysWhyNot) {
       EXPECT_EQ(image.error().message.find('\n'), std::string::npos) << name;
     }
   }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "a library talks to the user";
   // 26 EXR, 139 PNG and 4 PNM files; what is refused is listed by kind below.
   EXPECT_GE(decoded, 100);
   EXPECT_GE(refused, 20);
