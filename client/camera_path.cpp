@@ -158,6 +158,16 @@ void read_lens(ViewReader& reader, pb::CameraView& camera) {
   }
 }
 
+// A frame that motions have led to, unless that is too far away.
+Result<CameraFrame> within_range(const CameraFrame& frame) {
+  const V3d& p = frame.position;
+  if (in_coordinate_range(p) && in_coordinate_range(p + frame.forward)) return frame;
+  return Error{
+      ErrorCode::invalid_argument,
+      fmt::format("the camera comes to ({}, {}, {}); allowed: coordinates in {}", p.x, p.y, p.z, kCoordinateRange),
+      "position"};
+}
+
 // What one view does to the camera, so that "repeat" can do it again.
 struct Step {
   std::optional<V3d> position, target, up, move;
@@ -185,7 +195,7 @@ struct Step {
     if (turn) frame = turned(frame, *turn);
     if (orbit) frame = orbited(frame, pivot, *orbit);
     if (move) frame = moved(frame, *move);
-    return frame;
+    return within_range(frame);
   }
 };
 
@@ -295,8 +305,9 @@ Result<std::vector<PathView>> play_motion(const CameraMotion& motion, const Path
     CameraFrame frame = *first;
     if (motion.turn_degrees != 0) frame = turned(frame, motion.turn_degrees * share);
     if (motion.orbit_degrees != 0) frame = orbited(frame, start.pivot, motion.orbit_degrees * share);
-    frame = moved(frame, motion.move * share);
-    views.push_back({with_frame(start.camera, frame), std::nullopt});
+    const Result<CameraFrame> there = within_range(moved(frame, motion.move * share));
+    if (!there) return there.error();
+    views.push_back({with_frame(start.camera, *there), std::nullopt});
   }
   return views;
 }

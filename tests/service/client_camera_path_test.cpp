@@ -174,5 +174,19 @@ TEST(CameraPath, RefusesWhatIsNoPath) {
             std::string::npos);
 }
 
+TEST(CameraPath, WhatLeadsTooFarIsRefusedBeforeAnythingIsPlayed) {
+  const std::string path = refusal(R"({"views": [{"move": [1e30, 0, 0]},
+    {"position": [0, 0, 3], "lens_radius": 1e30, "focus_distance": 1e300}]})");
+  for (const char* part : {"p.json/views/0", "(1e+30, 0, 3)", "[-1e12, 1e12]", "p.json/views/1/lens_radius: 1e+30",
+                           "[0, 1e12]", "p.json/views/1/focus_distance: 1e+300"}) {
+    EXPECT_NE(path.find(part), std::string::npos) << part << ": " << path;
+  }
+  CameraMotion motion;
+  motion.move = V3d(1e30, 0, 0);
+  const auto moved_away = play_motion(motion, start());
+  ASSERT_FALSE(moved_away);
+  EXPECT_NE(moved_away.error().to_string().find("[-1e12, 1e12]"), std::string::npos) << moved_away.error().to_string();
+}
+
 }  // namespace
 }  // namespace helio::test
