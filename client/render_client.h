@@ -34,6 +34,7 @@ struct ConnectOptions {
 
 struct SceneLoadRequest {
   double time_s = 0;  // animations are evaluated at this time
+  heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   // Called during an upload with the bytes sent so far and in total.
   std::function<void(std::uint64_t, std::uint64_t)> uploaded;
 };

@@ -97,6 +97,11 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   if (!std::isfinite(begin.time_s())) {
     problems.add("begin.time_s", fmt::format("{}; allowed: finite", begin.time_s()));
   }
+  if (!pb::TextureFilter_IsValid(begin.texture_filter())) {
+    problems.add("begin.texture_filter",
+                 fmt::format("{}; allowed: TEXTURE_FILTER_BILINEAR (1), TEXTURE_FILTER_MIP (2), or 0 for bilinear",
+                             int(begin.texture_filter())));
+  }
   if (begin.environment().size() > kMaxEnvironment) {
     problems.add("begin.environment",
                  fmt::format("{} bytes; allowed: at most {}", begin.environment().size(), kMaxEnvironment));
@@ -120,6 +125,7 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   load_.emplace();
   load_->time_s = begin.time_s();
   load_->environment = begin.environment();
+  if (begin.texture_filter() == pb::TEXTURE_FILTER_MIP) load_->texture_filter = TextureFilter::mip;
   if (upload_) return upload_->begin(begin);
   load_->files = begin.path();
   return ok_status();

@@ -67,10 +67,11 @@ std::string SceneManifest::id() const {
     hash.update(std::to_string(text.size()) + ":");
     hash.update(text);
   };
-  add("heliograph scene 1");
+  add("heliograph scene 2");
   add(main_file);
   add(std::to_string(std::bit_cast<std::uint64_t>(time_s)));
   add(environment);
+  add(std::to_string(int(texture_filter)));
   for (const auto& [name, digest] : files) {
     add(name);
     hash.update(digest);
@@ -88,6 +89,7 @@ class SceneRegistry::Load {
     if (!environment_is_file) return environment_is_file.error();
     manifest_.time_s = request_.time_s;
     manifest_.environment = request_.environment;
+    manifest_.texture_filter = request_.texture_filter;
     environment_ = request_.environment;
     if (auto* bundle = std::get_if<SceneBundle>(&request_.files)) {
       manifest_.main_file = bundle->main_file;
@@ -130,6 +132,7 @@ class SceneRegistry::Load {
     scene->load_seconds = now_s() - start;
     RenderSceneOptions build;
     build.threads = registry_.limits_.build_threads;
+    build.texture_filter = request_.texture_filter;
     build.cancel = &cancel;
     auto snapshot = RenderScene::build(std::move(*description), build);
     if (!snapshot) return snapshot.error();
@@ -212,7 +215,11 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
   if (!location) return nullptr;
   const std::string main = (std::filesystem::path(location->root) / location->relative).string();
   for (auto& scene : list()) {
-    if (scene->manifest.time_s != request.time_s || scene->manifest.environment != request.environment) continue;
+    const SceneManifest& manifest = scene->manifest;
+    if (manifest.time_s != request.time_s || manifest.environment != request.environment ||
+        manifest.texture_filter != request.texture_filter) {
+      continue;
+    }
     if (!scene->disk_files.contains(main) || scene->manifest.main_file != location->relative) continue;
     if (std::all_of(scene->disk_files.begin(), scene->disk_files.end(),
                     [](const auto& file) { return hash_file(file.first) == file.second; })) {

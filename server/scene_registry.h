@@ -27,6 +27,7 @@ struct SceneManifest {
   std::string main_file;
   double time_s = 0;
   std::string environment;
+  TextureFilter texture_filter = TextureFilter::bilinear;
   std::map<std::string, Sha256Digest> files;
 
   // SHA-256 over all of it, hexadecimal.
@@ -79,6 +80,7 @@ struct SceneRequest {
   std::variant<std::string, SceneBundle> files;  // a path under the roots, or an upload
   double time_s = 0;
   std::string environment;  // "R,G,B" or a file; empty: the scene's own
+  TextureFilter texture_filter = TextureFilter::bilinear;
 };
 
 // True: the text names a file. False: it is empty or a colour. invalid_argument: it is neither.

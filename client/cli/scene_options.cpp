@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "client/cli/exit_code.h"
+#include "client/enum_names.h"
 #include "client/environment_text.h"
 #include "renderer/base/clock.h"
 
@@ -43,6 +44,9 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
            "Light from everywhere: a latitude-longitude map, or a constant radiance, each number in [0, 3.4e38]. Sets "
            "or replaces the scene's own");
   add_text(app, options.scene_time, "--scene-time", "SECONDS", "Animations are evaluated at this time. Default: 0");
+  add_text(app, options.texture_filter, "--texture-filter", "FILTER",
+           "How textures of reflection are looked up: " + join(short_names(*pb::TextureFilter_descriptor()), ", ") +
+               ". Default: bilinear, the reference; mip has less noise and some bias");
   app.add_flag("--scene-path", options.scene_path,
                "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
 }
@@ -56,6 +60,9 @@ SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& con
   }
   choice.environment = reader.text(options.environment).value_or("");
   choice.time_s = reader.number(options.scene_time, -kHuge, true, kHuge).value_or(0);
+  if (const auto filter = reader.choice(options.texture_filter, short_names(*pb::TextureFilter_descriptor()))) {
+    choice.texture_filter = from_short_name<pb::TextureFilter>(*filter).value();
+  }
   choice.on_server = options.scene_path;
   if (options.scene_path && !connection.server.given()) {
     reader.problems().add("--scene-path", "stands only beside --server");
@@ -77,6 +84,7 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
   const double start = now_s();
   SceneLoadRequest request;
   request.time_s = choice.time_s;
+  request.texture_filter = choice.texture_filter;
   request.uploaded = [&](std::uint64_t sent, std::uint64_t total) {
     terminal.progress(sent < total ? fmt::format("sending the scene: {:.0f} % of {}B", 100.0 * sent / total,
                                                  human_count(static_cast<double>(total)))

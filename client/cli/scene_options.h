@@ -14,7 +14,7 @@
 namespace helio::cli {
 
 struct SceneOptions {
-  TextOption file, environment, scene_time;
+  TextOption file, environment, scene_time, texture_filter;
   bool scene_path = false;
 };
 void add_scene_options(CLI::App& app, SceneOptions& options);
@@ -23,6 +23,7 @@ struct SceneChoice {
   std::string file;
   std::string environment;
   double time_s = 0;
+  heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   bool on_server = false;
   Result<LocalScene> local = Error{};  // unless on_server: what will be uploaded, or why it cannot be
   double collect_seconds = 0;

@@ -46,14 +46,19 @@ Result<fs::path> BenchContext::room_xml() {
   return folder_ / "room/room.xml";
 }
 
-Result<std::shared_ptr<const RenderScene>> load_bench_scene(const fs::path& file, int threads) {
+Result<std::shared_ptr<const RenderScene>> load_bench_scene(const fs::path& file, int threads,
+                                                            const std::string& environment,
+                                                            TextureFilter texture_filter) {
   tbb::task_arena arena(threads);
   return arena.execute([&]() -> Result<std::shared_ptr<const RenderScene>> {
     const auto source = make_directory_source(file.parent_path().string());
-    auto description = load_scene(*source, file.filename().string(), {});
+    SceneLoadOptions load;
+    load.environment = environment;
+    auto description = load_scene(*source, file.filename().string(), load);
     if (!description) return description.error();
     RenderSceneOptions options;
     options.threads = threads;
+    options.texture_filter = texture_filter;
     return RenderScene::build(std::move(description).value(), options);
   });
 }

@@ -40,7 +40,10 @@ class BenchContext {
   std::optional<Error> room_error_;
 };
 
-Result<std::shared_ptr<const RenderScene>> load_bench_scene(const std::filesystem::path& file, int threads);
+// `environment`: as in SceneLoadOptions.
+Result<std::shared_ptr<const RenderScene>> load_bench_scene(const std::filesystem::path& file, int threads,
+                                                            const std::string& environment = {},
+                                                            TextureFilter texture_filter = TextureFilter::bilinear);
 
 // The scene's first camera on a square film of `size` pixels a side.
 Camera first_camera(const RenderScene& scene, int size);

@@ -58,6 +58,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"render", "quad.gltf", "--environment", "1e39,1,1"}, 2, {"--environment: '1e39,1,1'", "[0, 3.4e38]"}},
       {{"render", "quad.gltf", "--environment", "inf,1,1"}, 2, {"--environment: 'inf,1,1'", "[0, 3.4e38]"}},
       {{"render", "quad.gltf", "--environment", "none.exr"}, 2, {"--environment: 'none.exr'"}},
+      {{"render", "quad.gltf", "--texture-filter", "sharp"}, 2, {"--texture-filter: 'sharp' is none of bilinear, mip"}},
       {{"render", "quad.gltf", "--camera", "top"}, 2, {"--camera: 'top' is none of 'front'"}},
       {{"render", "quad.gltf", "--camera", "1"}, 2, {"--camera: '1'", "[0, 0]"}},
       {{"render", "quad.gltf", "--compression", "lzw"}, 2, {"--compression: 'lzw' is none of none, rle"}},
