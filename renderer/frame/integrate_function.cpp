@@ -13,6 +13,7 @@ IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene) {
     path.seed = job.settings.seed;
     path.max_segments = job.settings.max_segments;
     path.roulette_from = job.settings.roulette_from;
+    path.roulette = job.settings.roulette;
     return trace_window(*scene, camera, path, job.range, job.window, cancel, film, stats);
   };
 }

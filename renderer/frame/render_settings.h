@@ -8,6 +8,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/camera.h"
+#include "renderer/trace/roulette.h"
 
 namespace helio {
 
@@ -21,6 +22,7 @@ struct RenderSettings {
   std::uint64_t seed = 0;
   int max_segments = 10;                // [1, 65535]
   int roulette_from = 3;                // [1, 65535]
+  RouletteRule roulette = RouletteRule::root;
   std::optional<PixelRect> region;      // of interest; inside the film; none: the whole film
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }

@@ -407,7 +407,7 @@ class PathKernel {
 
     // Let the path die with a probability that its throughput gives.
     if (vertex >= task_.settings.roulette_from) {
-      const float survival = std::min(0.95f, max_component(path.beta) * path.eta_scale);
+      const float survival = survival_probability(task_.settings.roulette, max_component(path.beta) * path.eta_scale);
       if (!(b.roulette[j] < survival)) return false;
       path.beta *= 1 / survival;
     }

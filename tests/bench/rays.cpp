@@ -69,6 +69,7 @@ Status measure(const std::string& name, const std::filesystem::path& file, const
   settings.width = settings.height = options.size;
   settings.max_segments = path_settings.max_segments;
   settings.roulette_from = path_settings.roulette_from;
+  settings.roulette = path_settings.roulette = RouletteRule::throughput;
 
   std::vector<RayLog> logs;
   std::size_t logged = 0;

@@ -18,6 +18,9 @@ constexpr int kSessions = 8;
 constexpr int kSide = 256;  // pixels
 constexpr auto kSettle = std::chrono::seconds(1);
 constexpr auto kWindow = std::chrono::seconds(4);
+// Young frames are published often and old ones rarely, and publishing is charged to the session: before their samples
+// are compared, the sessions, begun one after the other, have reached the same pace.
+constexpr auto kAge = std::chrono::seconds(6);
 
 struct Viewer {
   std::unique_ptr<RenderClient> client;
@@ -98,6 +101,7 @@ Result<Run> measure(const BenchContext& context, const std::filesystem::path& fi
     (i == 0 ? one : eight) = resident.value() - empty;
   }
 
+  std::this_thread::sleep_for(kAge);
   RenderClient& client = *viewers[0].client;
   const auto before = samples_by_session(client);
   if (!before) return before.error();

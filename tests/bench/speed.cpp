@@ -39,6 +39,7 @@ Status seconds_per_sample(const std::string& name, const std::shared_ptr<const R
   RenderSettings settings;
   settings.width = settings.height = options.size;
   settings.roulette_from = kMitsubaRoulette;
+  settings.roulette = RouletteRule::throughput;
   std::vector<double> ours, theirs;
   for (int i = -1; i < options.repeat; ++i) {
     settings.seed = std::uint64_t(i + 1);
