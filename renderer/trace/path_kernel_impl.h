@@ -238,7 +238,7 @@ class PathKernel {
 
   // ---- shading -----------------------------------------------------------------------------------------------------
 
-  // Shades all hits, traces their shadow rays and leaves the paths that go on in batch_.active. Returns their number.
+  // Shades all hits, traces their shadow rays and leaves the paths that go on in group_.active. Returns their number.
   int shade(int vertex, int active) {
     PathGroup& b = group_;
     shadow_count_ = 0;
@@ -276,7 +276,7 @@ class PathKernel {
     b.shadow_path[slot] = path;
   }
 
-  // One vertex of one path. True when the path goes on along the new ray in batch_.rays[i].
+  // One vertex of one path. True when the path goes on along the new ray in group_.rays[i].
   bool shade_vertex(int vertex, int j, std::uint32_t i) {
     PathGroup& b = group_;
     PathState& path = b.paths[i];
