@@ -11,6 +11,7 @@
 
 #include "client/camera_motion.h"
 #include "renderer/base/camera_limits.h"
+#include "renderer/base/json_scan.h"
 
 namespace helio {
 
@@ -26,19 +27,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 // Looks for what makes a text no path before a tree is built: it is not JSON, a number is beyond what a double holds,
 // or values nest deeper than the functions that walk the tree may go.
-struct TextCheck : nlohmann::json_sax<json> {
+struct TextCheck : JsonScan {
   std::size_t position = 0;
   std::string problem;
   int depth = 0;
 
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(json::number_integer_t) override { return true; }
-  bool number_unsigned(json::number_unsigned_t) override { return true; }
-  bool number_float(json::number_float_t, const json::string_t&) override { return true; }
-  bool string(json::string_t&) override { return true; }
-  bool binary(json::binary_t&) override { return true; }
-  bool key(json::string_t&) override { return true; }
   bool start_object(std::size_t) override { return enter(); }
   bool end_object() override { return leave(); }
   bool start_array(std::size_t) override { return enter(); }

@@ -7,17 +7,13 @@
 #include <system_error>
 #include <vector>
 
+#include "renderer/base/text.h"
+
 namespace helio {
 
 namespace {
 
 constexpr double kMaxRadiance = std::numeric_limits<float>::max();
-
-std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 // The number that all of `text` is ("nan" and "inf" are numbers); infinite when a double cannot hold it.
 std::optional<double> parse_number(std::string_view text) {
@@ -32,21 +28,11 @@ bool looks_like_a_number(std::string_view part) {
   return parse_number(part) || part.find_first_not_of("0123456789+-.eE") == std::string_view::npos;
 }
 
-std::vector<std::string_view> parts_of(std::string_view text) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t comma = text.find(',');
-    parts.push_back(trim(text.substr(0, comma)));
-    if (comma == std::string_view::npos) return parts;
-    text.remove_prefix(comma + 1);
-  }
-}
-
 }  // namespace
 
 Result<bool> names_environment_map(const std::string& text) {
   if (text.empty()) return false;
-  const std::vector<std::string_view> parts = parts_of(text);
+  const std::vector<std::string_view> parts = comma_separated(text);
   bool in_range = parts.size() == 3;
   for (const std::string_view part : parts) {
     if (!looks_like_a_number(part)) return true;

@@ -8,17 +8,12 @@
 #include <optional>
 #include <string_view>
 
+#include "renderer/base/text.h"
 #include "renderer/scene/image_decoder.h"
 #include "renderer/scene/scene_loader.h"
 
 namespace helio {
 namespace {
-
-std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 // A number beyond a float is infinite, which no radiance may be; one too close to 0 for a float is 0.
 std::optional<float> parse_float(std::string_view text) {
@@ -35,14 +30,12 @@ std::optional<float> parse_float(std::string_view text) {
 // Three numbers, or nothing when `text` does not consist of comma-separated numbers: then it is a file name.
 std::optional<std::vector<float>> parse_numbers(std::string_view text) {
   std::vector<float> numbers;
-  for (;;) {
-    const std::size_t comma = text.find(',');
-    const std::optional<float> number = parse_float(trim(text.substr(0, comma)));
+  for (const std::string_view part : comma_separated(text)) {
+    const std::optional<float> number = parse_float(part);
     if (!number) return std::nullopt;
     numbers.push_back(*number);
-    if (comma == std::string_view::npos) return numbers;
-    text.remove_prefix(comma + 1);
   }
+  return numbers;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "renderer/base/json_scan.h"
+
 namespace helio::gltf {
 
 using nlohmann::json;
@@ -49,20 +51,8 @@ bool contains(const Range& range, double value) {
 
 // Finds how many bytes it takes to see that a text is not JSON; the tree-building parser does not say so for numbers
 // that overflow.
-struct PositionFinder : nlohmann::json_sax<json> {
+struct PositionFinder : JsonScan {
   std::size_t position = 0;
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(json::number_integer_t) override { return true; }
-  bool number_unsigned(json::number_unsigned_t) override { return true; }
-  bool number_float(json::number_float_t, const json::string_t&) override { return true; }
-  bool string(json::string_t&) override { return true; }
-  bool binary(json::binary_t&) override { return true; }
-  bool start_object(std::size_t) override { return true; }
-  bool key(json::string_t&) override { return true; }
-  bool end_object() override { return true; }
-  bool start_array(std::size_t) override { return true; }
-  bool end_array() override { return true; }
   bool parse_error(std::size_t at, const std::string&, const json::exception&) override {
     position = at;
     return false;

@@ -143,25 +143,6 @@ double ray_limit(const AccelInstance& instance) {
 
 }  // namespace
 
-namespace embree {
-
-void fill(RTCRay& out, const Ray& ray, unsigned id) {
-  out.org_x = ray.origin.x;
-  out.org_y = ray.origin.y;
-  out.org_z = ray.origin.z;
-  out.tnear = 0;
-  out.dir_x = ray.direction.x;
-  out.dir_y = ray.direction.y;
-  out.dir_z = ray.direction.z;
-  out.time = 0;
-  out.tfar = ray.t_max;
-  out.mask = ~0u;
-  out.id = id;
-  out.flags = 0;
-}
-
-}  // namespace embree
-
 Accel::Impl::~Impl() {
   if (top) rtcReleaseScene(top);
   for (RTCScene object : objects) rtcReleaseScene(object);

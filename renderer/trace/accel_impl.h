@@ -21,8 +21,4 @@ struct Accel::Impl {
   ~Impl();
 };
 
-namespace embree {
-void fill(RTCRay& out, const Ray& ray, unsigned id);
-}
-
 }  // namespace helio

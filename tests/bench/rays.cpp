@@ -13,6 +13,21 @@ namespace {
 
 constexpr int kSamples = 4;  // per pixel; the rays of a 512x512 picture take about 200 MB
 
+void fill(RTCRay& out, const Ray& ray, unsigned id) {
+  out.org_x = ray.origin.x;
+  out.org_y = ray.origin.y;
+  out.org_z = ray.origin.z;
+  out.tnear = 0;
+  out.dir_x = ray.direction.x;
+  out.dir_y = ray.direction.y;
+  out.dir_z = ray.direction.z;
+  out.time = 0;
+  out.tfar = ray.t_max;
+  out.mask = ~0u;
+  out.id = id;
+  out.flags = 0;
+}
+
 // rtcIntersect1 and rtcOccluded1 over one log, in its order. What was hit, so that no call can be left out.
 std::uint64_t trace_log(const RayLog& log, const Accel::Impl& accel) {
   embree::AlphaContext context;
@@ -35,7 +50,7 @@ std::uint64_t trace_log(const RayLog& log, const Accel::Impl& accel) {
   RTCRayHit query;
   for (const RayLog::Batch& batch : log.batches) {
     for (std::uint32_t i = 0; i < batch.count; ++i, ++id) {
-      embree::fill(query.ray, log.rays[id], id);
+      fill(query.ray, log.rays[id], id);
       if (batch.occlusion) {
 #if HELIO_EMBREE == 4
         rtcOccluded1(accel.top, &query.ray, &occluded_arguments);

@@ -166,18 +166,23 @@ TEST(ExtremeInput, WhatReachesBeyondTheRangeIsLeftOutWithANotice) {
   EXPECT_LT(length(built->world_bounds().size()), 10);
 }
 
+// A square of 2 `scale` a side around the origin under a constant environment of 1, seen from `distance`.
+SceneDescription grey_square(double scale, double distance) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  M44d to_world;
+  to_world.setScale(V3d(scale));
+  add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0), to_world);
+  scene.environment = white();
+  scene.cameras.resize(1);
+  scene.cameras[0].to_world[3][2] = distance;
+  return scene;
+}
+
 // Normals are made from edges whose products leave float's range.
 TEST(ExtremeInput, ScenesOfAnySizeAreLitAlike) {
   for (const double scale : {1e-10, 1e-6, 1.0, 1e6, 1e10, 3e11}) {
-    SceneDescription scene;
-    scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-    M44d to_world;
-    to_world.setScale(V3d(scale));
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0), to_world);
-    scene.environment = white();
-    scene.cameras.resize(1);
-    scene.cameras[0].to_world[3][2] = 3 * scale;
-    const auto built = build(std::move(scene));
+    const auto built = build(grey_square(scale, 3 * scale));
     const MeanEstimate e = mean_of(render(*built, camera_at({0, 0, 3 * scale}, {0, 0, 0}, 20), 8, 8, 16));
     EXPECT_NEAR(e.mean.x, 0.5, 0.01) << scale;
     EXPECT_TRUE(notices_of(*built).empty()) << notices_of(*built)[0];
@@ -187,15 +192,8 @@ TEST(ExtremeInput, ScenesOfAnySizeAreLitAlike) {
 // The same square 1e10 units across, seen from 5: rays leave it farther off than the camera is away.
 TEST(ExtremeInput, AViewThatFloatCannotResolveIsNamed) {
   const auto notices_at = [](double scale, double distance) {
-    SceneDescription scene;
-    scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-    M44d to_world;
-    to_world.setScale(V3d(scale));
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0), to_world);
-    scene.environment = white();
-    scene.cameras.resize(1);
+    SceneDescription scene = grey_square(scale, distance);
     scene.cameras[0].name = "near";
-    scene.cameras[0].to_world[3][2] = distance;
     return notices_of(*build(std::move(scene)));
   };
   EXPECT_TRUE(mentions(notices_at(1e10, 5), "camera \"near\" sees surfaces 5"));
