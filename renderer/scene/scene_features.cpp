@@ -120,6 +120,7 @@ std::vector<std::string> SceneFeatures::names() const {
       {instances, "instances"},
       {spheres, "spheres"},
       {smooth_normals, "smooth_normals"},
+      {fast_rays, "fast_rays"},
       {area_lights, "area_lights"},
       {textured_emission, "textured_emission"},
       {delta_lights, "delta_lights"},

@@ -29,6 +29,7 @@ struct SceneFeatures {
   bool instances = false;           // a bottom-level BVH is used more than once
   bool spheres = false;
   bool smooth_normals = false;
+  bool fast_rays = false;           // measured on the built scene: watertight without Embree's robust mode
   // lights
   bool area_lights = false;
   bool textured_emission = false;
@@ -43,7 +44,7 @@ struct SceneFeatures {
   bool operator==(const SceneFeatures&) const = default;
 };
 
-// Pure function of the description (light_count counts emissive triangles of all instances).
+// Pure function of the description, so without fast_rays (light_count counts emissive triangles of all instances).
 SceneFeatures find_scene_features(const SceneDescription& scene);
 
 }  // namespace helio

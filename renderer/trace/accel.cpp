@@ -1,6 +1,8 @@
 #include "renderer/trace/accel.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -77,9 +79,41 @@ void alpha_filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-RTCGeometry make_geometry(const AccelPart& part) {
+// Corners of its own for every triangle, in memory of Embree's, which counts it. False when there is none left.
+bool set_widened_buffers(RTCGeometry geometry, const AccelPart& part, double margin) {
+  const std::size_t corners = 3 * part.triangle_count;
+  auto* positions = static_cast<V3f*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), corners));
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), part.triangle_count));
+  if (!positions || !indices) return false;
+  constexpr std::size_t kGrain = 16384;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.triangle_count, kGrain),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                        V3f triangle[3];
+                        for (std::size_t k = 0; k < 3; ++k) triangle[k] = part.positions[part.indices[3 * t + k]];
+                        widen_triangle(triangle, margin);
+                        for (std::size_t k = 0; k < 3; ++k) {
+                          positions[3 * t + k] = triangle[k];
+                          indices[3 * t + k] = std::uint32_t(3 * t + k);
+                        }
+                      }
+                    });
+  return true;
+}
+
+// Null when memory runs out. Surfaces with alpha are not widened: both triangles of a seam would take from a ray what
+// one of them lets pass, and rays that slip through what lets rays through do no harm.
+RTCGeometry make_geometry(const AccelPart& part, double margin) {
   RTCGeometry geometry = nullptr;
-  if (part.kind == AccelPart::Kind::triangles) {
+  if (part.kind == AccelPart::Kind::triangles && margin > 0 && !part.alpha) {
+    geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (!set_widened_buffers(geometry, part, margin)) {
+      rtcReleaseGeometry(geometry);
+      return nullptr;
+    }
+  } else if (part.kind == AccelPart::Kind::triangles) {
     geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part.positions, 0, sizeof(V3f),
                                part.vertex_count);
@@ -101,15 +135,17 @@ RTCGeometry make_geometry(const AccelPart& part) {
 
 RTCScene make_scene(const AccelInput& input) {
   RTCScene scene = rtcNewScene(device());
-  rtcSetSceneFlags(scene, input.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  rtcSetSceneFlags(scene, input.widening_radius > 0 ? RTC_SCENE_FLAG_NONE : RTC_SCENE_FLAG_ROBUST);
   if (input.cancel) rtcSetSceneProgressMonitorFunction(scene, go_on, const_cast<CancelToken*>(input.cancel));
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   return scene;
 }
 
-void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts) {
+// Stops where memory runs out; Embree keeps the error.
+void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts, double margin = 0) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    RTCGeometry geometry = make_geometry(parts[i]);
+    RTCGeometry geometry = make_geometry(parts[i], margin);
+    if (!geometry) return;
     rtcAttachGeometryByID(scene, geometry, unsigned(i));
     rtcReleaseGeometry(geometry);
   }
@@ -163,6 +199,7 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   double limit = kMaxRayReach;
   for (const AccelInstance& instance : input.instances) limit = std::min(limit, ray_limit(instance));
   impl->ray_limit = float(limit);
+  impl->widening_radius = input.widening_radius;
   RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
   const auto build = [&] {
     rtcGetDeviceError(device());
@@ -174,7 +211,7 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
       rtcCommitScene(scene);
     }
     impl->top = make_scene(input);
-    attach_parts(impl->top, input.flat);
+    attach_parts(impl->top, input.flat, double(input.widening_radius) * double(input.widening));
     attach_instances(impl->top, input, impl->objects);
     rtcCommitScene(impl->top);
     error = rtcGetDeviceError(device());
@@ -266,11 +303,48 @@ void switch_off_untraceable(const RTCRay16& rays, float limit, int* valid) {
   }
 }
 
+// Rays that start far outside of a widened scene lose more to rounding than the widening covers. They are moved up to
+// a sphere around it, in double precision; `moved` says how far. A ray that misses the sphere is switched off.
+// False when none is far.
+template <class Rays>
+bool bring_near(Rays& rays, float radius, int* valid, double* moved) {
+  int far = 0;
+  const float reach = float(kWideningReach) * radius;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float x = rays.org_x[lane], y = rays.org_y[lane], z = rays.org_z[lane];
+    far |= int(x * x + y * y + z * z > reach * reach);
+  }
+  if (far == 0) [[likely]]
+    return false;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    moved[lane] = 0;
+    const V3d o(double(rays.org_x[lane]), double(rays.org_y[lane]), double(rays.org_z[lane]));
+    const V3d d(double(rays.dir_x[lane]), double(rays.dir_y[lane]), double(rays.dir_z[lane]));
+    if (valid[lane] == 0 || !(length(o) > double(reach))) continue;
+    // |o + t d| = the sphere's radius, from the point of the line that is closest to the centre.
+    const double sphere = 0.5 * kWideningReach * double(radius), closest = -dot(o, d) / length_squared(d);
+    const double off = length(o + d * closest);
+    const double t = closest - std::sqrt(std::max(0.0, sphere * sphere - off * off) / length_squared(d));
+    if (!(off < sphere && t > 0 && t < double(rays.tfar[lane]))) {
+      valid[lane] = 0;
+      continue;
+    }
+    const V3d start = o + d * t;
+    rays.org_x[lane] = float(start.x);
+    rays.org_y[lane] = float(start.y);
+    rays.org_z[lane] = float(start.z);
+    rays.tfar[lane] = float(double(rays.tfar[lane]) - t);
+    moved[lane] = t;
+  }
+  return true;
+}
+
 }  // namespace
 
 void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits,
                       RayOrder coherence) const {
   const bool frustum = coherence == RayOrder::camera && impl_->triangles_only;
+  const bool widened = impl_->widening_radius > 0;
   AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRayHit16 query;
   alignas(64) int valid[kLanes];
@@ -283,7 +357,12 @@ void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t c
       query.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
     }
     switch_off_untraceable(query.ray, impl_->ray_limit, valid);
+    double moved[kLanes];
+    const bool any_moved = widened && bring_near(query.ray, impl_->widening_radius, valid, moved);
     embree::intersect16(valid, impl_->top, &context, &query, frustum);
+    for (int lane = 0; any_moved && lane < kLanes; ++lane) {
+      query.ray.tfar[lane] = float(double(query.ray.tfar[lane]) + moved[lane]);
+    }
     for (int lane = 0; lane < used; ++lane) {
       store_hit(*impl_, hits[order[first + std::size_t(lane)]], query.ray.tfar[lane], query.hit.u[lane],
                 query.hit.v[lane], query.hit.Ng_x[lane], query.hit.Ng_y[lane], query.hit.Ng_z[lane],
@@ -293,9 +372,10 @@ void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t c
 }
 
 void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const {
+  const bool widened = impl_->widening_radius > 0;
   AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRay16 query;
-  alignas(64) int valid[kLanes];
+  alignas(64) int valid[kLanes], traceable[kLanes];
   for (std::size_t first = 0; first < count; first += kLanes) {
     const int used = lanes_of(first, count, valid);
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -303,9 +383,12 @@ void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded)
       fill_lane(query, lane, rays[id], unsigned(id));
     }
     switch_off_untraceable(query, impl_->ray_limit, valid);
+    std::copy_n(valid, kLanes, traceable);
+    double moved[kLanes];
+    if (widened) bring_near(query, impl_->widening_radius, valid, moved);
     embree::occluded16(valid, impl_->top, &context, &query);
     for (int lane = 0; lane < used; ++lane) {
-      occluded[first + std::size_t(lane)] = (valid[lane] == 0) | (query.tfar[lane] < 0);
+      occluded[first + std::size_t(lane)] = (traceable[lane] == 0) | (query.tfar[lane] < 0);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/trace/widening.h"
 
 namespace helio {
 
@@ -75,7 +76,10 @@ struct AccelInput {
   std::vector<AccelObject> objects;  // bottom level
   std::vector<AccelInstance> instances;
   const AlphaTest* alpha_test = nullptr;  // required when any part has alpha
-  bool robust = true;
+  // Radius of a sphere around the origin that holds everything: trace without Embree's robust mode, triangles widened
+  // so that neighbours overlap. 0: robust mode. Precondition of a radius: no instances.
+  float widening_radius = 0;
+  float widening = float(kWidening);  // in radii; other values are for measuring what it is good for
   int threads = 0;
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();  // of the BVH and of what its build takes meanwhile
   const CancelToken* cancel = nullptr;                              // looked at during the build; null: never

@@ -16,6 +16,7 @@ struct Accel::Impl {
   bool triangles_only = false;  // no instances, no spheres
   std::size_t memory_bytes = 0;
   float ray_limit = 0;           // rays whose coordinates add up to more are not traced
+  float widening_radius = 0;     // as in AccelInput
   std::uint32_t flat_count = 0;  // top-level ids below are flat parts, those above are instances
 
   ~Impl();

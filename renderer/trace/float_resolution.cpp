@@ -42,6 +42,12 @@ std::vector<std::string> find_unresolved_views(const SceneData& scene) {
       const float offset = make_surface<true>(scene, rays[i], hits[i]).offset;
       if (!(offset <= kVisibleShare * hits[i].t)) unresolved.emplace_back(hits[i].t, offset);
     }
+    if (seen == 0 && !scene.features.environment && !scene.world_bounds.isEmpty()) {
+      notices.push_back(fmt::format("camera \"{}\" sees nothing: none of {} rays spread over its picture meets a surface, "
+                                    "and there is no environment",
+                                    description.name, kGrid * kGrid));
+      continue;
+    }
     if (2 * unresolved.size() <= std::size_t(seen)) continue;
     const auto middle = unresolved.begin() + std::ptrdiff_t(unresolved.size() / 2);
     std::nth_element(unresolved.begin(), middle, unresolved.end());

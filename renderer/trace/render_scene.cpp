@@ -10,10 +10,12 @@
 #include "renderer/scene/material_slots.h"
 #include "renderer/trace/build_memory.h"
 #include "renderer/trace/float_resolution.h"
+#include "renderer/trace/leak_probe.h"
 #include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface.h"
+#include "renderer/trace/widening.h"
 
 namespace helio {
 namespace {
@@ -128,7 +130,7 @@ class Builder {
     data_.features = find_scene_features(scene_);
     drop_unusable_instances();
     place();
-    drop_untraceable_instances();
+    if (drop_untraceable_instances()) place();
     TextureOptions texture_options;
     if (options.texture_filter == TextureFilter::mip) texture_options.mip_mapped = reflection_textures();
     if (Status fits = check_size(texture_options); !fits) return fits;
@@ -141,6 +143,8 @@ class Builder {
       if (!data_.features.only_lambert) prepare_albedo_tables(m.distribution);
     }
     split_objects();
+    // Worth an attempt; make_flat_parts() gives it up for meshes that are too fine.
+    widen_ = options.rays == RayMode::measured && data_.radius > 0 && all_baked();
     light_input_.areas.reserve(memory_.emitter_count);
     make_flat_parts();
     make_instances();
@@ -148,14 +152,7 @@ class Builder {
     make_lights();
     if (cancelled()) return cancelled_error();
 
-    accel_input_.alpha_test = &data_;
-    accel_input_.robust = options.robust;
-    accel_input_.threads = options.threads;
-    accel_input_.cancel = options.cancel;
-    accel_input_.max_bytes = std::size_t(scene_.memory_limit - std::min(scene_.memory_limit, resident_bytes()));
-    auto accel = Accel::build(accel_input_);
-    if (!accel) return std::move(accel).error();
-    data_.accel = std::move(*accel);
+    if (Status traced = make_accel(options); !traced) return traced;
     count();
     for (std::string& notice : find_unresolved_views(data_)) scene_.report.notices.push_back(std::move(notice));
     return ok_status();
@@ -201,6 +198,36 @@ class Builder {
     return ok_status();
   }
 
+  Status make_accel(const RenderSceneOptions& options) {
+    accel_input_.alpha_test = &data_;
+    accel_input_.threads = options.threads;
+    accel_input_.cancel = options.cancel;
+    accel_input_.max_bytes = std::size_t(scene_.memory_limit - std::min(scene_.memory_limit, resident_bytes()));
+    if (widen_) {
+      accel_input_.widening_radius = data_.radius;
+      auto accel = Accel::build(accel_input_);
+      // Without the memory for it the robust one, which takes less, may still fit.
+      if (!accel && accel.error().code != ErrorCode::resource_exhausted) return std::move(accel).error();
+      if (accel) {
+        data_.accel = std::move(*accel);
+        data_.features.fast_rays = estimate_leaks(data_, options.threads).rate_limit <= kMaxLeakRate;
+      }
+      if (data_.features.fast_rays) {
+        // Past what a widened neighbour may stand out by where two sides meet at 30 degrees.
+        const float least = float(0.5 * kWidening * double(data_.radius));
+        for (PartRecord& part : data_.flat) part.offset = std::max(part.offset, least);
+        return ok_status();
+      }
+      data_.accel.reset();
+      if (options.cancel && options.cancel->cancelled()) return cancelled_error();
+    }
+    accel_input_.widening_radius = 0;
+    auto accel = Accel::build(accel_input_);
+    if (!accel) return std::move(accel).error();
+    data_.accel = std::move(*accel);
+    return ok_status();
+  }
+
   void drop_unusable_instances() {
     std::vector<Instance> kept;
     kept.reserve(scene_.instances.size());
@@ -223,15 +250,16 @@ class Builder {
   }
 
   // Inside an instance the ray is in the object's space: there, too, its numbers must be floats that can be traced.
-  void drop_untraceable_instances() {
+  // True when there were any.
+  bool drop_untraceable_instances() {
     const double reach = 4.0 * double(data_.radius);
-    std::erase_if(scene_.instances, [&](const Instance& instance) {
+    return std::erase_if(scene_.instances, [&](const Instance& instance) {
       const Linear linear(instance.to_world), cofactors = linear.normal_transform();
       const double largest = std::max({length(cofactors.x), length(cofactors.y), length(cofactors.z)});
       if (reach * largest <= kMaxObjectReach * std::abs(linear.determinant())) return false;
       scene_.report.notices.push_back(instance.name + ": it is too small for a scene of this extent; not rendered");
       return true;
-    });
+    }) > 0;
   }
 
   void place() {
@@ -241,10 +269,8 @@ class Builder {
       if (!box.isEmpty()) world.extendBy(box);
     }
     data_.world_bounds = world;
-    if (!world.isEmpty()) {
-      data_.origin = world.center();
-      data_.radius = float(0.5 * length(world.size()));
-    }
+    data_.origin = world.isEmpty() ? V3d(0, 0, 0) : world.center();
+    data_.radius = world.isEmpty() ? 0.0f : float(0.5 * length(world.size()));
   }
 
   // Objects that are placed once are baked into the top level; the others stay instances.
@@ -259,6 +285,11 @@ class Builder {
           uses_[instance.object] == 1 &&
           (object.spheres.empty() || (linear.uniform_scale() > 0 && !turns_texture(object, linear)));
     }
+  }
+
+  bool all_baked() const {
+    return std::all_of(scene_.instances.begin(), scene_.instances.end(),
+                       [&](const Instance& instance) { return baked_[std::size_t(instance.object)]; });
   }
 
   // A baked sphere is a centre and a radius: its texture coordinates are those of its own space only if that is not
@@ -320,6 +351,10 @@ class Builder {
         bake(mesh, instance.to_world, data_.origin);
         if (mesh.indices.empty()) continue;
         pad(mesh);
+        if (widen_) {
+          put_longest_side_last(mesh);
+          widen_ = widening_share(mesh, kWidening * double(data_.radius)) <= kMaxWideningShare;
+        }
         PartRecord record = part_record(mesh);
         record.first_emitter = add_emitters(mesh, [](const V3f& p) { return p; });
         add_flat(record, accel_part(mesh), i);
@@ -546,6 +581,7 @@ class Builder {
   std::vector<Box3d> boxes_;  // of objects
   std::vector<std::uint32_t> uses_;
   std::vector<bool> baked_;
+  bool widen_ = false;
   AccelInput accel_input_;
   LightSampler::Input light_input_;
 };
