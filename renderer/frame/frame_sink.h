@@ -42,7 +42,7 @@ const char* to_string(FrameEndReason reason);
 
 struct PassTime {
   std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink)
-  double seconds = 0;  // summed over workers
+  double seconds = 0;  // of processor time, summed over workers
 };
 
 struct FrameProgress {

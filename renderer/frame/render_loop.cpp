@@ -276,11 +276,12 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"publish", record->publish_seconds}};
     }
     lock.unlock();
+    const double cpu_started = thread_cpu_s();
     deliver(std::move(event), *sink);
-    const double after = now_s();
+    const double cpu_seconds = thread_cpu_s() - cpu_started;
+    now = now_s();
     lock.lock();
-    record->publish_seconds += after - now;
-    now = after;
+    record->publish_seconds += cpu_seconds;
   }
   delivering = false;
   return true;
@@ -405,7 +406,7 @@ bool RenderLoop::Impl::run_piece() {
   Film& pixels = *film;
   lock.unlock();
 
-  const double started = now_s(), cpu_started = thread_cpu_s();
+  const double cpu_started = thread_cpu_s();
   bool done = true;
   std::optional<std::string> failure;
   TraceStats stats;
@@ -429,16 +430,16 @@ bool RenderLoop::Impl::run_piece() {
   pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
   const bool current = frame == mine;
   if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
-    mine->integrate_seconds += ended - started;
+    mine->integrate_seconds += cpu_seconds;
     if (done && !failure) {
       trace.add(stats);
       film_samples += p->samples();
       if (current) frame_samples += p->samples();
     }
   } else if (std::holds_alternative<MeasurePiece>(*piece)) {
-    mine->measure_seconds += ended - started;
+    mine->measure_seconds += cpu_seconds;
   } else {
-    mine->resolve_seconds += ended - started;
+    mine->resolve_seconds += cpu_seconds;
     if (current && !failure) waiting.push({mine, std::move(tile)});
   }
   if (failure) {
