@@ -382,7 +382,12 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
     error.set_relmse(progress.error.relmse);
     error.set_worst_tile_rmse(progress.error.worst_tile_rmse);
   }
-  error.set_all_black(progress.error.all_zero);
+  error.set_unproven(progress.error.unproven);
+  error.set_all_black(progress.error.known && std::isinf(progress.error.hidden_rmse));
+  if (progress.error.known && !error.all_black()) {
+    error.set_hidden_rmse(progress.error.hidden_rmse);
+    error.set_hidden_relmse(progress.error.hidden_relmse);
+  }
   message.set_budget_used(progress.budget_used);
   return message;
 }

@@ -20,6 +20,8 @@ void add_progress(Json& json, const pb::Progress& progress) {
   json["samples_per_second"] = progress.samples_per_second();
   json["worst_tile_rmse"] = known(error.worst_tile_rmse());
   json["all_black"] = error.all_black();
+  json["unproven"] = error.unproven();
+  json["hidden_rmse"] = error.all_black() ? Json() : known(error.hidden_rmse());
 }
 
 void add_frame_end(Json& json, const pb::FrameEnd& end) {
@@ -47,6 +49,9 @@ std::string describe_end(const pb::FrameEnd& end) {
 std::string caution(const pb::FrameEnd& end) {
   std::string text;
   if (end.totals().error().all_black()) text = "no sample returned light: the picture is black, its error unknown";
+  else if (end.totals().error().hidden_rmse() > end.totals().error().rmse())
+    text = fmt::format("{:.2g} % of the pixels saw no light although it may reach them: the error may be {:.2g} more",
+                       100 * end.totals().error().unproven(), end.totals().error().hidden_rmse());
   if (end.totals().invalid_samples() == 0) return text;
   if (!text.empty()) text += "; ";
   text += fmt::format("{} samples were NaN or infinite and left out", end.totals().invalid_samples());

@@ -27,22 +27,25 @@ class ErrorEstimate {
   struct Sums {
     double squared = 0;   // of d = ((A - B) / 2)^2
     double relative = 0;  // of d / (r^2 + epsilon)
+    double unproven = 0;  // unproven black pixels, and of these:
+    double unproven_samples = 0, unproven_inverse = 0;  // samples, 1 / samples
   };
 
  private:
   struct Part {
     PixelRect window;
     bool paired = true;  // every pixel has samples in both halves
-    bool all_zero = true;
     double radiance = 0;      // sum over pixels and channels
+    double brightest = 0;     // largest sum of squares over sum: at most the largest sample, and it where all are alike
     std::vector<Sums> tiles;  // of the columns of 32x32 tiles in the window
   };
 
   const Film* film_;
   PixelRect roi_;
   std::vector<Part> parts_;
-  bool paired_ = true, all_zero_ = true;
+  bool paired_ = true;
   double epsilon_ = 0;
+  double brightest_ = 0;
 };
 
 }  // namespace helio

@@ -22,6 +22,10 @@ constexpr int kTileSide = 32;
 constexpr int kTilesPerBlock = 16;         // columns of tiles looked at together, to bound the scratch memory
 constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
 
+bool reflects(const PixelFeatures& features) {
+  return features.hits > 0 && (features.albedo[0] > 0 || features.albedo[1] > 0 || features.albedo[2] > 0);
+}
+
 // Adds the window's pixels, whose halves all have samples, to the sums of the tiles: column x belongs to
 // tiles[min((x - window.x0) / 32, last)].
 void add_window(const Film& film, const PixelRect& window, const PixelRect& roi, double epsilon,
@@ -50,6 +54,12 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
       const double inv_a = 1.0 / a.count;
       const double inv_b = a.count == b.count ? inv_a : 1.0 / b.count;
       ErrorEstimate::Sums& tile = tiles[std::min(std::size_t((x - window.x0) / kTileSide), tiles.size() - 1)];
+      if (sum[0] + sum[1] + sum[2] == 0 && reflects(film.features(x, y))) {
+        const double samples = double(a.count) + double(b.count);
+        tile.unproven += 1;
+        tile.unproven_samples += samples;
+        tile.unproven_inverse += 1 / samples;
+      }
       for (int c = 0; c < 3; ++c) {
         const double half_difference = 0.5 * (a.sum[c] * inv_a - b.sum[c] * inv_b);
         const double r = double(sum[c]) / sum[3];
@@ -91,10 +101,14 @@ void ErrorEstimate::look_over(std::size_t index) {
     row.look(*film_, y, part.window.x0, part.window.x1);
     part.paired &= !row.any_unpaired();
     part.radiance += row.sum_of_means();
-    for (int x = part.window.x0; part.all_zero && x < part.window.x1; ++x) {
-      for (int h = 0; h < kHalves; ++h) {
-        const double(&squares)[3] = film_->half(h, x, y).sum_squares;
-        part.all_zero &= squares[0] + squares[1] + squares[2] == 0;
+    for (int h = 0; h < kHalves; ++h) {
+      const HalfPixel* pixels = &film_->half(h, 0, y);
+      for (int x = part.window.x0; x < part.window.x1; ++x) {
+        const HalfPixel& pixel = pixels[x];
+        for (int c = 0; c < 3; ++c) {
+          if (pixel.sum_squares[c] > part.brightest * pixel.sum[c])
+            part.brightest = pixel.sum_squares[c] / std::max(pixel.sum[c], DBL_MIN);
+        }
       }
     }
   }
@@ -104,7 +118,7 @@ void ErrorEstimate::finish_look() {
   double radiance = 0;
   for (const Part& part : parts_) {
     paired_ &= part.paired;
-    all_zero_ &= part.all_zero;
+    brightest_ = std::max(brightest_, part.brightest);
     radiance += part.radiance;
   }
   const double mean = radiance / (3.0 * double(roi_.area()));
@@ -117,10 +131,10 @@ void ErrorEstimate::add_up(std::size_t index) {
 
 FilmError ErrorEstimate::result() const {
   FilmError error;
-  error.all_zero = all_zero_;
   error.known = paired_;
   if (!error.known) {
-    error.rmse = error.relmse = error.worst_tile_rmse = std::numeric_limits<double>::infinity();
+    error.rmse = error.relmse = error.worst_tile_rmse = error.hidden_rmse = error.hidden_relmse =
+        std::numeric_limits<double>::infinity();
     return error;
   }
   Sums total;
@@ -132,11 +146,23 @@ FilmError ErrorEstimate::result() const {
       error.worst_tile_rmse = std::max(error.worst_tile_rmse, std::sqrt(tile.squared / values));
       total.squared += tile.squared;
       total.relative += tile.relative;
+      total.unproven += tile.unproven;
+      total.unproven_samples += tile.unproven_samples;
+      total.unproven_inverse += tile.unproven_inverse;
     }
   }
   const double values = 3.0 * double(roi_.area());
   error.rmse = std::sqrt(total.squared / values);
   error.relmse = total.relative / values;
+  if (total.unproven > 0) {
+    // Of a share p of bright samples L, each of n in a pixel, the pixel's mean has the variance p L^2 / n.
+    const double share = 3 / total.unproven_samples;
+    const double hidden = brightest_ > 0 ? share * brightest_ * brightest_ * total.unproven_inverse / double(roi_.area())
+                                         : std::numeric_limits<double>::infinity();
+    error.unproven = total.unproven / double(roi_.area());
+    error.hidden_rmse = std::sqrt(hidden);
+    error.hidden_relmse = hidden / std::max(epsilon_, DBL_MIN);
+  }
   return error;
 }
 

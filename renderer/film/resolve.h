@@ -33,13 +33,21 @@ enum ResolveChannels : unsigned {
 // halves agree to the bit in the whole neighbourhood, black included: that is an observation, no proof.
 ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels);
 
-// Estimated error of the whole picture, from the halves. All three are +infinity while not known.
+// Estimated error of the whole picture, from the halves. All are +infinity while not known.
+//
+// A pixel is unproven black when neither it nor any of its 7x7 neighbourhood has seen light although its samples met
+// surfaces that reflect: it may be black, or lit through a keyhole that no path has found yet. Of N such samples that
+// all returned nothing, at most a share of 3 / N would have returned something (95 %: the rule of three); taken as the
+// brightest seen anywhere, that bounds what the error may hide. A pixel whose samples met nothing, or what reflects
+// nothing, is black.
 struct FilmError {
   double rmse = 0;         // root of the mean over pixels and channels of the variance of the mean
   double relmse = 0;       // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
   double worst_tile_rmse = 0;  // largest rmse of a tile of 32x32, or up to 63 pixels a side at the region's far edges
-  bool known = false;      // false: fewer than one sample in some half of some pixel
-  bool all_zero = false;   // no sample returned light: zero variance proves nothing
+  double unproven = 0;         // share of the pixels that are unproven black, [0, 1]
+  double hidden_rmse = 0;      // bound on the rmse that they add; +infinity when no sample of the picture saw light
+  double hidden_relmse = 0;    // the same as relMSE
+  bool known = false;          // false: fewer than one sample in some half of some pixel
 };
 FilmError estimate_error(const Film& film, const PixelRect& roi);
 

@@ -17,7 +17,7 @@
 // pixel without samples, or without any such neighbour, gets +infinity.
 //
 // Zero is thus reported where the halves of the whole neighbourhood agree to the bit, black included. That is what was
-// observed, not a proof: see FilmError::all_zero.
+// observed, not a proof: see FilmError.
 #pragma once
 
 #include <functional>

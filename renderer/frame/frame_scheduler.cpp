@@ -41,12 +41,15 @@ double FrameScheduler::interval_s(double view_age_s) const {
 }
 
 bool FrameScheduler::error_usable(const ErrorAtCount& measured) const {
-  return budget_.error && measured.samples >= kMinSamplesForError && measured.error.known && !measured.error.all_zero;
+  return budget_.error && measured.samples >= kMinSamplesForError && measured.error.known &&
+         std::isfinite(measured.error.hidden_rmse);
 }
 
 double FrameScheduler::variance_over_target(const FilmError& error) const {
-  const double ratio = (budget_.error_measure == ErrorMeasure::rmse ? error.rmse : error.relmse) / *budget_.error;
-  return budget_.error_measure == ErrorMeasure::rmse ? ratio * ratio : ratio;
+  const double target = *budget_.error;
+  if (budget_.error_measure == ErrorMeasure::relmse) return (error.relmse + error.hidden_relmse) / target;
+  const double seen = error.rmse / target, hidden = error.hidden_rmse / target;
+  return seen * seen + hidden * hidden;
 }
 
 std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, double now_s) const {

@@ -27,6 +27,7 @@ struct FakeIntegrator {
   float mean = 0.5f, noise = 0.5f;    // radiance = mean + noise (2 u - 1)
   std::uint64_t throw_after = ~0ull;  // samples
   double invalid_share = 0;           // of samples that are not finite
+  bool misses = false;                // nothing is met; else grey surfaces
 
   struct Counters {
     std::atomic<std::uint64_t> samples{0}, out_of_order{0}, cancelled{0};
@@ -67,6 +68,8 @@ struct FakeIntegrator {
         }
         PixelFeatures& f = film.features(x, y);
         f.count += job.range.count;
+        if (!misses) f.hits += job.range.count;
+        for (float& albedo : f.albedo) albedo = misses ? 0.0f : 0.5f;
       }
     }
     stats.paths += samples;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <cmath>
 
 namespace helio {
@@ -232,8 +234,15 @@ TEST(FrameScheduler, ErrorIsNotBelievedTooEarlyNorWhenNothingShines) {
   const FrameScheduler scheduler(budget, {});
   EXPECT_PLAN(scheduler.plan_next(with_error(at(4, 4), 0, 0), 0, 0, 0), integrate(8, 8, true));
   FrameState black = with_error(at(64, 64), 0, 0);
-  black.measured.error.all_zero = true;
+  black.measured.error.unproven = 1;
+  black.measured.error.hidden_rmse = black.measured.error.hidden_relmse = std::numeric_limits<double>::infinity();
   EXPECT_PLAN(scheduler.plan_next(black, 0, 0, 0), integrate(128, 128, true));
+  // What black parts may hide counts as if it had been seen: 0.06 and 0.09 make more than 0.1.
+  FrameState hiding = with_error(at(64, 64), 0.06, 0);
+  hiding.measured.error.hidden_rmse = 0.09;
+  EXPECT_FALSE(scheduler.plan_next(hiding, 0, 0, 0).end);
+  hiding.measured.error.hidden_rmse = 0.07;
+  EXPECT_EQ(scheduler.plan_next(hiding, 0, 0, 0).end, FrameEndReason::error);
   FrameState unknown = with_error(at(64, 64), 0, 0);
   unknown.measured.error.known = false;
   EXPECT_PLAN(scheduler.plan_next(unknown, 0, 0, 0), integrate(128, 128, true));

@@ -262,7 +262,20 @@ TEST_F(RenderLoopTest, ABlackPictureDoesNotConverge) {
   const auto end = sink->wait_for_end(loop->update(view_update(1, 0)));
   ASSERT_TRUE(end.has_value());
   EXPECT_EQ(end->reason, FrameEndReason::samples);
-  EXPECT_TRUE(end->progress.error.all_zero);
+  EXPECT_EQ(end->progress.error.unproven, 1);
+  EXPECT_TRUE(std::isinf(end->progress.error.hidden_rmse));
+}
+
+TEST_F(RenderLoopTest, APictureThatMissesEverythingIsBlackAndEnds) {
+  integrator.mean = integrator.noise = 0;
+  integrator.misses = true;
+  Budget budget = samples(4096);
+  budget.error = 1e-3;
+  const auto loop = make(film_of(64, 64), budget);
+  const auto end = sink->wait_for_end(loop->update(view_update(1, 0)));
+  ASSERT_TRUE(end.has_value());
+  EXPECT_EQ(end->reason, FrameEndReason::error);
+  EXPECT_EQ(end->progress.error.unproven, 0);
 }
 
 TEST_F(RenderLoopTest, InvalidSamplesAreCountedAndNeverConverge) {

@@ -111,23 +111,73 @@ TEST(EstimateError, IsUnknownWhileAHalfIsMissing) {
   test::add_samples(film, 1, 4, random, [](auto...) { return 1.0f; });
   error = estimate_error(film, film.bounds());
   EXPECT_TRUE(error.known);
-  EXPECT_FALSE(error.all_zero);
+  EXPECT_EQ(error.unproven, 0.0);
   EXPECT_EQ(error.rmse, 0.0);
 }
 
-TEST(EstimateError, BlackProvesNothing) {
+void set_surface(Film& film, int x0, int x1, std::uint32_t hits, float albedo) {
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = x0; x < x1; ++x) {
+      PixelFeatures& f = film.features(x, y);
+      f.count = 64;
+      f.hits = hits;
+      for (float& a : f.albedo) a = albedo;
+    }
+  }
+}
+
+TEST(EstimateError, BlackProvesNothingWhereSurfacesReflect) {
   Film film(8, 8);
   Random random(1);
   for (int half = 0; half < 2; ++half) test::add_samples(film, half, 64, random, [](auto...) { return 0.0f; });
+  set_surface(film, 0, 8, 1, 0.01f);
   FilmError error = estimate_error(film, film.bounds());
   EXPECT_TRUE(error.known);
-  EXPECT_TRUE(error.all_zero);
   EXPECT_EQ(error.rmse, 0.0);
-  EXPECT_EQ(error.relmse, 0.0);
+  EXPECT_EQ(error.unproven, 1.0);
+  EXPECT_TRUE(std::isinf(error.hidden_rmse) && std::isinf(error.hidden_relmse)) << "nothing says how bright it may be";
+  // A single dim photon: what has not been seen may be as bright.
   film.half(0, 3, 3).add(Rgb(0, 0, 1e-20f));
   error = estimate_error(film, film.bounds());
-  EXPECT_FALSE(error.all_zero);
+  EXPECT_EQ(error.unproven, 15.0 / 64);  // those farther than 3 pixels from it
   EXPECT_GT(error.rmse, 0.0);
+  EXPECT_GT(error.hidden_rmse, 0.0);
+  EXPECT_LT(error.hidden_rmse, 1e-20);
+}
+
+TEST(EstimateError, BlackIsProvenWhereNothingIsMetOrReflects) {
+  Film film(8, 8);
+  Random random(1);
+  for (int half = 0; half < 2; ++half) test::add_samples(film, half, 64, random, [](auto...) { return 0.0f; });
+  for (const bool met : {false, true}) {
+    set_surface(film, 0, 8, met ? 64 : 0, met ? 0.0f : 0.5f);
+    const FilmError error = estimate_error(film, film.bounds());
+    EXPECT_TRUE(error.known);
+    EXPECT_EQ(error.unproven, 0.0);
+    EXPECT_EQ(error.hidden_rmse, 0.0);
+    EXPECT_EQ(error.hidden_relmse, 0.0);
+  }
+}
+
+// A share p of all samples is bright, but none of the dark half has been seen yet although 3 / p were taken there: the
+// bound is above what the half really adds.
+TEST(EstimateError, HiddenErrorBoundsWhatAKeyholeMayAdd) {
+  constexpr int kSide = 64, kSamples = 8;
+  constexpr float kLight = 5;
+  Film film(kSide, kSide);
+  Random random(3);
+  for (int half = 0; half < 2; ++half) {
+    test::add_samples(film, half, kSamples, random, [](int x, int, int, Random&) { return x < kSide / 2 ? kLight : 0; });
+  }
+  set_surface(film, 0, kSide, 8, 0.5f);
+  const FilmError error = estimate_error(film, film.bounds());
+  EXPECT_EQ(error.rmse, 0.0);
+  EXPECT_EQ(error.unproven, 0.5 - 3.0 / kSide);
+  const double pixels = error.unproven * kSide * kSide, samples = 2 * kSamples * pixels;
+  const double variance = 3 / samples * kLight * kLight / (2 * kSamples);  // p L^2 / n
+  EXPECT_NEAR(error.hidden_rmse, std::sqrt(variance * error.unproven), 1e-12);
+  const double mean = kLight / 2;
+  EXPECT_NEAR(error.hidden_relmse, variance * error.unproven / (0.01 * mean * mean), 1e-12);
 }
 
 }  // namespace
