@@ -10,31 +10,19 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/film/resolve.h"
-#include "renderer/scene/scene_loader.h"
-#include "tests/support/test_scenes.h"
+#include "tests/support/own_scenes.h"
 
 namespace helio {
 namespace {
 
 const std::string kScenes = std::string(HELIO_SOURCE_DIR) + "/scenes/";
 
-std::shared_ptr<const RenderScene> load_own(const std::string& name) {
-  const std::unique_ptr<FileSource> source = make_directory_source(kScenes + name);
-  Result<SceneDescription> scene = load_scene(*source, name + ".gltf", {});
-  if (!scene) {
-    ADD_FAILURE() << scene.error().to_string();
-    return nullptr;
-  }
-  EXPECT_TRUE(scene->report.warnings.empty() && scene->report.notices.empty() && scene->report.unread.empty()) << name;
-  return test::build(std::move(*scene));
-}
-
 class OwnScene : public testing::TestWithParam<const char*> {};
 
 TEST_P(OwnScene, HasTheMeanRadianceThatItPromises) {
   const std::string name = GetParam();
   const nlohmann::json expected = nlohmann::json::parse(std::ifstream(kScenes + name + "/expected.json"));
-  const std::shared_ptr<const RenderScene> scene = load_own(name);
+  const std::shared_ptr<const RenderScene> scene = test::load_own_scene(name);
   ASSERT_TRUE(scene);
   const CameraDescription& camera = scene->description().cameras.at(0);
   PathSettings settings;
@@ -62,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(All, OwnScene,
                          });
 
 TEST(OwnScenes, NothingIsSeenInTheFurnace) {
-  const std::shared_ptr<const RenderScene> scene = load_own("furnace");
+  const std::shared_ptr<const RenderScene> scene = test::load_own_scene("furnace");
   ASSERT_TRUE(scene);
   PathSettings settings;
   settings.max_segments = 200;  // what a path loses by being cut off there is nothing

@@ -1,0 +1,27 @@
+// The scenes that the project ships, for tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "renderer/scene/scene_loader.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+
+// Null, with a failure of the test, where scenes/NAME/NAME.gltf cannot be loaded or is complained about.
+inline std::shared_ptr<const RenderScene> load_own_scene(const std::string& name) {
+  const std::unique_ptr<FileSource> source =
+      make_directory_source(std::string(HELIO_SOURCE_DIR) + "/scenes/" + name);
+  Result<SceneDescription> scene = load_scene(*source, name + ".gltf", {});
+  if (!scene) {
+    ADD_FAILURE() << scene.error().to_string();
+    return nullptr;
+  }
+  EXPECT_TRUE(scene->report.warnings.empty() && scene->report.notices.empty() && scene->report.unread.empty()) << name;
+  return build(std::move(*scene));
+}
+
+}  // namespace helio::test
