@@ -213,8 +213,8 @@ class Builder {
         data_.features.fast_rays = estimate_leaks(data_, options.threads).rate_limit <= kMaxLeakRate;
       }
       if (data_.features.fast_rays) {
-        // Past what a widened neighbour may stand out by where two sides meet at 30 degrees.
-        const float least = float(0.5 * kWidening * double(data_.radius));
+        // Past what a widened neighbour may stand out by.
+        const float least = float(1.0625 * kWidening * double(data_.radius));
         for (PartRecord& part : data_.flat) part.offset = std::max(part.offset, least);
         return ok_status();
       }
