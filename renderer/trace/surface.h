@@ -18,6 +18,7 @@ struct Surface {
   V3f shading_normal;    // unit, same hemisphere as geometric_normal
   bool front = true;     // the ray arrived on the front side
   float offset = 0;      // see above
+  float through = 0;     // the same for rays that pass through: shorter, for their length in a medium counts
   float travelled = 0;   // distance along the ray that arrived
   V2f barycentric;
   const PartRecord* part = nullptr;
@@ -40,11 +41,13 @@ inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& h
     const InstanceRecord& instance = scene.instances[hit.instance];
     s.part = &scene.object_parts[instance.first_part + hit.part];
     s.offset = s.part->offset * instance.offset_scale + instance.offset + hit.t * kOffsetPerDistance;
+    s.through = s.offset;
     // Embree's normal follows the winding; the cofactor matrix keeps fronts in front under mirroring too.
     normal = instance.normal(normal);
   } else {
     s.part = &scene.flat[hit.part];
     s.offset = s.part->offset + hit.t * kOffsetPerDistance;
+    s.through = s.part->through + hit.t * kOffsetPerDistance;
     if (kGeneral && !s.part->mesh) {
       // A point on a sphere is refined onto it: the ray's parameter loses digits far away.
       normal = normalize_any(s.position - s.part->center);
@@ -104,7 +107,7 @@ inline V3f near_side_origin(const Surface& s, const V3f& arrived) {
 inline V3f offset_origin(const Surface& s, const V3f& arrived, const V3f& direction) {
   const float side = dot(s.geometric_normal, direction);
   if ((side >= 0) == s.front) return near_side_origin(s, arrived);
-  return s.position + s.geometric_normal * std::copysign(s.offset, side);
+  return s.position + s.geometric_normal * std::copysign(s.through, side);
 }
 
 }  // namespace helio
