@@ -95,7 +95,7 @@ class Walker {
     const Surface surface = make_surface<true>(scene_, rays_[i], hits_[i]);
     const V3f normal = surface.front ? surface.geometric_normal : -surface.geometric_normal;
     const V3f direction = Frame(normal).to_world(square_to_cosine_hemisphere(random_pair()));
-    set(rays_[i], offset_origin(surface, direction), direction);
+    set(rays_[i], offset_origin(surface, rays_[i].direction, direction), direction);
   }
 
   // From where ray i started towards the rim of what it has hit, into aimed_[slot]. False where there is no rim or the

@@ -352,7 +352,7 @@ class PathKernel {
     if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
       // would then, if it emits, light itself.
-      const V3f from = surface.position + light_normal * surface.offset;
+      const V3f from = transmissive ? surface.position : near_side_origin(surface, ray.direction);
       const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
@@ -373,7 +373,8 @@ class PathKernel {
             if (scene_.features.absorption)
               radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
           }
-          add_shadow_ray(vertex, i, offset_origin(surface, light.direction), light.direction, t_max, radiance);
+          const V3f origin = offset_origin(surface, ray.direction, light.direction);
+          add_shadow_ray(vertex, i, origin, light.direction, t_max, radiance);
         }
       }
     }
@@ -412,7 +413,7 @@ class PathKernel {
       path.beta *= 1 / survival;
     }
 
-    ray.origin = offset_origin(surface, direction);
+    ray.origin = offset_origin(surface, ray.direction, direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;

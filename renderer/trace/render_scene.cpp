@@ -213,9 +213,12 @@ class Builder {
         data_.features.fast_rays = estimate_leaks(data_, options.threads).rate_limit <= kMaxLeakRate;
       }
       if (data_.features.fast_rays) {
-        // Past what a widened neighbour may stand out by where two sides meet at 30 degrees.
-        const float least = float(0.5 * kWidening * double(data_.radius));
-        for (PartRecord& part : data_.flat) part.offset = std::max(part.offset, least);
+        // Past what a widened neighbour may stand out by; on the other side, where two sides meet at 30 degrees.
+        const double margin = kWidening * double(data_.radius);
+        for (PartRecord& part : data_.flat) {
+          part.through = std::max(part.offset, float(0.5 * margin));
+          part.offset = std::max(part.offset, float(1.0625 * margin));
+        }
         return ok_status();
       }
       data_.accel.reset();
@@ -375,6 +378,7 @@ class Builder {
 
   void add_flat(const PartRecord& record, const AccelPart& part, std::size_t instance) {
     data_.flat.push_back(record);
+    data_.flat.back().through = record.offset;
     data_.flat_names.push_back(std::uint32_t(instance));
     accel_input_.flat.push_back(part);
   }

@@ -39,6 +39,7 @@ struct PartRecord {
   std::uint32_t first_emitter = kNoHit;  // flat parts: emitter index of primitive 0
   bool smooth = false;                   // has vertex normals
   float offset = 0;                      // how far off the surface the next ray starts, object units; see surface.h
+  float through = 0;                     // the same where it passes through
 };
 
 struct InstanceRecord {

@@ -18,6 +18,8 @@ struct Surface {
   V3f shading_normal;    // unit, same hemisphere as geometric_normal
   bool front = true;     // the ray arrived on the front side
   float offset = 0;      // see above
+  float through = 0;     // the same for rays that pass through: shorter, for their length in a medium counts
+  float travelled = 0;   // distance along the ray that arrived
   V2f barycentric;
   const PartRecord* part = nullptr;
   const MaterialRecord* material = nullptr;
@@ -32,17 +34,20 @@ template <bool kGeneral>
 inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& hit) {
   Surface s;
   s.position = ray.origin + ray.direction * hit.t;
+  s.travelled = hit.t;
   s.barycentric = V2f(hit.u, hit.v);
   V3f normal = hit.normal;
   if (kGeneral && hit.instance != kNoHit) {
     const InstanceRecord& instance = scene.instances[hit.instance];
     s.part = &scene.object_parts[instance.first_part + hit.part];
     s.offset = s.part->offset * instance.offset_scale + instance.offset + hit.t * kOffsetPerDistance;
+    s.through = s.offset;
     // Embree's normal follows the winding; the cofactor matrix keeps fronts in front under mirroring too.
     normal = instance.normal(normal);
   } else {
     s.part = &scene.flat[hit.part];
     s.offset = s.part->offset + hit.t * kOffsetPerDistance;
+    s.through = s.part->through + hit.t * kOffsetPerDistance;
     if (kGeneral && !s.part->mesh) {
       // A point on a sphere is refined onto it: the ray's parameter loses digits far away.
       normal = normalize_any(s.position - s.part->center);
@@ -83,8 +88,26 @@ V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& baryc
 float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, const V2f& barycentric,
                     const V3f& normal);
 
-inline V3f offset_origin(const Surface& s, const V3f& direction) {
-  return s.position + s.geometric_normal * std::copysign(s.offset, dot(s.geometric_normal, direction));
+// By how many offsets a start may lie back on the ray that arrived. Rays that graze need many to rise by one, and what
+// is missing is made up along the normal, which lets rays slip behind a neighbour: with 8 one camera sample in a
+// million leaks from a bumpy room without robust mode, with 64 none in four.
+inline constexpr float kMostRetreat = 64;
+
+// Where rays start that leave towards the side from which `arrived` (unit) came: `offset` off the surface, and that as
+// far as possible back on the ray, at most to its own start. Nothing lies between there and here, for the ray has
+// passed; straight off the surface, a start next to an edge could lie behind the neighbour: closed rooms would leak.
+inline V3f near_side_origin(const Surface& s, const V3f& arrived) {
+  const float cosine = std::fabs(dot(s.geometric_normal, arrived));
+  const float back = std::min({kMostRetreat * s.offset, s.offset / std::max(cosine, 1e-3f), s.travelled});
+  const float lift = std::max(0.0f, s.offset - back * cosine);
+  return s.position - arrived * back + s.geometric_normal * (s.front ? lift : -lift);
+}
+
+// Where a ray along `direction` starts on a surface that was reached along `arrived`.
+inline V3f offset_origin(const Surface& s, const V3f& arrived, const V3f& direction) {
+  const float side = dot(s.geometric_normal, direction);
+  if ((side >= 0) == s.front) return near_side_origin(s, arrived);
+  return s.position + s.geometric_normal * std::copysign(s.through, side);
 }
 
 }  // namespace helio
