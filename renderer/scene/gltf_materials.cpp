@@ -1,5 +1,6 @@
 // materials, with the KHR_materials_ extensions that we implement and extras.heliograph.
 #include "renderer/scene/gltf_extras.h"
+#include "renderer/scene/gltf_material_layers.h"
 #include "renderer/scene/gltf_textures.h"
 
 namespace helio::gltf {
@@ -20,6 +21,7 @@ class MaterialReader {
     read_emission();
     read_dielectric();
     read_volume(extension("KHR_materials_volume"));
+    read_material_layers(object_, document_, material_.layers);
     read_specular_glossiness(extension("KHR_materials_pbrSpecularGlossiness"));
     // Simplest first: unlit wins where a file gives several models (KHR_materials_unlit, "fallback").
     if (extension("KHR_materials_unlit").exists()) material_.model = MaterialModel::unlit;
@@ -127,7 +129,7 @@ class MaterialReader {
 void read_materials(const JsonObject& root, Document& document) {
   root.each("materials", [&](const JsonObject& object, std::size_t) {
     document.materials.push_back(MaterialReader(object, document).read());
-    // Clearcoat is not rendered, but its normal map asks for a tangent space, given or derived from normals.
+    // A clearcoat's normal map asks for a tangent space, given or derived from normals.
     document.needs_tangents.push_back(object.extension("KHR_materials_clearcoat").has("clearcoatNormalTexture") &&
                                       !object.has("normalTexture"));
   });

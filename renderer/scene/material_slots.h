@@ -19,6 +19,17 @@ void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
   visit(material.thickness_texture);
   visit(material.emission_texture);
   visit(material.normal_texture);
+  auto& layers = material.layers;
+  visit(layers.clearcoat_texture);
+  visit(layers.clearcoat_roughness_texture);
+  visit(layers.clearcoat_normal_texture);
+  visit(layers.sheen_color_texture);
+  visit(layers.sheen_roughness_texture);
+  visit(layers.anisotropy_texture);
+  visit(layers.iridescence_texture);
+  visit(layers.iridescence_thickness_texture);
+  visit(layers.diffuse_transmission_texture);
+  visit(layers.diffuse_transmission_color_texture);
 }
 
 inline bool has_any_texture(const Material& material) {

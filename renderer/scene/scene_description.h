@@ -61,7 +61,41 @@ enum class MaterialModel : std::uint8_t {
   conductor,            // extras.heliograph: eta, k per channel, alpha
 };
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };
-enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann };
+// ggx_anisotropic is what MaterialLayers::anisotropy makes of ggx: no material names it.
+enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann, ggx_anisotropic };
+
+// KHR_materials_clearcoat, _sheen, _anisotropy, _iridescence and _diffuse_transmission: what may lie on or in the
+// metallic-roughness model. All factors 0: nothing does.
+struct MaterialLayers {
+  float clearcoat = 0;            // [0, 1]; texture channel r
+  float clearcoat_roughness = 0;  // perceptual, [0, 1]; texture channel g
+  float clearcoat_normal_scale = 1;
+  TextureSlot clearcoat_texture, clearcoat_roughness_texture;
+  TextureSlot clearcoat_normal_texture;  // absent: the coat is smooth, whatever the base's normal map
+
+  Rgb sheen_color{0, 0, 0};   // [0, 1]; texture rgb
+  float sheen_roughness = 0;  // perceptual, [0, 1]; texture channel a
+  TextureSlot sheen_color_texture, sheen_roughness_texture;
+
+  float anisotropy = 0;           // [0, 1]; texture channel b
+  float anisotropy_rotation = 0;  // radians, counter-clockwise from the tangent
+  TextureSlot anisotropy_texture; // rg: direction in tangent space, from [0, 1] to [-1, 1]
+
+  float iridescence = 0;                                                   // [0, 1]; texture channel r
+  float iridescence_ior = 1.3f;                                            // of the film, >= 1
+  float iridescence_thickness_min = 100, iridescence_thickness_max = 400;  // nm, >= 0; texture channel g mixes them
+  TextureSlot iridescence_texture, iridescence_thickness_texture;
+
+  float diffuse_transmission = 0;  // [0, 1], of the diffuse base; texture channel a
+  Rgb diffuse_transmission_color{1, 1, 1};  // [0, 1]; texture rgb
+  TextureSlot diffuse_transmission_texture, diffuse_transmission_color_texture;
+
+  // Whether anything of it shows.
+  bool any() const {
+    return clearcoat > 0 || sheen_color != Rgb(0, 0, 0) || anisotropy > 0 || iridescence > 0 ||
+           diffuse_transmission > 0;
+  }
+};
 
 struct Material {
   std::string name;
@@ -102,6 +136,8 @@ struct Material {
   TextureSlot normal_texture;  // tangent space, linear
   float normal_scale = 1;
 
+  MaterialLayers layers;  // of metallic_roughness
+
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;  // false: emission leaves the front only; reflection works on both sides
@@ -110,6 +146,12 @@ struct Material {
   MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
   Rgb conductor_eta{0.2f, 0.92f, 1.1f}, conductor_k{3.9f, 2.45f, 2.14f};  // model == conductor
 };
+
+// Whether a material keeps its inside apart from its outside: light can get in, and there is room for it.
+inline bool bounds_volume(const Material& m) {
+  const bool diffuse = m.model == MaterialModel::metallic_roughness && m.layers.diffuse_transmission > 0;
+  return m.thickness > 0 && (m.transmission > 0 || diffuse);
+}
 
 // ---- geometry ------------------------------------------------------------------------------------------------------
 

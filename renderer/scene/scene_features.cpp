@@ -28,11 +28,12 @@ RoughnessRange roughness_range(const Material& m) {
 }
 
 bool is_lambert(const Material& m) {
-  return m.model == MaterialModel::metallic_roughness && m.metallic == 0 && m.transmission == 0 && m.specular == 0;
+  return m.model == MaterialModel::metallic_roughness && m.metallic == 0 && m.transmission == 0 && m.specular == 0 &&
+         !m.layers.any();
 }
 
 bool absorbs(const Material& m) {
-  return m.transmission > 0 && m.thickness > 0 && m.attenuation_distance < std::numeric_limits<float>::infinity() &&
+  return bounds_volume(m) && m.attenuation_distance < std::numeric_limits<float>::infinity() &&
          m.attenuation_color != Rgb(1, 1, 1);
 }
 
@@ -55,6 +56,13 @@ void add_material(const Material& m, SceneFeatures& f) {
   f.rough_transmission |= m.transmission > 0 && roughness.high * roughness.high >= kDeltaAlpha;
   f.absorption |= absorbs(m);
   f.caustics |= roughness.low <= kFocusRoughness;
+  if (m.model != MaterialModel::metallic_roughness || !m.layers.any()) return;
+  f.layers = true;
+  if (!(m.layers.clearcoat > 0)) return;
+  const float coat_low = m.layers.clearcoat_roughness_texture.present() ? 0.0f : m.layers.clearcoat_roughness;
+  f.normal_maps |= m.layers.clearcoat_normal_texture.present();
+  f.delta_lobes |= coat_low * coat_low < kDeltaAlpha;
+  f.caustics |= coat_low <= kFocusRoughness;
 }
 
 bool lets_light_pass(const Material& m, const TriangleMesh* mesh, const TextureTable& textures) {
@@ -113,6 +121,7 @@ std::vector<std::string> SceneFeatures::names() const {
       {rough_transmission, "rough_transmission"},
       {microfacet, "microfacet"},
       {absorption, "absorption"},
+      {layers, "layers"},
       {textures, "textures"},
       {normal_maps, "normal_maps"},
       {vertex_colors, "vertex_colors"},

@@ -21,6 +21,7 @@ struct SceneFeatures {
   bool rough_transmission = false;
   bool microfacet = false;
   bool absorption = false;          // some volume absorbs
+  bool layers = false;              // clearcoat, sheen, anisotropy, iridescence or diffuse transmission
   bool textures = false;            // any texture lookup while shading
   bool normal_maps = false;
   bool vertex_colors = false;

@@ -3,6 +3,7 @@
 #include "renderer/trace/bsdf_conductor.h"
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/bsdf_metallic_roughness.h"
+#include "renderer/trace/bsdf_stack.h"
 
 namespace helio {
 
@@ -30,6 +31,8 @@ BsdfValue evaluate_from_above(const SurfaceParams& params, const V3f& wo, const 
       return evaluate_layered(specular_glossiness_lobes(params), wo, wi);
     case LobeModel::conductor:
       return evaluate_conductor(params, wo, wi);
+    case LobeModel::stack:
+      return evaluate_stack(params, inside, wo, wi);
     case LobeModel::none:
       break;
   }
@@ -46,6 +49,8 @@ BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u
       return sample_layered(specular_glossiness_lobes(params), wo, u_lobe, u);
     case LobeModel::conductor:
       return sample_conductor(params, wo, u);
+    case LobeModel::stack:
+      return sample_stack(params, inside, wo, u_lobe, u);
     case LobeModel::none:
       break;
   }
@@ -80,6 +85,8 @@ bool is_pure_delta(const SurfaceParams& params) {
       return is_pure_delta(specular_glossiness_lobes(params));
     case LobeModel::conductor:
       return params.alpha < kDeltaAlpha;
+    case LobeModel::stack:
+      return is_pure_delta_stack(params);
     case LobeModel::none:
       break;
   }
@@ -100,6 +107,8 @@ Rgb surface_albedo(const SurfaceParams& params, const V3f& wo) {
       return layered_albedo(specular_glossiness_lobes(params), above);
     case LobeModel::conductor:
       return conductor_albedo(params, above);
+    case LobeModel::stack:
+      return stack_albedo(params, inside, above);
     case LobeModel::none:
       break;
   }

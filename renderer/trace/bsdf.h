@@ -14,7 +14,23 @@ namespace helio {
 inline constexpr float kDeltaAlpha = 1e-3f;
 
 // Which kinds of lobe a material has, after textures are evaluated.
-enum class LobeModel : std::uint8_t { lambert, metallic_roughness, specular_glossiness, conductor, none };
+enum class LobeModel : std::uint8_t { lambert, metallic_roughness, specular_glossiness, conductor, stack, none };
+
+// What may lie on or in a metallic-roughness base (LobeModel::stack); see bsdf_stack.h.
+struct LayerParams {
+  float clearcoat = 0;               // [0, 1]
+  float clearcoat_alpha = 0;         // [0, 1]
+  V3f clearcoat_normal{0, 0, 1};     // unit, local frame
+  Rgb sheen_color{0, 0, 0};          // [0, 1]
+  float sheen_alpha = 0;             // [0, 1]
+  float anisotropy = 0;              // [0, 1]
+  V2f anisotropy_direction{1, 0};    // unit, local frame: along the scratches' blur
+  float iridescence = 0;             // [0, 1]
+  float film_ior = 1.3f;             // >= 1
+  float film_thickness = 0;          // nm, >= 0
+  float diffuse_transmission = 0;    // [0, 1], of the diffuse base
+  Rgb diffuse_transmission_color{1, 1, 1};  // [0, 1]
+};
 
 // A material with its textures already looked up at the hit.
 struct SurfaceParams {
@@ -30,7 +46,14 @@ struct SurfaceParams {
   Rgb specular_color{1, 1, 1};
   Rgb f0{0.04f, 0.04f, 0.04f}; // specular_glossiness
   Rgb eta{1, 1, 1}, k{0, 0, 0};// conductor
+  const LayerParams* layers = nullptr;  // stack: never null, and kept alive by whoever made these
 };
+
+// Whether light may come out on the far side of the surface.
+inline bool lets_light_through(const SurfaceParams& params) {
+  return params.transmission > 0 ||
+         (params.model == LobeModel::stack && params.layers->diffuse_transmission > 0);
+}
 
 struct BsdfSample {
   V3f wi{0, 0, 0};

@@ -39,13 +39,18 @@ GlassFresnel glass_fresnel(const LayeredLobes& lobes, float cos_i) {
   } else {
     s = schlick_term(cos_i);
   }
-  const Rgb reflected = lerp(lobes.glass_f0, lobes.glass_f90, s);
+  Rgb reflected = lerp(lobes.glass_f0, lobes.glass_f90, s);
+  if (lobes.film) {
+    const float outside = lobes.eta < 1 && lobes.passage == Passage::refract ? cos_t : cos_i;
+    reflected = lobes.film->over_glass(reflected, outside);
+  }
   return {reflected, std::max(0.0f, 1 - max_component(reflected)), cos_t};
 }
 
 FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
   FacetResponse response;
   response.reflected = lerp(lobes.r0, lobes.r90, schlick_term(cos_i));
+  if (lobes.film) response.reflected = lobes.film->over_opaque(response.reflected, cos_i);
   if (lobes.passage == Passage::none) return response;
   const GlassFresnel glass = glass_fresnel(lobes, cos_i);
   response.reflected += glass.reflected * lobes.glass;

@@ -24,6 +24,7 @@
 
 #include "renderer/trace/bsdf.h"
 #include "renderer/trace/microfacet.h"
+#include "renderer/trace/thin_film.h"
 
 namespace helio {
 
@@ -52,6 +53,8 @@ struct LayeredLobes {
   // equation" (ior 0) and takes s from Schlick.
   Rgb glass_f0{0, 0, 0};
   float glass_f90 = 1, exact_f0 = 0;
+
+  const ThinFilm* film = nullptr;  // changes the reflection where there is one; lives as long as the lobes do
 };
 
 // wo.z > 0 in all of these.

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "renderer/trace/scene_data.h"
+#include "renderer/trace/surface_layers.h"
 
 namespace helio {
 namespace {
@@ -28,8 +29,32 @@ LobeModel lobe_model(const Material& m) {
     case MaterialModel::metallic_roughness:
       break;
   }
+  if (m.layers.any()) return LobeModel::stack;
   const bool lambert = m.metallic == 0 && m.transmission == 0 && m.specular == 0;
   return lambert ? LobeModel::lambert : LobeModel::metallic_roughness;
+}
+
+LayerParams layer_params(const MaterialLayers& m) {
+  LayerParams p;
+  p.clearcoat = m.clearcoat;
+  p.clearcoat_alpha = sqr(m.clearcoat_roughness);
+  p.sheen_color = m.sheen_color;
+  p.sheen_alpha = sqr(m.sheen_roughness);
+  p.anisotropy = m.anisotropy;
+  p.anisotropy_direction = V2f(std::cos(m.anisotropy_rotation), std::sin(m.anisotropy_rotation));
+  p.iridescence = m.iridescence;
+  p.film_ior = m.iridescence_ior;
+  p.film_thickness = std::min(m.iridescence_thickness_max, kThickestFilm);
+  p.diffuse_transmission = m.diffuse_transmission;
+  p.diffuse_transmission_color = m.diffuse_transmission_color;
+  return p;
+}
+
+bool has_layer_texture(const MaterialLayers& m) {
+  return m.clearcoat_texture.present() || m.clearcoat_roughness_texture.present() || m.sheen_color_texture.present() ||
+         m.sheen_roughness_texture.present() || m.anisotropy_texture.present() || m.iridescence_texture.present() ||
+         m.iridescence_thickness_texture.present() || m.diffuse_transmission_texture.present() ||
+         m.diffuse_transmission_color_texture.present();
 }
 
 }  // namespace
@@ -39,7 +64,7 @@ MaterialRecord make_material_record(const Material& m) {
   SurfaceParams& p = r.params;
   p.model = lobe_model(m);
   p.distribution = m.distribution;
-  p.thin = !(m.transmission > 0 && m.thickness > 0);
+  p.thin = !bounds_volume(m);
   const float roughness = m.model == MaterialModel::specular_glossiness ? 1 - m.glossiness : m.roughness;
   p.alpha = sqr(roughness);
   p.base_color = m.base_color;
@@ -64,7 +89,13 @@ MaterialRecord make_material_record(const Material& m) {
                             m.specular_texture.present() || m.specular_color_texture.present() ||
                             m.transmission_texture.present() || m.specular_glossiness_texture.present();
   r.textured = needs_lookup;
+  if (p.model == LobeModel::stack) {
+    r.layers = layer_params(m.layers);
+    r.layers_textured = has_layer_texture(m.layers);
+    p.layers = &r.layers;
+  }
   r.pure_delta = is_pure_delta(p);
+  p.layers = nullptr;  // records move
   return r;
 }
 

@@ -15,13 +15,13 @@ float sin2_of(const V3f& w) {
 
 // Spherical caps (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"). The cap's sample has
 // z = (1 - u.y) (1 + w.z) - w.z; z + w.z and 1 - z are formed without the subtraction.
-V3f sample_visible_ggx(const V3f& wo, float alpha, const V2f& u) {
-  const V3f w = normalize(V3f(alpha * wo.x, alpha * wo.y, wo.z));
+V3f sample_visible_ggx(const V3f& wo, float alpha_x, float alpha_y, const V2f& u) {
+  const V3f w = normalize(V3f(alpha_x * wo.x, alpha_y * wo.y, wo.z));
   const float z_plus_w = (1 - u.y) * (1 + w.z);
   const float one_minus_z = u.y * (1 + w.z);
   const float one_plus_z = z_plus_w + sin2_of(w) / (1 + w.z);
   const float radius = std::sqrt(one_minus_z * one_plus_z), phi = kTwoPi * u.x;
-  return normalize(V3f(alpha * (radius * std::cos(phi) + w.x), alpha * (radius * std::sin(phi) + w.y), z_plus_w));
+  return normalize(V3f(alpha_x * (radius * std::cos(phi) + w.x), alpha_y * (radius * std::sin(phi) + w.y), z_plus_w));
 }
 
 // Slope along the direction of incidence, of facets with unit roughness that a direction with cotangent `cot` sees:
@@ -64,6 +64,11 @@ V3f sample_visible_beckmann(const V3f& wo, float alpha, const V2f& u) {
       V3f(-alpha * (cos_phi * along - sin_phi * across), -alpha * (sin_phi * along + cos_phi * across), 1.0f));
 }
 
+// Into the frame whose x axis is `along`, and back.
+V3f turned(const V3f& w, const V2f& along) {
+  return {along.x * w.x + along.y * w.y, along.x * w.y - along.y * w.x, w.z};
+}
+
 }  // namespace
 
 float inverse_erf(float x) {
@@ -99,6 +104,10 @@ float Microfacet::normal_density(const V3f& m) const {
   if (!(m.z > 0)) return 0;
   const float a2 = alpha * alpha, cos2 = m.z * m.z, sin2 = sin2_of(m);
   if (distribution == MicrofacetDistribution::ggx) return a2 * kInvPi / sqr(a2 * cos2 + sin2);
+  if (distribution == MicrofacetDistribution::ggx_anisotropic) {
+    const V3f t = turned(m, along);
+    return kInvPi / (alpha_along * alpha_across * sqr(sqr(t.x / alpha_along) + sqr(t.y / alpha_across) + cos2));
+  }
   // exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4); beyond e^-87 a float has nothing left.
   const float exponent = sin2 / (a2 * cos2);
   return exponent < 87 ? std::exp(-exponent) * kInvPi / (a2 * cos2 * cos2) : 0.0f;
@@ -107,14 +116,20 @@ float Microfacet::normal_density(const V3f& m) const {
 float Microfacet::projected_area(const V3f& w) const {
   const float sin2 = sin2_of(w);
   if (distribution == MicrofacetDistribution::ggx) return 0.5f * (w.z + std::sqrt(alpha * alpha * sin2 + w.z * w.z));
+  if (distribution == MicrofacetDistribution::ggx_anisotropic) {
+    const V3f t = turned(w, along);
+    return 0.5f * (w.z + std::sqrt(sqr(alpha_along * t.x) + sqr(alpha_across * t.y) + w.z * w.z));
+  }
   const float spread = alpha * std::sqrt(sin2);
   const float a = spread > 0 ? w.z / spread : std::numeric_limits<float>::infinity();
   return 0.5f * (w.z * (1 + std::erf(a)) + spread * kInvSqrtPi * std::exp(-a * a));
 }
 
 V3f Microfacet::sample_visible_normal(const V3f& wo, const V2f& u) const {
-  return distribution == MicrofacetDistribution::ggx ? sample_visible_ggx(wo, alpha, u)
-                                                     : sample_visible_beckmann(wo, alpha, u);
+  if (distribution == MicrofacetDistribution::ggx) return sample_visible_ggx(wo, alpha, alpha, u);
+  if (distribution == MicrofacetDistribution::beckmann) return sample_visible_beckmann(wo, alpha, u);
+  const V3f m = sample_visible_ggx(turned(wo, along), alpha_along, alpha_across, u);
+  return turned(m, V2f(along.x, -along.y));
 }
 
 }  // namespace helio

@@ -15,6 +15,7 @@
 #include "renderer/trace/path_kernel.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/surface.h"
+#include "renderer/trace/surface_layers.h"
 
 namespace helio {
 
@@ -316,8 +317,8 @@ class PathKernel {
 
     // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
     SurfaceParams params;
+    [[maybe_unused]] float footprint = 0;
     if constexpr (kGeneral) {
-      float footprint = 0;
       if (scene_.mip_mapped) {
         b.cones[i].advance(hit.t);
         footprint = b.cones[i].footprint(dot(surface.geometric_normal, wo_world));
@@ -332,6 +333,12 @@ class PathKernel {
     const V3f geometric_normal = flip ? -surface.geometric_normal : surface.geometric_normal;
     const Frame frame(normal);
     const V3f wo = frame.to_local(wo_world);
+    if constexpr (kGeneral) {
+      if (params.model == LobeModel::stack) {
+        layers_ = evaluate_layers(scene_, hit, wo_world, footprint, surface, frame);
+        params.layers = &layers_;
+      }
+    }
     const Rgb& lambert_albedo = kGeneral ? params.base_color : material.params.base_color;
     const bool lambert = kGeneral ? params.model == LobeModel::lambert : true;
 
@@ -346,7 +353,7 @@ class PathKernel {
     if (!kGeneral && is_black(lambert_albedo)) return false;
 
     // Sample a light and weight it against the BSDF's finding it.
-    const bool transmissive = kGeneral && !lambert && params.transmission > 0;
+    const bool transmissive = kGeneral && !lambert && lets_light_through(params);
     const V3f light_normal =
         transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
     if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
@@ -518,6 +525,7 @@ class PathKernel {
   const LightSampler& lights_;
   const bool has_lights_;
   int shadow_count_ = 0;
+  LayerParams layers_;  // general kernel: of the vertex in hand
   std::uint32_t reversed_index_ = 0;  // of the sample in flight
   TraceStats stats_;
   std::vector<Rgb> film_radiance_;

@@ -8,6 +8,7 @@
 #include "renderer/base/camera_limits.h"
 #include "renderer/base/clock.h"
 #include "renderer/scene/material_slots.h"
+#include "renderer/trace/bsdf_sheen.h"
 #include "renderer/trace/build_memory.h"
 #include "renderer/trace/float_resolution.h"
 #include "renderer/trace/leak_probe.h"
@@ -141,6 +142,10 @@ class Builder {
       data_.materials.push_back(make_material_record(m));
       // Now, not on the first sample that needs them.
       if (!data_.features.only_lambert) prepare_albedo_tables(m.distribution);
+      if (data_.features.layers) {
+        prepare_albedo_tables(MicrofacetDistribution::ggx);
+        prepare_sheen_table();
+      }
     }
     split_objects();
     // Worth an attempt; make_flat_parts() gives it up for meshes that are too fine.

@@ -17,10 +17,12 @@ namespace helio {
 
 // A material with everything that does not depend on the hit worked out.
 struct MaterialRecord {
-  SurfaceParams params;     // complete when !textured
+  SurfaceParams params;     // complete when !textured, but for the pointer to the layers
+  LayerParams layers;       // stack: complete when !layers_textured
   Rgb emission{0, 0, 0};    // radiance factor
   Rgb absorption{0, 0, 0};  // per unit length inside the volume
   bool textured = false;    // some parameter needs a texture or a vertex colour
+  bool layers_textured = false;
   bool normal_mapped = false;
   bool specular = false;  // has a lobe that mirrors, smooth or rough
   bool emissive = false;

@@ -93,6 +93,26 @@ V4f lookup_at(const SceneData& scene, const Hit& hit, const Surface& surface, co
 
 }  // namespace
 
+V4f surface_texel(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
+                  float footprint) {
+  return lookup_at(scene, hit, surface, slot, footprint);
+}
+
+bool surface_tangents(const SceneData& scene, const Hit& hit, const Surface& surface, int uv_set, const V3f& normal,
+                      V3f& tangent, V3f& bitangent) {
+  if (surface.part->mesh) {
+    if (uv_set < 0 || uv_set >= kMaxTexcoordSets) uv_set = 0;
+    return tangent_frame(scene, hit, *surface.part, uv_set, normal, tangent, bitangent);
+  }
+  V3f axis(0, 1, 0);
+  if (hit.instance != kNoHit) axis = scene.instances[hit.instance].direction(axis);
+  tangent = cross(normal, axis);
+  if (!normalizable(tangent)) return false;
+  tangent = normalize(tangent);
+  bitangent = cross(tangent, normal);
+  return true;
+}
+
 // With z along the geometric normal, the normal in the x-z plane at angle f from z and rho e^(i d) the part of wo in
 // that plane, the mirror image r = 2 (n . wo) n - wo has r_z = wo_x sin 2f + wo_z cos 2f = rho cos(2f - d): it falls
 // from wo_z at f = 0 to the least allowed value t at 2f = d + acos(t / rho). (The condition is that of Cycles'
@@ -111,23 +131,22 @@ V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo) 
   return normalize(geometric * std::cos(angle) + x * std::sin(angle));
 }
 
-void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
+V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, const Surface& s,
+                    const TextureSlot* map, float scale) {
   const PartRecord& part = *s.part;
-  if (!part.mesh) return;
   V3f normal = s.geometric_normal;
+  if (!part.mesh) return normal;
   if (part.smooth) {
     V3f n = interpolate(part.mesh->normals, *part.mesh, hit.primitive, s.barycentric);
     if (hit.instance != kNoHit) n = scene.instances[hit.instance].normal(n);
     if (normalizable(n)) normal = normalize(n);
     if (dot(normal, s.geometric_normal) < 0) normal = -normal;
   }
-  if (s.material->normal_mapped) {
-    const Material& material = scene.description.materials[part.material];
+  if (map) {
     V3f tangent, bitangent;
-    if (tangent_frame(scene, hit, part, material.normal_texture.texcoord, normal, tangent, bitangent)) {
-      const V4f texel = lookup_at(scene, hit, s, material.normal_texture, footprint);
-      const V3f local((2 * texel.x - 1) * material.normal_scale, (2 * texel.y - 1) * material.normal_scale,
-                      2 * texel.z - 1);
+    if (tangent_frame(scene, hit, part, map->texcoord, normal, tangent, bitangent)) {
+      const V4f texel = lookup_at(scene, hit, s, *map, footprint);
+      const V3f local((2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1);
       const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
       if (normalizable(mapped)) normal = normalize(mapped);
       // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
@@ -137,8 +156,7 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
   }
   if (s.material->specular) {
     const float facing = s.front ? 1.0f : -1.0f;
-    s.shading_normal = bend_for_reflection(normal * facing, s.geometric_normal * facing, wo) * facing;
-    return;
+    return bend_for_reflection(normal * facing, s.geometric_normal * facing, wo) * facing;
   }
   // Keep the viewer in the upper hemisphere of the shading normal: bend it towards the viewer by the missing amount.
   const float side = s.front ? 1.0f : -1.0f;
@@ -149,7 +167,15 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
     normal = normalizable(bent) ? normalize(bent) : s.geometric_normal;
     if (!(side * dot(normal, wo) > 0) || !(dot(normal, s.geometric_normal) > 0)) normal = s.geometric_normal;
   }
-  s.shading_normal = normal;
+  return normal;
+}
+
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
+  if (!s.part->mesh) return;
+  const Material& material = scene.description.materials[s.part->material];
+  s.shading_normal = normal_with_map(scene, hit, wo, footprint, s,
+                                     s.material->normal_mapped ? &material.normal_texture : nullptr,
+                                     material.normal_scale);
 }
 
 SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {

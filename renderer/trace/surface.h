@@ -81,6 +81,19 @@ SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float fo
 // Emitted radiance of an emissive or unlit surface towards the side that was hit, no light sampler involved.
 Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surface);
 
+// What interpolate_normal() would make the shading normal with this normal map (null: none) instead of the material's.
+V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, const Surface& surface,
+                    const TextureSlot* map, float scale);
+
+// Tangent and bitangent (unit, world space, perpendicular to `normal`) at a hit: the mesh's own, else those of texture
+// coordinates `uv_set`, of spheres along their parallels and meridians. False where there are none.
+bool surface_tangents(const SceneData& scene, const Hit& hit, const Surface& surface, int uv_set, const V3f& normal,
+                      V3f& tangent, V3f& bitangent);
+
+// A texture at a hit; `footprint` as in evaluate_material().
+V4f surface_texel(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
+                  float footprint);
+
 // Texture coordinates at a hit; (0, 0) where the mesh has none.
 V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set);
 

@@ -11,11 +11,12 @@ import sys
 
 import cornell
 import furnace
+import layers
 import meshes
 import veach
 
 SCENES = (cornell.cornell_box, cornell.cornell_glossy, cornell.cornell_spheres, cornell.cornell_covered,
-          veach.veach_plates, furnace.furnace)
+          veach.veach_plates, furnace.furnace, layers.layers)
 MAX_TRIANGLES = 50_000_000
 
 

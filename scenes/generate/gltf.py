@@ -67,8 +67,9 @@ class Scene:
     # ---- materials --------------------------------------------------------------------------------------------------
 
     def add_material(self, name, base_color=(0, 0, 0), metallic=0, roughness=1, specular=None, ior=None,
-                     transmission=None, thickness=None, emission=None, heliograph=None):
-        """emission: radiance per channel, W / (sr m^2). heliograph: the material's extras.heliograph."""
+                     transmission=None, thickness=None, emission=None, heliograph=None, layers=None):
+        """emission: radiance per channel, W / (sr m^2). heliograph: the material's extras.heliograph.
+        layers: further KHR_materials_ extensions by their name without that prefix."""
         material = {
             "name": name,
             "pbrMetallicRoughness": {
@@ -86,6 +87,8 @@ class Scene:
             extensions["KHR_materials_transmission"] = {"transmissionFactor": transmission}
         if thickness is not None:
             extensions["KHR_materials_volume"] = {"thicknessFactor": thickness}
+        for layer, values in (layers or {}).items():
+            extensions["KHR_materials_" + layer] = values
         if emission is not None:
             strength = max(emission)
             material["emissiveFactor"] = [channel / strength for channel in emission]

@@ -42,7 +42,7 @@ TEST_P(OwnScene, HasTheMeanRadianceThatItPromises) {
 
 INSTANTIATE_TEST_SUITE_P(All, OwnScene,
                          testing::Values("cornell-box", "cornell-glossy", "cornell-spheres", "cornell-covered",
-                                         "veach-plates", "furnace"),
+                                         "veach-plates", "furnace", "layers"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), '-', '_');

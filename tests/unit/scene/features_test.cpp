@@ -72,6 +72,31 @@ TEST(SceneFeatures, MaterialsSetTheirBits) {
   EXPECT_EQ(find_scene_features(scene_of(unlit)).names(), Names{});
 }
 
+TEST(SceneFeatures, LayersSetTheirBits) {
+  Material m = lambert();
+  m.layers.clearcoat_roughness = 1;  // of a coat that is not there
+  EXPECT_EQ(find_scene_features(scene_of(m)).names(), Names{"only_lambert"});
+  m.roughness = 1;
+  m.layers.sheen_color = Rgb(0.1f, 0, 0);
+  EXPECT_EQ(find_scene_features(scene_of(m)).names(), (Names{"microfacet", "layers"}));
+  m.layers.clearcoat = 0.5f;
+  EXPECT_EQ(find_scene_features(scene_of(m)).names(), (Names{"microfacet", "layers"}));
+  m.layers.clearcoat_roughness = 0.4f;
+  EXPECT_EQ(find_scene_features(scene_of(m)).names(), (Names{"microfacet", "layers", "caustics"}));
+  m.layers.clearcoat_roughness = 0;
+  EXPECT_EQ(find_scene_features(scene_of(m)).names(), (Names{"delta_lobes", "microfacet", "layers", "caustics"}));
+  // Light that gets in diffusely is absorbed on its way.
+  Material wax;
+  wax.metallic = 0;
+  wax.roughness = 1;
+  wax.thickness = 1;
+  wax.attenuation_distance = 1;
+  wax.attenuation_color = Rgb(0.5f, 0.5f, 0.5f);
+  EXPECT_EQ(find_scene_features(scene_of(wax)).names(), Names{"microfacet"});
+  wax.layers.diffuse_transmission = 1;
+  EXPECT_EQ(find_scene_features(scene_of(wax)).names(), (Names{"microfacet", "absorption", "layers"}));
+}
+
 TEST(SceneFeatures, ARoughnessTextureMayBeAMirror) {
   Material m;
   m.metallic = 1;

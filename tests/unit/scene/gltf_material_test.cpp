@@ -1,4 +1,7 @@
 // Materials, their extensions, textures and samplers; extras.heliograph.
+#include <cmath>
+#include <numbers>
+
 #include "renderer/scene/texture.h"
 #include "tests/unit/scene/gltf_builder.h"
 
@@ -96,6 +99,73 @@ TEST(GltfMaterial, Extensions) {
   EXPECT_EQ(m.attenuation_color, Rgb(.5f, .6f, .7f));
   EXPECT_EQ(m.specular, .25f);
   EXPECT_EQ(m.specular_color, Rgb(1, 2, 3));
+}
+
+TEST(GltfMaterial, Layers) {
+  GltfBuilder file = with_material(json::parse(R"({"extensions": {
+      "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 0},
+        "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": {"index": 0}},
+      "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3], "sheenColorTexture": {"index": 0},
+        "sheenRoughnessFactor": 0.4, "sheenRoughnessTexture": {"index": 0, "texCoord": 1}},
+      "KHR_materials_anisotropy": {"anisotropyStrength": 0.6, "anisotropyRotation": 7,
+        "anisotropyTexture": {"index": 0}},
+      "KHR_materials_iridescence": {"iridescenceFactor": 0.7, "iridescenceIor": 1.8, "iridescenceThicknessMinimum": 50,
+        "iridescenceThicknessMaximum": 900, "iridescenceThicknessTexture": {"index": 0}},
+      "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.8,
+        "diffuseTransmissionTexture": {"index": 0}, "diffuseTransmissionColorFactor": [0.9, 0.8, 0.7],
+        "diffuseTransmissionColorTexture": {"index": 0}}}})"),
+                                   {"KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_anisotropy",
+                                    "KHR_materials_iridescence", "KHR_materials_diffuse_transmission"});
+  add_texture(file);
+  const SceneDescription scene = file.must_load();
+  EXPECT_TRUE(scene.report.warnings.empty());
+  EXPECT_TRUE(scene.report.unread.empty());
+  const MaterialLayers& m = scene.materials.at(0).layers;
+  EXPECT_TRUE(m.any());
+  EXPECT_EQ(m.clearcoat, .5f);
+  EXPECT_EQ(m.clearcoat_roughness, .25f);
+  EXPECT_TRUE(m.clearcoat_texture.present() && m.clearcoat_roughness_texture.present());
+  EXPECT_FALSE(m.clearcoat_normal_texture.present());
+  EXPECT_EQ(m.sheen_color, Rgb(.1f, .2f, .3f));
+  EXPECT_EQ(m.sheen_roughness, .4f);
+  EXPECT_EQ(m.sheen_color_texture.encoding, TexelEncoding::srgb);
+  EXPECT_EQ(m.sheen_roughness_texture.encoding, TexelEncoding::linear);
+  EXPECT_EQ(m.sheen_roughness_texture.texcoord, 1);
+  EXPECT_EQ(m.anisotropy, .6f);
+  EXPECT_NEAR(m.anisotropy_rotation, 7 - 2 * std::numbers::pi, 1e-6);  // a whole turn taken out
+  EXPECT_EQ(m.anisotropy_texture.encoding, TexelEncoding::linear);
+  EXPECT_EQ(m.iridescence, .7f);
+  EXPECT_EQ(m.iridescence_ior, 1.8f);
+  EXPECT_EQ(m.iridescence_thickness_min, 50);
+  EXPECT_EQ(m.iridescence_thickness_max, 900);
+  EXPECT_FALSE(m.iridescence_texture.present());
+  EXPECT_EQ(m.diffuse_transmission, .8f);
+  EXPECT_EQ(m.diffuse_transmission_color, Rgb(.9f, .8f, .7f));
+  EXPECT_EQ(m.diffuse_transmission_texture.encoding, TexelEncoding::linear);
+  EXPECT_EQ(m.diffuse_transmission_color_texture.encoding, TexelEncoding::srgb);
+  EXPECT_FALSE(load_material(json::object()).layers.any());
+}
+
+TEST(GltfMaterial, LayerRangesAreChecked) {
+  const auto error = [](const char* extension, json value) {
+    return with_material({{"extensions", {{extension, std::move(value)}}}}, {extension}).must_fail();
+  };
+  EXPECT_TRUE(contains(error("KHR_materials_clearcoat", {{"clearcoatFactor", 1.5}}),
+                       "KHR_materials_clearcoat/clearcoatFactor: is 1.5, allowed: 0 to 1"));
+  EXPECT_TRUE(contains(error("KHR_materials_sheen", {{"sheenColorFactor", {0, 0, 2}}}), "sheenColorFactor/2: is 2"));
+  EXPECT_TRUE(
+      contains(error("KHR_materials_anisotropy", {{"anisotropyStrength", -0.1}}), "anisotropyStrength: is -0.1"));
+  EXPECT_TRUE(contains(error("KHR_materials_iridescence", {{"iridescenceIor", 0.5}}), "allowed: at least 1"));
+  EXPECT_TRUE(contains(error("KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 2}}),
+                       "diffuseTransmissionFactor: is 2"));
+}
+
+TEST(GltfMaterial, DispersionIsNamedAsIgnored) {
+  const SceneDescription scene =
+      with_material(json::parse(R"({"extensions": {"KHR_materials_dispersion": {"dispersion": 0.3}}})"),
+                    {"KHR_materials_dispersion"})
+          .must_load();
+  EXPECT_TRUE(contains(scene.report.warnings, "optional extension KHR_materials_dispersion is ignored"));
 }
 
 TEST(GltfMaterial, OtherModels) {

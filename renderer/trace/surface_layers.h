@@ -1,0 +1,16 @@
+// The layers of a material at a hit (LobeModel::stack): textures looked up, directions turned into the local frame.
+#pragma once
+
+#include "renderer/trace/surface.h"
+
+namespace helio {
+
+// Thickest film in nm: interference is long gone, and larger numbers would overflow.
+inline constexpr float kThickestFilm = 1e6f;
+
+// `wo`: unit, world space, towards the viewer; `footprint` as in evaluate_material(); `frame` is the local frame of the
+// scattering: its normal is the shading normal, on the side that the caller chose.
+LayerParams evaluate_layers(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
+                            const Surface& surface, const Frame& frame);
+
+}  // namespace helio

@@ -1,0 +1,392 @@
+// Clearcoat, sheen, anisotropy, iridescence and diffuse transmission: sampling, energy, reciprocity, extremes.
+#include "renderer/trace/bsdf_stack.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+
+#include "renderer/trace/bsdf_sheen.h"
+#include "renderer/trace/fresnel.h"
+#include "renderer/trace/thin_film.h"
+#include "renderer/trace/warp.h"
+#include "tests/support/chi_square.h"
+#include "tests/support/random.h"
+#include "tests/unit/trace/layer_cases.h"
+
+namespace helio::test {
+namespace {
+
+constexpr float kCosines[] = {1, 0.6f, 0.2f, 0.05f, 1.75e-5f};
+// What the albedo tables may add: their interpolation error.
+constexpr double kTableError = 0.004;
+
+V3f random_direction(Random& random, float sign) {
+  V3f w = square_to_cosine_hemisphere(random.next_v2f());
+  w.z = std::max(w.z, 1e-3f);
+  w = normalize(w);
+  return {w.x, w.y, sign * w.z};
+}
+
+const std::vector<NamedMaterial>& sampled_materials() {
+  static const std::vector<NamedMaterial> list = layered_materials(0.2f, false);
+  return list;
+}
+
+class StackChiSquare : public testing::TestWithParam<std::size_t> {};
+
+// Shape and mass over the whole sphere; deltas and invalid samples are "elsewhere".
+TEST_P(StackChiSquare, SamplesFollowTheDensity) {
+  constexpr int kSamples = 1'000'000;
+  const NamedMaterial& material = sampled_materials()[GetParam()];
+  const int tests = 2 * int(sampled_materials().size());
+  for (const double angle : {40.0, 85.0}) {
+    SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees");
+    V3f wo = direction_at(angle, 25);
+    if (material.from_inside) wo.z = -wo.z;
+    SphereHistogram histogram(V3f(0, 0, 1), 1, 16, 32);
+    Random random(61);
+    for (int i = 0; i < kSamples; ++i) {
+      const float u_lobe = random.next_float();
+      const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+      sample.valid() && !sample.delta ? histogram.add(sample.wi) : histogram.add_elsewhere();
+    }
+    double mass = 0;
+    const ChiSquareResult result =
+        histogram.test([&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; }, &mass);
+    EXPECT_TRUE(result.passes(kSignificance, tests)) << result.summary() << ", mass " << mass;
+    EXPECT_LE(mass, 1 + 1e-4);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, StackChiSquare, testing::Range(std::size_t(0), sampled_materials().size()),
+                         [](const auto& info) {
+                           std::string name = sampled_materials()[info.param].name;
+                           std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
+                           return name;
+                         });
+
+TEST(BsdfStack, WeightIsValueOverDensity) {
+  for (const float alpha : {0.05f, 0.3f, 1.0f}) {
+    for (const NamedMaterial& material : layered_materials(alpha, false)) {
+      SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
+      Random random(31);
+      int compared = 0;
+      for (int i = 0; i < 2000; ++i) {
+        const V3f wo = random_direction(random, material.from_inside ? -1.0f : 1.0f);
+        const float u_lobe = random.next_float();
+        const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+        if (!sample.valid() || sample.delta) continue;
+        const BsdfValue value = evaluate_bsdf(material.params, wo, sample.wi);
+        ASSERT_NEAR(value.pdf_w / sample.pdf_w, 1, 0.03) << wo << sample.wi;
+        for (int c = 0; c < 3; ++c)
+          ASSERT_NEAR(value.f_cos[c] / value.pdf_w, sample.weight[c], 2e-3 * (1 + sample.weight[c]));
+        ASSERT_EQ(sample.transmitted, wo.z * sample.wi.z < 0);
+        ASSERT_NEAR(length(sample.wi), 1, 1e-5);
+        ++compared;
+      }
+      EXPECT_GT(compared, 300);
+    }
+  }
+}
+
+// f(wo, wi) = f(wi, wo) for reflection, and through thin surfaces. A coat with another normal than its base is left
+// out: its cosines are those of its own normal, as with every shading normal (Veach 1997, 5.3).
+TEST(BsdfStack, IsReciprocal) {
+  for (const float alpha : {0.1f, 0.3f, 1.0f}) {
+    for (const NamedMaterial& material : layered_materials(alpha, false)) {
+      if (material.name == "coat with its own normal") continue;
+      SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
+      const float sign = material.from_inside ? -1.0f : 1.0f;
+      Random random(37);
+      int positive = 0;
+      for (int i = 0; i < 1000; ++i) {
+        const V3f a = random_direction(random, sign), b = random_direction(random, sign);
+        const Rgb ab = evaluate_bsdf(material.params, a, b).f_cos / std::fabs(b.z);
+        const Rgb ba = evaluate_bsdf(material.params, b, a).f_cos / std::fabs(a.z);
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(ab[c], ba[c], 1e-3 * ab[c] + 1e-5);
+        positive += max_component(ab) > 0;
+        if (!material.params.thin) continue;
+        const V3f b_below(b.x, b.y, -b.z), a_below(a.x, a.y, -a.z);
+        const Rgb through = evaluate_bsdf(material.params, a, b_below).f_cos / std::fabs(b.z);
+        const Rgb back = evaluate_bsdf(material.params, b, a_below).f_cos / std::fabs(a.z);
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(through[c], back[c], 1e-3 * through[c] + 1e-5);
+      }
+      EXPECT_GT(positive, 100);
+    }
+  }
+}
+
+// f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2 (Veach 1997, eq. 5.14), with n = 1 outside and 1.5 inside.
+TEST(BsdfStack, RefractionIsReciprocalUpToTheSquaredIndex) {
+  for (const float alpha : {0.1f, 0.5f}) {
+    SurfaceParams clear = glass(MicrofacetDistribution::ggx, alpha, 1.5f, false);
+    LayerParams layers;
+    layers.clearcoat = 0.8f;
+    layers.clearcoat_alpha = 0.1f;
+    layers.sheen_color = {0.3f, 0.2f, 0.1f};
+    layers.sheen_alpha = 0.2f;
+    layers.anisotropy = 0.6f;
+    layers.iridescence = 1;
+    layers.film_thickness = 350;
+    const SurfaceParams params = with_layers(clear, layers);
+    Random random(41);
+    int positive = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const V3f above = random_direction(random, 1), below = random_direction(random, -1);
+      const Rgb down = evaluate_bsdf(params, above, below).f_cos / -below.z;
+      const Rgb up = evaluate_bsdf(params, below, above).f_cos / above.z;
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(down[c] * 2.25f, up[c], 5e-3 * up[c] + 1e-5) << above << below;
+      positive += max_component(down) > 0;
+    }
+    EXPECT_GT(positive, 20);
+  }
+}
+
+struct Furnace {
+  Rgb power{0, 0, 0};
+  double deviation = 0;
+  float largest_weight = 0;
+};
+
+Furnace light_returned(const SurfaceParams& params, const V3f& wo, int count) {
+  Furnace furnace;
+  double sums[3] = {0, 0, 0}, squares = 0;
+  Random random(23);
+  for (int i = 0; i < count; ++i) {
+    const float u_lobe = (i + random.next_float()) / count;
+    const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
+    if (!sample.valid()) continue;
+    const Rgb power = sample.weight * (sample.transmitted ? sqr(sample.eta) : 1.0f);
+    for (int c = 0; c < 3; ++c) sums[c] += power[c];
+    squares += sqr(double(max_component(power)));
+    furnace.largest_weight = std::max(furnace.largest_weight, max_component(power));
+  }
+  for (int c = 0; c < 3; ++c) furnace.power[c] = float(sums[c] / count);
+  furnace.deviation = std::sqrt(squares / count / count);
+  return furnace;
+}
+
+TEST(BsdfStack, NoSurfaceReturnsMoreThanItGets) {
+  for (const float alpha : {0.0f, 0.01f, 0.1f, 0.4f, 1.0f}) {
+    for (const NamedMaterial& material : layered_materials(alpha, true)) {
+      for (const float z : kCosines) {
+        V3f wo = direction_with_z(z);
+        if (material.from_inside) wo.z = -wo.z;
+        SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha) + " cosine " + std::to_string(z));
+        const Furnace furnace = light_returned(material.params, wo, 10'000);
+        EXPECT_LE(max_component(furnace.power), 1 + kTableError + 4 * furnace.deviation);
+        EXPECT_LE(furnace.largest_weight, 12) << "a weight this large is a firefly";
+      }
+    }
+  }
+}
+
+TEST(BsdfStack, FeatureAlbedoIsCloseToTheLightReturned) {
+  for (const NamedMaterial& material : layered_materials(0.2f, false)) {
+    if (material.name.find("film") != std::string::npos || material.name.find("everything") == 0) continue;
+    for (const float z : {1.0f, 0.5f, 0.2f}) {
+      V3f wo = direction_with_z(z);
+      if (material.from_inside) wo.z = -wo.z;
+      SCOPED_TRACE(material.name + " cosine " + std::to_string(wo.z));
+      const Rgb albedo = surface_albedo(material.params, wo);
+      const Furnace furnace = light_returned(material.params, wo, 20'000);
+      const double tolerance = (material.from_inside ? 0.25 : 0.2) + 4 * furnace.deviation;
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(albedo[c], furnace.power[c], tolerance);
+    }
+  }
+}
+
+// What a white furnace gives back over a white base, printed: the table of scenes/README.md.
+TEST(BsdfStack, LossesAreAsDocumented) {
+  constexpr float kCosine[3] = {1, 0.5f, 0.1f};
+  const std::map<std::string, std::array<float, 3>> documented = {
+      {"smooth coat", {0.959f, 0.964f, 0.997f}},
+      {"rough coat", {0.970f, 0.977f, 0.998f}},
+      {"rough coat on beckmann", {0.971f, 0.978f, 0.998f}},
+      {"coat with its own normal", {0.940f, 0.803f, 0.792f}},
+      {"sheen 0.5", {0.868f, 0.964f, 0.998f}},
+      {"sheen 0.25", {0.915f, 0.946f, 0.990f}},
+      {"sheen 1", {0.904f, 0.981f, 0.999f}},
+      {"brushed metal", {0.745f, 0.754f, 0.829f}},
+      {"brushed plastic", {0.996f, 0.990f, 0.951f}},
+      {"brushed glass", {0.974f, 0.869f, 0.661f}},
+      {"brushed glass from inside", {0.805f, 0.683f, 0.537f}},
+      {"leaf", {1.000f, 1.000f, 0.999f}},
+      {"wax", {1.000f, 1.000f, 0.999f}},
+      {"wax from inside", {1.000f, 1.000f, 0.999f}},
+      {"film on plastic", {0.836f, 0.840f, 0.866f}},
+      {"film on metal", {0.948f, 0.894f, 0.863f}},
+      {"film on glass", {0.983f, 0.953f, 0.856f}},
+      {"film on glass from inside", {0.941f, 0.870f, 0.799f}},
+      {"everything, thin", {0.800f, 0.858f, 0.970f}},
+      {"everything, volume", {0.908f, 0.925f, 0.979f}},
+      {"everything, volume from inside", {0.862f, 0.830f, 0.849f}}};
+  std::printf("%-34s  mu = 1   mu = 0.5  mu = 0.1\n", "white furnace, base alpha 0.2");
+  for (const NamedMaterial& material : layered_materials(0.2f, true)) {
+    ASSERT_TRUE(documented.contains(material.name)) << material.name;
+    std::printf("%-34s", material.name.c_str());
+    for (int i = 0; i < 3; ++i) {
+      V3f wo = direction_with_z(kCosine[i]);
+      if (material.from_inside) wo.z = -wo.z;
+      const Furnace furnace = light_returned(material.params, wo, 200'000);
+      const float power = (furnace.power.x + furnace.power.y + furnace.power.z) / 3;
+      std::printf("  %.3f  ", power);
+      EXPECT_NEAR(power, documented.at(material.name)[std::size_t(i)], 0.01) << material.name << ' ' << kCosine[i];
+    }
+    std::printf("\n");
+  }
+}
+
+TEST(BsdfStack, ExtremesAreFinite) {
+  constexpr float kHeights[] = {1,      0.7f, 1e-2f, 1.7453e-5f, 1e-10f, 1e-30f,
+                                1e-44f, 0.0f, -0.0f, -1e-30f,    -0.5f,  -1.0f};
+  constexpr float kVariates[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
+  const auto sane = [](const Rgb& c) { return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0; };
+  for (const float alpha : {0.0f, 1e-4f, 1e-3f, 0.0099f, 0.5f, 1.0f}) {
+    std::vector<NamedMaterial> materials = layered_materials(alpha, false);
+    for (const Rgb& color : {Rgb(0, 0, 0), Rgb(1, 1, 1)}) {
+      for (const float extreme : {0.0f, 1e-40f, 1.0f}) {
+        LayerParams layers;
+        layers.clearcoat = layers.anisotropy = layers.iridescence = layers.diffuse_transmission = extreme;
+        layers.clearcoat_alpha = layers.sheen_alpha = 1 - extreme;
+        layers.sheen_color = layers.diffuse_transmission_color = color;
+        layers.film_ior = 1 + 99 * extreme;
+        layers.film_thickness = extreme * 1e6f;
+        SurfaceParams base = metallic_roughness(MicrofacetDistribution::ggx, alpha);
+        base.base_color = color;
+        materials.push_back({"extreme", with_layers(base, layers)});
+      }
+    }
+    for (const NamedMaterial& material : materials) {
+      for (const float z : kHeights) {
+        SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
+        const V3f wo = direction_with_z(z);
+        ASSERT_TRUE(sane(surface_albedo(material.params, wo)));
+        ASSERT_LE(max_component(surface_albedo(material.params, wo)), 1);
+        for (const float zi : kHeights) {
+          for (const V3f& wi : {direction_with_z(zi), V3f(std::sqrt(1 - zi * zi), 0, zi)}) {
+            const BsdfValue value = evaluate_bsdf(material.params, wo, wi);
+            ASSERT_TRUE(sane(value.f_cos) && std::isfinite(value.pdf_w) && value.pdf_w >= 0) << wo << wi;
+          }
+        }
+        for (const float u_lobe : {0.0f, 0.03f, 0.2f, 0.5f, 0.8f, kOneMinusEpsilon}) {
+          for (const float x : kVariates) {
+            for (const float y : kVariates) {
+              const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, V2f(x, y));
+              ASSERT_TRUE(std::isfinite(sample.pdf_w) && sample.pdf_w >= 0);
+              if (!sample.valid()) continue;
+              ASSERT_TRUE(sane(sample.weight)) << sample.weight;
+              ASSERT_LT(max_component(sample.weight), 200) << wo << u_lobe << ' ' << x << ' ' << y;
+              ASSERT_NEAR(length(sample.wi), 1, 1e-4);
+              ASSERT_EQ(sample.transmitted, (wo.z > 0) != (sample.wi.z > 0)) << wo << sample.wi;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(BsdfStack, PureDeltaMeansThatEvaluationIsZero) {
+  Random random(53);
+  for (const float alpha : {0.0f, 0.3f}) {
+    for (const NamedMaterial& material : layered_materials(alpha, false)) {
+      if (material.from_inside || material.params.transmission == 0) continue;
+      bool always_zero = true;
+      for (int i = 0; i < 400; ++i) {
+        const V3f wo = random_direction(random, 1), wi = random_direction(random, i % 2 ? 1.0f : -1.0f);
+        const BsdfSample sample = sample_bsdf(material.params, wo, random.next_float(), random.next_v2f());
+        if (sample.valid() && !sample.delta) always_zero = false;
+        if (evaluate_bsdf(material.params, wo, wi).pdf_w > 0) always_zero = false;
+      }
+      EXPECT_EQ(is_pure_delta(material.params), always_zero) << material.name << ' ' << alpha;
+    }
+  }
+}
+
+// No layer at all is the plain model.
+TEST(BsdfStack, WithoutLayersItIsTheBase) {
+  Random random(71);
+  for (const NamedMaterial& base : materials_at(MicrofacetDistribution::ggx, 0.3f)) {
+    if (base.params.model != LobeModel::metallic_roughness) continue;
+    const SurfaceParams stack = with_layers(base.params, LayerParams{});
+    for (int i = 0; i < 500; ++i) {
+      const V3f wo = random_direction(random, base.from_inside ? -1.0f : 1.0f);
+      const V3f wi = random_direction(random, i % 2 ? 1.0f : -1.0f);
+      const BsdfValue a = evaluate_bsdf(base.params, wo, wi), b = evaluate_bsdf(stack, wo, wi);
+      ASSERT_EQ(a.f_cos, b.f_cos) << base.name;
+      ASSERT_EQ(a.pdf_w, b.pdf_w) << base.name;
+    }
+  }
+}
+
+// The coat's value by the formula of its extension, computed from the definitions: c D F G1 G1 / (4 cos cos), F = 0.04
+// + 0.96 (1 - cos)^5, here in the mirror direction of 60 degrees, where m is the normal: D = 1 / (pi alpha^2).
+TEST(BsdfStack, CoatOverBlackIsItsFormula) {
+  SurfaceParams black = metallic_roughness(MicrofacetDistribution::ggx, 1);
+  black.base_color = {0, 0, 0};
+  black.specular = 0;
+  LayerParams coat;
+  coat.clearcoat = 0.5f;
+  coat.clearcoat_alpha = 0.2f;
+  const V3f wo = direction_at(60, 0), wi = direction_at(60, 180);
+  const double a2 = 0.04, cosine = 0.5, tan2 = 3;
+  const double g1 = 2 / (1 + std::sqrt(1 + a2 * tan2));
+  const double fresnel = 0.04 + 0.96 * std::pow(0.5, 5);
+  const double f = 0.5 * fresnel * g1 * g1 / (std::numbers::pi * a2) / (4 * cosine * cosine);
+  EXPECT_NEAR(evaluate_bsdf(with_layers(black, coat), wo, wi).f_cos.x, f * cosine, 1e-4 * f);
+}
+
+TEST(Sheen, TableIsAtLeastTheAlbedoAndCloseToIt) {
+  for (const float alpha : {0.01f, 0.04f, 0.1f, 0.3f, 1.0f}) {
+    for (const float mu : {0.02f, 0.1f, 0.4f, 0.8f, 1.0f}) {
+      const V3f wo(std::sqrt(1 - mu * mu), 0, mu);
+      const double albedo = integrate_sphere(
+          SphereMap(V3f(0, 0, 1), 1), [&](const V3f& wi) { return wi.z > 0 ? evaluate_sheen(alpha, wo, wi) : 0.0f; },
+          1e-6);
+      const double table = sheen_albedo(alpha, mu);
+      EXPECT_LE(albedo, 1.01 * std::min(1.0, table) + 2e-3) << alpha << ' ' << mu;
+      // Where E stays below 1 for all directions the lobe is D V itself: E is its albedo.
+      if (sheen_albedo(alpha, 0) >= 1) continue;
+      EXPECT_NEAR(albedo, table, 0.01 * table + 2e-3) << alpha << ' ' << mu;
+    }
+  }
+}
+
+// alpha = 1, mu = 1: D V = (3 / 2 pi) sin(m) / 4, m at half the angle of wi:
+// E = 2 pi int 3 / (8 pi) sqrt((1 - z) / 2) z dz = 3 / (4 sqrt 2) int sqrt(1 - z) z dz = 3 / (4 sqrt 2) (2/3 - 2/5).
+TEST(Sheen, KnownInClosedForm) {
+  EXPECT_NEAR(sheen_albedo(1, 1), 0.2 / std::sqrt(2.0), 5e-4);
+}
+
+// Thick films do not interfere: R = r12 + t^2 r23 / (1 - r12 r23), the sum over all bounces.
+TEST(ThinFilm, ThickFilmsAddIntensities) {
+  for (const float cosine : {1.0f, 0.5f}) {
+    for (const float f0 : {0.02f, 0.3f, 0.9f}) {
+      const double ior = 1.4, c2 = std::sqrt(1 - (1 - double(cosine) * cosine) / (ior * ior));
+      const auto schlick = [](double r0, double c) { return r0 + (1 - r0) * std::pow(1 - c, 5); };
+      const double base = (1 + std::sqrt(f0)) / (1 - std::sqrt(f0)) / ior;
+      const double r12 = schlick(std::pow((ior - 1) / (ior + 1), 2), cosine);
+      const double r23 = schlick(std::pow((base - 1) / (base + 1), 2), c2);
+      const double expected = r12 + (1 - r12) * (1 - r12) * r23 / (1 - r12 * r23);
+      const Rgb film = thin_film_reflectance(cosine, 1.4f, 1e6f, Rgb(f0, f0, f0));
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(film[c], expected, 1e-4) << cosine << ' ' << f0;
+    }
+  }
+}
+
+// Air to film to a denser base: both reflections turn the phase by half a wave. At a quarter wave (550 nm / 4 / 1.38 =
+// 100 nm, the coating of lenses) they cancel in green; ior 1.38 on f0 0.043 (ior 1.52) leaves about 1.3 %, bare 4.3 %.
+TEST(ThinFilm, QuarterWaveCoatingOfLensesReducesReflection) {
+  const Rgb coated = thin_film_reflectance(1, 1.38f, 100, Rgb(0.0426f, 0.0426f, 0.0426f));
+  EXPECT_GT(coated.y, 0.005f);
+  EXPECT_LT(coated.y, 0.022f);
+  const Rgb half_wave = thin_film_reflectance(1, 1.38f, 200, Rgb(0.0426f, 0.0426f, 0.0426f));
+  EXPECT_GT(half_wave.y, 0.03f);
+}
+
+}  // namespace
+}  // namespace helio::test
