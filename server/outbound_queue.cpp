@@ -29,7 +29,7 @@ void OutboundQueue::push(const FrameBegin& begin) {
   if (closed_ || begin.tag.revision < min_revision_) return;
   retire_frame();
   min_revision_ = begin.tag.revision;
-  frame_.emplace();
+  frame_ = Frame();
   frame_->begin = begin;
 }
 

@@ -167,7 +167,7 @@ bool StreamReader::wait_for(const std::function<bool(const pb::StreamResponse&)>
     for (; looked_at < messages_.size() && found < n; ++looked_at) found += wanted(messages_[looked_at]);
     return found >= n || over_;
   };
-  arrived_.wait_for(lock, std::chrono::seconds(10), look);
+  arrived_.wait_for(lock, std::chrono::seconds(10 * kPatience), look);
   return found >= n;
 }
 
@@ -181,7 +181,7 @@ bool StreamReader::wait_for_tiles(int n) {
 
 void StreamReader::wait_for_end() {
   std::unique_lock lock(mutex_);
-  EXPECT_TRUE(arrived_.wait_for(lock, std::chrono::seconds(20), [&] { return over_; })) << "the stream did not end";
+  EXPECT_TRUE(arrived_.wait_for(lock, std::chrono::seconds(20 * kPatience), [&] { return over_; })) << "the stream did not end";
 }
 
 std::vector<pb::StreamResponse> StreamReader::messages() const {
@@ -197,7 +197,7 @@ std::vector<double> StreamReader::times() const {
 // ---- StreamClient --------------------------------------------------------------------------------------------------
 
 StreamClient::StreamClient(pb::RenderService::Stub& stub) {
-  context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30 * kPatience));
   stream_ = stub.StreamFrames(&context_);
 }
 
@@ -324,7 +324,7 @@ void expect_status(const grpc::Status& status, grpc::StatusCode code, const std:
 }
 
 bool eventually(const std::function<bool()>& condition, double seconds) {
-  const double deadline = now_s() + seconds;
+  const double deadline = now_s() + seconds * kPatience;
   while (!condition()) {
     if (now_s() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -127,6 +127,13 @@ class ServiceTest : public testing::Test {
 // The status has this code and its message contains each of the parts.
 void expect_status(const grpc::Status& status, grpc::StatusCode code, const std::vector<std::string>& parts);
 
+// By how much longer than usual a test waits: the thread sanitizer slows code down five to fifteen times.
+#ifdef __SANITIZE_THREAD__
+inline constexpr int kPatience = 10;
+#else
+inline constexpr int kPatience = 1;
+#endif
+
 // Polls until true; false after `seconds`.
 bool eventually(const std::function<bool()>& condition, double seconds = 5);
 

@@ -34,8 +34,7 @@ TEST(CameraPlace, NarrowestAndWidestFieldsOfView) {
 }
 
 // On the wall, which here is a light, and in its corners, rays start in the plane of what they may hit: they see that
-// at once (1, and less than the room reflects) or the room. No sample is invalid, none darker than the light or brighter
-// than the room.
+// at once (1, and less than the room reflects) or the room. No sample is invalid; the mean lies between the two.
 TEST(CameraPlace, OnALightAndInACorner) {
   const auto room = emitting_room();
   for (const V3d& place : {V3d(-1, 0.1, 0.2), V3d(-1, -1, 0.2), V3d(-1, -1, -1)}) {

@@ -1,6 +1,6 @@
 // Hard case 3: closed rooms let no light in and lit surfaces do not shade themselves, in four million camera samples at
-// each place and size (1.5 million samples of rooms where the scene is made of instances). Every single sample is looked
-// at: one that leaks or shades itself fails the test.
+// each place and size (1.5 million in rooms made of instances). Every single sample is looked at: one that leaks or
+// shades itself fails the test.
 #include <gtest/gtest.h>
 
 #include <cmath>

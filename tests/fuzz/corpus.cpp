@@ -1,0 +1,184 @@
+// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages and DIR/tile, each a few hundred bytes.
+//
+// usage: helio_fuzz_corpus DIR
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "heliograph/v1/frame_stream.pb.h"
+#include "heliograph/v1/job.pb.h"
+#include "heliograph/v1/types.pb.h"
+#include "renderer/codec/tile_codec.h"
+
+namespace {
+
+namespace pb = heliograph::v1;
+using nlohmann::json;
+
+void write(const std::filesystem::path& path, const std::string& bytes) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), std::streamsize(bytes.size()));
+  if (!file.flush()) {
+    std::fprintf(stderr, "helio_fuzz_corpus: cannot write %s\n", path.c_str());
+    std::exit(1);
+  }
+}
+
+// ---- glTF ----------------------------------------------------------------------------------------------------------
+
+json triangle() {
+  json root;
+  root["asset"]["version"] = "2.0";
+  root["buffers"] = {{{"byteLength", 36}}};
+  root["bufferViews"] = {{{"buffer", 0}, {"byteLength", 36}}};
+  root["accessors"] = {{{"bufferView", 0},
+                        {"componentType", 5126},
+                        {"count", 3},
+                        {"type", "VEC3"},
+                        {"min", {0, 0, 0}},
+                        {"max", {1, 1, 0}}}};
+  root["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", 0}}}}}}}};
+  root["nodes"] = {{{"mesh", 0}}};
+  root["scenes"] = {{{"nodes", {0}}}};
+  return root;
+}
+
+// (0 0 0) (1 0 0) (0 1 0), little endian.
+std::string corner_bytes() {
+  std::string bytes(36, '\0');
+  bytes.replace(12, 4, std::string("\0\0\x80\x3f", 4));
+  bytes.replace(28, 4, std::string("\0\0\x80\x3f", 4));
+  return bytes;
+}
+
+std::string u32(std::size_t value) {
+  std::string bytes;
+  for (int i = 0; i < 4; ++i) bytes += char(value >> (8 * i));
+  return bytes;
+}
+
+std::string glb(const json& root) {
+  std::string text = root.dump(), bin = corner_bytes();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  return "glTF" + u32(2) + u32(28 + text.size() + bin.size()) + u32(text.size()) + "JSON" + text + u32(bin.size()) +
+         std::string("BIN\0", 4) + bin;
+}
+
+void write_gltf(const std::filesystem::path& folder) {
+  json root = triangle();
+  write(folder / "triangle.glb", glb(root));
+  // The same with its bytes in the JSON: three corners in base64.
+  root["buffers"][0]["uri"] =
+      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+  write(folder / "triangle.gltf", root.dump());
+  root["materials"] = json::parse(R"([{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0, 0.5],
+      "roughnessFactor": 0}, "alphaMode": "MASK", "emissiveFactor": [1, 1, 1],
+    "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.3},
+      "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2}}}])");
+  root["meshes"][0]["primitives"][0]["material"] = 0;
+  root["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume",
+                            "KHR_lights_punctual"};
+  root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}, {"spot", json::object()}}};
+  root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}])");
+  root["nodes"][0]["children"] = {1, 2};
+  root["nodes"].push_back({{"translation", {0, 0, 3}},
+                           {"camera", 0},
+                           {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  root["nodes"].push_back({{"scale", {100, -1, 0.5}}, {"mesh", 0}});
+  write(folder / "material_light_camera.gltf", root.dump());
+  root = triangle();
+  root["accessors"].push_back({{"bufferView", 0}, {"componentType", 5126}, {"count", 2}, {"type", "SCALAR"},
+                               {"min", {0}}, {"max", {0}}});
+  root["accessors"].push_back({{"bufferView", 0}, {"componentType", 5126}, {"count", 2}, {"type", "VEC3"}});
+  root["accessors"][0]["sparse"] = {{"count", 1},
+                                    {"indices", {{"bufferView", 0}, {"componentType", 5121}}},
+                                    {"values", {{"bufferView", 0}}}};
+  root["animations"] = {{{"samplers", {{{"input", 1}, {"output", 2}}}},
+                         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
+  root["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
+  root["meshes"][0]["weights"] = {0.5};
+  write(folder / "sparse_animation_morph.glb", glb(root));
+}
+
+// ---- messages ------------------------------------------------------------------------------------------------------
+
+pb::View view() {
+  pb::View v;
+  v.set_id(7);
+  pb::CameraView& camera = *v.mutable_camera();
+  camera.mutable_position()->set_z(3);
+  camera.mutable_look_at()->mutable_target()->set_x(1);
+  camera.mutable_look_at()->mutable_up()->set_y(1);
+  camera.set_vertical_fov(0.7);
+  return v;
+}
+
+pb::RenderSettings settings() {
+  pb::RenderSettings s;
+  s.set_width(640);
+  s.set_height(360);
+  s.set_seed(3);
+  return s;
+}
+
+void write_messages(const std::filesystem::path& folder) {
+  // The first byte is the choice that fuzz_messages.cpp makes.
+  const auto message = [&](char choice, const char* name, const google::protobuf::Message& m) {
+    write(folder / name, std::string(1, choice) + m.SerializeAsString());
+  };
+  message(0, "view", view());
+  message(1, "settings", settings());
+  pb::Budget budget;
+  budget.set_time_s(2);
+  budget.set_error(0.1);
+  message(2, "budget", budget);
+  pb::TileFormat format;
+  message(3, "format", format);
+  pb::StreamRequest request;
+  *request.mutable_view() = view();
+  message(4, "stream", request);
+  pb::RunJobRequest job;
+  job.set_scene_id("scene");
+  *job.mutable_settings() = settings();
+  *job.mutable_budget() = budget;
+  message(5, "job", job);
+}
+
+// ---- tiles ---------------------------------------------------------------------------------------------------------
+
+void write_tiles(const std::filesystem::path& folder) {
+  using namespace helio;
+  constexpr int kWidth = 9, kHeight = 5;
+  std::vector<float> values(kWidth * kHeight);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = float(i * i % 17) * 0.25f;
+  const TileChannel channels[] = {{"R", values.data()}, {"variance.R", values.data(), true, true}};
+  const TileHeader header{{16, 8, 16 + kWidth, 8 + kHeight}, 64, 32};
+  const std::pair<const char*, TileCompression> kinds[] = {
+      {"none.exr", TileCompression::none}, {"rle.exr", TileCompression::rle}, {"zips.exr", TileCompression::zips},
+      {"zip.exr", TileCompression::zip},   {"piz.exr", TileCompression::piz}, {"dwaa.exr", TileCompression::dwaa}};
+  for (const auto& [name, compression] : kinds) {
+    const auto bytes = encode_tile(header, channels, {TilePixelType::half, compression});
+    if (!bytes) {
+      std::fprintf(stderr, "helio_fuzz_corpus: %s\n", bytes.error().to_string().c_str());
+      std::exit(1);
+    }
+    write(folder / name, {bytes->begin(), bytes->end()});
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: helio_fuzz_corpus DIR\n");
+    return 2;
+  }
+  const std::filesystem::path folder = argv[1];
+  write_gltf(folder / "gltf");
+  write_messages(folder / "messages");
+  write_tiles(folder / "tile");
+  return 0;
+}
