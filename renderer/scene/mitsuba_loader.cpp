@@ -35,13 +35,14 @@ void read_scene(LoadContext& context, bool own_environment) {
     const std::string& tag = element.tag;
     if (tag == "shape")
       shapes.read(element);
-    else if (tag == "emitter")
+    else if (tag == "emitter" && element.type != "area")  // those are for shapes to refer to
       read_emitter(element, own_environment, context);
     else if (tag == "sensor")
       read_sensor(element, context);
     else if (tag == "integrator")
       read_integrator(element, context);
-    else if (tag != "bsdf" && tag != "texture" && tag != "spectrum" && tag != "rgb" && tag != "float")
+    else if (tag != "bsdf" && tag != "texture" && tag != "spectrum" && tag != "rgb" && tag != "float" &&
+             tag != "emitter")
       context.diagnostics.warn(element.place, "<" + tag + "> is ignored");
   }
 }

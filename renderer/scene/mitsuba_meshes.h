@@ -1,8 +1,8 @@
 // Mesh files: Wavefront OBJ, PLY (ascii and binary) and Mitsuba's own serialized format.
 //
 // The parsers are pure functions of the bytes. Sizes are checked against what the file holds before memory is taken;
-// indices are checked against the vertices. Polygons become fans. Errors, without `where`: invalid_argument with line or
-// byte, resource_exhausted.
+// indices are checked against the vertices. Polygons become fans. Errors, without `where`: invalid_argument with line
+// or byte, resource_exhausted.
 #pragma once
 
 #include <span>

@@ -123,7 +123,8 @@ class PlyParser {
 
   bool read_number(Number type, double& out) {
     if (encoding_ == Encoding::ascii) {
-      while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\r' || text_[at_] == '\t'))
+      while (at_ < text_.size() &&
+             (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\r' || text_[at_] == '\t'))
         ++at_;
       const auto [end, code] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), out);
       if (code == std::errc::invalid_argument) return fail("a number is missing");

@@ -47,7 +47,8 @@ TriangleMesh disk_mesh() {
   for (int i = 0; i < kSegments; ++i) {
     const Imath::V2d a = on_circle(i), b = on_circle(i + 1);
     const std::uint32_t first = std::uint32_t(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, V3f(float(a.x), float(a.y), 0), V3f(float(b.x), float(b.y), 0)});
+    mesh.positions.insert(mesh.positions.end(),
+                          {V3f(0, 0, 0), V3f(float(a.x), float(a.y), 0), V3f(float(b.x), float(b.y), 0)});
     const float from = float(i) / kSegments, to = float(i + 1) / kSegments;
     mesh.texcoords[0].insert(mesh.texcoords[0].end(), {V2f(0, 0.5f * (from + to)), V2f(1, from), V2f(1, to)});
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2});

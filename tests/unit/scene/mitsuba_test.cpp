@@ -38,6 +38,13 @@ void expect_error(const std::string& body, ErrorCode code, const std::string& wh
   EXPECT_NE(result.error().message.find(part), std::string::npos) << result.error().to_string();
 }
 
+TEST(MitsubaLoader, AreaLightsMayBeDefinedForShapesToReferTo) {
+  const SceneDescription s = loaded(
+      "<emitter type='area' id='lamp'><rgb name='radiance' value='3'/></emitter>"
+      "<shape type='cube'><ref id='lamp'/></shape>");
+  EXPECT_EQ(s.materials[0].emission, Rgb(3, 3, 3));
+}
+
 TEST(MitsubaLoader, TransformsApplyInTheOrderWritten) {
   // (1, 0, 0) scaled to (2, 0, 0), turned about z to (0, 2, 0), moved to (0, 2, 5).
   const SceneDescription s = loaded(
