@@ -11,6 +11,7 @@
 
 #include "client/environment_text.h"
 #include "client/gltf_uris.h"
+#include "client/mitsuba_files.h"
 
 namespace helio {
 
@@ -27,7 +28,8 @@ std::uint32_t little_endian(const char* at) {
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t(bytes[3]) << 24;
 }
 
-// Names in the JSON of the file, whichever of the two containers it is; nothing for other formats.
+// Names in the JSON of a glTF file, whichever of the two containers it is, or in Mitsuba's XML; nothing for other
+// formats.
 std::vector<std::string> uris_of(const std::string& path, std::uint64_t bytes) {
   std::ifstream file(path, std::ios::binary);
   std::array<char, kGlbHeaderBytes> header{};
@@ -46,6 +48,10 @@ std::vector<std::string> uris_of(const std::string& path, std::uint64_t bytes) {
   file >> std::ws;
   if (static_cast<unsigned char>(file.peek()) == 0xEF) file.ignore(3);  // byte order mark
   file >> std::ws;
+  if (file.peek() == '<') {
+    const std::string folder = fs::path(path).parent_path().string();
+    return find_mitsuba_files(path, folder.empty() ? "" : folder + "/");
+  }
   return file.peek() == '{' ? find_gltf_uris(file) : std::vector<std::string>{};
 }
 

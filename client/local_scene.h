@@ -23,8 +23,8 @@ struct LocalScene {
   std::uint64_t total_bytes() const;
 };
 
-// The scene file and every file that its "uri"s name (for .gltf and for the JSON of a .glb). Names that leave the
-// scene's folder and files that do not exist are left out: the server, which knows whether they matter, reports them.
+// The scene file and every file that it names ("uri"s of .gltf and of the JSON of a .glb, "filename"s of .xml).
+// Names that leave the scene's folder and files that do not exist are left out: the server, which knows whether they matter, reports them.
 // `environment`: empty, "R,G,B" (see environment_text.h), or a map on this disk, which joins the bundle.
 // Errors: not_found (scene file), invalid_argument (environment; where is "environment").
 Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment);

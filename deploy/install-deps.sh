@@ -2,9 +2,10 @@
 # Installs the Debian packages that Heliograph is built from and tested with: Debian 12 or 13, as root or through sudo.
 # Asks dpkg first and leaves apt alone when nothing is missing.
 #
-# usage: deploy/install-deps.sh [--with-bench] [--print]
+# usage: deploy/install-deps.sh [--with-bench] [--with-fuzz] [--print]
 #   --with-bench  also what the benches' optional peers need: Blender, and LLVM 19 for Mitsuba, which itself comes by
 #                 pip into a virtual environment
+#   --with-fuzz   also what the fuzzers are built with
 #   --print       only prints the names of the packages
 set -euo pipefail
 
@@ -13,21 +14,22 @@ packages=(
   ca-certificates ccache cmake g++ ninja-build protobuf-compiler protobuf-compiler-grpc python3
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
   libcli11-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
-  libopenimageio-dev libprotobuf-dev libspdlog-dev libssl-dev libtbb-dev nlohmann-json3-dev zlib1g-dev
+  libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libssl-dev libtbb-dev nlohmann-json3-dev
+  zlib1g-dev
   # tests and benches; the tests read our files with exrheader and oiiotool
   libbenchmark-dev libgtest-dev openexr openimageio-tools
-  # fuzzers
-  clang libclang-rt-dev
 )
+fuzz_packages=(clang libclang-rt-dev)
 bench_packages=(blender python3-numpy python3-venv libllvm19)
 
 print=false
 for argument in "$@"; do
   case $argument in
     --with-bench) packages+=("${bench_packages[@]}") ;;
+    --with-fuzz) packages+=("${fuzz_packages[@]}") ;;
     --print) print=true ;;
-    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
-    *) echo "install-deps: unknown argument '$argument'; allowed: --with-bench, --print" >&2; exit 2 ;;
+    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "install-deps: unknown argument '$argument'; allowed: --with-bench, --with-fuzz, --print" >&2; exit 2 ;;
   esac
 done
 if $print; then

@@ -39,7 +39,8 @@ void report(const pb::LoadSceneResponse& response, Terminal& terminal) {
 }  // namespace
 
 void add_scene_options(CLI::App& app, SceneOptions& options) {
-  add_text(app, options.file, "FILE", "", "Scene: glTF 2.0 (.gltf with its files, or .glb). Required");
+  add_text(app, options.file, "FILE", "",
+           "Scene: glTF 2.0 (.gltf with its files, or .glb) or Mitsuba (.xml with its files). Required");
   add_text(app, options.environment, "--environment", "FILE.exr|R,G,B",
            "Light from everywhere: a latitude-longitude map, or a constant radiance, each number in [0, 3.4e38]. Sets "
            "or replaces the scene's own");

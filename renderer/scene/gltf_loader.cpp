@@ -351,7 +351,8 @@ Result<SceneDescription> load_gltf(std::span<const std::uint8_t> file, const std
   return scene;
 }
 
-Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> gltf_bytes, std::string_view name) {
+Result<std::vector<std::string>> gltf_referenced_files(std::span<const std::uint8_t> gltf_bytes,
+                                                       std::string_view name) {
   using namespace gltf;
   const std::string file(name);
   Result<Container> container = open_container(gltf_bytes, file, file.ends_with(".glb"));

@@ -26,4 +26,8 @@ namespace helio {
 Result<SceneDescription> load_gltf(std::span<const std::uint8_t> file, const std::string& path,
                                    const FileSource& source, const SceneLoadOptions& options, MemoryBudget& budget);
 
+// referenced_files() of a glTF file.
+Result<std::vector<std::string>> gltf_referenced_files(std::span<const std::uint8_t> gltf_bytes,
+                                                       std::string_view name);
+
 }  // namespace helio

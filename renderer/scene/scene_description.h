@@ -141,6 +141,7 @@ struct Material {
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;  // false: emission leaves the front only; reflection works on both sides
+  bool one_sided = false;     // Mitsuba: reflects on its front only, black from behind
 
   // extras.heliograph
   MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
@@ -193,6 +194,10 @@ struct Instance {
 
 enum class PunctualKind : std::uint8_t { point, spot, directional };
 
+// From the inner cone to the outer one: KHR_lights_punctual's square of a ramp in the cosine, or Mitsuba's ramp in the
+// angle.
+enum class SpotFalloff : std::uint8_t { squared_cosine, linear_in_angle };
+
 struct PunctualLight {
   std::string name;
   PunctualKind kind = PunctualKind::point;
@@ -202,6 +207,7 @@ struct PunctualLight {
   Rgb intensity{1, 1, 1};
   float range = std::numeric_limits<float>::infinity();  // KHR_lights_punctual "range": windowing distance
   float inner_cone_angle = 0, outer_cone_angle = kPi / 4;  // spot, half angles
+  SpotFalloff falloff = SpotFalloff::squared_cosine;
 };
 
 struct Environment {

@@ -6,6 +6,8 @@
 #include "renderer/scene/environment.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_loader.h"
+#include "renderer/scene/mitsuba_document.h"
+#include "renderer/scene/mitsuba_loader.h"
 
 namespace helio {
 
@@ -32,6 +34,13 @@ bool has_light(const SceneDescription& scene) {
 
 }  // namespace
 
+Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> scene_bytes, std::string_view name) {
+  const std::string file(name);
+  if (!looks_like_gltf(scene_bytes, file) && looks_like_mitsuba(scene_bytes, file))
+    return mitsuba::mitsuba_file_names(scene_bytes, file);
+  return gltf_referenced_files(scene_bytes, name);
+}
+
 Result<SceneDescription> load_scene(const FileSource& source, const std::string& path,
                                     const SceneLoadOptions& options) {
   MemoryBudget budget(options.max_memory_bytes);
@@ -39,10 +48,13 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
   if (!file.ok()) return file.error();
   budget.add_source_file(path, file->size());
   if (Status s = budget.reserve(file->size(), path); !s.ok()) return s.error();
-  if (!looks_like_gltf(*file, path))
-    return Error{ErrorCode::invalid_argument, "the format is not known; glTF 2.0 (.gltf, .glb) is", path + "@0"};
+  const bool gltf = looks_like_gltf(*file, path);
+  if (!gltf && !looks_like_mitsuba(*file, path))
+    return Error{ErrorCode::invalid_argument, "the format is not known; glTF 2.0 (.gltf, .glb) and Mitsuba (.xml) are",
+                 path + "@0"};
 
-  Result<SceneDescription> loaded = load_gltf(*file, path, source, options, budget);
+  Result<SceneDescription> loaded = gltf ? load_gltf(*file, path, source, options, budget)
+                                         : load_mitsuba(*file, path, source, options, budget);
   if (!loaded.ok()) return loaded;
   SceneDescription& scene = *loaded;
   if (!options.environment.empty()) {

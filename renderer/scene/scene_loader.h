@@ -42,12 +42,15 @@ struct SceneLoadOptions {
   const FileSource* environment_source = nullptr;
 };
 
-// Loads `path` from `source`; the format follows the content (GLB magic, JSON) and then the extension.
-// Errors: invalid_argument (broken file; `where` is "file/json/pointer" or "file@byte"), unimplemented (required
+// Loads `path` from `source`; the format (glTF or Mitsuba XML) follows the content and then the
+// extension.
+// Errors: invalid_argument (broken file; `where` is "file/json/pointer",
+// "file@byte" or "file:line"), unimplemented (required
 // extension, named), not_found, permission_denied, resource_exhausted.
 Result<SceneDescription> load_scene(const FileSource& source, const std::string& path, const SceneLoadOptions& options);
 
-// Relative paths of the other files that a .gltf refers to (buffers, images), for clients that upload a bundle.
-Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> gltf_bytes, std::string_view name);
+// Relative paths of the other files that a scene file refers to (buffers, images, meshes, includes), for clients that
+// upload a bundle. An included file's own references are found by asking again with its bytes.
+Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> scene_bytes, std::string_view name);
 
 }  // namespace helio

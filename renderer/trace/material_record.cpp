@@ -81,6 +81,7 @@ MaterialRecord make_material_record(const Material& m) {
   r.emission = r.unlit ? m.base_color : m.emission;
   r.emissive = !is_black(r.emission);
   r.double_sided = m.double_sided;
+  r.one_sided = m.one_sided;
   r.volume = !p.thin;
   r.absorption = r.volume ? absorption_coefficient(m) : Rgb(0, 0, 0);
   r.normal_mapped = m.normal_texture.present();

@@ -342,10 +342,12 @@ class PathKernel {
     const Rgb& lambert_albedo = kGeneral ? params.base_color : material.params.base_color;
     const bool lambert = kGeneral ? params.model == LobeModel::lambert : true;
 
+    const bool black = material.one_sided && !surface.front;
     if (vertex == 1) {
-      b.first[i] = {lambert ? lambert_albedo : surface_albedo(params, wo), normal, hit.t, instance_name(hit),
-                    hit.primitive};
+      const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? lambert_albedo : surface_albedo(params, wo);
+      b.first[i] = {albedo, normal, hit.t, instance_name(hit), hit.primitive};
     }
+    if (black) return false;
     if (vertex >= task_.settings.max_segments) return false;
     if constexpr (kGeneral) {
       if (params.model == LobeModel::none) return false;

@@ -17,6 +17,11 @@ PunctualSource make_punctual_source(const PunctualLight& light) {
     const float cos_inner = std::cos(light.inner_cone_angle), cos_outer = std::cos(light.outer_cone_angle);
     source.cone_scale = 1 / std::max(0.001f, cos_inner - cos_outer);
     source.cone_offset = -cos_outer * source.cone_scale;
+    source.linear_cone = light.falloff == SpotFalloff::linear_in_angle;
+    if (source.linear_cone) {
+      source.cone_scale = -1 / std::max(1e-6f, light.outer_cone_angle - light.inner_cone_angle);
+      source.cone_offset = -light.outer_cone_angle * source.cone_scale;
+    }
   }
   return source;
 }
@@ -36,8 +41,10 @@ PunctualArrival arrive(const PunctualSource& source, const V3f& point) {
   arrival.direction = to_light * (1 / arrival.distance);
   const float window = std::clamp(1 - sqr(sqr(arrival.distance * source.inverse_range)), 0.0f, 1.0f);
   const float cosine = -dot(arrival.direction, source.direction);
-  const float cone = std::clamp(cosine * source.cone_scale + source.cone_offset, 0.0f, 1.0f);
-  arrival.radiance = source.intensity * (window * cone * cone / squared);
+  const float along = source.linear_cone ? std::acos(std::clamp(cosine, -1.0f, 1.0f)) : cosine;
+  const float cone = std::clamp(along * source.cone_scale + source.cone_offset, 0.0f, 1.0f);
+  const float attenuation = source.linear_cone ? cone : cone * cone;
+  arrival.radiance = source.intensity * (window * attenuation / squared);
   if (!is_finite(arrival.radiance)) arrival.radiance = Rgb(0, 0, 0);
   return arrival;
 }

@@ -1,4 +1,5 @@
-// Point, spot and directional lights: what arrives at a point, as KHR_lights_punctual recommends.
+// Point, spot and directional lights: what arrives at a point, as KHR_lights_punctual recommends or, where
+// PunctualLight::falloff says so, as Mitsuba has it.
 #pragma once
 
 #include "renderer/base/math.h"
@@ -14,6 +15,7 @@ struct PunctualSource {
   Rgb intensity{0, 0, 0};
   float inverse_range = 0;                // 1 / range; 0: no windowing
   float cone_scale = 0, cone_offset = 1;  // spot: attenuation = clamp(cos * scale + offset)^2
+  bool linear_cone = false;               // spot: attenuation = clamp(angle * scale + offset)
 };
 
 PunctualSource make_punctual_source(const PunctualLight& light);

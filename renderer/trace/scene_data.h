@@ -27,6 +27,7 @@ struct MaterialRecord {
   bool specular = false;  // has a lobe that mirrors, smooth or rough
   bool emissive = false;
   bool double_sided = false;
+  bool one_sided = false;   // black from behind
   bool volume = false;      // keeps its outside and inside apart
   bool pure_delta = false;  // of the untextured parameters
   bool unlit = false;

@@ -1,0 +1,48 @@
+#include "renderer/scene/mitsuba_meshes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace helio::mitsuba {
+
+Status check_mesh(TriangleMesh& mesh) {
+  const std::size_t n = mesh.positions.size();
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i)
+    if (mesh.indices[i] >= n)
+      return Error{ErrorCode::invalid_argument,
+                   "triangle " + std::to_string(i / 3) + " names vertex " + std::to_string(mesh.indices[i]) +
+                       " of " + std::to_string(n),
+                   ""};
+  for (std::size_t i = 0; i < n; ++i)
+    if (!is_finite(mesh.positions[i]))
+      return Error{ErrorCode::invalid_argument, "vertex " + std::to_string(i) + " is not finite", ""};
+  if (mesh.normals.size() != n) mesh.normals.clear();
+  for (V3f& normal : mesh.normals) {
+    const V3f unit = is_finite(normal) ? normalize_any(normal) : V3f(0, 0, 0);
+    normal = length_squared(unit) > 0.5f ? unit : V3f(0, 0, 1);
+  }
+  std::vector<V2f>& uvs = mesh.texcoords[0];
+  if (uvs.size() != n) uvs.clear();
+  for (V2f& uv : uvs)
+    if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = V2f(0, 0);
+  return ok_status();
+}
+
+void add_vertex_normals(TriangleMesh& mesh) {
+  std::vector<V3d> sums(mesh.positions.size(), V3d(0, 0, 0));
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    const std::uint32_t* i = &mesh.indices[t];
+    const V3d p[3] = {V3d(mesh.positions[i[0]]), V3d(mesh.positions[i[1]]), V3d(mesh.positions[i[2]])};
+    const V3d normal = cross(p[1] - p[0], p[2] - p[0]);
+    if (!(length(normal) > 0)) continue;
+    const V3d unit = normalize(normal);
+    for (int k = 0; k < 3; ++k) {
+      const V3d a = p[(k + 1) % 3] - p[k], b = p[(k + 2) % 3] - p[k];
+      sums[i[k]] += unit * std::atan2(length(cross(a, b)), dot(a, b));
+    }
+  }
+  mesh.normals.clear();
+  for (const V3d& sum : sums) mesh.normals.push_back(length(sum) > 0 ? V3f(normalize(sum)) : V3f(0, 0, 1));
+}
+
+}  // namespace helio::mitsuba

@@ -1,0 +1,241 @@
+// PLY: elements vertex (x y z, nx ny nz, u v or s t) and face (vertex_indices); others are skipped.
+#include <charconv>
+#include <cstring>
+#include <string_view>
+
+#include "renderer/scene/mitsuba_meshes.h"
+
+namespace helio::mitsuba {
+
+namespace {
+
+enum class Encoding { ascii, little, big };
+enum class Number : std::uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+struct Property {
+  std::string name;
+  Number type = Number::f32;
+  bool list = false;
+  Number count_type = Number::u8;
+};
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+int size_of(Number type) {
+  constexpr int kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[int(type)];
+}
+
+bool number_type(std::string_view name, Number& type) {
+  constexpr std::pair<std::string_view, Number> kNames[] = {
+      {"char", Number::i8},   {"int8", Number::i8},     {"uchar", Number::u8},  {"uint8", Number::u8},
+      {"short", Number::i16}, {"int16", Number::i16},   {"ushort", Number::u16}, {"uint16", Number::u16},
+      {"int", Number::i32},   {"int32", Number::i32},   {"uint", Number::u32},  {"uint32", Number::u32},
+      {"float", Number::f32}, {"float32", Number::f32}, {"double", Number::f64}, {"float64", Number::f64}};
+  for (const auto& [known, value] : kNames)
+    if (name == known) {
+      type = value;
+      return true;
+    }
+  return false;
+}
+
+class PlyParser {
+ public:
+  PlyParser(std::span<const std::uint8_t> bytes, MemoryBudget& budget)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), budget_(budget) {}
+
+  Result<TriangleMesh> parse() {
+    if (!read_header()) return error();
+    for (const PlyElement& element : elements_)
+      if (!read_element(element)) return error();
+    if (mesh_.indices.empty()) return Error{ErrorCode::invalid_argument, "holds no face", ""};
+    return std::move(mesh_);
+  }
+
+ private:
+  Error error() const {
+    if (refused_.code == ErrorCode::resource_exhausted) return refused_;
+    return {ErrorCode::invalid_argument, "byte " + std::to_string(at_) + ": " + problem_, ""};
+  }
+  bool fail(std::string problem) {
+    if (problem_.empty()) problem_ = std::move(problem);
+    return false;
+  }
+
+  std::string_view line() {
+    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string_view found = text_.substr(at_, end - at_);
+    at_ = std::min(end + 1, text_.size());
+    if (!found.empty() && found.back() == '\r') found.remove_suffix(1);
+    return found;
+  }
+  static std::vector<std::string_view> words(std::string_view line) {
+    std::vector<std::string_view> out;
+    for (;;) {
+      line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+      if (line.empty()) return out;
+      const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
+      out.push_back(line.substr(0, end));
+      line.remove_prefix(end);
+    }
+  }
+
+  bool read_header() {
+    if (line() != "ply") return fail("does not begin with \"ply\"");
+    bool format = false;
+    while (at_ < text_.size()) {
+      const std::vector<std::string_view> w = words(line());
+      if (w.empty() || w[0] == "comment" || w[0] == "obj_info") continue;
+      if (w[0] == "end_header") return format || fail("the header names no format");
+      if (w[0] == "format" && w.size() >= 2) {
+        format = true;
+        if (w[1] == "ascii")
+          encoding_ = Encoding::ascii;
+        else if (w[1] == "binary_little_endian")
+          encoding_ = Encoding::little;
+        else if (w[1] == "binary_big_endian")
+          encoding_ = Encoding::big;
+        else
+          return fail("format is not ascii, binary_little_endian or binary_big_endian");
+      } else if (w[0] == "element" && w.size() == 3) {
+        PlyElement element;
+        element.name = w[1];
+        const auto [end, code] = std::from_chars(w[2].data(), w[2].data() + w[2].size(), element.count);
+        if (code != std::errc() || end != w[2].data() + w[2].size()) return fail("an element's count is not a number");
+        elements_.push_back(std::move(element));
+      } else if (w[0] == "property" && !elements_.empty() && (w.size() == 3 || (w.size() == 5 && w[1] == "list"))) {
+        Property p;
+        p.list = w.size() == 5;
+        p.name = w.back();
+        if (!number_type(w[w.size() - 2], p.type) || (p.list && !number_type(w[2], p.count_type)))
+          return fail("a property has an unknown type");
+        elements_.back().properties.push_back(std::move(p));
+      } else {
+        return fail("the header has a line that is neither format, element, property nor comment");
+      }
+    }
+    return fail("the header has no end");
+  }
+
+  bool read_number(Number type, double& out) {
+    if (encoding_ == Encoding::ascii) {
+      while (at_ < text_.size() &&
+             (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\r' || text_[at_] == '\t'))
+        ++at_;
+      const auto [end, code] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), out);
+      if (code == std::errc::invalid_argument) return fail("a number is missing");
+      at_ = std::size_t(end - text_.data());
+      return true;
+    }
+    const std::size_t size = std::size_t(size_of(type));
+    if (text_.size() - at_ < size) return fail("the file ends before its data");
+    std::uint8_t raw[8] = {};
+    std::memcpy(raw, text_.data() + at_, size);
+    if (encoding_ == Encoding::big)
+      for (std::size_t i = 0; i < size / 2; ++i) std::swap(raw[i], raw[size - 1 - i]);
+    at_ += size;
+    out = decode(type, raw);
+    return true;
+  }
+
+  static double decode(Number type, const std::uint8_t* raw) {
+    const auto as = [&](auto value) {
+      std::memcpy(&value, raw, sizeof value);
+      return double(value);
+    };
+    switch (type) {
+      case Number::i8: return as(std::int8_t());
+      case Number::u8: return as(std::uint8_t());
+      case Number::i16: return as(std::int16_t());
+      case Number::u16: return as(std::uint16_t());
+      case Number::i32: return as(std::int32_t());
+      case Number::u32: return as(std::uint32_t());
+      case Number::f32: return as(float());
+      case Number::f64: break;
+    }
+    return as(double());
+  }
+
+  bool read_element(const PlyElement& element) {
+    // Every number takes a byte at least, so that counts cannot exceed the file.
+    if (!element.properties.empty() && element.count > (text_.size() - at_) / element.properties.size())
+      return fail("element " + element.name + " has more entries than the file has bytes");
+    if (element.properties.empty()) return true;
+    const bool vertex = element.name == "vertex", face = element.name == "face";
+    if (Status s = budget_.reserve(element.count, vertex ? 32 : 24, ""); !s.ok()) {
+      refused_ = s.error();
+      return false;
+    }
+    std::vector<double> list;
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      float values[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+      unsigned present = 0;
+      for (const Property& p : element.properties) {
+        list.clear();
+        double count = 1, value = 0;
+        if (p.list && !read_number(p.count_type, count)) return false;
+        if (!(count >= 0) || count > double(text_.size() - at_)) return fail("a list is longer than the file");
+        for (std::uint64_t k = 0; k < std::uint64_t(count); ++k) {
+          if (!read_number(p.type, value)) return false;
+          if (p.list) list.push_back(value);
+        }
+        if (vertex && !p.list) {
+          const int slot = vertex_slot(p.name);
+          if (slot >= 0) {
+            values[slot] = float(value);
+            present |= 1u << slot;
+          }
+        } else if (face && p.list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+          if (!add_face(list)) return false;
+        }
+      }
+      if (vertex) add_vertex(values, present);
+    }
+    return true;
+  }
+
+  static int vertex_slot(const std::string& name) {
+    constexpr std::string_view kNames[] = {"x", "y", "z", "nx", "ny", "nz", "u", "v"};
+    for (int i = 0; i < 8; ++i)
+      if (name == kNames[i]) return i;
+    if (name == "s" || name == "texture_u") return 6;
+    if (name == "t" || name == "texture_v") return 7;
+    return -1;
+  }
+
+  void add_vertex(const float* v, unsigned present) {
+    mesh_.positions.emplace_back(v[0], v[1], v[2]);
+    if ((present & 0x38) == 0x38) mesh_.normals.emplace_back(v[3], v[4], v[5]);
+    if ((present & 0xC0) == 0xC0) mesh_.texcoords[0].emplace_back(v[6], v[7]);
+  }
+
+  bool add_face(const std::vector<double>& list) {
+    for (const double index : list)
+      if (!(index >= 0) || index > 4294967295.0) return fail("a face's index is negative or too large");
+    for (std::size_t k = 2; k < list.size(); ++k)
+      mesh_.indices.insert(mesh_.indices.end(),
+                           {std::uint32_t(list[0]), std::uint32_t(list[k - 1]), std::uint32_t(list[k])});
+    return true;
+  }
+
+  std::string_view text_;
+  MemoryBudget& budget_;
+  std::size_t at_ = 0;
+  Encoding encoding_ = Encoding::ascii;
+  std::vector<PlyElement> elements_;
+  TriangleMesh mesh_;
+  std::string problem_;
+  Error refused_;
+};
+
+}  // namespace
+
+Result<TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, MemoryBudget& budget) {
+  return PlyParser(bytes, budget).parse();
+}
+
+}  // namespace helio::mitsuba

@@ -1,0 +1,117 @@
+#include "renderer/scene/mitsuba_sensors.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "renderer/scene/mitsuba_transform.h"
+
+namespace helio::mitsuba {
+
+namespace {
+
+struct FilmSize {
+  int width = 768, height = 576;  // Mitsuba's defaults
+  double aspect() const { return double(width) / height; }
+};
+
+FilmSize read_film(const Plugin& sensor, LoadContext& context) {
+  FilmSize size;
+  const std::vector<const Element*> films = sensor.children("film");
+  if (films.empty()) return size;
+  const Plugin film = sensor.other(*films.front());
+  size.width = film.integer("width", size.width, 1, 1 << 20);
+  size.height = film.integer("height", size.height, 1, 1 << 20);
+  for (const char* key : {"pixel_format", "component_format", "file_format"}) film.text(key, "");
+  if (film.has("crop_width") || film.has("crop_height"))
+    film.warn("is cropped: the whole film is what is rendered");
+  for (const Element* filter : film.children("rfilter")) {
+    filter->read = true;
+    if (filter->type != "box")
+      film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
+  }
+  context.diagnostics.notice(fmt::format("the file's film has {} x {} pixels", size.width, size.height));
+  return size;
+}
+
+// fov is the angle along fov_axis; ours is the vertical one. Both come from the same focal length.
+double vertical_fov(const Plugin& plugin, double aspect) {
+  const std::string axis = plugin.text("fov_axis", "x");
+  double across = 1;  // extent along the axis over the height
+  if (axis == "x")
+    across = aspect;
+  else if (axis == "y")
+    across = 1;
+  else if (axis == "diagonal")
+    across = std::hypot(1, aspect);
+  else if (axis == "smaller")
+    across = std::min(1.0, aspect);
+  else if (axis == "larger")
+    across = std::max(1.0, aspect);
+  else
+    plugin.fail("has fov_axis \"" + axis + "\", allowed: x, y, diagonal, smaller, larger");
+  if (plugin.has("fov")) {
+    const double fov = plugin.number("fov", 45, {1e-3, 179.999}) * std::numbers::pi / 180;
+    return 2 * std::atan(std::tan(fov / 2) / across);
+  }
+  // "50mm" on 35 mm film, whose frame is 36 x 24 mm: the angle of its diagonal.
+  const std::string focal = plugin.text("focal_length", "50mm");
+  char* end = nullptr;
+  const double mm = std::strtod(focal.c_str(), &end);
+  if (end == focal.c_str() || !(mm > 0) || (*end != 0 && std::string(end) != "mm")) {
+    plugin.fail("has focal_length \"" + focal + "\", allowed: a length above 0 as \"50mm\"");
+    return 0.8;
+  }
+  const double half_diagonal = std::hypot(36.0, 24.0) / 2 / mm;
+  return 2 * std::atan(half_diagonal / std::hypot(1, aspect));
+}
+
+bool mirrors(const M44d& m) {
+  const V3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
+  return dot(cross(x, y), z) < 0;
+}
+
+}  // namespace
+
+void read_sensor(const Element& element, LoadContext& context) {
+  const Plugin plugin(element, context.document, context.diagnostics);
+  const std::string& type = plugin.type();
+  if (type != "perspective" && type != "thinlens" && type != "orthographic")
+    return plugin.fail("is not supported; sensors that are: perspective, thinlens, orthographic",
+                       ErrorCode::unimplemented);
+  const FilmSize film = read_film(plugin, context);
+  for (const Element* sampler : plugin.children("sampler")) {
+    const Plugin p = plugin.other(*sampler);
+    p.number("sample_count", 4);
+    p.number("seed", 0);
+  }
+  CameraDescription camera;
+  camera.name = element.id.empty() ? type : element.id;
+  camera.aspect = film.aspect();
+  const M44d to_world = plugin.transform("to_world");
+  if (mirrors(to_world)) plugin.warn("has a transform that mirrors: the picture is not mirrored");
+  camera.to_world = camera_to_world(to_world);
+  plugin.number("near_clip", 1e-2, {0, 1e30});
+  plugin.number("far_clip", 1e4, {0, 1e30});
+  for (const char* key : {"principal_point_offset_x", "principal_point_offset_y"})
+    if (plugin.number(key, 0) != 0)
+      plugin.fail(std::string("has ") + key + " other than 0, which is not supported", ErrorCode::unimplemented);
+  if (type == "orthographic") {
+    camera.projection = Projection::orthographic;
+    // The film is 2 wide, before the transform's scale along x.
+    const double scale = length(V3d(to_world[0][0], to_world[0][1], to_world[0][2]));
+    camera.half_height = scale / film.aspect();
+    if (!(camera.half_height > 0)) plugin.fail("has a transform without extent along x");
+  } else {
+    camera.vertical_fov = vertical_fov(plugin, film.aspect());
+    const double focus = plugin.number("focus_distance", 1, {0, 1e12, true});
+    if (type == "thinlens") {
+      camera.lens_radius = plugin.number("aperture_radius", 0, {0, 1e12});
+      camera.focus_distance = focus;
+    }
+  }
+  context.scene.cameras.push_back(camera);
+}
+
+}  // namespace helio::mitsuba

@@ -1,0 +1,167 @@
+#include "renderer/scene/mitsuba_shapes.h"
+
+#include "renderer/scene/mitsuba_bsdfs.h"
+#include "renderer/scene/mitsuba_meshes.h"
+#include "renderer/scene/mitsuba_primitives.h"
+#include "renderer/scene/mitsuba_textures.h"
+
+namespace helio::mitsuba {
+
+namespace {
+
+constexpr const char* kShapes = "rectangle, cube, sphere, disk, cylinder, obj, ply, serialized, shapegroup, instance";
+
+bool is_mesh_file(const std::string& type) {
+  return type == "obj" || type == "ply" || type == "serialized";
+}
+
+// Flat shading: every triangle its own vertices would do; without normals our meshes are flat already.
+void set_shading(const Plugin& plugin, TriangleMesh& mesh) {
+  if (plugin.boolean("face_normals", false))
+    mesh.normals.clear();
+  else if (mesh.normals.empty())
+    add_vertex_normals(mesh);
+}
+
+}  // namespace
+
+void ShapeReader::read(const Element& element) {
+  const Plugin plugin(element, context_.document, context_.diagnostics);
+  if (plugin.type() == "shapegroup") return;
+  if (plugin.type() == "instance") return read_instance(plugin);
+  add_instance(plugin, read_object(element));
+}
+
+void ShapeReader::add_instance(const Plugin& plugin, const Placed& placed) {
+  if (placed.object < 0) return;
+  const Object& object = context_.scene.objects[std::size_t(placed.object)];
+  if (Status s = context_.budget.reserve(sizeof(Instance) + object.name.size(), plugin.place()); !s.ok())
+    return context_.diagnostics.fail(plugin.place(), s.error());
+  context_.scene.instances.push_back({object.name, placed.object, placed.to_world});
+}
+
+ShapeReader::Placed ShapeReader::read_object(const Element& element) {
+  const Plugin plugin(element, context_.document, context_.diagnostics);
+  Placed placed;
+  placed.to_world = plugin.transform("to_world");
+  Object object;
+  object.name = element.id.empty() ? plugin.type() : element.id;
+  const Material material = read_material(plugin);
+  const int index = int(context_.scene.materials.size());
+  fill(plugin, material, object, placed.to_world);
+  if (object.meshes.empty() && object.spheres.empty()) return placed;
+  for (TriangleMesh& mesh : object.meshes) mesh.material = index;
+  for (Sphere& sphere : object.spheres) sphere.material = index;
+  context_.scene.materials.push_back(material);
+  context_.scene.objects.push_back(std::move(object));
+  placed.object = int(context_.scene.objects.size()) - 1;
+  return placed;
+}
+
+Material ShapeReader::read_material(const Plugin& plugin) {
+  const std::vector<const Element*> bsdfs = plugin.children("bsdf"), emitters = plugin.children("emitter");
+  if (bsdfs.size() > 1) plugin.fail("has " + std::to_string(bsdfs.size()) + " bsdfs, allowed: 1");
+  if (emitters.size() > 1) plugin.fail("has " + std::to_string(emitters.size()) + " emitters, allowed: 1");
+  for (const char* medium : {"interior", "exterior"})
+    if (plugin.has(medium))
+      plugin.fail(std::string("has an ") + medium + " medium, which is not supported", ErrorCode::unimplemented);
+  Material material = bsdfs.empty() ? default_material() : read_bsdf(*bsdfs.front(), context_);
+  if (emitters.empty()) return material;
+  const Plugin emitter = plugin.other(*emitters.front());
+  if (emitter.type() != "area") {
+    emitter.fail("of a shape is not supported; allowed: area", ErrorCode::unimplemented);
+    return material;
+  }
+  emitter.number("sampling_weight", 1, {0, 1e30});
+  const ColorOrTexture radiance = read_color(emitter, "radiance", Rgb(1, 1, 1), SpectrumUse::emission, context_);
+  material.emission = radiance.color;
+  material.emission_texture = radiance.texture;
+  return material;
+}
+
+void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
+  const std::string& type = plugin.type();
+  if (type == "sphere") return read_sphere(plugin, material, object, to_world);
+  TriangleMesh mesh;
+  if (type == "rectangle") {
+    mesh = rectangle_mesh();
+  } else if (type == "cube") {
+    mesh = cube_mesh();
+  } else if (type == "disk") {
+    mesh = disk_mesh();
+  } else if (type == "cylinder") {
+    const V3d p0 = plugin.vector("p0", {0, 0, 0}), p1 = plugin.vector("p1", {0, 0, 1});
+    const double radius = plugin.number("radius", 1, {0, 1e12, true});
+    if (!(length(p1 - p0) > 0)) return plugin.fail("has p0 equal to p1");
+    mesh = cylinder_mesh(p0, p1, radius);
+  } else if (is_mesh_file(type)) {
+    read_mesh_file(plugin, mesh);
+  } else {
+    return plugin.fail(std::string("is not supported; shapes that are: ") + kShapes, ErrorCode::unimplemented);
+  }
+  if (mesh.indices.empty()) return;
+  if (plugin.boolean("flip_normals", false)) flip(mesh);
+  if (material.normal_texture.present()) add_u_tangents(mesh);
+  object.meshes.push_back(std::move(mesh));
+}
+
+void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
+  Result<FoundFile> file =
+      find_file(context_.document, context_.source, plugin.text("filename", ""), context_.budget);
+  if (!file.ok()) return context_.diagnostics.fail(plugin.place(), file.error());
+  const std::string& type = plugin.type();
+  Result<TriangleMesh> parsed =
+      type == "obj"   ? parse_obj(file->bytes, context_.budget)
+      : type == "ply" ? parse_ply(file->bytes, context_.budget)
+                      : parse_serialized(file->bytes, plugin.integer("shape_index", 0, 0, 1 << 30), context_.budget);
+  const auto refuse = [&](Error error) {
+    error.where = file->path;
+    context_.diagnostics.fail(plugin.place(), error);
+  };
+  if (!parsed.ok()) return refuse(parsed.error());
+  if (Status s = check_mesh(*parsed); !s.ok()) return refuse(s.error());
+  mesh = std::move(*parsed);
+  // Texture coordinates of OBJ files grow upwards.
+  if (plugin.boolean("flip_tex_coords", type == "obj"))
+    for (V2f& uv : mesh.texcoords[0]) uv.y = 1 - uv.y;
+  set_shading(plugin, mesh);
+}
+
+// Our spheres have the pole of their texture coordinates on y, Mitsuba's on z: a textured one is placed in a space of
+// its own, d = (y, z, -x) of Mitsuba's.
+void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
+  const V3d center = plugin.vector("center", {0, 0, 0});
+  const double radius = plugin.number("radius", 1, {0, 1e12, true});
+  if (plugin.boolean("flip_normals", false))
+    return plugin.fail("has flip_normals, which is not supported for spheres", ErrorCode::unimplemented);
+  if (material.normal_texture.present())
+    return plugin.fail("has a normal map, which is supported on meshes only", ErrorCode::unimplemented);
+  const bool textured = material.base_color_texture.present() || material.emission_texture.present();
+  if (!textured) {
+    object.spheres.push_back({V3f(center), float(radius), 0});
+    return;
+  }
+  object.spheres.push_back({V3f(0, 0, 0), float(radius), 0});
+  const M44d turned(0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, center.x, center.y, center.z, 1);
+  to_world = turned * to_world;
+}
+
+void ShapeReader::read_instance(const Plugin& plugin) {
+  const std::vector<const Element*> shapes = plugin.children("shape");
+  if (shapes.size() != 1 || shapes.front()->type != "shapegroup")
+    return plugin.fail("needs one <ref> to a shapegroup");
+  const auto [found, added] = groups_.try_emplace(shapes.front());
+  if (added) {
+    const Plugin group = plugin.other(*shapes.front());
+    for (const Element* member : group.children("shape")) {
+      if (member->type == "instance" || member->type == "shapegroup")
+        group.other(*member).fail("inside of a shapegroup is not allowed");
+      else
+        found->second.push_back(read_object(*member));
+    }
+  }
+  const M44d to_world = plugin.transform("to_world");
+  for (const Placed& member : found->second) add_instance(plugin, {member.object, member.to_world * to_world});
+}
+
+}  // namespace helio::mitsuba

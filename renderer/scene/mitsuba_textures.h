@@ -1,0 +1,29 @@
+// Textures bitmap, checkerboard and uniform.
+#pragma once
+
+#include "renderer/scene/mitsuba_context.h"
+
+namespace helio::mitsuba {
+
+// A property that is a colour or a texture: color times the texture, where there is one.
+struct ColorOrTexture {
+  Rgb color{0, 0, 0};
+  TextureSlot texture;
+};
+
+// The property `name` of `plugin`; `fallback` where it is absent.
+ColorOrTexture read_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
+                          LoadContext& context);
+
+// As read_color, of a property that must be a colour: a texture is refused by name.
+Rgb read_plain_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
+                     LoadContext& context);
+
+// The image of a file, decoded once; -1 after a reported failure.
+int load_image(const Plugin& plugin, const std::string& filename, LoadContext& context);
+
+// An image of the same size whose alpha is the luminance of the texture's decoded colour and whose colour is white:
+// what a mask's opacity becomes. -1 after a reported failure.
+int opacity_image(const Plugin& plugin, const TextureSlot& texture, LoadContext& context);
+
+}  // namespace helio::mitsuba

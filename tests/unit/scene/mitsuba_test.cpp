@@ -1,0 +1,241 @@
+// The Mitsuba loader on small files: what each construct becomes, and what is said about what it cannot read.
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cstring>
+
+#include "renderer/scene/mitsuba_meshes.h"
+#include "renderer/scene/scene_loader.h"
+
+namespace helio {
+namespace {
+
+std::vector<std::uint8_t> bytes_of(const std::string& text) {
+  return {text.begin(), text.end()};
+}
+
+Result<SceneDescription> load(const std::string& xml, std::vector<NamedFile> others = {}) {
+  others.push_back({"s.xml", bytes_of(xml)});
+  return load_scene(*make_memory_source(std::move(others)), "s.xml", {});
+}
+
+std::string scene(const std::string& body, const std::string& version = "3.0.0") {
+  return "<scene version=\"" + version + "\">\n" + body + "\n</scene>";
+}
+
+SceneDescription loaded(const std::string& body, const std::string& version = "3.0.0",
+                        std::vector<NamedFile> others = {}) {
+  Result<SceneDescription> result = load(scene(body, version), std::move(others));
+  EXPECT_TRUE(result.ok()) << result.error().to_string();
+  return result.ok() ? *result : SceneDescription{};
+}
+
+void expect_error(const std::string& body, ErrorCode code, const std::string& where, const std::string& part) {
+  Result<SceneDescription> result = load(scene(body));
+  ASSERT_FALSE(result.ok()) << body;
+  EXPECT_EQ(result.error().code, code);
+  EXPECT_EQ(result.error().where, where);
+  EXPECT_NE(result.error().message.find(part), std::string::npos) << result.error().to_string();
+}
+
+TEST(MitsubaLoader, AreaLightsMayBeDefinedForShapesToReferTo) {
+  const SceneDescription s = loaded(
+      "<emitter type='area' id='lamp'><rgb name='radiance' value='3'/></emitter>"
+      "<shape type='cube'><ref id='lamp'/></shape>");
+  EXPECT_EQ(s.materials[0].emission, Rgb(3, 3, 3));
+}
+
+TEST(MitsubaLoader, TransformsApplyInTheOrderWritten) {
+  // (1, 0, 0) scaled to (2, 0, 0), turned about z to (0, 2, 0), moved to (0, 2, 5).
+  const SceneDescription s = loaded(
+      "<shape type='rectangle'><transform name='to_world'><scale value='2'/><rotate z='1' angle='90'/>"
+      "<translate z='5'/></transform></shape>");
+  ASSERT_EQ(s.instances.size(), 1u);
+  const V3d p = V3d(1, 0, 0) * s.instances[0].to_world;
+  EXPECT_LT(length(p - V3d(0, 2, 5)), 1e-12);
+}
+
+TEST(MitsubaLoader, MatrixIsInRows) {
+  const SceneDescription s = loaded(
+      "<shape type='cube'><transform name='to_world'><matrix value='0 -1 0 7  1 0 0 8  0 0 1 9  0 0 0 1'/></transform>"
+      "</shape>");
+  EXPECT_LT(length(V3d(1, 0, 0) * s.instances[0].to_world - V3d(7, 9, 9)), 1e-12);
+}
+
+TEST(MitsubaLoader, CameraLooksWhereLookatPointsAndXIsToTheRight) {
+  const SceneDescription s = loaded(
+      "<sensor type='perspective'><float name='fov' value='60'/><film type='hdrfilm'><integer name='width' value='200'/>"
+      "<integer name='height' value='100'/></film><transform name='to_world'>"
+      "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform></sensor>");
+  ASSERT_EQ(s.cameras.size(), 1u);
+  const CameraDescription& c = s.cameras[0];
+  EXPECT_EQ(c.aspect, 2);
+  // 60 degrees across a film twice as wide as high: tan(v / 2) = tan(30) / 2.
+  EXPECT_NEAR(std::tan(c.vertical_fov / 2), 0.28867513, 1e-7);
+  V3d forward, right;
+  c.to_world.multDirMatrix(V3d(0, 0, -1), forward);
+  c.to_world.multDirMatrix(V3d(1, 0, 0), right);
+  EXPECT_LT(length(forward - V3d(0, 0, -1)), 1e-12);
+  EXPECT_LT(length(right - V3d(1, 0, 0)), 1e-12);
+}
+
+TEST(MitsubaLoader, DefaultsIncludesAndReferencesAreFollowed) {
+  const SceneDescription s = loaded(
+      "<default name='radius' value='3'/><default name='r' value='9'/><include filename='part.xml'/>"
+      "<shape type='sphere'><float name='radius' value='$radius'/><ref id='red'/></shape>",
+      "3.0.0",
+      {{"part.xml", bytes_of("<scene version='3.0.0'><bsdf type='twosided' id='red'><bsdf type='diffuse'>"
+                             "<rgb name='reflectance' value='0.5, 0.1, 0.2'/></bsdf></bsdf></scene>")}});
+  ASSERT_EQ(s.objects.size(), 1u);
+  EXPECT_EQ(s.objects[0].spheres[0].radius, 3);
+  const Material& m = s.materials[std::size_t(s.objects[0].spheres[0].material)];
+  EXPECT_EQ(m.base_color, Rgb(0.5f, 0.1f, 0.2f));
+  EXPECT_FALSE(m.one_sided);
+}
+
+TEST(MitsubaLoader, OldNamesBecomeNewOnes) {
+  const SceneDescription s = loaded(
+      "<shape type='sphere'><transform name='toWorld'><translate x='2'/></transform>"
+      "<bsdf type='dielectric'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/></bsdf></shape>",
+      "0.6.0");
+  EXPECT_EQ(s.instances[0].to_world[3][0], 2);
+  EXPECT_FLOAT_EQ(s.materials[0].ior, 1.5f);
+  EXPECT_TRUE(s.report.unread.empty());
+}
+
+TEST(MitsubaLoader, GroupsAreInstancedMemberByMember) {
+  const SceneDescription s = loaded(
+      "<shape type='shapegroup' id='g'><shape type='cube'/><shape type='disk'><transform name='to_world'>"
+      "<translate z='1'/></transform></shape></shape>"
+      "<shape type='instance'><ref id='g'/></shape><shape type='instance'><ref id='g'/><transform name='to_world'>"
+      "<translate x='5'/></transform></shape>");
+  EXPECT_EQ(s.objects.size(), 2u);
+  ASSERT_EQ(s.instances.size(), 4u);
+  EXPECT_LT(length(V3d(0, 0, 0) * s.instances[3].to_world - V3d(5, 0, 1)), 1e-12);
+}
+
+TEST(MitsubaLoader, UnreadPropertiesAreListed) {
+  const SceneDescription s = loaded("<shape type='cube'>\n<float name='fuzziness' value='2'/></shape>");
+  ASSERT_EQ(s.report.unread.size(), 1u);
+  EXPECT_EQ(s.report.unread[0], "s.xml:3: <float> fuzziness");
+}
+
+TEST(MitsubaLoader, BadInputIsRefusedWithItsPlace) {
+  const ErrorCode bad = ErrorCode::invalid_argument, unknown = ErrorCode::unimplemented;
+  expect_error("<shape type='teapot'/>", unknown, "s.xml:2", "shape \"teapot\" is not supported");
+  expect_error("<shape type='cube'>\n<bsdf type='hair'/></shape>", unknown, "s.xml:3", "bsdf \"hair\"");
+  expect_error("<emitter type='sunsky'/>", unknown, "s.xml:2", "emitter \"sunsky\"");
+  expect_error("<shape type='cube'><ref id='none'/></shape>", bad, "s.xml:2", "\"none\"");
+  expect_error("<shape type='sphere'><float name='radius' value='-1'/></shape>", bad, "s.xml:2", "allowed: above 0");
+  expect_error("<shape type='sphere'><float name='radius' value='nan'/></shape>", bad, "s.xml:2", "a <float>");
+  expect_error("<shape type='sphere'><float name='radius' value='$r'/></shape>", bad, "s.xml:2", "$r");
+  expect_error("<shape type='cube'><transform name='to_world'><rotate angle='3'/></transform></shape>", bad, "s.xml:2",
+               "an axis that is not 0");
+  expect_error("<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1.5'/></bsdf></shape>", bad,
+               "s.xml:2", "[0, 1]");
+  expect_error("<shape type='obj'><string name='filename' value='gone.obj'/></shape>", ErrorCode::not_found, "s.xml:2", "gone.obj");
+  expect_error("<shape type='cube'><bsdf type='mask'/></shape>", bad, "s.xml:2", "holds 0 bsdfs");
+  expect_error("<include filename='s.xml'/>", bad, "s.xml:2", "includes deeper than 8");
+}
+
+TEST(MitsubaLoader, BrokenXmlNamesTheLine) {
+  Result<SceneDescription> result = load("<scene version='3.0.0'>\n\n<shape type='cube'>\n</scene>");
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().where, "s.xml:4");
+}
+
+TEST(MitsubaLoader, ReferencedFilesAreNamedOnce) {
+  const std::string xml = scene(
+      "<default name='mesh' value='a'/><include filename='part.xml'/><shape type='ply'>"
+      "<string name='filename' value='$mesh.ply'/></shape><shape type='ply'><string name='filename' value='a.ply'/>"
+      "</shape>");
+  const auto bytes = bytes_of(xml);
+  const Result<std::vector<std::string>> files = referenced_files(bytes, "s.xml");
+  ASSERT_TRUE(files.ok()) << files.error().to_string();
+  EXPECT_EQ(*files, (std::vector<std::string>{"part.xml", "a.ply"}));
+}
+
+TEST(MitsubaLoader, SpectraOfOneValueAreGrey) {
+  const SceneDescription s = loaded(
+      "<shape type='cube'><bsdf type='diffuse'><spectrum name='reflectance' value='360:0.4, 830:0.4'/></bsdf></shape>");
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(s.materials[0].base_color[c], 0.4, 1e-6);
+}
+
+// ---- mesh files ------------------------------------------------------------------------------------------------------
+
+TEST(MitsubaMeshes, ObjMakesFansAndSharesCorners) {
+  MemoryBudget budget(1 << 20);
+  const Result<TriangleMesh> mesh = mitsuba::parse_obj(
+      bytes_of("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\n# a quad\nf 1/1 2/1 3/1 4/1\nf -4 -3 -2\n"), budget);
+  ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+  EXPECT_EQ(mesh->triangle_count(), 3u);
+  EXPECT_EQ(mesh->positions.size(), 7u);  // four with texture coordinates, three without
+  EXPECT_EQ(mitsuba::parse_obj(bytes_of("v 0 0 0\nf 1 2 3\n"), budget).error().message,
+            "line 2: a face's index is outside of what came before it");
+}
+
+TEST(MitsubaMeshes, PlyReadsBothByteOrdersAndText) {
+  const std::string head =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  const float xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::int32_t face[3] = {0, 1, 2};
+  std::string little = "ply\nformat binary_little_endian 1.0\n" + head, big = "ply\nformat binary_big_endian 1.0\n" + head;
+  const auto append = [&](const void* word) {
+    char raw[4];
+    std::memcpy(raw, word, 4);
+    little.append(raw, 4);
+    std::reverse(raw, raw + 4);
+    big.append(raw, 4);
+  };
+  for (const float& f : xyz) append(&f);
+  little += '\3';
+  big += '\3';
+  for (const std::int32_t& i : face) append(&i);
+  for (const std::string& file :
+       {little, big, "ply\nformat ascii 1.0\n" + head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"}) {
+    MemoryBudget budget(1 << 20);
+    const Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(file), budget);
+    ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+    EXPECT_EQ(mesh->positions[1], V3f(1, 0, 0));
+    EXPECT_EQ(mesh->indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_FALSE(mitsuba::parse_ply(bytes_of(file.substr(0, file.size() - 5)), budget).ok());
+  }
+  MemoryBudget budget(1 << 20);
+  std::string huge = "ply\nformat ascii 1.0\n" + head;
+  huge.replace(huge.find("vertex 3"), 8, "vertex 3000000000");
+  EXPECT_FALSE(mitsuba::parse_ply(bytes_of(huge), budget).ok());
+}
+
+TEST(MitsubaMeshes, SerializedIsInflatedAndChecked) {
+  std::vector<std::uint8_t> plain;
+  const auto put = [](std::vector<std::uint8_t>& out, auto value) {
+    const auto* raw = reinterpret_cast<const std::uint8_t*>(&value);
+    out.insert(out.end(), raw, raw + sizeof value);
+  };
+  put(plain, std::uint32_t(0x1000));
+  plain.insert(plain.end(), {'m', 0});
+  put(plain, std::uint64_t(3));
+  put(plain, std::uint64_t(1));
+  for (const float f : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) put(plain, f);
+  for (const std::uint32_t i : {0u, 1u, 2u}) put(plain, i);
+  std::vector<std::uint8_t> packed(compressBound(uLong(plain.size())));
+  uLongf size = uLongf(packed.size());
+  ASSERT_EQ(compress(packed.data(), &size, plain.data(), uLong(plain.size())), Z_OK);
+  std::vector<std::uint8_t> file;
+  put(file, std::uint16_t(0x041C));
+  put(file, std::uint16_t(4));
+  file.insert(file.end(), packed.begin(), packed.begin() + std::ptrdiff_t(size));
+  put(file, std::uint64_t(0));
+  put(file, std::uint32_t(1));
+  MemoryBudget budget(1 << 20);
+  const Result<TriangleMesh> mesh = mitsuba::parse_serialized(file, 0, budget);
+  ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+  EXPECT_EQ(mesh->positions[2], V3f(0, 1, 0));
+  EXPECT_FALSE(mitsuba::parse_serialized(file, 1, budget).ok());
+  for (std::size_t cut = 0; cut < file.size(); ++cut)
+    EXPECT_FALSE(mitsuba::parse_serialized(std::span(file).first(cut), 0, budget).ok()) << cut;
+}
+
+}  // namespace
+}  // namespace helio
