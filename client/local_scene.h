@@ -24,7 +24,8 @@ struct LocalScene {
 };
 
 // The scene file and every file that it names ("uri"s of .gltf and of the JSON of a .glb, "filename"s of .xml).
-// Names that leave the scene's folder and files that do not exist are left out: the server, which knows whether they matter, reports them.
+// Names that leave the scene's folder and files that do not exist are left out: the server, which knows whether they
+// matter, reports them.
 // `environment`: empty, "R,G,B" (see environment_text.h), or a map on this disk, which joins the bundle.
 // Errors: not_found (scene file), invalid_argument (environment; where is "environment").
 Result<LocalScene> collect_local_scene(const std::string& scene_path, const std::string& environment);

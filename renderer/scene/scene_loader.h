@@ -1,4 +1,5 @@
-// The one door for scene files: picks the loader by format, enforces the memory limit, completes what a file leaves out.
+// The one door for scene files: picks the loader by format, enforces the memory limit, completes what a file leaves
+// out.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,8 @@ namespace helio {
 struct LeakEstimate {
   std::uint64_t aimed = 0;   // rays that cross a triangle close to one of its sides
   std::uint64_t leaked = 0;  // of these, those that were told of nothing there
-  double rate_limit = 1;     // upper limit, at 95 %, of the share of a picture's rays that leak; 1 where too few were aimed
+  // Upper limit, at 95 %, of the share of a picture's rays that leak; 1 where too few were aimed.
+  double rate_limit = 1;
 };
 
 // The most that a scene may be seen to leak. What the limit comes to is set by the number of probes, not by leaks:

@@ -1,7 +1,7 @@
-// "Stop at a standard error of x": in 95 % of the runs the error that the picture has when it stops is between 0.8 x and
-// 1.1 x, and it has not taken much more samples than that error needs. Held where noise has no long tail. Where few
-// bright paths make the error it is not yet: in the Cornell box pictures of 96x96 ended with 0.55 to 1.45 of a target of
-// 0.015 (8 of 20 in the band), Veach's plates with 0.5 to 1.8 of 0.02.
+// "Stop at a standard error of x": in 95 % of the runs the error that the picture has when it stops is between 0.8 x
+// and 1.1 x, and it has not taken much more samples than that error needs. Held where noise has no long tail. Where few
+// bright paths make the error it is not yet: in the Cornell box pictures of 96x96 ended with 0.55 to 1.45 of a target
+// of 0.015 (8 of 20 in the band), Veach's plates with 0.5 to 1.8 of 0.02.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -26,8 +26,8 @@ FrameEnd render_to(double error, SceneDescription description, std::uint32_t mos
   return picture.render(engine, scene, settings, budget);
 }
 
-// A grey room around the camera with a hole of 0.02 x 0.02 in the ceiling, outside of which it is bright. A bounce finds
-// the hole with a probability of about 1e-5 to 1e-4; next-event estimation towards the environment no more often.
+// A grey room around the camera with a hole of 0.02 x 0.02 in the ceiling, outside of which it is bright. A bounce
+// finds the hole with a probability of about 1e-5 to 1e-4; next-event estimation towards the environment no more often.
 SceneDescription keyhole() {
   SceneDescription scene;
   scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
