@@ -358,10 +358,11 @@ class PathKernel {
     const bool transmissive = kGeneral && !lambert && lets_light_through(params);
     const V3f light_normal =
         transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
+    const V3f near_side = near_side_origin(surface, ray.direction);
     if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
       // would then, if it emits, light itself.
-      const V3f from = transmissive ? surface.position : near_side_origin(surface, ray.direction);
+      const V3f from = transmissive ? surface.position : near_side;
       const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
@@ -382,7 +383,7 @@ class PathKernel {
             if (scene_.features.absorption)
               radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
           }
-          const V3f origin = offset_origin(surface, ray.direction, light.direction);
+          const V3f origin = origin_towards(surface, near_side, light.direction);
           add_shadow_ray(vertex, i, origin, light.direction, t_max, radiance);
         }
       }
@@ -422,7 +423,7 @@ class PathKernel {
       path.beta *= 1 / survival;
     }
 
-    ray.origin = offset_origin(surface, ray.direction, direction);
+    ray.origin = origin_towards(surface, near_side, direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;

@@ -116,11 +116,16 @@ inline V3f near_side_origin(const Surface& s, const V3f& arrived) {
   return s.position - arrived * back + s.geometric_normal * (s.front ? lift : -lift);
 }
 
-// Where a ray along `direction` starts on a surface that was reached along `arrived`.
-inline V3f offset_origin(const Surface& s, const V3f& arrived, const V3f& direction) {
+// Where a ray along `direction` starts; `near_side` is near_side_origin(), worked out once for all rays of a vertex.
+inline V3f origin_towards(const Surface& s, const V3f& near_side, const V3f& direction) {
   const float side = dot(s.geometric_normal, direction);
-  if ((side >= 0) == s.front) return near_side_origin(s, arrived);
+  if ((side >= 0) == s.front) return near_side;
   return s.position + s.geometric_normal * std::copysign(s.through, side);
+}
+
+// The same on a surface that was reached along `arrived`.
+inline V3f offset_origin(const Surface& s, const V3f& arrived, const V3f& direction) {
+  return origin_towards(s, near_side_origin(s, arrived), direction);
 }
 
 }  // namespace helio
