@@ -1,7 +1,6 @@
 #include "renderer/trace/accel.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -11,6 +10,7 @@
 #include <mutex>
 
 #include "renderer/trace/accel_impl.h"
+#include "renderer/trace/build_arena.h"
 
 namespace helio {
 namespace {
@@ -222,9 +222,7 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   const std::ptrdiff_t bytes_before = g_device_bytes, no_limit = std::numeric_limits<std::ptrdiff_t>::max();
   const auto max_bytes = std::ptrdiff_t(std::min(input.max_bytes, std::size_t(no_limit)));
   g_device_limit = max_bytes < no_limit - bytes_before ? bytes_before + max_bytes : no_limit;
-  // More threads than the machine runs at once would only make TBB complain on stderr.
-  const int most = tbb::info::default_concurrency();
-  tbb::task_arena arena(input.threads > 0 ? std::min(input.threads, most) : most);
+  tbb::task_arena arena(build_concurrency(input.threads));
   arena.execute(build);
   g_device_limit = no_limit;
   if (input.cancel && input.cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);

@@ -1,11 +1,11 @@
 #include "renderer/trace/leak_probe.h"
 
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <limits>
 
+#include "renderer/trace/build_arena.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/surface.h"
@@ -160,8 +160,7 @@ LeakEstimate estimate_leaks(const SceneData& scene, int threads) {
     if (cameras.size() < kMaxCameras) cameras.emplace_back(camera_pose(camera), kFilm, kFilm, scene.origin);
   }
   std::vector<Tally> tallies(kBlocks);
-  const int most = tbb::info::default_concurrency();
-  tbb::task_arena arena(threads > 0 ? std::min(threads, most) : most);
+  tbb::task_arena arena(build_concurrency(threads));
   arena.execute([&] {
     tbb::parallel_for(0, kBlocks, [&](int block) {
       const auto walker = std::make_unique<Walker>(scene, cameras, block);

@@ -57,6 +57,8 @@ class LightSampler {
   std::size_t light_count() const { return areas_.size() + punctual_.size() + (environment_light_ ? 1 : 0); }
   // False: sample() does not read u_select.
   bool needs_selection() const { return selection_ == Selection::power || selection_ == Selection::tree; }
+  // The only light, when it is an untextured, opaque parallelogram; else null.
+  const AreaLight* plain_quad() const { return plain_quad_ ? areas_.data() : nullptr; }
   std::size_t memory_bytes() const;
   const std::vector<AreaEmitter>& emitters() const { return emitters_; }
 

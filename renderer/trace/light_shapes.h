@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "renderer/base/math.h"
 
@@ -63,19 +64,19 @@ inline float accept_pdf(float pdf) {
   return pdf <= kMaxShapePdf ? pdf : 0.0f;
 }  // drops NaN too
 
-// Area sampling of a planar shape at p0 + s e1 + t e2.
+// Area sampling of a planar shape at p0 + s e1 + t e2. Without a branch, so that loops over it vectorise.
 inline ShapeSample sample_planar_area(const AreaShape& shape, const V3f& point, const V2f& st) {
   ShapeSample sample;
   const V3f to_light = (shape.p0 - point) + shape.e1 * st.x + shape.e2 * st.y;
-  float height = -dot(shape.normal, to_light);
-  if (shape.two_sided) height = std::abs(height);
-  if (!(height > 0)) return sample;
+  const float front = -dot(shape.normal, to_light), other_side = shape.two_sided ? -1.0f : 1.0f;
+  const float height = std::max(front, front * other_side);
   const float squared = length_squared(to_light), distance = std::sqrt(squared);
   const float inverse = 1 / distance;
+  const float seen = height > 0 ? height : std::numeric_limits<float>::infinity();  // from behind: density 0
   sample.direction = to_light * inverse;
   sample.cos_light = height * inverse;
   sample.distance = distance;
-  sample.pdf_w = accept_pdf(squared * distance / (height * shape.area));
+  sample.pdf_w = accept_pdf(squared * distance / (seen * shape.area));
   sample.st = st;
   return sample;
 }

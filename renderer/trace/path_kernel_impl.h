@@ -12,6 +12,8 @@
 #include <memory>
 
 #include "renderer/trace/bsdf_lambert.h"
+#include "renderer/trace/lambert_batch.h"
+#include "renderer/trace/mis.h"
 #include "renderer/trace/path_kernel.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/surface.h"
@@ -20,12 +22,6 @@
 namespace helio {
 
 inline constexpr int kGroupPaths = kPathGroupSize * kPathGroupSize;
-
-// Balance of two techniques by the power heuristic with exponent 2 (Veach 1997, eq. 9.13): weight of the first.
-inline float mis_weight(float pdf, float other) {
-  const float ratio = other / pdf;
-  return 1 / (1 + ratio * ratio);
-}
 
 // The volumes that a path is inside of, innermost last.
 struct MediumStack {
@@ -80,6 +76,7 @@ struct PathGroup {
   float local_x[kGroupPaths], local_y[kGroupPaths], local_z[kGroupPaths];  // plain kernel: the cosine-distributed wi
   float select[kGroupPaths], lobe[kGroupPaths], roulette[kGroupPaths];
   int pixel_x[kGroupPaths], pixel_y[kGroupPaths];
+  LambertBatch batch;  // plain kernel
   int count = 0;  // paths: pixels of the block that lie on the film
 };
 
@@ -244,9 +241,16 @@ class PathKernel {
     PathGroup& b = group_;
     shadow_count_ = 0;
     int survivors = 0;
-    for (int j = 0; j < active; ++j) {
-      const std::uint32_t i = b.active[j];
-      if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
+    if constexpr (kGeneral) {
+      for (int j = 0; j < active; ++j) {
+        const std::uint32_t i = b.active[j];
+        if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
+      }
+    } else {
+      for (int j = 0; j < active;) {
+        j = gather_lambert(vertex, j, active);
+        survivors = shade_lambert(vertex, survivors);
+      }
     }
     trace_shadow_rays();
     return survivors;
@@ -277,7 +281,109 @@ class PathKernel {
     b.shadow_path[slot] = path;
   }
 
-  // One vertex of one path. True when the path goes on along the new ray in group_.rays[i].
+  // Path i met nothing.
+  void leave_scene(int vertex, std::uint32_t i) {
+    PathGroup& b = group_;
+    PathState& path = b.paths[i];
+    const Ray& ray = b.rays[i];
+    if (vertex == 1) b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
+    if (!is_finite(ray.direction)) [[unlikely]] {
+      path.radiance = Rgb(std::numeric_limits<float>::quiet_NaN());  // not traced: the film counts an invalid sample
+      return;
+    }
+    // Add what the environment sends along the ray.
+    const Rgb radiance = lights_.environment_radiance(ray.direction);
+    if (is_black(radiance)) return;
+    float weight = 1;
+    if (path.pdf_w > 0) {
+      weight = mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
+    }
+    path.radiance += path.beta * radiance * weight;
+  }
+
+  // Plain kernel: takes the active paths from j on into the batch until it is full; those that met nothing end, and
+  // what a surface emits is added. Returns the next j.
+  int gather_lambert(int vertex, int j, int active) {
+    PathGroup& b = group_;
+    LambertBatch& batch = b.batch;
+    const bool last = vertex >= task_.settings.max_segments && vertex > 1;  // nothing but emission counts
+    int k = 0;
+    for (; j < active && k < LambertBatch::kCapacity; ++j) {
+      const std::uint32_t i = b.active[j];
+      const Hit& hit = b.hits[i];
+      if (!hit.valid()) {
+        leave_scene(vertex, i);
+        continue;
+      }
+      const Ray& ray = b.rays[i];
+      const PathState& path = b.paths[i];
+      const PartRecord& part = scene_.flat[hit.part];
+      const MaterialRecord& material = scene_.materials[part.material];
+      if (material.emissive) [[unlikely]]
+        add_emission(b.paths[i], ray, hit, make_surface<false>(scene_, ray, hit));
+      if (last) continue;
+      batch.path[k] = i;
+      batch.ray_origin.set(k, ray.origin);
+      batch.ray_direction.set(k, ray.direction);
+      batch.hit_normal.set(k, hit.normal);
+      batch.travelled[k] = hit.t;
+      batch.offset[k] = part.offset;
+      batch.albedo.set(k, material.params.base_color);
+      batch.one_sided[k] = material.one_sided;
+      batch.beta.set(k, path.beta);
+      batch.key[k] = path.key;
+      batch.light_x[k] = b.light_x[j];
+      batch.light_y[k] = b.light_y[j];
+      batch.select[k] = b.select[j];
+      batch.roulette[k] = b.roulette[j];
+      batch.local.set(k, V3f(b.local_x[j], b.local_y[j], b.local_z[j]));
+      ++k;
+    }
+    batch.count = k;
+    return j;
+  }
+
+  // Plain kernel: shades the batch. Paths that go on are written to group_.active from `survivors` on; returns their
+  // new number.
+  int shade_lambert(int vertex, int survivors) {
+    PathGroup& b = group_;
+    LambertBatch& batch = b.batch;
+    batch.find_surfaces();
+    if (vertex == 1) {
+      for (int k = 0; k < batch.count; ++k) {
+        const std::uint32_t i = batch.path[k];
+        const Hit& hit = b.hits[i];
+        b.first[i] = {batch.albedo[k], batch.normal[k], hit.t, instance_name(hit), hit.primitive};
+      }
+    }
+    if (vertex >= task_.settings.max_segments) return survivors;
+    if (has_lights_) {
+      batch.sample_lights(lights_, scene_.radius);
+      for (int k = 0; k < batch.count; ++k) {
+        if (!batch.shadow[k]) continue;
+        add_shadow_ray(vertex, batch.path[k], batch.start[k], batch.light_direction[k], batch.light_distance[k],
+                       batch.light_radiance[k]);
+      }
+    }
+    const bool roulette = vertex >= task_.settings.roulette_from;
+    batch.sample_directions(roulette ? std::optional(task_.settings.roulette) : std::nullopt);
+    for (int k = 0; k < batch.count; ++k) {
+      if (!batch.alive[k]) continue;
+      const std::uint32_t i = batch.path[k];
+      Ray& ray = b.rays[i];
+      ray.origin = batch.start[k];
+      ray.direction = batch.direction[k];
+      ray.alpha_key = alpha_key(batch.key[k], reversed_index_, vertex + 1);
+      PathState& path = b.paths[i];
+      path.beta = batch.beta[k];
+      path.pdf_w = batch.pdf_w[k];
+      path.normal = batch.normal[k];
+      b.active[survivors++] = i;
+    }
+    return survivors;
+  }
+
+  // General kernel: one vertex of one path. True when the path goes on along the new ray in group_.rays[i].
   bool shade_vertex(int vertex, int j, std::uint32_t i) {
     PathGroup& b = group_;
     PathState& path = b.paths[i];
@@ -285,104 +391,72 @@ class PathKernel {
     const Hit& hit = b.hits[i];
 
     if (!hit.valid()) {
-      if (vertex == 1)
-        b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
-      if (!is_finite(ray.direction)) [[unlikely]] {
-        path.radiance = Rgb(std::numeric_limits<float>::quiet_NaN());  // not traced: the film counts an invalid sample
-        return false;
-      }
-      // Add what the environment sends along the ray.
-      const Rgb radiance = lights_.environment_radiance(ray.direction);
-      if (!is_black(radiance)) {
-        float weight = 1;
-        if (path.pdf_w > 0) {
-          weight = mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
-        }
-        path.radiance += path.beta * radiance * weight;
-      }
+      leave_scene(vertex, i);
       return false;
     }
 
-    Surface surface = make_surface<kGeneral>(scene_, ray, hit);
+    Surface surface = make_surface<true>(scene_, ray, hit);
     const MaterialRecord& material = *surface.material;
     const V3f wo_world = -ray.direction;
 
     // Absorb what the medium takes along the segment.
-    if constexpr (kGeneral) {
-      if (path.media.count > 0) path.beta *= transmittance(path.media, hit.t);
-    }
+    if (path.media.count > 0) path.beta *= transmittance(path.media, hit.t);
 
     // Add what the surface emits.
     if (material.emissive) add_emission(path, ray, hit, surface);
 
     // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
     SurfaceParams params;
-    [[maybe_unused]] float footprint = 0;
-    if constexpr (kGeneral) {
-      if (scene_.mip_mapped) {
-        b.cones[i].advance(hit.t);
-        footprint = b.cones[i].footprint(dot(surface.geometric_normal, wo_world));
-      }
-      if (surface.part->smooth || material.normal_mapped) {
-        interpolate_normal(scene_, hit, wo_world, footprint, surface);
-      }
-      params = evaluate_material(scene_, hit, footprint, surface);
+    float footprint = 0;
+    if (scene_.mip_mapped) {
+      b.cones[i].advance(hit.t);
+      footprint = b.cones[i].footprint(dot(surface.geometric_normal, wo_world));
     }
+    if (surface.part->smooth || material.normal_mapped) {
+      interpolate_normal(scene_, hit, wo_world, footprint, surface);
+    }
+    params = evaluate_material(scene_, hit, footprint, surface);
     const bool flip = !surface.front && !material.volume;
     const V3f normal = flip ? -surface.shading_normal : surface.shading_normal;
     const V3f geometric_normal = flip ? -surface.geometric_normal : surface.geometric_normal;
     const Frame frame(normal);
     const V3f wo = frame.to_local(wo_world);
-    if constexpr (kGeneral) {
-      if (params.model == LobeModel::stack) {
-        layers_ = evaluate_layers(scene_, hit, wo_world, footprint, surface, frame);
-        params.layers = &layers_;
-      }
+    if (params.model == LobeModel::stack) {
+      layers_ = evaluate_layers(scene_, hit, wo_world, footprint, surface, frame);
+      params.layers = &layers_;
     }
-    const Rgb& lambert_albedo = kGeneral ? params.base_color : material.params.base_color;
-    const bool lambert = kGeneral ? params.model == LobeModel::lambert : true;
+    const bool lambert = params.model == LobeModel::lambert;
 
     const bool black = material.one_sided && !surface.front;
     if (vertex == 1) {
-      const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? lambert_albedo : surface_albedo(params, wo);
+      const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : surface_albedo(params, wo);
       b.first[i] = {albedo, normal, hit.t, instance_name(hit), hit.primitive};
     }
     if (black) return false;
     if (vertex >= task_.settings.max_segments) return false;
-    if constexpr (kGeneral) {
-      if (params.model == LobeModel::none) return false;
-    }
-    if (!kGeneral && is_black(lambert_albedo)) return false;
+    if (params.model == LobeModel::none) return false;
 
     // Sample a light and weight it against the BSDF's finding it.
-    const bool transmissive = kGeneral && !lambert && lets_light_through(params);
+    const bool transmissive = !lambert && lets_light_through(params);
     const V3f light_normal =
         transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
     const V3f near_side = near_side_origin(surface, ray.direction);
-    if (has_lights_ && (!kGeneral || !is_pure_delta(params))) {
+    if (has_lights_ && !is_pure_delta(params)) {
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
       // would then, if it emits, light itself.
       const V3f from = transmissive ? surface.position : near_side;
       const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
-        const BsdfValue value = lambert ? evaluate_lambert(lambert_albedo, wo, wi) : evaluate_bsdf(params, wo, wi);
+        const BsdfValue value = lambert ? evaluate_lambert(params.base_color, wo, wi) : evaluate_bsdf(params, wo, wi);
         // A direction that the shading normal admits but the geometry does not would leak light.
         const bool consistent = dot(geometric_normal, light.direction) * wi.z > 0;
         if (consistent && !is_black(value.f_cos)) {
           const float weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
           Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
-          // Stop short of the light's own surface: the ray starts `offset` off its surface, and both ends are rounded.
-          // What is perpendicular to the light must be travelled along a slanted ray, hence the cosine.
-          float t_max = light.distance;
-          if (std::isfinite(t_max)) {
-            const float margin = surface.offset + (t_max + scene_.radius) * kOffsetFactor;
-            t_max = std::max(0.0f, t_max - margin / std::max(light.cos_light, 1e-3f));
-          }
-          if constexpr (kGeneral) {
-            if (scene_.features.absorption)
-              radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
-          }
+          const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
+          if (scene_.features.absorption)
+            radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
           const V3f origin = origin_towards(surface, near_side, light.direction);
           add_shadow_ray(vertex, i, origin, light.direction, t_max, radiance);
         }
@@ -391,28 +465,22 @@ class PathKernel {
 
     // Sample the BSDF for the next direction.
     BsdfSample sample;
-    if constexpr (kGeneral) {
-      const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-      sample = lambert ? sample_lambert(lambert_albedo, wo, square_to_cosine_hemisphere(u))
-                       : sample_bsdf(params, wo, b.lobe[j], u);
-    } else {
-      sample = sample_lambert(lambert_albedo, wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]));
-    }
+    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
+    sample = lambert ? sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u))
+                     : sample_bsdf(params, wo, b.lobe[j], u);
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (!(dot(geometric_normal, direction) * sample.wi.z > 0)) return false;
     path.beta *= sample.weight;
     path.pdf_w = sample.delta ? 0.0f : sample.pdf_w;
     path.normal = light_normal;
-    if constexpr (kGeneral) {
-      if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
-      path.eta_scale *= sample.eta * sample.eta;
-      if (sample.transmitted && material.volume) {
-        if (wo.z > 0)
-          path.media.enter(surface.part->material);
-        else
-          path.media.leave(surface.part->material);
-      }
+    if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
+    path.eta_scale *= sample.eta * sample.eta;
+    if (sample.transmitted && material.volume) {
+      if (wo.z > 0)
+        path.media.enter(surface.part->material);
+      else
+        path.media.leave(surface.part->material);
     }
     if (is_black(path.beta)) return false;
 

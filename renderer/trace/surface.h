@@ -1,6 +1,10 @@
 // From a hit to a surface that scatters: position with its error bound, normals, material with textures looked up.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "renderer/trace/scene_data.h"
 
 namespace helio {
@@ -109,11 +113,24 @@ inline constexpr float kMostRetreat = 64;
 // Where rays start that leave towards the side from which `arrived` (unit) came: `offset` off the surface, and that as
 // far as possible back on the ray, at most to its own start. Nothing lies between there and here, for the ray has
 // passed; straight off the surface, a start next to an edge could lie behind the neighbour: closed rooms would leak.
+inline V3f near_side_origin(const V3f& position, const V3f& geometric_normal, bool front, float offset, float travelled,
+                            const V3f& arrived) {
+  const float cosine = std::fabs(dot(geometric_normal, arrived));
+  const float back = std::min(std::min(kMostRetreat * offset, offset / std::max(cosine, 1e-3f)), travelled);
+  const float lift = std::max(0.0f, offset - back * cosine);
+  return position - arrived * back + geometric_normal * (front ? lift : -lift);
+}
 inline V3f near_side_origin(const Surface& s, const V3f& arrived) {
-  const float cosine = std::fabs(dot(s.geometric_normal, arrived));
-  const float back = std::min({kMostRetreat * s.offset, s.offset / std::max(cosine, 1e-3f), s.travelled});
-  const float lift = std::max(0.0f, s.offset - back * cosine);
-  return s.position - arrived * back + s.geometric_normal * (s.front ? lift : -lift);
+  return near_side_origin(s.position, s.geometric_normal, s.front, s.offset, s.travelled, arrived);
+}
+
+// How far a shadow ray goes that starts `offset` off its surface and meets a light's surface at `distance`, under the
+// cosine cos_light (+inf: no surface): it stops short of it. Both ends are rounded; what is perpendicular to the light
+// must be travelled along a slanted ray, hence the cosine.
+inline float shadow_length(float distance, float cos_light, float offset, float scene_radius) {
+  const float margin = offset + (distance + scene_radius) * kOffsetFactor;
+  const float length = std::max(0.0f, distance - margin / std::max(cos_light, 1e-3f));
+  return distance < std::numeric_limits<float>::infinity() ? length : distance;
 }
 
 // Where a ray along `direction` starts; `near_side` is near_side_origin(), worked out once for all rays of a vertex.
