@@ -1,11 +1,11 @@
 #include "client/frame_assembler.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <span>
 
+#include "renderer/codec/checksum.h"
 #include "renderer/codec/tile_codec.h"
 
 namespace helio {
@@ -26,11 +26,6 @@ std::string describe(const PixelRect& r) {
 
 std::string place(const PixelRect& window) {
   return "tile " + describe(window);
-}
-
-std::uint32_t checksum(const std::string& bytes) {
-  return static_cast<std::uint32_t>(
-      crc32_z(crc32_z(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 bool inside(const PixelRect& inner, const PixelRect& outer) {
@@ -84,7 +79,7 @@ Result<FrameAssembler::Outcome> FrameAssembler::add(pb::Tile tile) {
     return Error{ErrorCode::internal, "lies outside the region " + describe(picture_.window), place(window)};
   }
   if (tile.exr().empty()) return Error{ErrorCode::internal, "is empty", place(window)};
-  const std::uint32_t found = checksum(tile.exr());
+  const std::uint32_t found = crc32_of(tile.exr().data(), tile.exr().size());
   if (found != tile.crc32()) {
     return Error{ErrorCode::internal, fmt::format("checksum {:08x} where {:08x} was announced", found, tile.crc32()),
                  place(window)};

@@ -1,9 +1,9 @@
 #include "server/tile_encoder.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
+
+#include "renderer/codec/checksum.h"
 
 namespace helio {
 namespace {
@@ -58,7 +58,7 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
   encoded.samples_per_pixel = tile.samples_per_pixel;
   encoded.invalid_samples = pixels.invalid_samples;
   encoded.exr = std::move(*exr);
-  encoded.crc32 = static_cast<std::uint32_t>(crc32_z(0, encoded.exr.data(), encoded.exr.size()));
+  encoded.crc32 = crc32_of(encoded.exr.data(), encoded.exr.size());
   return encoded;
 }
 
