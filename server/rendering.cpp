@@ -16,7 +16,7 @@ std::uint64_t pixels(const RenderSettings& settings) {
 }  // namespace
 
 std::uint64_t film_bytes(const RenderSettings& settings) {
-  return pixels(settings) * (kHalves * sizeof(HalfPixel) + sizeof(PixelFeatures));
+  return pixels(settings) * Film::kBytesPerPixel;
 }
 
 Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,

@@ -35,11 +35,21 @@ class BoxRows {
   void sum(float* out) const;
 
  private:
+  struct Pixels {
+    alignas(64) float lanes[kPixelsAtOnce * kLanes];
+  };
+  struct Row {
+    std::vector<Pixels> sums;  // over seven columns
+    std::vector<Pixels> two;   // those and the row's above
+    bool zero = true;          // `sums` are zeroes, whatever is written there; `two` likewise if both rows' are
+  };
+
   int width_ = 0;  // rounded up
   int newest_ = 0;
   int empty_rows_ = 0;
-  std::vector<float> input_, zeroes_, sums_[kBoxSide];  // sums over seven columns
-  const float* rows_[kBoxSide] = {};
+  std::vector<float> input_;
+  std::vector<Pixels> zeroes_;
+  Row rows_[kBoxSide];
 };
 
 }  // namespace helio

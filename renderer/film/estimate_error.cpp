@@ -106,8 +106,10 @@ void ErrorEstimate::look_over(std::size_t index) {
       for (int x = part.window.x0; x < part.window.x1; ++x) {
         const HalfPixel& pixel = pixels[x];
         for (int c = 0; c < 3; ++c) {
-          if (pixel.sum_squares[c] > part.brightest * pixel.sum[c])
-            part.brightest = pixel.sum_squares[c] / std::max(pixel.sum[c], DBL_MIN);
+          // sum of squares > brightest x sum, without a division
+          const double sum = pixel.sum[c], n = pixel.count;
+          if (n * pixel.deviations[c] + sum * sum > n * part.brightest * sum)
+            part.brightest = pixel.sum_squares(c) / std::max(sum, DBL_MIN);
         }
       }
     }

@@ -1,6 +1,7 @@
 #include "renderer/film/film.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 
 namespace helio {
@@ -9,18 +10,48 @@ Film::Film(int width, int height) : width_(width), height_(height) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
+  for (std::vector<std::uint32_t>& half : invalid_) half.resize(pixels);
   features_.resize(pixels);
 }
 
 std::size_t Film::bytes() const {
   std::size_t total = features_.capacity() * sizeof(PixelFeatures);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
+  for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
+  return total;
+}
+
+void Film::add_invalid(int h, int x, int y, std::uint32_t samples) {
+  invalid_[h][index(x, y)] += samples;
+  std::atomic_ref(any_invalid_).store(true, std::memory_order_relaxed);
+}
+
+std::uint64_t Film::invalid_in(const PixelRect& window) const {
+  std::uint64_t total = 0;
+  if (!std::atomic_ref(const_cast<bool&>(any_invalid_)).load(std::memory_order_relaxed)) return total;
+  for (const std::vector<std::uint32_t>& half : invalid_) {
+    for (int y = window.y0; y < window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) total += half[index(x, y)];
+    }
+  }
   return total;
 }
 
 void Film::clear() {
-  for (std::vector<HalfPixel>& half : halves_) std::fill(half.begin(), half.end(), HalfPixel{});
-  std::fill(features_.begin(), features_.end(), PixelFeatures{});
+  clear(bounds());
+  any_invalid_ = false;
+}
+
+void Film::clear(const PixelRect& window) {
+  const bool any_invalid = std::atomic_ref(any_invalid_).load(std::memory_order_relaxed);
+  for (int y = window.y0; y < window.y1; ++y) {
+    const std::size_t first = index(window.x0, y);
+    for (int h = 0; h < kHalves; ++h) {
+      std::fill_n(halves_[h].begin() + std::ptrdiff_t(first), window.width(), HalfPixel{});
+      if (any_invalid) std::fill_n(invalid_[h].begin() + std::ptrdiff_t(first), window.width(), 0u);
+    }
+    std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
+  }
 }
 
 }  // namespace helio

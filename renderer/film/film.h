@@ -15,21 +15,36 @@ namespace helio {
 
 inline constexpr int kHalves = 2;
 
-// One half of one pixel. count is the number of valid samples; invalid ones never enter.
+// x rounded up or down to a float with a probability that makes its expectation exact: rounded to nearest, sums and
+// means alike lose what is below half a unit of their last digit, always the same way (a float sum of 0.6 is 0.3 % off
+// after 65,536 terms). The error is a random walk instead, of about 1e-8 sqrt(count). See Croci et al. 2022,
+// "Stochastic rounding: implementation, error analysis and applications". The random number is a Weyl sequence over the
+// count, so the bits are those of the samples. |x| below the largest float.
+inline float round_stochastically(double x, std::uint32_t count) {
+  constexpr std::uint64_t kDropped = (std::uint64_t(1) << 29) - 1;  // digits that a double has and a float has not
+  return float(std::bit_cast<double>((std::bit_cast<std::uint64_t>(x) + (count * 0x9e3779b1u >> 3)) & ~kDropped));
+}
+
+// One half of one pixel. count is the number of valid samples; invalid ones never enter. Small, because resolving a
+// film is bound by reading it.
 struct HalfPixel {
   double sum[3] = {0, 0, 0};
-  double sum_squares[3] = {0, 0, 0};
+  float deviations[3] = {0, 0, 0};  // sum over the samples of (x - mean)^2, at most 2^127
   std::uint32_t count = 0;
-  std::uint32_t invalid = 0;
 
   void add(const Rgb& radiance) {
-    for (int c = 0; c < 3; ++c) {
-      const double x = radiance[c];
-      sum[c] += x;
-      sum_squares[c] += x * x;
-    }
+    // Of n samples that become n + 1: (x - mean)^2 n / (n + 1) is added (Welford 1962, eq. I).
+    constexpr double kLargest = 0x1p127;
+    const double n = count, scale = count > 0 ? 1 / (n * (n + 1)) : 0;
     ++count;
+    for (int c = 0; c < 3; ++c) {
+      const double x = radiance[c], off = x * n - sum[c];
+      const double grown = deviations[c] + off * off * scale;
+      deviations[c] = round_stochastically(grown < kLargest ? grown : kLargest, count);
+      sum[c] += x;
+    }
   }
+  double sum_squares(int c) const { return count > 0 ? deviations[c] + sum[c] * sum[c] / count : 0; }
 };
 
 // First-hit features. Albedo, normal and hits are over all samples of half A; the others are those of its first sample,
@@ -48,26 +63,17 @@ struct PixelFeatures {
     hits += hit ? 1 : 0;
     const double weight = 1.0 / count;
     for (int c = 0; c < 3; ++c) {
-      albedo[c] = updated(albedo[c], sample_albedo[c], weight);
-      normal[c] = updated(normal[c], sample_normal[c], weight);
+      albedo[c] = round_stochastically(albedo[c] + (double(sample_albedo[c]) - albedo[c]) * weight, count);
+      normal[c] = round_stochastically(normal[c] + (double(sample_normal[c]) - normal[c]) * weight, count);
     }
-  }
-
- private:
-  // mean + (x - mean) weight, rounded up or down to a float with a probability that makes its expectation exact:
-  // rounded to nearest, sums and means alike lose what is below half a unit of their last digit, always the same way (a
-  // float sum of 0.6 is 0.3 % off after 65,536 terms). The error is a random walk instead, of about 1e-8 sqrt(count).
-  // See Croci et al. 2022, "Stochastic rounding: implementation, error analysis and applications". The random number is
-  // a Weyl sequence over the count, so the bits are those of the samples.
-  float updated(float mean, float x, double weight) const {
-    constexpr std::uint64_t kDropped = (std::uint64_t(1) << 29) - 1;  // digits that a double has and a float has not
-    const auto bits = std::bit_cast<std::uint64_t>(mean + (double(x) - mean) * weight);
-    return float(std::bit_cast<double>((bits + (count * 0x9e3779b1u >> 3)) & ~kDropped));
   }
 };
 
 class Film {
  public:
+  static constexpr std::size_t kBytesPerPixel =
+      kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
+
   Film(int width, int height);
 
   int width() const { return width_; }
@@ -80,7 +86,14 @@ class Film {
   PixelFeatures& features(int x, int y) { return features_[index(x, y)]; }
   const PixelFeatures& features(int x, int y) const { return features_[index(x, y)]; }
 
+  // Samples of one half of a pixel that were not finite. Apart, for they are rare.
+  std::uint32_t invalid(int h, int x, int y) const { return invalid_[h][index(x, y)]; }
+  void add_invalid(int h, int x, int y, std::uint32_t samples = 1);
+  std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
+
   void clear();
+  // Only a window, which must lie inside.
+  void clear(const PixelRect& window);
 
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
@@ -88,6 +101,8 @@ class Film {
   int width_, height_;
   std::vector<HalfPixel> halves_[kHalves];
   std::vector<PixelFeatures> features_;
+  std::vector<std::uint32_t> invalid_[kHalves];
+  bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 
 }  // namespace helio

@@ -10,25 +10,19 @@
 namespace helio {
 namespace {
 
-static_assert(offsetof(HalfPixel, sum) == 0 && offsetof(HalfPixel, sum_squares) == 3 * sizeof(double) &&
-              offsetof(HalfPixel, count) == 6 * sizeof(double) && offsetof(HalfPixel, invalid) == 52 &&
-              sizeof(HalfPixel) == 7 * sizeof(double));
+static_assert(offsetof(HalfPixel, sum) == 0 && offsetof(HalfPixel, deviations) == 3 * sizeof(double) &&
+              offsetof(HalfPixel, count) == 3 * sizeof(double) + 3 * sizeof(float) && sizeof(HalfPixel) == 40);
 
-// Count and invalid, as one number.
-std::uint64_t counts_of(const HalfPixel& half) {
-  std::uint64_t counts;
-  std::memcpy(&counts, &half.count, sizeof(counts));
-  return counts;
-}
-
-// Three channels; the fourth lane is finite and means nothing.
+// Three channels and 0. What the fourth lane held may be subnormal, and so slow to calculate with.
 void load_sum(const HalfPixel& half, Double4& sum) {
-  load(&half, sum);  // lane 3: sum_squares[0]
+  load(&half, sum);
+  sum = (Double4)((Long4)sum & Long4{-1, -1, -1, 0});
 }
-void load_sum_squares(const HalfPixel& half, Double4& squares) {
-  load(&half.sum_squares, squares);
-  // Lane 3 holds the two counts, a subnormal number that would be slow to calculate with.
-  squares = (Double4)((Long4)squares & Long4{-1, -1, -1, 0});
+void load_deviations(const HalfPixel& half, Double4& deviations) {
+  Float4 narrow;
+  load(&half.deviations, narrow);
+  narrow[3] = 0;
+  deviations = __builtin_convertvector(narrow, Double4);
 }
 
 void store_mean(const Double4& mean, float* out) {
@@ -51,9 +45,9 @@ void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves]) {
   const bool both_spread = counts[0] > 1 && counts[1] > 1;
   for (int h = 0; h < kHalves; ++h) {
     count[h] = counts[h];
-    inverse[h] = count[h] > 0 ? 1.0 / count[h] : 0;
-    mean[h] = paired ? 0.5 * inverse[h] : inverse[h];
-    spread[h] = both_spread ? 0.25 * inverse[h] / (count[h] - 1.0) : 0;
+    const double inverse = count[h] > 0 ? 1.0 / count[h] : 0;
+    mean[h] = paired ? 0.5 * inverse : inverse;
+    spread[h] = both_spread ? 0.25 * inverse / (count[h] - 1.0) : 0;
   }
 }
 
@@ -66,12 +60,9 @@ void PixelRow::find_runs(const HalfPixel* a, const HalfPixel* b) {
     run.begin = x;
     run.count[0] = a[x].count;
     run.count[1] = b[x].count;
-    run.invalid[0] = a[x].invalid;
-    run.invalid[1] = b[x].invalid;
-    const std::uint64_t counts_a = counts_of(a[x]), counts_b = counts_of(b[x]);
     do {
       ++x;
-    } while (x < width && counts_of(a[x]) == counts_a && counts_of(b[x]) == counts_b);
+    } while (x < width && a[x].count == run.count[0] && b[x].count == run.count[1]);
     run.end = x;
     any_paired_ |= run.paired();
     any_spread_ |= run.spread();
@@ -95,7 +86,6 @@ void PixelRow::write_means(const Run& run, const HalfPixel* a, const HalfPixel* 
 template <bool kSpread>
 void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads) {
   const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
-  const Double4 inverse_a = Double4{} + weights_.inverse[0], inverse_b = Double4{} + weights_.inverse[1];
   const Double4 scale_a = Double4{} + weights_.spread[0], scale_b = Double4{} + weights_.spread[1];
   for (int x = run.begin; x < run.end; ++x) {
     __builtin_prefetch(a + x + next_row_);
@@ -110,12 +100,8 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
     store_term(half_difference * half_difference, 1.0f, differences + x * kLanes);
     if (!kSpread) continue;
     Double4 spread_a, spread_b;
-    load_sum_squares(a[x], spread_a);
-    load_sum_squares(b[x], spread_b);
-    spread_a -= sum_a * sum_a * inverse_a;
-    spread_b -= sum_b * sum_b * inverse_b;
-    spread_a = spread_a > 0.0 ? spread_a : Double4{};
-    spread_b = spread_b > 0.0 ? spread_b : Double4{};
+    load_deviations(a[x], spread_a);
+    load_deviations(b[x], spread_b);
     store_term(spread_a * scale_a + spread_b * scale_b, 1.0f, spreads + x * kLanes);
   }
 }
@@ -184,15 +170,6 @@ void PixelRow::append_samples(int from, int to, std::vector<float>& samples) con
     const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
     if (begin < end) samples.insert(samples.end(), std::size_t(end - begin), float(run.count[0]) + float(run.count[1]));
   }
-}
-
-std::uint64_t PixelRow::invalid_samples(int from, int to) const {
-  std::uint64_t invalid = 0;
-  for (const Run& run : runs_) {
-    const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
-    if (begin < end) invalid += std::uint64_t(end - begin) * (std::uint64_t(run.invalid[0]) + run.invalid[1]);
-  }
-  return invalid;
 }
 
 }  // namespace helio

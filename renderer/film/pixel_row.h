@@ -27,13 +27,12 @@ class PixelRow {
   // Columns [from, to), which must have been looked at.
   void append_means(int from, int to, std::vector<float> (&channels)[3]) const;
   void append_samples(int from, int to, std::vector<float>& samples) const;  // valid ones, both halves
-  std::uint64_t invalid_samples(int from, int to) const;
 
  private:
   // Neighbours that have the same numbers of samples.
   struct Run {
     int begin = 0, end = 0;  // from x0
-    std::uint32_t count[kHalves] = {}, invalid[kHalves] = {};
+    std::uint32_t count[kHalves] = {};
 
     bool paired() const { return count[0] > 0 && count[1] > 0; }
     bool spread() const { return count[0] > 1 && count[1] > 1; }
@@ -42,7 +41,6 @@ class PixelRow {
   struct Weights {
     std::uint32_t count[kHalves] = {0, 0};
     double mean[kHalves] = {0, 0};     // mean of the pixel: sum[0] mean[0] + sum[1] mean[1]
-    double inverse[kHalves] = {0, 0};  // 1 / count
     double spread[kHalves] = {0, 0};   // 1 / (4 count (count - 1))
 
     void update(const std::uint32_t (&counts)[kHalves]);

@@ -38,13 +38,13 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
   assert(!window.empty() && intersect(window, film.bounds()) == window);
   ResolvedTile tile;
   tile.window = window;
+  tile.invalid_samples = film.invalid_in(window);
   const auto area = std::size_t(window.area());
   for (std::vector<float>& channel : tile.radiance) channel.reserve(area);
   if (channels & kResolveSamples) tile.samples.reserve(area);
   const auto visit_row = [&](const PixelRow& row) {
     row.append_means(window.x0, window.x1, tile.radiance);
     if (channels & kResolveSamples) row.append_samples(window.x0, window.x1, tile.samples);
-    tile.invalid_samples += row.invalid_samples(window.x0, window.x1);
   };
   if (channels & kResolveVariance) {
     pool_variance(film, window, intersect(roi, film.bounds()), visit_row, tile.variance);

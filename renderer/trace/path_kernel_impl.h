@@ -571,7 +571,7 @@ class PathKernel {
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
           } else {
-            ++pixel.invalid;
+            task_.film.add_invalid(range.half, x, y);
             if (stats_.invalid_samples++ == 0) stats_.first_invalid = {x, y, range.half, range.first + s};
           }
           // Features come from half A alone, so that their order of summation is fixed.

@@ -100,7 +100,7 @@ TEST(EnvironmentReference, AgreesWithMitsuba) {
               const HalfPixel& half = film.half(h, x, y);
               n += half.count;
               sum += half.sum[c];
-              squares += half.sum_squares[c];
+              squares += half.sum_squares(c);
             }
             difference += sum / n - texel(mean, x, y, c);
             error += (squares / n - sum * sum / n / n) / (n - 1) + texel(variance, x, y, c);

@@ -128,7 +128,7 @@ inline MeanEstimate mean_of(const Film& film) {
         n += half.count;
         for (int c = 0; c < 3; ++c) {
           sum[c] += half.sum[c];
-          squares[c] += half.sum_squares[c];
+          squares[c] += half.sum_squares(c);
         }
       }
       if (n == 0) continue;
@@ -153,9 +153,9 @@ inline bool same_bits(const Film& a, const Film& b) {
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel &p = a.half(h, x, y), &q = b.half(h, x, y);
         for (int c = 0; c < 3; ++c) {
-          if (p.sum[c] != q.sum[c] || p.sum_squares[c] != q.sum_squares[c]) return false;
+          if (p.sum[c] != q.sum[c] || p.deviations[c] != q.deviations[c]) return false;
         }
-        if (p.count != q.count || p.invalid != q.invalid) return false;
+        if (p.count != q.count || a.invalid(h, x, y) != b.invalid(h, x, y)) return false;
       }
       const PixelFeatures &f = a.features(x, y), &g = b.features(x, y);
       for (int c = 0; c < 3; ++c) {

@@ -12,13 +12,6 @@ constexpr double kFirstCostGuess = 4e-6;
 // Handing out a piece costs a few microseconds, so it is not cut smaller than this for the sake of an even end.
 constexpr std::uint64_t kSmallestShare = 512;
 
-void clear_pixels(Film& film, const PixelRect& window) {
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int h = 0; h < kHalves; ++h) std::fill_n(&film.half(h, window.x0, y), window.width(), HalfPixel{});
-    std::fill_n(&film.features(window.x0, y), window.width(), PixelFeatures{});
-  }
-}
-
 }  // namespace
 
 // The next samples of the cell; false: it has all that it should have.
@@ -138,7 +131,7 @@ void IntegratePass::finish(const IntegratePiece& piece, bool done, double second
 bool run_integrate(const IntegratePiece& piece, const IntegrateFunction& integrate, const CameraPose& camera,
                    const RenderSettings& settings, const CancelToken& cancel, Film& film, TraceStats& stats) {
   if (cancel.cancelled()) return false;
-  if (piece.clear) clear_pixels(film, piece.window);
+  if (piece.clear) film.clear(piece.window);
   if (piece.range.count == 0) return true;
   return integrate({camera, settings, piece.range, piece.window}, cancel, film, stats);
 }

@@ -112,7 +112,7 @@ TEST_P(Leak, NoneInFourMillionSamplesOfClosedRooms) {
         [&](const HalfPixel& half, const PixelFeatures&, int) {
           ++samples;
           lit += half.sum[0] != 0 || half.sum[1] != 0 || half.sum[2] != 0;
-          invalid += half.invalid;
+          invalid += 1 - half.count;
         });
     EXPECT_EQ(samples, std::uint64_t(room.films) * 512 * 512 * 2);
     EXPECT_EQ(lit, 0u) << room.name;

@@ -55,12 +55,12 @@ struct FakeIntegrator {
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
         HalfPixel& pixel = film.half(job.range.half, x, y);
-        if (pixel.count + pixel.invalid != job.range.first) counters->out_of_order++;
+        if (pixel.count + film.invalid(job.range.half, x, y) != job.range.first) counters->out_of_order++;
         for (std::uint32_t i = 0; i < job.range.count; ++i) {
           const std::uint32_t index = job.range.first + i;
           const float u = hash_sample(job.settings.seed, x, y, job.range.half, index);
           if (hash_sample(~job.settings.seed, x, y, job.range.half, index) < invalid_share) {
-            ++pixel.invalid;
+            film.add_invalid(job.range.half, x, y);
             stats.invalid_samples++;
           } else {
             pixel.add(Rgb(mean + noise * (2 * u - 1)));

@@ -12,11 +12,11 @@ namespace {
 TEST(Film, StartsEmptyAndClearsToEmpty) {
   Film film(7, 13);
   EXPECT_EQ(film.bounds(), (PixelRect{0, 0, 7, 13}));
-  EXPECT_GE(film.bytes(), std::size_t(7 * 13) * (2 * sizeof(HalfPixel) + sizeof(PixelFeatures)));
+  EXPECT_GE(film.bytes(), 7 * 13 * Film::kBytesPerPixel);
   film.half(1, 6, 12).add(Rgb(1, 2, 3));
   film.features(6, 12).instance = 4;
   EXPECT_EQ(film.half(1, 6, 12).count, 1u);
-  EXPECT_EQ(film.half(1, 6, 12).sum_squares[2], 9.0);
+  EXPECT_EQ(film.half(1, 6, 12).sum_squares(2), 9.0);
   film.clear();
   EXPECT_EQ(film.half(1, 6, 12).count, 0u);
   EXPECT_EQ(film.half(1, 6, 12).sum[0], 0.0);
@@ -43,6 +43,35 @@ TEST(Film, HundredMillionSamplesDoNotDrift) {
   EXPECT_NEAR(pixel.sum[0] / pixel.count / double(0.1f), 1.0, 1e-8);
   EXPECT_NEAR(pixel.sum[1] / pixel.count / double(1e9f), 1.0, 1e-8);
   EXPECT_NEAR(pixel.sum[2] / pixel.count / double(1e-6f), 1.0, 1e-8);
+}
+
+// Sums of squares less squares of sums leave nothing of a deviation of 1e-9; what is added up here keeps its digits,
+// and goes on growing beyond the 2^24 terms where a float sum would stand still.
+TEST(Film, DeviationsKeepTheirDigits) {
+  HalfPixel pixel;
+  for (int i = 0; i < 50'000'000; ++i) {
+    const float x = i % 2 == 0 ? 1.0f : -1.0f;
+    pixel.add(Rgb(1e9f + 64 * x, 1e-6f * (2 + x), 0.5f));
+  }
+  EXPECT_NEAR(pixel.deviations[0] / (4096.0 * pixel.count), 1.0, 1e-3);
+  EXPECT_NEAR(pixel.deviations[1] / (1e-12 * pixel.count), 1.0, 1e-3);
+  EXPECT_EQ(pixel.deviations[2], 0.0f);
+  for (const float x : {3e38f, -3e38f, 3e38f}) pixel.add(Rgb(x));
+  EXPECT_EQ(pixel.deviations[0], 0x1p127f) << "too large to be told";
+}
+
+TEST(Film, CountsInvalidSamplesApart) {
+  Film film(5, 4);
+  EXPECT_EQ(film.invalid_in(film.bounds()), 0u);
+  film.add_invalid(0, 1, 2);
+  film.add_invalid(1, 4, 3, 7);
+  EXPECT_EQ(film.invalid(0, 1, 2), 1u);
+  EXPECT_EQ(film.invalid_in(film.bounds()), 8u);
+  EXPECT_EQ(film.invalid_in({0, 0, 4, 4}), 1u);
+  film.clear({0, 0, 2, 3});
+  EXPECT_EQ(film.invalid_in(film.bounds()), 7u);
+  film.clear();
+  EXPECT_EQ(film.invalid_in(film.bounds()), 0u);
 }
 
 // Counts stay exact and means keep following their samples beyond 2^24 of them, where a float sum stands still.

@@ -29,8 +29,8 @@ TEST(Resolve, FillsWhatIsAskedFor) {
   Film film(3, 2);
   Random random(1);
   test::add_samples(film, 0, 2, random, [](int x, int, int, Random&) { return float(x); });
-  film.half(1, 2, 1).invalid = 5;
-  film.half(0, 1, 1).invalid = 1;
+  film.add_invalid(1, 2, 1, 5);
+  film.add_invalid(0, 1, 1);
   PixelFeatures& f = film.features(2, 1);
   f.count = 4;
   f.hits = 3;
@@ -94,7 +94,7 @@ TEST(Variance, IsCalibratedForStratifiedSamplesWhereTheSampleVarianceOverstates)
     }
     reported += test::mean_of(test::variance_of(film)) / kSeeds;
     const HalfPixel& half = film.half(0, 5, 5);
-    const double variance = (half.sum_squares[0] - half.sum[0] * half.sum[0] / kSamples) / (kSamples - 1);
+    const double variance = half.deviations[0] / (kSamples - 1);
     by_sample_variance += variance / (2 * kSamples) / kSeeds;
   }
   const double expected = 1.0 / (24.0 * kSamples * kSamples * kSamples);
@@ -259,7 +259,7 @@ TEST(Variance, SurvivesExtremes) {
         p.count = c.count;
         for (int k = 0; k < 3; ++k) {
           p.sum[k] = mean * c.count;
-          p.sum_squares[k] = 1.5 * mean * mean * c.count;
+          p.deviations[k] = float(std::min(0.5 * mean * mean * c.count, 0x1p127));
         }
       }
     }
