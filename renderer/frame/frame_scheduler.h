@@ -30,7 +30,7 @@ struct FrameState {
   std::uint64_t revision = 0;
   double begun_s = 0;
   std::uint32_t done[kHalves] = {0, 0};    // samples that every pixel of the region has
-  ErrorAtCount measured, measured_before;  // the newest two estimates; samples == 0: none
+  ErrorAtCount measured;                   // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown
   bool published_final = false;         // everything was, as final

@@ -299,7 +299,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   if (another_picture || another_grid) {
     trace = {};
     film_samples = 0;
-    state.measured = state.measured_before = {};
+    state.measured = {};
   }
   another_picture = another_grid = false;
 
@@ -350,7 +350,6 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   blend(state.publish_seconds, seconds.publish);
 
   if (pipeline.measured()) {
-    if (state.measured.samples != state.total()) state.measured_before = state.measured;
     state.measured = {state.total(), *pipeline.measured()};
   }
 

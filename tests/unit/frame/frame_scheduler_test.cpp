@@ -256,14 +256,11 @@ TEST(FrameScheduler, ErrorBudgetAimsAtTheCountThatIsNeeded) {
   Budget budget;
   budget.error = 0.1;
   const FrameScheduler scheduler(budget, {});
-  // Variance is 1.44x the target at 32 samples; falling as 1/n it meets it at 46.08.
-  EXPECT_PLAN(scheduler.plan_next(with_error(at(16, 16), 0.12, 0), 0, 0, 0), integrate(24, 24, true));
-  // Not further than the next power of two: it may fall faster.
+  // Variance is 1.44x the target at 32 samples; falling as 1/n^3 it meets it at 36.1. One half may be a sample ahead.
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(16, 16), 0.12, 0), 0, 0, 0), integrate(19, 18, true));
+  EXPECT_PLAN(scheduler.plan_next(with_error(at(19, 18), 0.101, 0), 0, 0, 0), integrate(19, 19, true));
+  // Not further than the next power of two.
   EXPECT_PLAN(scheduler.plan_next(with_error(at(16, 16), 0.5, 0), 0, 0, 0), integrate(32, 32, true));
-  // It was seen to fall as n^-2: from 1.44 to 1 takes 32 * 1.2.
-  FrameState fast = with_error(at(16, 16), 0.12, 0);
-  fast.measured_before = with_error(at(8, 8), 0.24, 0).measured;
-  EXPECT_PLAN(scheduler.plan_next(fast, 0, 0, 0), integrate(20, 20, true));
   // Almost there: steps do not get endlessly small.
   EXPECT_PLAN(scheduler.plan_next(with_error(at(512, 512), 0.100001, 0), 0, 0, 0), integrate(528, 528, true));
 }
@@ -284,7 +281,6 @@ TEST(FrameScheduler, ErrorBudgetEndsCloseToItsTarget) {
         for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
         if (!plan.measure) continue;
         ++estimates;
-        if (state.measured.samples != state.total()) state.measured_before = state.measured;
         state = with_error(state, std::pow(state.total(), -decay), 0);
       }
       const double error = state.measured.error.rmse;
