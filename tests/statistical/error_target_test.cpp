@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/statistical/loop_picture.h"
+#include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
 
 namespace helio::test {
@@ -36,13 +36,13 @@ TEST_P(ErrorTarget, IsMetAndNotOvershot) {
     Budget budget;
     budget.error = target;
     budget.samples = 65536;
-    LoopPicture picture;
-    const FrameEnd end = picture.render(engine, scene, settings, budget);
+    const LoopPicture picture = render_through_loop(engine, scene, settings, budget);
+    const FrameEnd& end = picture.end;
     ASSERT_EQ(end.reason, FrameEndReason::error) << end.progress.samples_per_pixel << " samples, error "
                                                  << end.progress.error.rmse;
     samples.push_back(end.progress.samples_per_pixel);
     pictures.emplace_back();
-    for (const auto& channel : picture.radiance) pictures.back().insert(pictures.back().end(), channel.begin(), channel.end());
+    for (const auto& channel : picture.channels) pictures.back().insert(pictures.back().end(), channel.begin(), channel.end());
   }
   // The truth is the mean of the other runs, whose own error is taken off.
   std::vector<double> sum(pictures[0].size(), 0.0);
@@ -72,11 +72,7 @@ TEST_P(ErrorTarget, IsMetAndNotOvershot) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ErrorTarget,
                          testing::Values(Case{"cornell-glossy", 0.04}),
-                         [](const auto& info) {
-                           std::string name = info.param.scene;
-                           for (char& letter : name) letter = letter == '-' ? '_' : letter;
-                           return name;
-                         });
+                         [](const auto& info) { return test_name_of(info.param.scene); });
 
 }  // namespace
 }  // namespace helio::test
