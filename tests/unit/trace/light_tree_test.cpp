@@ -71,7 +71,7 @@ TEST(LightTree, ProbabilitiesAddUpToOneOrLittleLess) {
 }
 
 TEST(LightTree, SelectsWithTheProbabilityItReports) {
-  constexpr int kLights = 300, kCount = 200000;
+  constexpr int kLights = 300, kCount = 1000000;
   const LightTree tree(mixed_lights(kLights, 1, 3));
   Random random(4);
   for (int p = 0; p < 4; ++p) {
