@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "error_curves.h"
 #include "subcommands.h"
 
 namespace {
@@ -29,6 +30,16 @@ const Subcommand kSubcommands[] = {
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
 };
 
+struct CurveSubcommand {
+  const char* name;
+  const char* help;
+  Result<std::vector<CurveReport>> (*run)(BenchContext&);
+};
+const CurveSubcommand kCurveSubcommands[] = {
+    {"modes", "error against time and samples of every mode", run_modes},
+    {"peers", "the same beside Mitsuba, on the same XML files", run_peers},
+};
+
 constexpr int kSkipped = 77;  // exit code: the pictures of ../shared are absent (CTest's skip)
 
 std::string from_environment(const char* name, const std::string& otherwise) {
@@ -36,14 +47,25 @@ std::string from_environment(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
+int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, bool as_json) {
+  BenchContext context(options);
+  const auto curves = subcommand.run(context);
+  const Status done = curves ? publish_curves(*curves, as_json, options.output) : Status(curves.error());
+  if (!done) note(std::string(subcommand.name) + " failed: " + done.error().to_string());
+  return done ? 0 : 1;
+}
+
+// Default of --cache.
+std::string cache_folder() {
+  const std::string home = from_environment("HOME", ".");
+  return from_environment("XDG_CACHE_HOME", home + "/.cache") + "/heliograph/references";
+}
+
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
   if (!std::filesystem::exists(std::filesystem::path(options.shared) / "scenes/bench/cornell.gltf")) {
     note("skipped: " + options.shared + "/scenes/bench is absent (--shared, HELIO_SHARED)");
     return from_environment("CI", "") == "true" ? 1 : kSkipped;
   }
-#if !defined(__OPTIMIZE__)
-  note("not an optimised build: these figures mean nothing");
-#endif
   if (options.repeat < 5) note("fewer than 5 repetitions: not a measurement");
 
   BenchContext context(options);
@@ -68,6 +90,7 @@ int main(int argc, char** argv) {
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
   options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
+  options.cache = cache_folder();
   bool as_json = false;
 
   CLI::App app("Measures Heliograph against the figures of tests/bench/README.md. Notes go to stderr.", "helio_bench");
@@ -80,7 +103,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeat", options.repeat, "Measurements after one warm-up; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--size", options.size, "Side of the pictures of speed, rays and features; goals hold for 512")
+  app.add_option("--size", options.size, "Side of the pictures of speed, rays and features, height of references made here; goals hold for 512")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
   app.add_option("--views", options.views, "Camera updates per latency figure, and tries of cancel if more than 200")
@@ -100,12 +123,31 @@ int main(int argc, char** argv) {
       chosen = name;
     });
   }
-  app.add_subcommand("all", "all of them")->callback([&] { chosen = "all"; });
+  for (const CurveSubcommand& subcommand : kCurveSubcommands) {
+    CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
+    command->callback([&chosen, name = subcommand.name] { chosen = name; });
+    command->add_option("SCENE", options.scenes, "Scene files, or names of scenes/bench and of our own scenes");
+    command->add_option("--seeds", options.seeds, "Pictures per point; intervals are over these")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--samples", options.samples, "Samples per pixel of the last point; the others are 1, 2, 4, ...")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
+    command->add_option("--cache", options.cache, "Folder that keeps references made here")->capture_default_str();
+  }
+  app.add_subcommand("all", "all that give figures")->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   spdlog::set_level(spdlog::level::err);
+#if !defined(__OPTIMIZE__)
+  note("not an optimised build: these figures mean nothing");
+#endif
+  for (const CurveSubcommand& subcommand : kCurveSubcommands) {
+    if (chosen == subcommand.name) return run_curves(options, subcommand, as_json);
+  }
   return run(options, chosen, as_json);
 }

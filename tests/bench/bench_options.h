@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace helio::bench {
 
@@ -9,6 +10,11 @@ struct BenchOptions {
   int threads = 2;             // of ours and of the peers
   int repeat = 5;              // measurements after one warm-up; the figure is their median
   int size = 512;              // side of the pictures in pixels; the goals hold for 512
+  int seeds = 5;               // pictures per point of an error curve
+  int samples = 64;            // per pixel, of an error curve's last point
+  std::vector<std::string> scenes;  // of error curves; empty: those of the manual
+  std::string cache;           // folder of references that were made here
+  std::string output;          // folder for the files of error curves; empty: none are written
   int views = 50;              // camera updates per latency figure
   std::string shared;          // folder with scenes/bench
   std::string mitsuba_python;  // Python with Mitsuba 3.9.1 and numpy; empty: none

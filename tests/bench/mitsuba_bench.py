@@ -3,6 +3,9 @@
 usage: mitsuba_bench.py THREADS
   {"do": "load", "scene": NAME, "file": XML}             -> {"version", "variant"}
   {"do": "time", "scene": NAME, "samples": N, "seed": S}  -> {"seconds"}: one mi.render of N samples a pixel
+  {"do": "resize", "scene": NAME, "width": W, "height": H} -> {}: the film of the scene's sensor
+  {"do": "picture", "scene": NAME, "samples": N, "seed": S, "file": EXR} -> {"seconds"}: the picture as float EXR, in passes
+         of at most 16 samples with a seed each, to bound memory; writing is not part of the seconds
   {"do": "curve", "scene": NAME, "step": N, "seed": S, "target": E, "limit": M, "reference": EXR}
       -> {"points": [[samples, seconds, relmse], ...]}: passes of N samples with a seed each, averaged, until relMSE =
          mean((x - r)^2 / (r^2 + 0.01)) has reached E or M samples are in; comparing is not part of the seconds
@@ -42,6 +45,34 @@ def timed(request):
     return {"seconds": time.perf_counter() - start}
 
 
+def resize(request):
+    parameters = mi.traverse(scenes[request["scene"]])
+    sizes = [key for key in parameters.keys() if key.endswith("film.size")]
+    if len(sizes) != 1:
+        raise ValueError(f"{len(sizes)} films instead of one")
+    parameters[sizes[0]] = [request["width"], request["height"]]
+    parameters.update()
+    return {}
+
+
+def picture(request):
+    left, total, passes = request["samples"], None, 0
+    start = time.perf_counter()
+    while left > 0:
+        samples = min(left, 16)
+        image = render(scenes[request["scene"]], samples, request["seed"] * 65536 + passes) * samples
+        total = image if total is None else total + image
+        left -= samples
+        passes += 1
+    mean = total / request["samples"]
+    dr.eval(mean)
+    dr.sync_thread()
+    seconds = time.perf_counter() - start
+    bitmap = mi.Bitmap(mean).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
+    bitmap.write(request["file"])
+    return {"seconds": seconds}
+
+
 def curve(request):
     reference = np.array(mi.Bitmap(request["reference"]).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
     reference = reference.astype(np.float64)
@@ -65,7 +96,7 @@ def curve(request):
 for line in sys.stdin:
     request = json.loads(line)
     try:
-        answer = {"load": load, "time": timed, "curve": curve}[request["do"]](request)
+        answer = {"load": load, "time": timed, "resize": resize, "picture": picture, "curve": curve}[request["do"]](request)
     except Exception as error:  # told to the bench, which names the request
         answer = {"error": f"{type(error).__name__}: {error}"}
     print(json.dumps(answer), flush=True)

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "error_scenes.h"
+
 namespace helio::bench {
 
 using nlohmann::json;
@@ -34,6 +36,22 @@ Result<double> MitsubaPeer::render_seconds(const std::string& scene, int samples
   const auto answer = process_.ask({{"do", "time"}, {"scene", scene}, {"samples", samples}, {"seed", seed}});
   if (!answer) return answer.error();
   return answer->at("seconds").get<double>();
+}
+
+Status MitsubaPeer::resize(const std::string& scene, int width, int height) {
+  const auto answer = process_.ask({{"do", "resize"}, {"scene", scene}, {"width", width}, {"height", height}});
+  if (!answer) return answer.error();
+  return ok_status();
+}
+
+Result<LoopPicture> MitsubaPeer::render_picture(const std::string& scene, int samples, int seed,
+                                                const std::string& file) {
+  const auto answer =
+      process_.ask({{"do", "picture"}, {"scene", scene}, {"samples", samples}, {"seed", seed}, {"file", file}});
+  if (!answer) return answer.error();
+  auto picture = read_picture(file);
+  if (picture) picture->seconds = answer->at("seconds").get<double>();
+  return picture;
 }
 
 Result<std::vector<CurvePoint>> MitsubaPeer::error_curve(const std::string& scene, int step, int seed, double target,

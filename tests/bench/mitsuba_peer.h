@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "error_curve.h"
+#include "loop_rendering.h"
 #include "peer_process.h"
 
 namespace helio::bench {
@@ -20,6 +21,10 @@ class MitsubaPeer {
 
   // Seconds for one picture of so many samples a pixel.
   Result<double> render_seconds(const std::string& scene, int samples, int seed);
+  // The film of the scene's sensor, in pixels.
+  Status resize(const std::string& scene, int width, int height);
+  // The picture, by way of `file`, with the seconds that it took without writing it.
+  Result<LoopPicture> render_picture(const std::string& scene, int samples, int seed, const std::string& file);
   Result<std::vector<CurvePoint>> error_curve(const std::string& scene, int step, int seed, double target, int limit,
                                               const std::string& reference);
 

@@ -111,7 +111,7 @@ Status measure(const std::string& name, const std::filesystem::path& file, const
         run_on_threads(options.threads, logs.size(), [&](std::size_t l) { hits += trace_log(logs[l], accel); });
     Film film(options.size, options.size);
     const auto traced = trace_picture(**scene, camera, path_settings, kSamples, film.bounds(), options.threads, film);
-    if (picture->rays != logged || hits == 0) {
+    if (picture->end.progress.trace.rays != logged || hits == 0) {
       return Error{ErrorCode::internal, "the runs did not trace the recorded rays", {}};
     }
     if (i < 0) continue;  // warm-up

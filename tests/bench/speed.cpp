@@ -1,9 +1,9 @@
 // Time per sample and time to a given error, ours and Mitsuba's in turns, then Cycles'.
 #include "cycles_peer.h"
 #include "error_curve.h"
+#include "error_scenes.h"
 #include "loop_rendering.h"
 #include "mitsuba_peer.h"
-#include "renderer/codec/tile_codec.h"
 #include "renderer/metrics/error_metrics.h"
 #include "statistics.h"
 #include "subcommands.h"
@@ -55,21 +55,6 @@ Status seconds_per_sample(const std::string& name, const std::shared_ptr<const R
   return ok_status();
 }
 
-Result<LoopPicture> read_reference(const std::filesystem::path& file) {
-  auto decoded = read_exr(file.string(), 1 << 24);
-  if (!decoded) return decoded.error();
-  LoopPicture picture;
-  picture.width = decoded->header.data_window.width();
-  picture.height = decoded->header.data_window.height();
-  const char* names[3] = {"R", "G", "B"};
-  for (int c = 0; c < 3; ++c) {
-    const std::vector<float>* channel = decoded->find(names[c]);
-    if (!channel) return Error{ErrorCode::invalid_argument, std::string("has no channel ") + names[c], file.string()};
-    picture.channels[c] = *channel;
-  }
-  return picture;
-}
-
 // Each count is rendered from nothing, so that the time is what a caller who asks for so many samples waits.
 Result<std::vector<CurvePoint>> our_curve(const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
                                           RenderSettings settings, const LoopPicture& reference) {
@@ -88,7 +73,7 @@ Result<std::vector<CurvePoint>> our_curve(const std::shared_ptr<const RenderScen
 Status time_to_error(const BenchContext& context, const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
                      MitsubaPeer* peer, Figures& figures) {
   const std::string reference_file = (context.bench_scenes() / "cornell.reference.exr").string();
-  const auto reference = read_reference(reference_file);
+  const auto reference = read_picture(reference_file);
   if (!reference) return reference.error();
   RenderSettings settings;  // our own roulette: what it costs and what it saves is part of the figure
   settings.width = reference.value().width;
@@ -125,7 +110,7 @@ Status cycles_figures(const BenchContext& context, Figures& figures) {
   }
   if (const Status loaded = (*peer)->load(context.cornell().string()); !loaded) return loaded;
   note("beside Cycles " + (*peer)->version());
-  const auto reference = read_reference((context.bench_scenes() / "cornell.reference.exr").string());
+  const auto reference = read_picture((context.bench_scenes() / "cornell.reference.exr").string());
   if (!reference) return reference.error();
   const std::string picture_file = (context.folder() / "cycles.exr").string();
 
@@ -137,7 +122,7 @@ Status cycles_figures(const BenchContext& context, Figures& figures) {
     for (const int samples : kCounts) {
       const auto seconds = (*peer)->render_seconds(samples, i + 1, picture_file);
       if (!seconds) return seconds.error();
-      const auto picture = read_reference(picture_file);
+      const auto picture = read_picture(picture_file);
       if (!picture) return picture.error();
       const auto error = relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(0.01));
       if (!error) return error.error();

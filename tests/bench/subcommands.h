@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bench_context.h"
+#include "error_report.h"
 #include "figures.h"
 #include "renderer/base/result.h"
 
@@ -16,5 +17,9 @@ Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
 Status run_sessions(BenchContext& context, Figures& figures);
 Status run_features(BenchContext& context, Figures& figures);
+
+// Error curves instead of figures.
+Result<std::vector<CurveReport>> run_modes(BenchContext& context);
+Result<std::vector<CurveReport>> run_peers(BenchContext& context);
 
 }  // namespace helio::bench

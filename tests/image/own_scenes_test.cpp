@@ -43,11 +43,7 @@ TEST_P(OwnScene, HasTheMeanRadianceThatItPromises) {
 INSTANTIATE_TEST_SUITE_P(All, OwnScene,
                          testing::Values("cornell-box", "cornell-glossy", "cornell-spheres", "cornell-covered",
                                          "veach-plates", "furnace", "layers"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& info) { return test::test_name_of(info.param); });
 
 TEST(OwnScenes, NothingIsSeenInTheFurnace) {
   const std::shared_ptr<const RenderScene> scene = test::load_own_scene("furnace");

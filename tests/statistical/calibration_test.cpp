@@ -117,11 +117,7 @@ TEST_P(Calibration, ReportedErrorIsTheTrueError) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Calibration,
                          testing::Values(Case{"cornell-box", 32}, Case{"cornell-glossy", 32}, Case{"cornell-spheres", 32},
                                          Case{"cornell-covered", 32}, Case{"veach-plates", 64}, Case{"courtyard", 32}),
-                         [](const auto& info) {
-                           std::string name = info.param.scene;
-                           for (char& letter : name) letter = letter == '-' ? '_' : letter;
-                           return name;
-                         });
+                         [](const auto& info) { return test_name_of(info.param.scene); });
 
 }  // namespace
 }  // namespace helio::test

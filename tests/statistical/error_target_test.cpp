@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/statistical/loop_picture.h"
+#include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
 
 namespace helio::test {
@@ -44,13 +44,13 @@ void run(const Case& c, RenderEngine& engine, Outcome& outcome) {
     Budget budget;
     budget.error = target;
     budget.samples = 65536;
-    LoopPicture picture;
-    const FrameEnd end = picture.render(engine, scene, settings, budget);
+    const LoopPicture picture = render_through_loop(engine, scene, settings, budget);
+    const FrameEnd& end = picture.end;
     ASSERT_EQ(end.reason, FrameEndReason::error)
         << end.progress.samples_per_pixel << " samples, error " << end.progress.error.rmse;
     samples.push_back(end.progress.samples_per_pixel);
     pictures.emplace_back();
-    for (const auto& channel : picture.radiance)
+    for (const auto& channel : picture.channels)
       pictures.back().insert(pictures.back().end(), channel.begin(), channel.end());
   }
   // The truth is the mean of the other runs, whose own error is taken off.

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/statistical/loop_picture.h"
+#include "tests/support/loop_picture.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -22,8 +22,7 @@ FrameEnd render_to(double error, SceneDescription description, std::uint32_t mos
   Budget budget;
   budget.error = error;
   budget.samples = most_samples;
-  LoopPicture picture;
-  return picture.render(engine, scene, settings, budget);
+  return render_through_loop(engine, scene, settings, budget).end;
 }
 
 // A grey room around the camera with a hole of 0.02 x 0.02 in the ceiling, outside of which it is bright. A bounce

@@ -5,11 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstring>
 
-#include "renderer/scene/image_decoder.h"
 #include "renderer/scene/scene_loader.h"
-#include "tests/statistical/z_test.h"
+#include "tests/statistical/estimates.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"
 
@@ -40,47 +38,6 @@ Result<SceneDescription> load(const std::filesystem::path& root, const std::stri
   return load_scene(*make_directory_source(root.string()), name + ".xml", {});
 }
 
-std::vector<V3d> read_picture(const std::filesystem::path& path, int& width, int& height) {
-  Result<Image> image = decode_image(test::read_bytes(path), path.filename().string(), 1 << 26);
-  if (!image.ok() || image->format != TexelFormat::f32 || image->channels != 3) {
-    ADD_FAILURE() << path << ": " << (image.ok() ? "no float rgb image" : image.error().to_string());
-    return {};
-  }
-  width = image->width;
-  height = image->height;
-  std::vector<V3d> pixels;
-  for (std::size_t i = 0; i < std::size_t(width) * std::size_t(height); ++i) {
-    float rgb[3];
-    std::memcpy(rgb, image->texels.data() + 12 * i, 12);
-    pixels.emplace_back(rgb[0], rgb[1], rgb[2]);
-  }
-  return pixels;
-}
-
-// The variance of a pixel's mean as that of independent samples: never below that of Sobol points.
-test::Estimate estimate_of(const Film& film) {
-  test::Estimate e{film.width(), film.height(), {}, {}};
-  for (int y = 0; y < film.height(); ++y) {
-    for (int x = 0; x < film.width(); ++x) {
-      double n = 0;
-      V3d sum(0, 0, 0), squares(0, 0, 0);
-      for (int h = 0; h < kHalves; ++h) {
-        const HalfPixel& half = film.half(h, x, y);
-        n += half.count;
-        for (int c = 0; c < 3; ++c) {
-          sum[c] += half.sum[c];
-          squares[c] += half.sum_squares(c);
-        }
-      }
-      V3d variance(0, 0, 0);
-      for (int c = 0; c < 3; ++c) variance[c] = std::max(0.0, squares[c] / n - sum[c] * sum[c] / n / n) / (n - 1);
-      e.mean.push_back(sum / n);
-      e.variance.push_back(variance);
-    }
-  }
-  return e;
-}
-
 class MitsubaReference : public testing::TestWithParam<ReferenceScene> {};
 
 TEST_P(MitsubaReference, PassesTheZTestsOrIsRefusedByName) {
@@ -97,16 +54,13 @@ TEST_P(MitsubaReference, PassesTheZTestsOrIsRefusedByName) {
   }
   ASSERT_TRUE(description.ok()) << description.error().to_string();
   EXPECT_TRUE(description->report.unread.empty()) << description->report.unread.front();
-  test::Estimate reference;
-  reference.mean = read_picture(root / (name + ".mean.exr"), reference.width, reference.height);
-  reference.variance = read_picture(root / (name + ".variance.exr"), reference.width, reference.height);
-  ASSERT_EQ(reference.mean.size(), reference.variance.size());
+  const test::Estimate reference = test::read_estimate(root, name);
   ASSERT_FALSE(reference.mean.empty());
   const CameraPose pose = camera_pose(description->cameras.front());
   const auto scene = test::build(std::move(*description));
   ASSERT_TRUE(scene);
   const Film film = test::render(*scene, pose, reference.width, reference.height, 128);
-  const test::ZTestResult result = test::z_test(estimate_of(film), reference);
+  const test::ZTestResult result = test::z_test(test::estimate_of(film), reference);
   std::printf("%s: %s\n", name.c_str(), result.to_string().c_str());
   EXPECT_TRUE(result.passed()) << result.to_string();
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -10,6 +11,12 @@
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
+
+// A scene's name as part of a test's: letters, digits and underscores.
+inline std::string test_name_of(std::string scene) {
+  std::replace(scene.begin(), scene.end(), '-', '_');
+  return scene;
+}
 
 // Null, with a failure of the test, where scenes/NAME/NAME.gltf cannot be loaded or is complained about.
 inline std::shared_ptr<const RenderScene> load_own_scene(const std::string& name) {

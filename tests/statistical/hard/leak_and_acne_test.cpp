@@ -7,40 +7,10 @@
 
 #include "renderer/trace/warp.h"
 #include "tests/statistical/hard/placements.h"
+#include "tests/support/bumpy_ball.h"
 
 namespace helio::test {
 namespace {
-
-// A sphere of `rings` x 2 `rings` flat quads, its radius modulated by `bump`; the caps are slivers.
-TriangleMesh ball(const V3f& center, float radius, int rings, float bump, bool inside) {
-  Random random(7);
-  TriangleMesh mesh;
-  const int columns = 2 * rings;
-  const auto add = [&](double theta, double phi) {
-    const double r = radius * (1 + bump * (random.next_double() - 0.5));
-    mesh.positions.push_back(center + V3f(float(r * std::sin(theta) * std::cos(phi)), float(r * std::cos(theta)),
-                                          float(r * std::sin(theta) * std::sin(phi))));
-  };
-  add(0, 0);
-  for (int i = 1; i < rings; ++i) {
-    for (int j = 0; j < columns; ++j) add(M_PI * i / rings, 2 * M_PI * j / columns);
-  }
-  add(M_PI, 0);
-  const auto at = [&](int i, int j) {
-    return i == 0 ? 0u : i == rings ? std::uint32_t(mesh.positions.size() - 1)
-                                    : std::uint32_t(1 + (i - 1) * columns + j % columns);
-  };
-  for (int i = 0; i < rings; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      if (i > 0) mesh.indices.insert(mesh.indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
-      if (i + 1 < rings) mesh.indices.insert(mesh.indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
-    }
-  }
-  if (!inside) {
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
-  }
-  return mesh;
-}
 
 // A prism along z whose walls meet at 20 degrees on its left and at 80 on its right: a ray that leaves one wall close
 // to such an edge starts next to the other.
@@ -81,8 +51,8 @@ TEST_P(Leak, NoneInFourMillionSamplesOfClosedRooms) {
   };
   std::vector<Room> rooms;
   rooms.push_back({"box", {box({-1, -1, -1}, {1, 1, 1}, 0, true), box({-0.4f, -1, -0.3f}, {0.3f, 0.2f, 0.5f}, 0),
-                           ball({0.3f, 0.5f, -0.4f}, 0.3f, 24, 0, false)}, V3d(-0.7, 0.3, 0.8), 3});
-  rooms.push_back({"cave", {ball({0, 0, 0}, 1, 80, 0.02f, true)}, V3d(0.2, 0.1, -0.1), 3});
+                           bumpy_ball({0.3f, 0.5f, -0.4f}, 0.3f, 24, 0, false, 7)}, V3d(-0.7, 0.3, 0.8), 3});
+  rooms.push_back({"cave", {bumpy_ball({0, 0, 0}, 1, 80, 0.02f, true, 7)}, V3d(0.2, 0.1, -0.1), 3});
   rooms.push_back({"wedge", {wedge()}, V3d(0.6, 0, 0.1), 2});
   for (Room& room : rooms) {
     spoil(room.meshes[0]);
@@ -148,7 +118,7 @@ TEST_P(Acne, NoneInFourMillionSamplesOfConvexBodies) {
   M44d turn;
   turn.setEulerAngles(V3d(0.3, 0.5, 0.7));
   for (V3f& p : tilted.positions) p = V3f(V3d(p) * turn);
-  const TriangleMesh bodies[] = {floor, tilted, ball({0, 0, 0}, 1, 60, 0, false)};
+  const TriangleMesh bodies[] = {floor, tilted, bumpy_ball({0, 0, 0}, 1, 60, 0, false, 7)};
   const double albedo = 0.5, irradiance = 10;
   for (int body = 0; body < 3; ++body) {
     for (const double zenith : {40.0, 89.9}) {

@@ -23,6 +23,10 @@ TEST(Resolve, MeanWeighsTheHalvesEqually) {
   film.half(1, 1, 0).add(Rgb(5.0f));
   EXPECT_EQ(resolve_mean(film, 1, 0), Rgb(5.0f)) << "one half only";
   EXPECT_EQ(resolve_mean(Film(1, 1), 0, 0), Rgb(0.0f));
+  for (const unsigned channels : {0u, unsigned(kResolveVariance)}) {
+    const ResolvedTile tile = resolve_tile(film, film.bounds(), film.bounds(), channels);
+    for (const auto& channel : tile.radiance) EXPECT_EQ(channel, (std::vector<float>{2, 5})) << channels;
+  }
 }
 
 TEST(Resolve, FillsWhatIsAskedFor) {

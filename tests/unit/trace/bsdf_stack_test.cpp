@@ -388,5 +388,28 @@ TEST(ThinFilm, QuarterWaveCoatingOfLensesReducesReflection) {
   EXPECT_GT(half_wave.y, 0.03f);
 }
 
+// The path through the film and back is 2 n d cos(angle inside): the thickness that cancels green grows with the slant by
+// one over that cosine. What the interfaces reflect changes with the angle but not with the thickness.
+TEST(ThinFilm, SlantedLightNeedsAThickerFilm) {
+  constexpr float kIor = 1.38f;
+  const auto darkest = [](float cos_i) {
+    float best = 0, least = 1;
+    for (float thickness = 60; thickness < 160; thickness += 0.25f) {
+      const float green = thin_film_reflectance(cos_i, kIor, thickness, Rgb(0.0426f, 0.0426f, 0.0426f)).y;
+      if (green < least) {
+        least = green;
+        best = thickness;
+      }
+    }
+    return best;
+  };
+  const float upright = darkest(1);
+  EXPECT_NEAR(upright, 100, 5);
+  for (const float cos_i : {0.8f, 0.5f}) {
+    const float inside = std::sqrt(1 - (1 - cos_i * cos_i) / (kIor * kIor));
+    EXPECT_NEAR(darkest(cos_i) * inside, upright, 1) << cos_i;
+  }
+}
+
 }  // namespace
 }  // namespace helio::test

@@ -23,7 +23,7 @@ TEST(AliasTable, DrawsWithItsProbabilities) {
     const AliasTable table(weights);
     double total = 0;
     for (const double w : weights) total += w;
-    constexpr int kCount = 400000;
+    constexpr int kCount = 1000000;
     std::vector<double> observed(weights.size()), expected(weights.size());
     test::Random random(3);
     std::vector<double> rest(10), uniform(10, kCount / 10.0);

@@ -29,7 +29,7 @@ AreaShape parallelogram(bool two_sided = false) {
 
 // Counts of (s, t) against the integral of the density over the light's area, pdf_w cos / d^2.
 test::ChiSquareResult planar_chi_square(const AreaShape& shape, const V3f& point, std::uint64_t seed) {
-  constexpr int kCells = 12, kSubdivision = 12, kCount = 200000;
+  constexpr int kCells = 12, kSubdivision = 12, kCount = 1000000;
   std::vector<double> observed(kCells * kCells + 1), expected(kCells * kCells + 1);
   Random random(seed);
   for (int i = 0; i < kCount; ++i) {
@@ -114,7 +114,7 @@ TEST(LightShapes, SphereSamplesFollowTheirDensity) {
     const double sine = inside ? 1 : double(c.radius) / length(center - c.point);
     test::SphereHistogram histogram(V3f(axis), 0.9 * sine);  // the rim lies inside a row of cells
     Random random(seed++);
-    for (int i = 0; i < 200000; ++i) {
+    for (int i = 0; i < 1000000; ++i) {
       const ShapeSample s = sample_shape(shape, c.point, random.next_v2f());
       s.pdf_w > 0 ? histogram.add(s.direction) : histogram.add_elsewhere();
     }
@@ -200,7 +200,7 @@ TEST(LightShapes, EllipsoidSamplesFollowTheirDensityInside) {
   const V3f point = shape.center + shape.e1 * 0.4f - shape.e2 * 0.3f;
   test::SphereHistogram histogram({0, 0, 1}, 0.5);
   Random random(31);
-  for (int i = 0; i < 200000; ++i) {
+  for (int i = 0; i < 1000000; ++i) {
     const ShapeSample s = sample_shape(shape, point, random.next_v2f());
     s.pdf_w > 0 ? histogram.add(s.direction) : histogram.add_elsewhere();
   }

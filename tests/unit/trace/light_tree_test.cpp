@@ -71,7 +71,7 @@ TEST(LightTree, ProbabilitiesAddUpToOneOrLittleLess) {
 }
 
 TEST(LightTree, SelectsWithTheProbabilityItReports) {
-  constexpr int kLights = 300, kCount = 200000;
+  constexpr int kLights = 300, kCount = 1000000;
   const LightTree tree(mixed_lights(kLights, 1, 3));
   Random random(4);
   for (int p = 0; p < 4; ++p) {
@@ -138,6 +138,31 @@ TEST(LightTree, NeverLeavesOutALightThatReachesThePoint) {
     }
     EXPECT_GT(reached, 5000);
   }
+}
+
+// A cluster of spots that all shine down has a narrow cone of emission; a point among them lies above its centre and is
+// reached all the same by the spots above the point.
+TEST(LightTree, NeverLeavesOutASpotAboveThePointInsideItsCluster) {
+  Random random(9);
+  std::vector<LightBounds> spots(300);
+  for (LightBounds& spot : spots) {
+    spot.box = Box3f(random_point(random, 1));
+    spot.axis = normalize(V3f(0.1f * random.next_float(), 0.1f * random.next_float(), -1));
+    spot.theta_e = 0.4f;
+    spot.intensity = 1;
+  }
+  const LightTree tree(spots);
+  int reached = 0;
+  for (int p = 0; p < 300; ++p) {
+    const V3f point = random_point(random, 1), normal(0, 0, 1);
+    for (std::uint32_t i = 0; i < spots.size(); ++i) {
+      const V3d d = V3d(point) - V3d(spots[i].box.min);
+      if (dot(d, V3d(spots[i].axis)) <= length(d) * std::cos(double(spots[i].theta_e))) continue;
+      ASSERT_GT(tree.probability(point, normal, i), 0) << "spot " << i << " point " << point;
+      ++reached;
+    }
+  }
+  EXPECT_GT(reached, 1000);
 }
 
 TEST(LightTree, PointsInThePlaneOfAFacetKeepItAlive) {

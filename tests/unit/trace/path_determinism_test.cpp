@@ -147,6 +147,27 @@ TEST(PathDeterminism, CancelledWindowLeavesTheFilmAsItWas) {
   EXPECT_TRUE(same_bits(film, Film(16, 16)));
 }
 
+// The samples of a pixel are the sequence's from its start: of every two, one lies in each half of the pixel, so that a
+// card that covers half of it is seen by exactly every second one. Numbered from 1 they would not be aligned.
+TEST(PathSamples, StratifyThePixelFromTheFirstOn) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0, 0, 0), Rgb(1, 1, 1))};
+  add_mesh(scene, quad({-2, -2, 0}, {2, 0, 0}, {0, 4, 0}, 0));  // up to x = 0
+  CameraPose pose = camera_at({0, 0, 3}, {0, 0, 0});
+  pose.projection = Projection::orthographic;
+  pose.half_height = 1;
+  const auto built = build(std::move(scene));
+  for (std::uint64_t seed = 0; seed < 64; ++seed) {
+    PathSettings settings;
+    settings.seed = seed;
+    for (const std::uint32_t samples : {2u, 4u, 6u}) {
+      const Film film = render(*built, pose, 1, 1, samples, settings);
+      for (int half = 0; half < kHalves; ++half)
+        EXPECT_EQ(film.half(half, 0, 0).sum[0], samples / 2) << "seed " << seed << " half " << half;
+    }
+  }
+}
+
 // First-hit features: ids name the instance and its primitive, depth is along the ray, misses are infinite.
 TEST(PathFeatures, FirstHit) {
   SceneDescription scene;

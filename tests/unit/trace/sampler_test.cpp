@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <vector>
 
 namespace helio {
 namespace {
@@ -27,6 +29,20 @@ TEST(Sampler, AlignedBlocksAreNets) {
         }
       }
     }
+  }
+}
+
+// The same where the index has more than 16 bits: the upper half of a word takes part in the matrix.
+TEST(Sampler, BlocksOfMoreThanSixteenBitsAreNets) {
+  constexpr int m = 18;
+  constexpr std::uint32_t n = 1u << m;
+  for (int a = 0; a <= m; a += 3) {
+    std::vector<bool> cells(n, false);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const SamplePair p = sample_pair(77, reverse_bits(i), 3);
+      cells[std::uint32_t(p.x * float(1u << a)) * (1u << (m - a)) + std::uint32_t(p.y * float(1u << (m - a)))] = true;
+    }
+    EXPECT_EQ(std::count(cells.begin(), cells.end(), true), n) << "a " << a;
   }
 }
 

@@ -6,38 +6,16 @@
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface.h"
 #include "renderer/trace/warp.h"
+#include "tests/support/bumpy_ball.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
 namespace {
 
-// A closed, bumpy sphere around the origin with its fronts inside: rings x 2 rings quads; the caps are made of slivers.
+// Bumpy, around the origin, with its fronts inside.
 TriangleMesh cave(int rings, float bump, std::uint64_t seed) {
-  Random random(seed);
-  TriangleMesh mesh;
-  const int columns = 2 * rings;
-  const auto add = [&](double theta, double phi) {
-    const double r = 1 + bump * (random.next_double() - 0.5);
-    mesh.positions.emplace_back(float(r * std::sin(theta) * std::cos(phi)), float(r * std::cos(theta)),
-                                float(r * std::sin(theta) * std::sin(phi)));
-  };
-  add(0, 0);
-  for (int i = 1; i < rings; ++i) {
-    for (int j = 0; j < columns; ++j) add(M_PI * i / rings, 2 * M_PI * j / columns);
-  }
-  add(M_PI, 0);
-  const auto at = [&](int i, int j) {
-    return i == 0 ? 0u : i == rings ? std::uint32_t(mesh.positions.size() - 1)
-                                    : std::uint32_t(1 + (i - 1) * columns + j % columns);
-  };
-  for (int i = 0; i < rings; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      if (i > 0) mesh.indices.insert(mesh.indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
-      if (i + 1 < rings) mesh.indices.insert(mesh.indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
-    }
-  }
-  return mesh;
+  return bumpy_ball({0, 0, 0}, 1, rings, bump, true, seed);
 }
 
 SceneDescription cave_scene(int rings, float bump, std::uint64_t seed, const Material& material) {

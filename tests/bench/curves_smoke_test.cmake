@@ -1,0 +1,28 @@
+# That `modes` measures a small scene of our own and writes its three files.
+# usage: cmake -DBENCH=PROGRAM -DFOLDER=FOLDER -P curves_smoke_test.cmake
+file(REMOVE_RECURSE ${FOLDER})
+execute_process(COMMAND ${BENCH} modes cornell-box --samples 4 --seeds 2 --size 16 --cache ${FOLDER}/cache
+                        --output ${FOLDER} --json
+  OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "exit code ${code}: ${notes}")
+endif()
+string(JSON scene GET "${json}" curves 0 scene)
+string(JSON mode GET "${json}" curves 0 mode)
+string(JSON points LENGTH "${json}" curves 0 points)
+if(NOT scene STREQUAL "cornell-box" OR NOT mode STREQUAL "pt" OR NOT points EQUAL 3)  # 1, 2 and 4 samples
+  message(FATAL_ERROR "scene ${scene}, mode ${mode}, ${points} points")
+endif()
+# More samples leave less error, and the reference less than all of them.
+string(JSON coarse GET "${json}" curves 0 points 0 mse mean)
+string(JSON fine GET "${json}" curves 0 points 2 mse mean)
+string(JSON seconds GET "${json}" curves 0 points 2 seconds mean)
+string(JSON floor GET "${json}" curves 0 reference_mse)
+if(NOT seconds GREATER 0 OR NOT floor GREATER 0 OR NOT coarse GREATER ${fine} OR NOT fine GREATER ${floor})
+  message(FATAL_ERROR "mse ${coarse}, then ${fine} in ${seconds} s; of the reference ${floor}")
+endif()
+foreach(name curves.json curves.csv curves.svg)
+  if(NOT EXISTS ${FOLDER}/${name})
+    message(FATAL_ERROR "${name} was not written")
+  endif()
+endforeach()

@@ -1,0 +1,78 @@
+#include "error_curves.h"
+
+#include <cstdio>
+
+#include "error_plot.h"
+#include "renderer/codec/atomic_file.h"
+#include "renderer/metrics/dssim.h"
+#include "renderer/metrics/error_metrics.h"
+
+namespace helio::bench {
+
+namespace {
+
+Result<PictureError> compare(const LoopPicture& picture, const LoopPicture& reference) {
+  const PictureView view = picture.view();
+  const auto squared = squared_error(view, reference.view());
+  if (!squared) return squared.error();
+  const auto relative = relative_error(view, reference.view());
+  if (!relative) return relative.error();
+  const auto structural = dssim(view, reference.view());
+  if (!structural) return structural.error();
+  const auto bias = estimate_bias({&view, 1}, reference.view());
+  if (!bias) return bias.error();
+  return PictureError{picture.seconds, squared->mse, relative->relmse, structural->dssim, bias->bias};
+}
+
+}  // namespace
+
+std::vector<int> doubling_counts(int most) {
+  std::vector<int> counts;
+  for (int n = 1; n < most; n *= 2) counts.push_back(n);
+  counts.push_back(most);
+  return counts;
+}
+
+Result<std::vector<CurveReport>> measure_curves(const ErrorScene& scene, const std::vector<Contender>& contenders,
+                                                const std::vector<int>& counts, int seeds) {
+  // By contender, then count.
+  std::vector<std::vector<std::vector<PictureError>>> errors(contenders.size(),
+                                                             std::vector<std::vector<PictureError>>(counts.size()));
+  for (int seed = 0; seed <= seeds; ++seed) {  // 0: the warm-up
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      for (std::size_t i = 0; i < contenders.size(); ++i) {
+        const auto picture = contenders[i].render(counts[k], std::uint64_t(seed));
+        if (!picture) return picture.error();
+        const auto error = compare(*picture, scene.reference);
+        if (!error) return error.error();
+        if (seed > 0) errors[i][k].push_back(*error);
+      }
+    }
+  }
+  std::vector<CurveReport> curves;
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    CurveReport curve{scene.name, contenders[i].renderer, contenders[i].mode, scene.reference_mse, {}};
+    for (std::size_t k = 0; k < counts.size(); ++k) curve.points.push_back(summarise(counts[k], errors[i][k]));
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+Status publish_curves(const std::vector<CurveReport>& curves, bool as_json, const std::string& folder) {
+  std::printf("%s\n", (as_json ? to_json(curves) : to_table(curves)).c_str());
+  if (folder.empty()) return ok_status();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{ErrorCode::permission_denied, "cannot be made: " + error.message(), folder};
+  const std::pair<const char*, std::string> files[] = {
+      {"curves.json", to_json(curves) + "\n"}, {"curves.csv", to_csv(curves)}, {"curves.svg", to_svg(curves)}};
+  for (const auto& [name, text] : files) {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
+    const Status written =
+        write_file_atomically((std::filesystem::path(folder) / name).string(), {bytes, text.size()});
+    if (!written) return written;
+  }
+  return ok_status();
+}
+
+}  // namespace helio::bench

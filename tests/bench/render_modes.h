@@ -1,0 +1,10 @@
+// The modes that benches compare: the one list to which later modes are added.
+#pragma once
+
+#include "renderer/frame/render_settings.h"
+
+namespace helio::bench {
+
+inline constexpr RenderMode kRenderModes[] = {RenderMode::pt};
+
+}  // namespace helio::bench

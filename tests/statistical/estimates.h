@@ -1,0 +1,71 @@
+// Estimates for the z-tests: of a film, and of a reference that was made elsewhere.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "renderer/film/film.h"
+#include "renderer/scene/image_decoder.h"
+#include "tests/statistical/z_test.h"
+#include "tests/support/shared_data.h"
+
+namespace helio::test {
+
+// By row; empty, with a failure of the test, where the file is not a picture of three float channels.
+inline std::vector<V3d> read_pixels(const std::filesystem::path& path, int& width, int& height) {
+  Result<Image> image = decode_image(read_bytes(path), path.filename().string(), 1 << 26);
+  if (!image.ok() || image->format != TexelFormat::f32 || image->channels != 3) {
+    ADD_FAILURE() << path << ": " << (image.ok() ? "no float rgb image" : image.error().to_string());
+    return {};
+  }
+  width = image->width;
+  height = image->height;
+  std::vector<V3d> pixels;
+  for (std::size_t i = 0; i < std::size_t(width) * std::size_t(height); ++i) {
+    float rgb[3];
+    std::memcpy(rgb, image->texels.data() + 12 * i, 12);
+    pixels.emplace_back(rgb[0], rgb[1], rgb[2]);
+  }
+  return pixels;
+}
+
+// The variance of a pixel's mean as that of independent samples: never below that of Sobol points.
+inline Estimate estimate_of(const Film& film) {
+  Estimate e{film.width(), film.height(), {}, {}};
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = 0; x < film.width(); ++x) {
+      double n = 0;
+      V3d sum(0, 0, 0), squares(0, 0, 0);
+      for (int h = 0; h < kHalves; ++h) {
+        const HalfPixel& half = film.half(h, x, y);
+        n += half.count;
+        for (int c = 0; c < 3; ++c) {
+          sum[c] += half.sum[c];
+          squares[c] += half.sum_squares(c);
+        }
+      }
+      V3d variance(0, 0, 0);
+      for (int c = 0; c < 3; ++c) variance[c] = std::max(0.0, squares[c] / n - sum[c] * sum[c] / n / n) / (n - 1);
+      e.mean.push_back(sum / n);
+      e.variance.push_back(variance);
+    }
+  }
+  return e;
+}
+
+// NAME.mean.exr and NAME.variance.exr of a folder; empty, with a failure of the test, where one is missing or they do not
+// fit together.
+inline Estimate read_estimate(const std::filesystem::path& folder, const std::string& name) {
+  Estimate estimate;
+  int width = 0, height = 0;
+  estimate.mean = read_pixels(folder / (name + ".mean.exr"), estimate.width, estimate.height);
+  estimate.variance = read_pixels(folder / (name + ".variance.exr"), width, height);
+  if (width == estimate.width && height == estimate.height) return estimate;
+  ADD_FAILURE() << name << ": mean and variance differ in size";
+  return {};
+}
+
+}  // namespace helio::test

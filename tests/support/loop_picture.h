@@ -1,0 +1,75 @@
+// A picture through a render loop of job rank: as the product makes it.
+#pragma once
+
+#include <algorithm>
+#include <future>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "renderer/base/clock.h"
+#include "renderer/base/picture_view.h"
+#include "renderer/frame/render_loop.h"
+
+namespace helio::test {
+
+struct LoopPicture {
+  FrameEnd end;
+  double seconds = 0;  // view accepted -> end of the frame, whose final tiles are resolved by then
+  int width = 0, height = 0;
+  std::vector<float> channels[3];  // row-major, top row first
+
+  PictureView view() const { return {width, height, {channels[0].data(), channels[1].data(), channels[2].data()}}; }
+};
+
+namespace detail {
+
+class LoopPictureSink final : public FrameSink {
+ public:
+  explicit LoopPictureSink(LoopPicture& picture) : picture_(picture) {}
+
+  void frame_begun(const FrameBegin&) override {}
+  void tile_ready(FrameTile tile) override {
+    const PixelRect& window = tile.pixels.window;
+    for (int c = 0; c < 3; ++c) {
+      for (int y = window.y0; y < window.y1; ++y) {
+        const auto row = tile.pixels.radiance[c].begin() + std::ptrdiff_t(y - window.y0) * window.width();
+        std::copy_n(row, window.width(), picture_.channels[c].begin() + std::ptrdiff_t(y) * picture_.width + window.x0);
+      }
+    }
+  }
+  void frame_ended(const FrameEnd& end) override { end_.set_value({end, now_s()}); }
+
+  std::pair<FrameEnd, double> wait() { return end_.get_future().get(); }
+
+ private:
+  LoopPicture& picture_;
+  std::promise<std::pair<FrameEnd, double>> end_;
+};
+
+}  // namespace detail
+
+// The scene's first camera to the end of the budget. The loop, and with it the film, is made before the clock starts,
+// as for a resident session.
+inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
+                                       const RenderSettings& settings, const Budget& budget) {
+  LoopPicture picture;
+  picture.width = settings.width;
+  picture.height = settings.height;
+  for (auto& channel : picture.channels) channel.assign(picture.view().pixels(), 0.0f);
+  const auto sink = std::make_shared<detail::LoopPictureSink>(picture);
+  RenderLoop loop(engine, scene, settings, budget, RenderRank::job, sink);
+  View view;
+  view.id = 1;
+  view.camera = camera_pose(scene->description().cameras.at(0));
+  RenderLoop::Update update;
+  update.view = view;
+  const double started = now_s();
+  loop.update(update);
+  auto [end, ended] = sink->wait();
+  picture.end = std::move(end);
+  picture.seconds = ended - started;
+  return picture;
+}
+
+}  // namespace helio::test
