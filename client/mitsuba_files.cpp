@@ -1,6 +1,7 @@
 #include "client/mitsuba_files.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <pugixml.hpp>
 #include <set>
@@ -24,8 +25,11 @@ class Finder {
     std::vector<std::string> included;
     Walker walker{*this, included};
     document.traverse(walker);
-    for (const std::string& name : included)
+    for (const std::string& name : included) {
       if (const auto relative = relative_path_of(name)) read(folder_ + *relative, depth + 1);
+      for (const std::string& prefix : prefixes_)
+        if (const auto relative = relative_path_of(prefix + name)) read(folder_ + *relative, depth + 1);
+    }
   }
 
   std::vector<std::string> files;
@@ -36,7 +40,9 @@ class Finder {
     bool for_each(pugi::xml_node& node) override {
       const std::string tag = node.name();
       const std::string value = finder.replaced(node.attribute("value").value());
-      if (tag == "default") {
+      if (tag == "path") {
+        finder.add_prefix(value);
+      } else if (tag == "default") {
         finder.parameters_.try_emplace(node.attribute("name").value(), value);
       } else if (tag == "include") {
         included.push_back(finder.replaced(node.attribute("filename").value()));
@@ -61,11 +67,27 @@ class Finder {
     return text;
   }
 
+  void add_prefix(std::string prefix) {
+    if (!prefix.empty() && prefix.back() != '/') prefix += '/';
+    prefixes_.push_back(prefix);
+  }
+
+  // The name, and where it lies below a <path>.
   void add(const std::string& name) {
-    if (!name.empty() && std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
+    if (name.empty()) return;
+    add_file(name);
+    for (const std::string& prefix : prefixes_) {
+      const auto relative = relative_path_of(prefix + name);
+      if (relative && std::filesystem::is_regular_file(folder_ + *relative)) add_file(*relative);
+    }
+  }
+
+  void add_file(const std::string& name) {
+    if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
   }
 
   std::string folder_;
+  std::vector<std::string> prefixes_;  // of <path>, with a slash at their ends
   std::map<std::string, std::string> parameters_;
   std::set<std::string> read_;
 };

@@ -19,6 +19,8 @@ void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
   visit(material.thickness_texture);
   visit(material.emission_texture);
   visit(material.normal_texture);
+  visit(material.bump_texture);
+  visit(material.opacity_texture);
   auto& layers = material.layers;
   visit(layers.clearcoat_texture);
   visit(layers.clearcoat_roughness_texture);
@@ -30,12 +32,24 @@ void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
   visit(layers.iridescence_thickness_texture);
   visit(layers.diffuse_transmission_texture);
   visit(layers.diffuse_transmission_color_texture);
+  visit(material.blend.weight_texture);
 }
 
 inline bool has_any_texture(const Material& material) {
   bool any = false;
   for_each_texture_slot(material, [&](const TextureSlot& slot) { any |= slot.present(); });
   return any;
+}
+
+// The texture whose alpha channel says where the material is; it may be absent.
+inline const TextureSlot& alpha_slot(const Material& material) {
+  return material.opacity_texture.present() ? material.opacity_texture : material.base_color_texture;
+}
+
+// Whether it matters how a sphere of this material is turned.
+inline bool has_orientation(const Material& material) {
+  return has_any_texture(material) || material.roughness_across >= 0 || material.layers.anisotropy > 0 ||
+         material.principled.anisotropic > 0 || material.model == MaterialModel::blend;
 }
 
 // Every slot in use, once.

@@ -1,125 +1,134 @@
 #include "renderer/scene/mitsuba_bsdfs.h"
 
-#include <cmath>
+#include <utility>
 
-#include "renderer/scene/mitsuba_indices.h"
-#include "renderer/scene/mitsuba_textures.h"
+#include "renderer/scene/mitsuba_bsdf_models.h"
 
 namespace helio::mitsuba {
 
 namespace {
 
-Material lambert(const ColorOrTexture& reflectance) {
-  Material m;
-  m.metallic = 0;
-  m.specular = 0;
-  m.one_sided = true;
-  m.base_color = reflectance.color;
-  m.base_color_texture = reflectance.texture;
-  return m;
-}
-
-Material read_diffuse(const Plugin& plugin, LoadContext& context) {
-  return lambert(read_color(plugin, "reflectance", Rgb(0.5f), SpectrumUse::reflectance, context));
-}
-
-// alpha, or alpha_u = alpha_v; and the distribution.
-void read_roughness(const Plugin& plugin, Material& m) {
-  const std::string distribution = plugin.text("distribution", "beckmann");
-  if (distribution == "ggx")
-    m.distribution = MicrofacetDistribution::ggx;
-  else if (distribution == "beckmann")
-    m.distribution = MicrofacetDistribution::beckmann;
-  else
-    plugin.fail("has distribution \"" + distribution + "\", allowed: beckmann, ggx", ErrorCode::unimplemented);
-  for (const char* name : {"alpha", "alpha_u", "alpha_v"})
-    if (const Element* e = plugin.find(name); e && e->tag == "texture") {
-      plugin.fail(std::string("has a texture as ") + name + ", where only a number is supported",
-                  ErrorCode::unimplemented);
-      return;
-    }
-  const Range range{0, 1};
-  const double alpha = plugin.number("alpha", 0.1, range);
-  const double u = plugin.number("alpha_u", alpha, range), v = plugin.number("alpha_v", alpha, range);
-  if (u != v)
-    plugin.fail("is anisotropic (alpha_u and alpha_v differ), which is not supported", ErrorCode::unimplemented);
-  plugin.boolean("sample_visible", true);  // how it is sampled, not what it is
-  m.roughness = float(std::sqrt(u));
-}
-
-// Factors that physically are 1, for which our models have no place.
-void require_white(const Plugin& plugin, const char* name, LoadContext& context) {
-  if (read_plain_color(plugin, name, Rgb(1, 1, 1), SpectrumUse::reflectance, context) != Rgb(1, 1, 1))
-    plugin.fail(std::string("has ") + name + " other than 1, which is not supported", ErrorCode::unimplemented);
-}
-
-Material read_conductor(const Plugin& plugin, LoadContext& context) {
-  Material m;
-  m.model = MaterialModel::conductor;
-  m.one_sided = true;
-  m.roughness = 0;
-  if (plugin.type() == "roughconductor") read_roughness(plugin, m);
-  const std::string metal = plugin.text("material", plugin.has("eta") ? "none" : "Cu");
-  ComplexIndex index = metal_index(plugin, metal);
-  index.eta = read_plain_color(plugin, "eta", index.eta, SpectrumUse::index, context);
-  index.k = read_plain_color(plugin, "k", index.k, SpectrumUse::index, context);
-  const float outside = float(read_ior(plugin, "ext_eta", 1));
-  m.conductor_eta = index.eta / outside;
-  m.conductor_k = index.k / outside;
-  require_white(plugin, "specular_reflectance", context);
-  return m;
-}
-
-Material read_dielectric(const Plugin& plugin, LoadContext& context) {
-  Material m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.thickness = 1;
-  if (plugin.type() == "roughdielectric") read_roughness(plugin, m);
-  const double inside = read_ior(plugin, "int_ior", 1.5046), outside = read_ior(plugin, "ext_ior", 1.000277);
-  m.ior = float(inside / outside);
-  require_white(plugin, "specular_reflectance", context);
-  require_white(plugin, "specular_transmittance", context);
-  return m;
-}
+// That one material may hold: kMostBlends of trace/surface_blend.h.
+constexpr int kMostBlends = 8;
 
 Material nested(const Plugin& plugin, LoadContext& context) {
   const std::vector<const Element*> inner = plugin.children("bsdf");
   if (inner.size() != 1) {
-    plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, where 1 is supported",
-                inner.empty() ? ErrorCode::invalid_argument : ErrorCode::unimplemented);
+    plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, allowed: 1");
     return default_material();
   }
   return read_bsdf(*inner.front(), context);
 }
 
-Material read_twosided(const Plugin& plugin, LoadContext& context) {
-  Material m = nested(plugin, context);
-  if (m.transmission > 0) plugin.fail("wraps a bsdf that transmits, allowed: those that only reflect");
+int add_material(Material m, LoadContext& context) {
+  context.scene.materials.push_back(std::move(m));
+  return int(context.scene.materials.size()) - 1;
+}
+
+int blends_in(const Material& m, const LoadContext& context) {
+  if (m.model != MaterialModel::blend) return 0;
+  return 1 + blends_in(context.scene.materials[std::size_t(m.blend.first)], context) +
+         blends_in(context.scene.materials[std::size_t(m.blend.second)], context);
+}
+
+// What normalmap and bumpmap have besides their map.
+void read_map_options(const Plugin& plugin, Material& m) {
+  m.map_shadowing = plugin.boolean("use_shadowing_function", true);
+  if (!plugin.boolean("flip_invalid_normals", true))
+    plugin.warn("leaves normals as they are that point away from the viewer: here they are bent back");
+}
+
+// The material lit from both sides. The parts of a blend are copied: others may refer to them as they are.
+Material two_sided(Material m, LoadContext& context) {
   m.one_sided = false;
+  if (m.model != MaterialModel::blend || m.blend.by_side) return m;
+  m.blend.first = add_material(two_sided(context.scene.materials[std::size_t(m.blend.first)], context), context);
+  m.blend.second = add_material(two_sided(context.scene.materials[std::size_t(m.blend.second)], context), context);
+  return m;
+}
+
+// A blend of two materials, with what concerns the whole surface taken from both.
+Material blend_of(const Plugin& plugin, Material first, Material second, LoadContext& context) {
+  for (const Material* part : {&first, &second}) {
+    if (part->normal_texture.present() || part->bump_texture.present())
+      plugin.fail("holds a bsdf with a normal or bump map, allowed: such a map around the whole",
+                  ErrorCode::unimplemented);
+    if (part->alpha_mode != AlphaMode::opaque)
+      plugin.fail("holds a mask or null, allowed: a mask around the whole", ErrorCode::unimplemented);
+  }
+  if (context.reads_vertex_color)
+    plugin.fail("holds a bsdf with mesh_attribute, allowed: one that is not mixed", ErrorCode::unimplemented);
+  const bool volume = bounds_volume(first) || bounds_volume(second);
+  for (const Material* part : {&first, &second})
+    if (volume && part->transmission > 0 && !bounds_volume(*part))
+      plugin.fail("mixes a bsdf that bounds a volume with a thin one that transmits", ErrorCode::unimplemented);
+  Material m;
+  m.model = MaterialModel::blend;
+  m.one_sided = first.one_sided && second.one_sided;
+  m.transmission = std::max(first.transmission, second.transmission);
+  m.thickness = volume ? 1.0f : 0.0f;
+  m.blend.first = add_material(std::move(first), context);
+  m.blend.second = add_material(std::move(second), context);
+  if (blends_in(m, context) <= kMostBlends) return m;
+  plugin.fail("holds more than " + std::to_string(kMostBlends) + " blends, the most allowed");
+  return default_material();  // what holds this again counts from 0: no exponential trees
+}
+
+Material read_twosided(const Plugin& plugin, LoadContext& context) {
+  const std::vector<const Element*> inner = plugin.children("bsdf");
+  if (inner.empty() || inner.size() > 2) {
+    plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, allowed: 1, or 2 for front and back");
+    return default_material();
+  }
+  std::vector<Material> sides;
+  for (const Element* element : inner) {
+    sides.push_back(two_sided(read_bsdf(*element, context), context));
+    if (sides.back().transmission > 0) plugin.fail("wraps a bsdf that transmits, allowed: those that only reflect");
+  }
+  if (sides.size() == 1) return sides.front();
+  Material m = blend_of(plugin, sides[0], sides[1], context);
+  m.blend.by_side = true;
+  return m;
+}
+
+Material read_blend(const Plugin& plugin, LoadContext& context) {
+  const std::vector<const Element*> inner = plugin.children("bsdf");
+  if (inner.size() != 2) {
+    plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, allowed: 2");
+    return default_material();
+  }
+  const ColorOrTexture weight = read_color(plugin, "weight", Rgb(0.5f), SpectrumUse::reflectance, context);
+  Material first = read_bsdf(*inner[0], context), second = read_bsdf(*inner[1], context);
+  Material m = blend_of(plugin, std::move(first), std::move(second), context);
+  m.blend.weight = luminance(weight.color);
+  m.blend.weight_texture = weight.texture;
   return m;
 }
 
 Material read_mask(const Plugin& plugin, LoadContext& context) {
   Material m = nested(plugin, context);
   const ColorOrTexture opacity = read_color(plugin, "opacity", Rgb(0.5f), SpectrumUse::reflectance, context);
+  if (m.alpha_mode != AlphaMode::opaque)
+    plugin.fail("wraps a mask or null, allowed: a bsdf that is everywhere", ErrorCode::unimplemented);
   m.alpha_mode = AlphaMode::blend;
   m.base_alpha = luminance(opacity.color);
   if (!opacity.texture.present()) return m;
-  if (m.base_color_texture.present()) {
-    plugin.fail("has a texture as opacity over a textured bsdf, which is not supported", ErrorCode::unimplemented);
-    return m;
-  }
-  m.base_color_texture = opacity.texture;
-  m.base_color_texture.encoding = TexelEncoding::linear;
-  m.base_color_texture.image = opacity_image(plugin, opacity.texture, context);
+  m.opacity_texture = opacity.texture;
+  m.opacity_texture.encoding = TexelEncoding::linear;
+  m.opacity_texture.image = opacity_image(plugin, opacity.texture, context);
   return m;
+}
+
+bool has_map(const Plugin& plugin, const Material& m) {
+  const bool mapped = m.normal_texture.present() || m.bump_texture.present();
+  if (mapped) plugin.fail("wraps a bsdf that has a normal or bump map already", ErrorCode::unimplemented);
+  return mapped;
 }
 
 Material read_normal_map(const Plugin& plugin, LoadContext& context) {
   Material m = nested(plugin, context);
   const ColorOrTexture map = read_color(plugin, "normalmap", Rgb(0.5f, 0.5f, 1), SpectrumUse::reflectance, context);
+  if (has_map(plugin, m)) return m;
   if (!map.texture.present()) {
     plugin.fail("needs a texture named normalmap");
     return m;
@@ -127,20 +136,35 @@ Material read_normal_map(const Plugin& plugin, LoadContext& context) {
   if (map.texture.encoding == TexelEncoding::srgb)
     plugin.warn("reads its map as sRGB colours; normals are meant to be raw");
   m.normal_texture = map.texture;
+  read_map_options(plugin, m);
+  return m;
+}
+
+Material read_bump_map(const Plugin& plugin, LoadContext& context) {
+  Material m = nested(plugin, context);
+  const std::vector<const Element*> textures = plugin.children("texture");
+  if (textures.size() != 1) {
+    plugin.fail("holds " + std::to_string(textures.size()) + " textures, allowed: 1");
+    return m;
+  }
+  if (has_map(plugin, m)) return m;
+  m.bump_texture = read_texture(plugin.other(*textures.front()), SpectrumUse::reflectance, context);
+  m.bump_scale = float(plugin.number("scale", 1, {-1e30, 1e30}));
+  read_map_options(plugin, m);
   return m;
 }
 
 Material read_new_bsdf(const Plugin& plugin, LoadContext& context) {
   const std::string& type = plugin.type();
-  if (type == "diffuse") return read_diffuse(plugin, context);
   if (type == "twosided") return read_twosided(plugin, context);
   if (type == "mask") return read_mask(plugin, context);
   if (type == "normalmap") return read_normal_map(plugin, context);
-  if (type == "conductor" || type == "roughconductor") return read_conductor(plugin, context);
-  if (type == "dielectric" || type == "roughdielectric") return read_dielectric(plugin, context);
+  if (type == "bumpmap") return read_bump_map(plugin, context);
+  if (type == "blendbsdf") return read_blend(plugin, context);
+  if (std::optional<Material> model = read_bsdf_model(plugin, context)) return *model;
   plugin.fail(
-      "is not supported; bsdfs that are: diffuse, twosided, mask, normalmap, conductor, roughconductor, dielectric, "
-      "roughdielectric",
+      "is not supported; bsdfs that are: diffuse, conductor, roughconductor, dielectric, roughdielectric, "
+      "thindielectric, plastic, roughplastic, principled, null, twosided, mask, normalmap, bumpmap, blendbsdf",
       ErrorCode::unimplemented);
   return default_material();
 }
@@ -148,16 +172,22 @@ Material read_new_bsdf(const Plugin& plugin, LoadContext& context) {
 }  // namespace
 
 Material read_bsdf(const Element& element, LoadContext& context) {
-  if (const auto known = context.materials.find(&element); known != context.materials.end()) return known->second;
+  if (const auto known = context.materials.find(&element); known != context.materials.end()) {
+    context.reads_vertex_color |= context.vertex_colored.contains(&element);
+    return known->second;
+  }
   // An element that refers to itself finds this entry instead of starting again.
   context.materials[&element] = default_material();
+  const bool around = std::exchange(context.reads_vertex_color, false);
   Material m = read_new_bsdf(Plugin(element, context.document, context.diagnostics), context);
+  if (context.reads_vertex_color) context.vertex_colored.insert(&element);
+  context.reads_vertex_color |= around;
   m.name = element.id.empty() ? element.type : element.id;
   return context.materials[&element] = m;
 }
 
 Material default_material() {
-  Material m = lambert({Rgb(0.5f), {}});
+  Material m = diffuse_material({Rgb(0.5f), {}});
   m.name = "default";
   return m;
 }

@@ -1,11 +1,10 @@
 // BSDF plugins as Materials.
 //
-//   diffuse, twosided, mask, normalmap            as Mitsuba has them
-//   conductor, roughconductor                     eta and k, or a named metal; isotropic; GGX or Beckmann
-//   dielectric, roughdielectric                   a surface that bounds a volume; isotropic
+//   twosided (one or two bsdfs), mask, normalmap, bumpmap, blendbsdf    here
+//   what scatters by itself                                             mitsuba_bsdf_models.h
 //
-// All others are refused by name. What reflects is one-sided (black from behind) unless twosided wraps it, and so are
-// conductors; dielectrics have two sides of their own.
+// All others are refused by name. What reflects is one-sided (black from behind) unless twosided wraps it; dielectrics
+// have two sides of their own. Normal and bump maps lie around a whole blend, not around its parts.
 #pragma once
 
 #include "renderer/scene/mitsuba_context.h"

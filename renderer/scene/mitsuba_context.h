@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "renderer/scene/mitsuba_values.h"
@@ -16,6 +17,10 @@ struct LoadContext {
   SceneDescription& scene;
   std::map<std::string, int> images;              // by file name as written
   std::map<const Element*, Material> materials;   // bsdfs already read
+  // Bsdfs whose base colour is the attribute "vertex_color" of the mesh that wears them (mesh_attribute); and whether
+  // the bsdf being read is such a one so far.
+  std::set<const Element*> vertex_colored;
+  bool reads_vertex_color = false;
 };
 
 }  // namespace helio::mitsuba

@@ -67,7 +67,7 @@ Result<SceneDescription> load_mitsuba(std::span<const std::uint8_t> file, const 
   if (diagnostics.failed()) return diagnostics.to_error();
   SceneDescription scene;
   scene.name = path;
-  LoadContext context{document, source, budget, diagnostics, scene, {}, {}};
+  LoadContext context{document, source, budget, diagnostics, scene, {}, {}, {}};
   read_scene(context, options.environment.empty());
   if (diagnostics.failed()) return diagnostics.to_error();
   if (scene.materials.empty()) scene.materials.push_back(default_material());

@@ -21,6 +21,14 @@ Status check_mesh(TriangleMesh& mesh) {
     const V3f unit = is_finite(normal) ? normalize_any(normal) : V3f(0, 0, 0);
     normal = length_squared(unit) > 0.5f ? unit : V3f(0, 0, 1);
   }
+  if (mesh.colors.size() != n) mesh.colors.clear();
+  for (std::size_t i = 0; i < mesh.colors.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (!(mesh.colors[i][c] >= 0 && mesh.colors[i][c] <= 1))
+        return Error{ErrorCode::invalid_argument,
+                     "vertex " + std::to_string(i) + " has the colour value " + std::to_string(mesh.colors[i][c]) +
+                         ", allowed: [0, 1]",
+                     ""};
   std::vector<V2f>& uvs = mesh.texcoords[0];
   if (uvs.size() != n) uvs.clear();
   for (V2f& uv : uvs)

@@ -17,8 +17,8 @@ Result<TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, MemoryBudget
 // Formats 3 and 4. shape_index counts from 0.
 Result<TriangleMesh> parse_serialized(std::span<const std::uint8_t> bytes, int shape_index, MemoryBudget& budget);
 
-// What every mesh goes through: indices in range, finite positions, normals of unit length (all or none). Meshes may
-// hold triangles without area.
+// What every mesh goes through: indices in range, finite positions, normals of unit length (all or none), colours
+// in [0, 1] (all or none). Meshes may hold triangles without area.
 Status check_mesh(TriangleMesh& mesh);
 
 // Normals of vertices as the mean of their triangles' normals weighted by angle (Thuermer and Wuethrich 1998).

@@ -1,4 +1,5 @@
-// PLY: elements vertex (x y z, nx ny nz, u v or s t) and face (vertex_indices); others are skipped.
+// PLY: elements vertex (x y z, nx ny nz, u v or s t, r g b) and face (vertex_indices); others are skipped. Colours of
+// integer type are divided by its largest value.
 #include <charconv>
 #include <cstring>
 #include <string_view>
@@ -166,13 +167,13 @@ class PlyParser {
       return fail("element " + element.name + " has more entries than the file has bytes");
     if (element.properties.empty()) return true;
     const bool vertex = element.name == "vertex", face = element.name == "face";
-    if (Status s = budget_.reserve(element.count, vertex ? 32 : 24, ""); !s.ok()) {
+    if (Status s = budget_.reserve(element.count, vertex ? 48 : 24, ""); !s.ok()) {
       refused_ = s.error();
       return false;
     }
     std::vector<double> list;
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      float values[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+      float values[11] = {};
       unsigned present = 0;
       for (const Property& p : element.properties) {
         list.clear();
@@ -186,7 +187,7 @@ class PlyParser {
         if (vertex && !p.list) {
           const int slot = vertex_slot(p.name);
           if (slot >= 0) {
-            values[slot] = float(value);
+            values[slot] = float(slot >= 8 ? value / largest_color(p.type) : value);
             present |= 1u << slot;
           }
         } else if (face && p.list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
@@ -204,13 +205,22 @@ class PlyParser {
       if (name == kNames[i]) return i;
     if (name == "s" || name == "texture_u") return 6;
     if (name == "t" || name == "texture_v") return 7;
+    if (name == "r" || name == "red") return 8;
+    if (name == "g" || name == "green") return 9;
+    if (name == "b" || name == "blue") return 10;
     return -1;
+  }
+
+  static double largest_color(Number type) {
+    if (type == Number::u8) return 255;
+    return type == Number::u16 ? 65535 : 1;
   }
 
   void add_vertex(const float* v, unsigned present) {
     mesh_.positions.emplace_back(v[0], v[1], v[2]);
     if ((present & 0x38) == 0x38) mesh_.normals.emplace_back(v[3], v[4], v[5]);
     if ((present & 0xC0) == 0xC0) mesh_.texcoords[0].emplace_back(v[6], v[7]);
+    if ((present & 0x700) == 0x700) mesh_.colors.emplace_back(v[8], v[9], v[10], 1.0f);
   }
 
   bool add_face(const std::vector<double>& list) {

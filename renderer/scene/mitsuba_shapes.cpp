@@ -1,5 +1,8 @@
 #include "renderer/scene/mitsuba_shapes.h"
 
+#include <algorithm>
+
+#include "renderer/scene/material_slots.h"
 #include "renderer/scene/mitsuba_bsdfs.h"
 #include "renderer/scene/mitsuba_meshes.h"
 #include "renderer/scene/mitsuba_primitives.h"
@@ -49,6 +52,7 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   const Material material = read_material(plugin);
   const int index = int(context_.scene.materials.size());
   fill(plugin, material, object, placed.to_world);
+  use_vertex_colors(plugin, object);
   if (object.meshes.empty() && object.spheres.empty()) return placed;
   for (TriangleMesh& mesh : object.meshes) mesh.material = index;
   for (Sphere& sphere : object.spheres) sphere.material = index;
@@ -56,6 +60,17 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   context_.scene.objects.push_back(std::move(object));
   placed.object = int(context_.scene.objects.size()) - 1;
   return placed;
+}
+
+// Colours of vertices show only through a bsdf that asks for them.
+void ShapeReader::use_vertex_colors(const Plugin& plugin, Object& object) {
+  const std::vector<const Element*> bsdfs = plugin.children("bsdf");
+  const bool asked = !bsdfs.empty() && context_.vertex_colored.contains(bsdfs.front());
+  const auto colored = [](const TriangleMesh& mesh) { return !mesh.colors.empty(); };
+  if (!asked)
+    for (TriangleMesh& mesh : object.meshes) mesh.colors.clear();
+  else if (object.meshes.empty() || !std::all_of(object.meshes.begin(), object.meshes.end(), colored))
+    plugin.fail("has no attribute vertex_color (r, g and b of the vertices of a PLY file), which its bsdf names");
 }
 
 Material ShapeReader::read_material(const Plugin& plugin) {
@@ -127,17 +142,16 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
   set_shading(plugin, mesh);
 }
 
-// Our spheres have the pole of their texture coordinates on y, Mitsuba's on z: a textured one is placed in a space of
-// its own, d = (y, z, -x) of Mitsuba's.
+// Our spheres have the pole of their texture coordinates on y, Mitsuba's on z: one that is not the same all
+// around is placed in a space of its own, d = (y, z, -x) of Mitsuba's.
 void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
   const V3d center = plugin.vector("center", {0, 0, 0});
   const double radius = plugin.number("radius", 1, {0, 1e12, true});
   if (plugin.boolean("flip_normals", false))
     return plugin.fail("has flip_normals, which is not supported for spheres", ErrorCode::unimplemented);
-  if (material.normal_texture.present())
-    return plugin.fail("has a normal map, which is supported on meshes only", ErrorCode::unimplemented);
-  const bool textured = material.base_color_texture.present() || material.emission_texture.present();
-  if (!textured) {
+  if (material.normal_texture.present() || material.bump_texture.present())
+    return plugin.fail("has a normal or bump map, which is supported on meshes only", ErrorCode::unimplemented);
+  if (!has_orientation(material)) {
     object.spheres.push_back({V3f(center), float(radius), 0});
     return;
   }

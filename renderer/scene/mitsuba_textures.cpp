@@ -71,12 +71,29 @@ ColorOrTexture read_color(const Plugin& plugin, const char* name, const Rgb& fal
   const Element* element = plugin.find(name);
   if (!element) return {fallback, {}};
   if (const std::optional<Rgb> color = color_of(*element, use, context.diagnostics)) return {*color, {}};
+  const TextureSlot slot = read_texture(plugin.other(*element), use, context);
+  return {slot.present() ? Rgb(1, 1, 1) : fallback, slot};
+}
+
+TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context) {
+  const bool is_texture = texture.element().tag == "texture";
+  if (is_texture && texture.type() == "bitmap") return read_bitmap(texture, context);
+  if (is_texture && texture.type() == "checkerboard") return read_checkerboard(texture, use, context);
+  texture.fail("is not supported; textures that are: bitmap, checkerboard, and "
+               "mesh_attribute as the base colour of diffuse, plastic and principled", ErrorCode::unimplemented);
+  return {};
+}
+
+ColorOrTexture read_base_color(const Plugin& plugin, const char* name, const Rgb& fallback, LoadContext& context) {
+  const Element* element = plugin.find(name);
+  if (!element || element->tag != "texture" || element->type != "mesh_attribute")
+    return read_color(plugin, name, fallback, SpectrumUse::reflectance, context);
   const Plugin texture = plugin.other(*element);
-  if (element->tag == "texture" && element->type == "bitmap") return {Rgb(1, 1, 1), read_bitmap(texture, context)};
-  if (element->tag == "texture" && element->type == "checkerboard")
-    return {Rgb(1, 1, 1), read_checkerboard(texture, use, context)};
-  texture.fail("is not supported; textures that are: bitmap, checkerboard", ErrorCode::unimplemented);
-  return {fallback, {}};
+  const std::string attribute = texture.text("name", "");
+  if (attribute != "vertex_color")
+    texture.fail("names the attribute \"" + attribute + "\", allowed: vertex_color", ErrorCode::unimplemented);
+  context.reads_vertex_color = true;
+  return {Rgb(float(texture.number("scale", 1, {0, 1}))), {}};
 }
 
 Rgb read_plain_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,

@@ -1,4 +1,4 @@
-// Textures bitmap, checkerboard and uniform.
+// Textures bitmap, checkerboard, mesh_attribute and uniform.
 #pragma once
 
 #include "renderer/scene/mitsuba_context.h"
@@ -15,9 +15,16 @@ struct ColorOrTexture {
 ColorOrTexture read_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
                           LoadContext& context);
 
+// A texture plugin: bitmap or checkerboard. Others are refused by name and absent.
+TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context);
+
 // As read_color, of a property that must be a colour: a texture is refused by name.
 Rgb read_plain_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
                      LoadContext& context);
+
+// As read_color, of a bsdf's base colour, which may be the colours of the mesh's vertices: a mesh_attribute named
+// "vertex_color" gives white and sets context.reads_vertex_color.
+ColorOrTexture read_base_color(const Plugin& plugin, const char* name, const Rgb& fallback, LoadContext& context);
 
 // The image of a file, decoded once; -1 after a reported failure.
 int load_image(const Plugin& plugin, const std::string& filename, LoadContext& context);

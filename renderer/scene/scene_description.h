@@ -59,10 +59,15 @@ enum class MaterialModel : std::uint8_t {
   specular_glossiness,  // KHR_materials_pbrSpecularGlossiness
   unlit,                // KHR_materials_unlit: emits its base colour, reflects nothing
   conductor,            // extras.heliograph: eta, k per channel, alpha
+  plastic,              // Mitsuba: diffuse base under a dielectric interface, smooth or rough
+  pane,                 // Mitsuba: a smooth sheet of glass with two sides, no refraction
+  principled,           // Mitsuba: Burley's model, see PrincipledMaterial
+  blend,                // Mitsuba: two materials mixed, see BlendMaterial
 };
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };
-// ggx_anisotropic is what MaterialLayers::anisotropy makes of ggx: no material names it.
-enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann, ggx_anisotropic };
+// The anisotropic ones are what MaterialLayers::anisotropy, Material::roughness_across and PrincipledMaterial make of the
+// others: no material names them.
+enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann, ggx_anisotropic, beckmann_anisotropic };
 
 // KHR_materials_clearcoat, _sheen, _anisotropy, _iridescence and _diffuse_transmission: what may lie on or in the
 // metallic-roughness model. All factors 0: nothing does.
@@ -97,6 +102,25 @@ struct MaterialLayers {
   }
 };
 
+// What Mitsuba's "principled" has besides base_color, metallic, ior, transmission (its spec_trans) and roughness.
+struct PrincipledMaterial {
+  float anisotropic = 0;      // [0, 1]
+  float spec_tint = 0;        // [0, 1]
+  float sheen = 0;            // [0, 1]
+  float sheen_tint = 0;       // [0, 1]
+  float flatness = 0;         // [0, 1]
+  float clearcoat = 0;        // [0, 1]
+  float clearcoat_gloss = 0;  // [0, 1]
+};
+
+// (1 - weight) first + weight second; or the first on the front and the second on the back.
+struct BlendMaterial {
+  int first = -1, second = -1;  // indices into SceneDescription::materials, of materials without maps of their normals
+  float weight = 0.5f;          // [0, 1]
+  TextureSlot weight_texture;   // luminance, times weight
+  bool by_side = false;
+};
+
 struct Material {
   std::string name;
   MaterialModel model = MaterialModel::metallic_roughness;
@@ -108,6 +132,9 @@ struct Material {
   float metallic = 1;   // [0, 1]; texture channel b
   float roughness = 1;  // perceptual, [0, 1]; microfacet alpha = roughness^2; texture channel g
   TextureSlot metallic_roughness_texture;
+  // conductor, and dielectrics of metallic_roughness: roughness across the tangent, `roughness` being that along it;
+  // < 0: the same.
+  float roughness_across = -1;
 
   // specular_glossiness: roughness above is unused, glossiness = 1 - perceptual roughness.
   Rgb specular_glossiness_f0{1, 1, 1};
@@ -135,11 +162,18 @@ struct Material {
 
   TextureSlot normal_texture;  // tangent space, linear
   float normal_scale = 1;
+  TextureSlot bump_texture;  // luminance: height along the normal; on meshes without normal_texture
+  float bump_scale = 1;      // scene units per unit of it
+  bool map_shadowing = false;  // Mitsuba: what either map turns towards the light is darkened, see trace/surface_bump.h
 
   MaterialLayers layers;  // of metallic_roughness
+  bool nonlinear = false;  // plastic: the base's colour shifts as light goes back and forth below the interface
+  PrincipledMaterial principled;
+  BlendMaterial blend;
 
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5f;
+  TextureSlot opacity_texture;  // alpha channel; where present the only one that counts
   bool double_sided = false;  // false: emission leaves the front only; reflection works on both sides
   bool one_sided = false;     // Mitsuba: reflects on its front only, black from behind
 

@@ -43,7 +43,7 @@ bool emits(const Material& m) {
 
 void add_material(const Material& m, SceneFeatures& f) {
   f.textures |= has_any_texture(m);
-  f.normal_maps |= m.normal_texture.present();
+  f.normal_maps |= m.normal_texture.present() || m.bump_texture.present();
   if (emits(m)) {
     f.area_lights = true;
     f.textured_emission |= m.emission_texture.present();
@@ -68,7 +68,7 @@ void add_material(const Material& m, SceneFeatures& f) {
 bool lets_light_pass(const Material& m, const TriangleMesh* mesh, const TextureTable& textures) {
   if (m.alpha_mode == AlphaMode::opaque) return false;
   if (m.base_alpha < 1 || (m.alpha_mode == AlphaMode::mask && m.alpha_cutoff > 1)) return true;
-  if (m.base_color_texture.present() && textures.has_transparency(m.base_color_texture.image)) return true;
+  if (const TextureSlot& slot = alpha_slot(m); slot.present() && textures.has_transparency(slot.image)) return true;
   return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
 }
 
@@ -83,9 +83,16 @@ SceneFeatures find_scene_features(const SceneDescription& scene) {
 
   std::uint64_t lights = 0;
   std::vector<bool> used_material(scene.materials.size(), false);
+  const auto use_material = [&](const auto& self, int index) -> void {
+    used_material[std::size_t(index)] = true;
+    const Material& material = scene.materials[std::size_t(index)];
+    if (material.model != MaterialModel::blend) return;
+    self(self, material.blend.first);
+    self(self, material.blend.second);
+  };
   const auto add_part = [&](int material_index, const TriangleMesh* mesh, std::uint64_t primitives) {
     const Material& material = scene.materials[std::size_t(material_index)];
-    used_material[std::size_t(material_index)] = true;
+    use_material(use_material, material_index);
     f.alpha |= lets_light_pass(material, mesh, textures);
     if (emits(material)) lights += primitives;
   };

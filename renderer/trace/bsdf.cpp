@@ -1,8 +1,12 @@
 #include "renderer/trace/bsdf.h"
 
+#include "renderer/trace/bsdf_blend.h"
 #include "renderer/trace/bsdf_conductor.h"
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/bsdf_metallic_roughness.h"
+#include "renderer/trace/bsdf_pane.h"
+#include "renderer/trace/bsdf_plastic.h"
+#include "renderer/trace/bsdf_principled.h"
 #include "renderer/trace/bsdf_stack.h"
 
 namespace helio {
@@ -33,6 +37,12 @@ BsdfValue evaluate_from_above(const SurfaceParams& params, const V3f& wo, const 
       return evaluate_conductor(params, wo, wi);
     case LobeModel::stack:
       return evaluate_stack(params, inside, wo, wi);
+    case LobeModel::plastic:
+      return evaluate_plastic(params, wo, wi);
+    case LobeModel::principled:
+      return evaluate_principled(params, inside, wo, wi);
+    case LobeModel::pane:
+    case LobeModel::blend:  // its parts know their own sides: never comes here
     case LobeModel::none:
       break;
   }
@@ -51,27 +61,56 @@ BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u
       return sample_conductor(params, wo, u);
     case LobeModel::stack:
       return sample_stack(params, inside, wo, u_lobe, u);
+    case LobeModel::plastic:
+      return sample_plastic(params, wo, u_lobe, u);
+    case LobeModel::pane:
+      return sample_pane(params, wo, u_lobe);
+    case LobeModel::principled:
+      return sample_principled(params, inside, wo, u_lobe, u);
+    case LobeModel::blend:
     case LobeModel::none:
       break;
   }
   return {};
 }
 
-}  // namespace
-
-BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+BsdfValue evaluate_unshadowed(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  if (params.model == LobeModel::blend) return evaluate_blend(params, wo, wi);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {};
   if (side == Side::outside) return evaluate_from_above(params, wo, wi, false);
   return evaluate_from_above(params, mirrored(wo), mirrored(wi), true);
 }
 
-BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
+BsdfSample sample_unshadowed(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
+  if (params.model == LobeModel::blend) return sample_blend(params, wo, u_lobe, u);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {};
   if (side == Side::outside) return sample_from_above(params, wo, u_lobe, u, false);
   BsdfSample sample = sample_from_above(params, mirrored(wo), u_lobe, u, true);
   sample.wi = mirrored(sample.wi);
+  return sample;
+}
+
+// Smith's masking of wi by the facets that a normal map stands for (Conty Estevez, Lecocq and Stein 2019, "A
+// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
+float map_shadowing(const SurfaceParams& params, const V3f& wi) {
+  const float cosine = dot(params.unmapped_normal, wi), cos2 = cosine * cosine;
+  if (!(cos2 > 0)) return 0;
+  return 2 / (1 + std::sqrt(1 + params.map_alpha2 * std::max(0.0f, 1 - cos2) / cos2));
+}
+
+}  // namespace
+
+BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  BsdfValue value = evaluate_unshadowed(params, wo, wi);
+  if (params.map_alpha2 > 0) value.f_cos *= map_shadowing(params, wi);
+  return value;
+}
+
+BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
+  BsdfSample sample = sample_unshadowed(params, wo, u_lobe, u);
+  if (params.map_alpha2 > 0 && sample.valid()) sample.weight *= map_shadowing(params, sample.wi);
   return sample;
 }
 
@@ -87,6 +126,13 @@ bool is_pure_delta(const SurfaceParams& params) {
       return params.alpha < kDeltaAlpha;
     case LobeModel::stack:
       return is_pure_delta_stack(params);
+    case LobeModel::plastic:
+      return is_black(params.base_color) && params.alpha < kDeltaAlpha;
+    case LobeModel::principled:
+      return false;
+    case LobeModel::blend:
+      return is_pure_delta_blend(params);
+    case LobeModel::pane:
     case LobeModel::none:
       break;
   }
@@ -94,6 +140,7 @@ bool is_pure_delta(const SurfaceParams& params) {
 }
 
 Rgb surface_albedo(const SurfaceParams& params, const V3f& wo) {
+  if (params.model == LobeModel::blend) return blend_albedo(params, wo);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {0, 0, 0};
   const bool inside = side == Side::inside;
@@ -109,6 +156,13 @@ Rgb surface_albedo(const SurfaceParams& params, const V3f& wo) {
       return conductor_albedo(params, above);
     case LobeModel::stack:
       return stack_albedo(params, inside, above);
+    case LobeModel::plastic:
+      return plastic_albedo(params, above);
+    case LobeModel::pane:
+      return pane_albedo(params, above);
+    case LobeModel::principled:
+      return principled_albedo(params, inside, above);
+    case LobeModel::blend:
     case LobeModel::none:
       break;
   }

@@ -14,7 +14,21 @@ namespace helio {
 inline constexpr float kDeltaAlpha = 1e-3f;
 
 // Which kinds of lobe a material has, after textures are evaluated.
-enum class LobeModel : std::uint8_t { lambert, metallic_roughness, specular_glossiness, conductor, stack, none };
+enum class LobeModel : std::uint8_t {
+  lambert,
+  metallic_roughness,
+  specular_glossiness,
+  conductor,
+  stack,
+  plastic,
+  pane,
+  principled,
+  blend,
+  none
+};
+
+struct PlasticInterface;  // bsdf_plastic.h
+struct BlendParams;       // bsdf_blend.h
 
 // What may lie on or in a metallic-roughness base (LobeModel::stack); see bsdf_stack.h.
 struct LayerParams {
@@ -43,10 +57,21 @@ struct SurfaceParams {
   float transmission = 0;      // [0, 1]
   float ior = 1.5f;            // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
   float specular = 1;          // KHR_materials_specular
-  Rgb specular_color{1, 1, 1};
+  Rgb specular_color{1, 1, 1}; // also the tint of what conductor, plastic and pane reflect
   Rgb f0{0.04f, 0.04f, 0.04f}; // specular_glossiness
   Rgb eta{1, 1, 1}, k{0, 0, 0};// conductor
-  const LayerParams* layers = nullptr;  // stack: never null, and kept alive by whoever made these
+  // Anisotropic distributions: alpha along a unit direction of the local frame, and across; `alpha` is their geometric
+  // mean.
+  float alpha_along = 1, alpha_across = 1;
+  V2f along{1, 0};
+  // Shadowing of mapped normals (surface_bump.h): the unmapped normal, local frame, and alpha^2; 0: none.
+  V3f unmapped_normal{0, 0, 1};
+  float map_alpha2 = 0;
+  // Kept alive by whoever made these, and never null for the model that needs them.
+  const LayerParams* layers = nullptr;            // stack
+  const PlasticInterface* plastic = nullptr;      // plastic
+  const PrincipledMaterial* principled = nullptr; // principled
+  const BlendParams* blend = nullptr;             // blend
 };
 
 // Whether light may come out on the far side of the surface.

@@ -1,6 +1,7 @@
 // Smooth or rough conductor with a complex index of refraction per channel: exact Fresnel equations, from a vacuum.
 //
-// Below kDeltaAlpha a mirror. Reciprocal; loses the light that a second facet would scatter (microfacet_albedo.h).
+// Tinted by specular_color. Below kDeltaAlpha a mirror. Reciprocal; loses the light that a second facet would scatter
+// (microfacet_albedo.h).
 #pragma once
 
 #include "renderer/trace/bsdf.h"

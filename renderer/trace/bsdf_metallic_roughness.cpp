@@ -1,5 +1,6 @@
 #include "renderer/trace/bsdf_metallic_roughness.h"
 
+#include "renderer/trace/bsdf_microfacet.h"
 #include "renderer/trace/fresnel.h"
 
 namespace helio {
@@ -8,7 +9,7 @@ namespace {
 
 void set_roughness(const SurfaceParams& params, LayeredLobes& lobes) {
   lobes.mirror = params.alpha < kDeltaAlpha;
-  lobes.microfacet = {params.distribution, lobes.mirror ? 0.0f : params.alpha};
+  lobes.microfacet = microfacet_of(params);
 }
 
 void set_transmission(const SurfaceParams& params, bool inside, float share, const Rgb& f0, LayeredLobes& lobes) {

@@ -1,6 +1,9 @@
 // Material -> MaterialRecord: everything about a material that does not depend on where it is hit.
 #include <algorithm>
 
+#include "renderer/scene/material_slots.h"
+#include "renderer/trace/bsdf_microfacet.h"
+#include "renderer/trace/bsdf_plastic.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface_layers.h"
 
@@ -26,6 +29,14 @@ LobeModel lobe_model(const Material& m) {
       return LobeModel::conductor;
     case MaterialModel::specular_glossiness:
       return LobeModel::specular_glossiness;
+    case MaterialModel::plastic:
+      return LobeModel::plastic;
+    case MaterialModel::pane:
+      return LobeModel::pane;
+    case MaterialModel::principled:
+      return LobeModel::principled;
+    case MaterialModel::blend:
+      return LobeModel::blend;
     case MaterialModel::metallic_roughness:
       break;
   }
@@ -48,6 +59,28 @@ LayerParams layer_params(const MaterialLayers& m) {
   p.diffuse_transmission = m.diffuse_transmission;
   p.diffuse_transmission_color = m.diffuse_transmission_color;
   return p;
+}
+
+// Alphas along and across the tangent; their mean for what knows no direction.
+void set_anisotropy(const Material& m, SurfaceParams& p) {
+  if (m.model == MaterialModel::principled) {
+    const float aspect = std::sqrt(1 - 0.9f * m.principled.anisotropic);
+    p.alpha_along = std::max(p.alpha / aspect, kDeltaAlpha);
+    p.alpha_across = std::max(p.alpha * aspect, kDeltaAlpha);
+    p.alpha = std::max(p.alpha, kDeltaAlpha);
+  } else if (m.roughness_across >= 0) {
+    p.alpha_along = p.alpha;
+    p.alpha_across = sqr(m.roughness_across);
+    if (std::max(p.alpha_along, p.alpha_across) < kDeltaAlpha) return;
+    p.alpha_along = std::max(p.alpha_along, kDeltaAlpha);
+    p.alpha_across = std::max(p.alpha_across, kDeltaAlpha);
+    p.alpha = std::sqrt(p.alpha_along * p.alpha_across);
+  } else {
+    return;
+  }
+  if (p.alpha_along == p.alpha_across) return;
+  p.distribution = p.distribution == MicrofacetDistribution::beckmann ? MicrofacetDistribution::beckmann_anisotropic
+                                                                      : MicrofacetDistribution::ggx_anisotropic;
 }
 
 bool has_layer_texture(const MaterialLayers& m) {
@@ -76,6 +109,7 @@ MaterialRecord make_material_record(const Material& m) {
   p.f0 = m.specular_glossiness_f0;
   p.eta = m.conductor_eta;
   p.k = m.conductor_k;
+  set_anisotropy(m, p);
 
   r.unlit = m.model == MaterialModel::unlit;
   r.emission = r.unlit ? m.base_color : m.emission;
@@ -84,7 +118,8 @@ MaterialRecord make_material_record(const Material& m) {
   r.one_sided = m.one_sided;
   r.volume = !p.thin;
   r.absorption = r.volume ? absorption_coefficient(m) : Rgb(0, 0, 0);
-  r.normal_mapped = m.normal_texture.present();
+  r.normal_mapped = m.normal_texture.present() || m.bump_texture.present();
+  r.map_shadowing = r.normal_mapped && m.map_shadowing;
   r.specular = p.model != LobeModel::none && p.model != LobeModel::lambert;
   const bool needs_lookup = m.base_color_texture.present() || m.metallic_roughness_texture.present() ||
                             m.specular_texture.present() || m.specular_color_texture.present() ||
@@ -95,7 +130,15 @@ MaterialRecord make_material_record(const Material& m) {
     r.layers_textured = has_layer_texture(m.layers);
     p.layers = &r.layers;
   }
-  r.pure_delta = is_pure_delta(p);
+  if (p.model == LobeModel::plastic) {
+    r.plastic = make_plastic_interface(p.distribution, p.alpha, p.ior, m.nonlinear);
+    p.plastic = r.plastic.get();
+  }
+  if (p.model == LobeModel::principled) {
+    r.principled = std::make_shared<const PrincipledMaterial>(m.principled);
+    p.principled = r.principled.get();
+  }
+  r.pure_delta = p.model != LobeModel::blend && is_pure_delta(p);
   p.layers = nullptr;  // records move
   return r;
 }
@@ -105,7 +148,7 @@ bool has_alpha(const Material& material, const TriangleMesh* mesh, const Texture
   if (material.base_alpha < 1) return true;
   // glTF 2.0, 3.9.4: a cutoff above 1 makes the whole material transparent.
   if (material.alpha_mode == AlphaMode::mask && material.alpha_cutoff > 1) return true;
-  if (material.base_color_texture.present() && textures.has_transparency(material.base_color_texture.image))
+  if (const TextureSlot& slot = alpha_slot(material); slot.present() && textures.has_transparency(slot.image))
     return true;
   return mesh && std::any_of(mesh->colors.begin(), mesh->colors.end(), [](const V4f& c) { return c.w < 1; });
 }

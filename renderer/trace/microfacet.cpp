@@ -64,6 +64,17 @@ V3f sample_visible_beckmann(const V3f& wo, float alpha, const V2f& u) {
       V3f(-alpha * (cos_phi * along - sin_phi * across), -alpha * (sin_phi * along + cos_phi * across), 1.0f));
 }
 
+// Stretched by the roughnesses the microsurface is one of roughness 1, whose slopes are those here over alpha (Heitz
+// and d'Eon 2014, section 3.2).
+V3f sample_visible_beckmann(const V3f& wo, float alpha_x, float alpha_y, const V2f& u) {
+  const float x = alpha_x * wo.x, y = alpha_y * wo.y, sine = std::sqrt(x * x + y * y);
+  const float along = sample_visible_beckmann_slope(wo.z, sine, u.x);
+  const float across = inverse_erf(2 * u.y - 1);
+  const float cos_phi = sine > 0 ? x / sine : 1.0f, sin_phi = sine > 0 ? y / sine : 0.0f;
+  return normalize(
+      V3f(-alpha_x * (cos_phi * along - sin_phi * across), -alpha_y * (sin_phi * along + cos_phi * across), 1.0f));
+}
+
 // Into the frame whose x axis is `along`, and back.
 V3f turned(const V3f& w, const V2f& along) {
   return {along.x * w.x + along.y * w.y, along.x * w.y - along.y * w.x, w.z};
@@ -109,6 +120,11 @@ float Microfacet::normal_density(const V3f& m) const {
     return kInvPi / (alpha_along * alpha_across * sqr(sqr(t.x / alpha_along) + sqr(t.y / alpha_across) + cos2));
   }
   // exp(-tan^2 / alpha^2) / (pi alpha^2 cos^4); beyond e^-87 a float has nothing left.
+  if (distribution == MicrofacetDistribution::beckmann_anisotropic) {
+    const V3f t = turned(m, along);
+    const float exponent = (sqr(t.x / alpha_along) + sqr(t.y / alpha_across)) / cos2;
+    return exponent < 87 ? std::exp(-exponent) * kInvPi / (alpha_along * alpha_across * cos2 * cos2) : 0.0f;
+  }
   const float exponent = sin2 / (a2 * cos2);
   return exponent < 87 ? std::exp(-exponent) * kInvPi / (a2 * cos2 * cos2) : 0.0f;
 }
@@ -120,7 +136,11 @@ float Microfacet::projected_area(const V3f& w) const {
     const V3f t = turned(w, along);
     return 0.5f * (w.z + std::sqrt(sqr(alpha_along * t.x) + sqr(alpha_across * t.y) + w.z * w.z));
   }
-  const float spread = alpha * std::sqrt(sin2);
+  float spread = alpha * std::sqrt(sin2);
+  if (distribution == MicrofacetDistribution::beckmann_anisotropic) {
+    const V3f t = turned(w, along);
+    spread = std::sqrt(sqr(alpha_along * t.x) + sqr(alpha_across * t.y));
+  }
   const float a = spread > 0 ? w.z / spread : std::numeric_limits<float>::infinity();
   return 0.5f * (w.z * (1 + std::erf(a)) + spread * kInvSqrtPi * std::exp(-a * a));
 }
@@ -128,7 +148,10 @@ float Microfacet::projected_area(const V3f& w) const {
 V3f Microfacet::sample_visible_normal(const V3f& wo, const V2f& u) const {
   if (distribution == MicrofacetDistribution::ggx) return sample_visible_ggx(wo, alpha, alpha, u);
   if (distribution == MicrofacetDistribution::beckmann) return sample_visible_beckmann(wo, alpha, u);
-  const V3f m = sample_visible_ggx(turned(wo, along), alpha_along, alpha_across, u);
+  const auto sample = distribution == MicrofacetDistribution::ggx_anisotropic
+                          ? sample_visible_ggx
+                          : static_cast<V3f (*)(const V3f&, float, float, const V2f&)>(sample_visible_beckmann);
+  const V3f m = sample(turned(wo, along), alpha_along, alpha_across, u);
   return turned(m, V2f(along.x, -along.y));
 }
 

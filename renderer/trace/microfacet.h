@@ -20,8 +20,8 @@ namespace helio {
 struct Microfacet {
   MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
   float alpha = 1;  // (0, 1]; keep it at or above kDeltaAlpha of bsdf.h
-  // ggx_anisotropic (Burley 2012; Heitz 2014, section 5.4): alpha along a unit direction and across it. `alpha` above
-  // then only looks albedos up.
+  // ggx_anisotropic (Burley 2012; Heitz 2014, section 5.4) and beckmann_anisotropic (Heitz 2014, section 5.3): alpha
+  // along a unit direction and across it. `alpha` above then only looks albedos up.
   float alpha_along = 1, alpha_across = 1;
   V2f along{1, 0};
 

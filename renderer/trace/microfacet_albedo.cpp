@@ -77,7 +77,8 @@ std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distributi
 }
 
 const AlbedoTable& table_of(MicrofacetDistribution distribution) {
-  if (distribution == MicrofacetDistribution::beckmann) {
+  if (distribution == MicrofacetDistribution::beckmann ||
+      distribution == MicrofacetDistribution::beckmann_anisotropic) {
     static const std::unique_ptr<const AlbedoTable> beckmann = build_table(MicrofacetDistribution::beckmann);
     return *beckmann;
   }

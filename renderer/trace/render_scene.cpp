@@ -304,7 +304,7 @@ class Builder {
   // turned.
   bool turns_texture(const Object& object, const Linear& linear) const {
     return turns(linear) && std::any_of(object.spheres.begin(), object.spheres.end(), [&](const Sphere& sphere) {
-             return has_any_texture(scene_.materials[std::size_t(sphere.material)]);
+             return has_orientation(scene_.materials[std::size_t(sphere.material)]);
            });
   }
 
@@ -469,7 +469,7 @@ class Builder {
     AreaEmitter emitter;
     emitter.p0 = record.point(sphere.center);
     const double scale = linear.uniform_scale();
-    const bool textured = has_any_texture(scene_.materials[std::size_t(sphere.material)]);
+    const bool textured = has_orientation(scene_.materials[std::size_t(sphere.material)]);
     if (scale > 0 && !(textured && turns(linear))) {
       emitter.shape = AreaEmitter::Shape::sphere;
       emitter.e1 = V3f(float(sphere.radius * scale), 0, 0);
@@ -489,7 +489,7 @@ class Builder {
     if (!record.emissive || record.unlit) return kNoHit;
     const std::uint32_t first = std::uint32_t(light_input_.areas.size());
     const std::vector<V2f>* uvs = texture_coordinates(mesh, material.emission_texture);
-    const std::vector<V2f>* alpha_uvs = texture_coordinates(mesh, material.base_color_texture);
+    const std::vector<V2f>* alpha_uvs = texture_coordinates(mesh, alpha_slot(material));
     const bool alpha = has_alpha(material, &mesh, *data_.textures);
     for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
       const std::uint32_t* i = &mesh.indices[3 * t];
@@ -524,7 +524,7 @@ class Builder {
   EmitterAlpha& add_alpha(AreaEmitter& emitter, const Material& material) {
     emitter.alpha = std::uint32_t(light_input_.alphas.size());
     EmitterAlpha& alpha = light_input_.alphas.emplace_back();
-    alpha.texture = material.base_color_texture;
+    alpha.texture = alpha_slot(material);
     for (float& factor : alpha.factor) factor = material.base_alpha;
     alpha.mask = material.alpha_mode == AlphaMode::mask;
     alpha.cutoff = material.alpha_cutoff;

@@ -1,6 +1,11 @@
 #include "renderer/trace/surface.h"
 
+#include "renderer/scene/material_slots.h"
+#include "renderer/trace/bsdf_microfacet.h"
 #include "renderer/trace/light_emission.h"
+#include "renderer/trace/surface_blend.h"
+#include "renderer/trace/surface_bump.h"
+#include "renderer/trace/surface_layers.h"
 
 namespace helio {
 namespace {
@@ -131,28 +136,39 @@ V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo) 
   return normalize(geometric * std::cos(angle) + x * std::sin(angle));
 }
 
+namespace {
+
+// Of the vertices, on the side of the geometric normal; that one where there are none.
+V3f vertex_normal(const SceneData& scene, const Hit& hit, const Surface& s) {
+  const PartRecord& part = *s.part;
+  if (!part.smooth) return s.geometric_normal;
+  V3f n = interpolate(part.mesh->normals, *part.mesh, hit.primitive, s.barycentric);
+  if (hit.instance != kNoHit) n = scene.instances[hit.instance].normal(n);
+  if (!normalizable(n)) return s.geometric_normal;
+  n = normalize(n);
+  return dot(n, s.geometric_normal) < 0 ? -n : n;
+}
+
+}  // namespace
+
 V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, const Surface& s,
                     const TextureSlot* map, float scale) {
   const PartRecord& part = *s.part;
-  V3f normal = s.geometric_normal;
-  if (!part.mesh) return normal;
-  if (part.smooth) {
-    V3f n = interpolate(part.mesh->normals, *part.mesh, hit.primitive, s.barycentric);
-    if (hit.instance != kNoHit) n = scene.instances[hit.instance].normal(n);
-    if (normalizable(n)) normal = normalize(n);
-    if (dot(normal, s.geometric_normal) < 0) normal = -normal;
-  }
+  if (!part.mesh) return s.geometric_normal;
+  V3f normal = vertex_normal(scene, hit, s);
   if (map) {
     V3f tangent, bitangent;
-    if (tangent_frame(scene, hit, part, map->texcoord, normal, tangent, bitangent)) {
+    if (map == &scene.description.materials[part.material].bump_texture) {
+      normal = bumped_normal(scene, hit, s, *map, scale, normal);
+    } else if (tangent_frame(scene, hit, part, map->texcoord, normal, tangent, bitangent)) {
       const V4f texel = lookup_at(scene, hit, s, *map, footprint);
       const V3f local((2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1);
       const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
       if (normalizable(mapped)) normal = normalize(mapped);
-      // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
-      const float below = dot(normal, s.geometric_normal);
-      if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
     }
+    // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
+    const float below = dot(normal, s.geometric_normal);
+    if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
   }
   if (s.material->specular) {
     const float facing = s.front ? 1.0f : -1.0f;
@@ -173,13 +189,23 @@ V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float
 void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
   if (!s.part->mesh) return;
   const Material& material = scene.description.materials[s.part->material];
-  s.shading_normal = normal_with_map(scene, hit, wo, footprint, s,
-                                     s.material->normal_mapped ? &material.normal_texture : nullptr,
-                                     material.normal_scale);
+  const TextureSlot* map = nullptr;
+  if (s.material->normal_mapped)
+    map = material.normal_texture.present() ? &material.normal_texture : &material.bump_texture;
+  const float scale = material.normal_texture.present() ? material.normal_scale : material.bump_scale;
+  s.shading_normal = normal_with_map(scene, hit, wo, footprint, s, map, scale);
 }
 
 SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {
   SurfaceParams p = s.material->params;
+  if (s.material->map_shadowing && s.part->mesh)
+    set_map_shadowing(s, vertex_normal(scene, hit, s), shading_frame(s), p);
+  if (is_anisotropic(p.distribution))
+    p.along = anisotropy_direction(scene, hit, s, shading_frame(s), 0, V2f(1, 0));
+  if (p.model == LobeModel::blend) {
+    p.blend = evaluate_blend_parts(scene, hit, footprint, s);
+    return p;
+  }
   const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
   if (!s.material->textured && !colored) return p;
   const Material& m = scene.description.materials[s.part->material];
@@ -231,7 +257,7 @@ float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_
                     const V3f& normal) {
   const Material& m = scene.description.materials[part.material];
   float alpha = m.base_alpha;
-  if (const TextureSlot& slot = m.base_color_texture; slot.present()) {
+  if (const TextureSlot& slot = alpha_slot(m); slot.present()) {
     const V2f uv = part.mesh ? surface_uv(part, primitive, barycentric, slot.texcoord) : sphere_uv(normal);
     alpha *= scene.textures->lookup(slot, uv).w;
   }

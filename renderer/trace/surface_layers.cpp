@@ -14,7 +14,13 @@ V3f coat_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float foo
   return local.z > 0.01f && is_finite(local) ? normalize(local) : V3f(0, 0, 1);
 }
 
-// `turn`: the direction in tangent space. Without tangents any direction is as good: the frame's own.
+}  // namespace
+
+Frame shading_frame(const Surface& surface) {
+  const bool flip = !surface.front && !surface.material->volume;
+  return Frame(flip ? -surface.shading_normal : surface.shading_normal);
+}
+
 V2f anisotropy_direction(const SceneData& scene, const Hit& hit, const Surface& surface, const Frame& frame, int uv_set,
                          const V2f& turn) {
   V3f tangent, bitangent;
@@ -23,8 +29,6 @@ V2f anisotropy_direction(const SceneData& scene, const Hit& hit, const Surface& 
   const float length = std::hypot(local.x, local.y);
   return length > 1e-6f ? V2f(local.x / length, local.y / length) : V2f(1, 0);
 }
-
-}  // namespace
 
 LayerParams evaluate_layers(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                             const Surface& surface, const Frame& frame) {

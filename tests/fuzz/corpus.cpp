@@ -1,4 +1,5 @@
-// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages and DIR/tile, each a few hundred bytes.
+// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages, DIR/mitsuba and DIR/tile, each a few hundred
+// bytes.
 //
 // usage: helio_fuzz_corpus DIR
 #include <cstdio>
@@ -147,6 +148,43 @@ void write_messages(const std::filesystem::path& folder) {
   message(5, "job", job);
 }
 
+// ---- Mitsuba -------------------------------------------------------------------------------------------------------
+
+void write_mitsuba(const std::filesystem::path& folder) {
+  // What fuzz_mitsuba.cpp gives the scene to read: part.xml, mesh.ply and mesh.obj.
+  const auto scene = [&](const char* name, const std::string& body, const char* version = "3.0.0") {
+    write(folder / name, "<scene version=\"" + std::string(version) + "\">" + body + "</scene>");
+  };
+  const std::string sensor =
+      "<sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'>"
+      "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
+      "<integer name='width' value='8'/><rfilter type='tent'/></film></sensor>";
+  scene("shapes.xml", sensor +
+                          "<default name='r' value='2'/><shape type='sphere'><float name='radius' value='$r'/></shape>"
+                          "<shape type='cube'><transform name='to_world'><rotate y='1' angle='30'/><scale value='2'/>"
+                          "<matrix value='1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'/></transform></shape>"
+                          "<shape type='cylinder'/><shape type='disk'/><emitter type='constant'/>");
+  scene("materials.xml",
+        "<bsdf type='twosided' id='b'><bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='plastic'/>"
+        "<bsdf type='roughconductor'><string name='material' value='Au'/><float name='alpha_u' value='0.1'/></bsdf>"
+        "</bsdf></bsdf><shape type='rectangle'><ref id='b'/><emitter type='area'/></shape>"
+        "<shape type='rectangle'><bsdf type='mask'><bsdf type='principled'><float name='spec_trans' value='0.5'/>"
+        "</bsdf></bsdf></shape><shape type='cube'><bsdf type='bumpmap'><texture type='checkerboard'/>"
+        "<bsdf type='roughdielectric'/></bsdf></shape><shape type='disk'><bsdf type='null'/></shape>");
+  scene("files.xml",
+        "<include filename='part.xml'/><shape type='ply'><string name='filename' value='mesh.ply'/></shape>"
+        "<shape type='obj'><string name='filename' value='mesh.obj'/></shape><emitter type='spot'/>");
+  scene("group.xml",
+        "<shape type='shapegroup' id='g'><shape type='cube'/></shape><shape type='instance'><ref id='g'/></shape>"
+        "<bsdf type='dielectric' id='d'><float name='intIOR' value='1.5'/></bsdf><shape type='sphere'><ref id='d'/>"
+        "</shape>",
+        "0.6.0");
+  write(folder / "mesh.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  write(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n");
+}
+
 // ---- tiles ---------------------------------------------------------------------------------------------------------
 
 void write_tiles(const std::filesystem::path& folder) {
@@ -179,6 +217,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   write_gltf(folder / "gltf");
   write_messages(folder / "messages");
+  write_mitsuba(folder / "mitsuba");
   write_tiles(folder / "tile");
   return 0;
 }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "client/environment_text.h"
@@ -41,6 +42,26 @@ TEST(GltfUris, NothingLeavesTheFolder) {
                           "http://example.org/x.png", "C:\\x.png", "a\\b.png", "", ".", "a/"}) {
     EXPECT_FALSE(relative_path_of(uri)) << uri;
   }
+}
+
+TEST(MitsubaFiles, FollowsIncludesParametersAndPaths) {
+  const TemporaryFolder folder;
+  write_file(folder / "secret.png", "secret");
+  write_file(folder / "scene/mesh.ply", "ply");
+  write_file(folder / "scene/data/wood.png", "png");
+  write_file(folder / "scene/parts/lamp.xml",
+             R"(<scene version="3.0.0"><texture type="bitmap"><string name="filename" value="wood.png"/></texture></scene>)");
+  write_file(folder / "scene/room.xml",
+             R"(<scene version="3.0.0"><default name="kind" value="mesh"/><path value="data"/><path value=".."/>
+                  <include filename="parts/lamp.xml"/>
+                  <shape type="ply"><string name="filename" value="$kind.ply"/></shape>
+                  <shape type="ply"><string name="filename" value="missing.ply"/></shape>
+                  <emitter type="envmap"><string name="filename" value="secret.png"/></emitter></scene>)");
+  const auto scene = collect_local_scene(folder / "scene/room.xml", "");
+  ASSERT_TRUE(scene) << scene.error().to_string();
+  Names names = names_of(*scene);
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, (Names{"data/wood.png", "mesh.ply", "parts/lamp.xml", "room.xml"}));
 }
 
 TEST(LocalScene, TakesWhatExistsBelowTheFolder) {

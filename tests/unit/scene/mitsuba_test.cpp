@@ -161,6 +161,86 @@ TEST(MitsubaLoader, SpectraOfOneValueAreGrey) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(s.materials[0].base_color[c], 0.4, 1e-6);
 }
 
+// ---- what pictures of others hold too, here by number ----------------------------------------------------------------
+
+// The film is 2 wide in the sensor's space: a film twice as wide as high shows a height of 1, times the scale along x.
+TEST(MitsubaLoader, OrthographicFilmIsTwoWide) {
+  const SceneDescription s = loaded(
+      "<sensor type='orthographic'><film type='hdrfilm'><integer name='width' value='200'/>"
+      "<integer name='height' value='100'/></film><transform name='to_world'><scale x='3' y='3' z='1'/>"
+      "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform></sensor>");
+  ASSERT_EQ(s.cameras.size(), 1u);
+  EXPECT_EQ(s.cameras[0].projection, Projection::orthographic);
+  EXPECT_NEAR(s.cameras[0].half_height, 3.0 / 2, 1e-9);
+}
+
+// Light of one narrow band has that band's hue; equal energy has luminance 1.
+TEST(MitsubaLoader, SpectraGoThroughTheObserver) {
+  const auto radiance = [](const std::string& values) {
+    return loaded("<shape type='cube'><emitter type='area'><spectrum name='radiance' value='" + values +
+                  "'/></emitter></shape>")
+        .materials[0]
+        .emission;
+  };
+  const Rgb white = radiance("300:1, 900:1");
+  EXPECT_NEAR(luminance(white), 1, 2e-3);
+  const Rgb red = radiance("620:0, 625:1, 630:1, 635:0"), blue = radiance("450:0, 455:1, 460:1, 465:0");
+  EXPECT_GT(red.x, 10 * std::max(red.y, red.z));
+  EXPECT_GT(blue.z, 10 * std::max(blue.x, blue.y));
+}
+
+// Rows of images go down, texture coordinates of rectangles go up from the lower left corner: to_uv is applied to the
+// latter, and a lookup at (u, v) finds row v x height from the top.
+TEST(MitsubaLoader, RectangleCoordinatesGrowRightAndUp) {
+  const SceneDescription s = loaded("<shape type='rectangle'/>");
+  const TriangleMesh& mesh = s.objects[0].meshes[0];
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    EXPECT_FLOAT_EQ(mesh.texcoords[0][i].x, (mesh.positions[i].x + 1) / 2);
+    EXPECT_FLOAT_EQ(mesh.texcoords[0][i].y, (mesh.positions[i].y + 1) / 2);
+  }
+}
+
+// A normal map's frame: x along growing u, y to its left seen from the front.
+TEST(MitsubaLoader, NormalMapsHaveTangentsAlongU) {
+  const SceneDescription s = loaded(
+      "<shape type='rectangle'><bsdf type='normalmap'><texture name='normalmap' type='checkerboard'/>"
+      "<bsdf type='diffuse'/></bsdf></shape>");
+  const TriangleMesh& mesh = s.objects[0].meshes[0];
+  ASSERT_EQ(mesh.tangents.size(), mesh.positions.size());
+  for (const V4f& t : mesh.tangents) EXPECT_EQ(t, V4f(1, 0, 0, 1));
+}
+
+constexpr const char* kColoredPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "property float r\nproperty float g\nproperty float b\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0 1 0 0\n1 0 0 0 0.5 0\n0 1 0 0 0 0.25\n3 0 1 2\n";
+
+TEST(MitsubaLoader, VertexColoursShowOnlyWhereABsdfAsksForThem) {
+  const std::string shape = "<shape type='ply'><string name='filename' value='m.ply'/>";
+  const std::string attribute =
+      "<bsdf type='twosided'><bsdf type='diffuse'><texture name='reflectance' type='mesh_attribute'>"
+      "<string name='name' value='vertex_color'/></texture></bsdf></bsdf>";
+  const SceneDescription plain = loaded(shape + "</shape>", "3.0.0", {{"m.ply", bytes_of(kColoredPly)}});
+  EXPECT_TRUE(plain.objects[0].meshes[0].colors.empty());
+  const SceneDescription s = loaded(shape + attribute + "</shape>", "3.0.0", {{"m.ply", bytes_of(kColoredPly)}});
+  ASSERT_EQ(s.objects[0].meshes[0].colors.size(), 3u);
+  EXPECT_EQ(s.objects[0].meshes[0].colors[1], V4f(0, 0.5f, 0, 1));
+  EXPECT_EQ(s.materials[0].base_color, Rgb(1, 1, 1));
+  expect_error("<shape type='cube'>" + attribute + "</shape>", ErrorCode::invalid_argument, "s.xml:2",
+               "no attribute vertex_color");
+}
+
+TEST(MitsubaMeshes, PlyColoursMustBeShares) {
+  std::string text = kColoredPly;
+  text.replace(text.find("0.25"), 4, "2.25");
+  MemoryBudget budget(1 << 20);
+  Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget);
+  ASSERT_TRUE(mesh.ok());
+  const Status status = mitsuba::check_mesh(*mesh);
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.error().message.find("allowed: [0, 1]"), std::string::npos);
+}
+
 // ---- mesh files ------------------------------------------------------------------------------------------------------
 
 TEST(MitsubaMeshes, ObjMakesFansAndSharesCorners) {
