@@ -81,7 +81,7 @@ test::Estimate estimate_of(const Film& film) {
         n += half.count;
         for (int c = 0; c < 3; ++c) {
           sum[c] += half.sum[c];
-          squares[c] += half.sum_squares[c];
+          squares[c] += half.sum_squares(c);
         }
       }
       for (int c = 0; c < 3; ++c)
