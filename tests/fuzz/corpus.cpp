@@ -1,4 +1,5 @@
-// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages and DIR/tile, each a few hundred bytes.
+// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages, DIR/mitsuba and DIR/tile, each a few hundred
+// bytes. tests/fuzz/corpus holds what it wrote; what fuzzing found since lies beside it.
 //
 // usage: helio_fuzz_corpus DIR
 #include <cstdio>
@@ -103,6 +104,39 @@ void write_gltf(const std::filesystem::path& folder) {
   write(folder / "sparse_animation_morph.glb", glb(root));
 }
 
+// ---- Mitsuba -------------------------------------------------------------------------------------------------------
+
+void write_mitsuba(const std::filesystem::path& folder) {
+  const auto scene = [](const std::string& body) { return "<scene version=\"3.0.0\">" + body + "</scene>"; };
+  write(folder / "plugins.xml", scene(R"(<default name="n" value="4"/>
+<sensor type="thinlens"><float name="fov" value="40"/><float name="aperture_radius" value="0.1"/>
+<transform name="to_world"><lookat origin="0,1,4" target="0,0,0" up="0,1,0"/></transform>
+<film type="hdrfilm"><integer name="width" value="$n"/><integer name="height" value="3"/><rfilter type="tent"/></film></sensor>
+<bsdf type="roughconductor" id="m"><string name="material" value="Au"/><float name="alpha" value="0.2"/></bsdf>
+<bsdf type="dielectric" id="g"><float name="int_ior" value="1.5"/></bsdf>
+<shape type="sphere"><point name="center" x="1" y="0" z="0"/><float name="radius" value="0.5"/><ref id="m"/></shape>
+<shape type="cube"><transform name="to_world"><rotate y="1" angle="30"/><scale value="0.5"/></transform><ref id="g"/></shape>
+<shape type="shapegroup" id="group"><shape type="rectangle"><bsdf type="twosided"><bsdf type="diffuse">
+<texture type="checkerboard" name="reflectance"><rgb name="color0" value="0.1 0.2 0.3"/></texture></bsdf></bsdf></shape></shape>
+<shape type="instance"><ref id="group"/><transform name="to_world"><translate x="2"/></transform></shape>
+<emitter type="point"><point name="position" x="0" y="3" z="0"/><spectrum name="intensity" value="400:1, 700:2"/></emitter>
+<emitter type="constant"><rgb name="radiance" value="1"/></emitter>)"));
+  const auto mesh = [&](const char* type, const std::string& bytes) {
+    const std::string name = std::string("mesh.") + type;
+    write(folder / name, scene("<shape type=\"" + std::string(type) + "\"><string name=\"filename\" value=\"" + name +
+                               "\"/><bsdf type=\"diffuse\"/></shape>") +
+                             std::string(1, '\0') + bytes);
+  };
+  mesh("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1//1 -2//1 -3//1\n");
+  const std::string head =
+      " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  mesh("ply", "ply\nformat ascii" + head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  write(folder / "binary.ply", scene("<shape type=\"ply\"><string name=\"filename\" value=\"mesh.ply\"/></shape>") +
+                                   std::string(1, '\0') + "ply\nformat binary_little_endian" + head + corner_bytes() +
+                                   "\x03" + u32(0) + u32(1) + u32(2));
+}
+
 // ---- messages ------------------------------------------------------------------------------------------------------
 
 pb::View view() {
@@ -179,6 +213,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   write_gltf(folder / "gltf");
   write_messages(folder / "messages");
+  write_mitsuba(folder / "mitsuba");
   write_tiles(folder / "tile");
   return 0;
 }
