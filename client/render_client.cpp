@@ -203,4 +203,15 @@ Status RenderClient::cancel_job(const std::string& job_id) {
   return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CancelJob, request));
 }
 
+Result<pb::ReplaySampleResponse> RenderClient::replay_sample(const std::string& token, CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  pb::ReplaySampleRequest request;
+  request.set_token(token);
+  pb::ReplaySampleResponse response;
+  const grpc::Status status = stub_->ReplaySample(&context, request, &response);
+  if (!status.ok()) return to_error(status, peer_);
+  return response;
+}
+
 }  // namespace helio

@@ -87,6 +87,10 @@ class RenderClient {
                                            CallControl* control = nullptr);
   Status cancel_job(const std::string& job_id);
 
+  // One sample again, told vertex by vertex; `token`: FrameEnd.replay_token. The scene must be loaded: not_found says
+  // which.
+  Result<heliograph::v1::ReplaySampleResponse> replay_sample(const std::string& token, CallControl* control = nullptr);
+
  private:
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<heliograph::v1::RenderService::StubInterface> stub_;

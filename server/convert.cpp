@@ -414,6 +414,7 @@ pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id
     first.set_y(invalid.y);
     first.set_half(invalid.half);
     first.set_index(invalid.index);
+    message.set_replay_token(report.replay_token);
   }
   return message;
 }

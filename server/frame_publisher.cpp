@@ -113,7 +113,11 @@ void FramePublisher::frame_ended(const FrameEnd& end) {
   if (over_) return;
   end_ = end;
   if (!stream_) return;
-  stream_->push(end);
+  std::string token;
+  if (make_token_ && begin_ && end.progress.trace.invalid_samples > 0) {
+    token = make_token_(*begin_, end.progress.trace.first_invalid);
+  }
+  stream_->push(end, std::move(token));
   if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(finish_status_);
 }
 

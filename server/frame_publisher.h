@@ -2,9 +2,12 @@
 // while nobody listens.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "renderer/frame/frame_sink.h"
 #include "server/outbound_stream.h"
@@ -15,7 +18,10 @@ namespace helio {
 class FramePublisher final : public FrameSink {
  public:
   enum class Tiles { all, final_only };
-  explicit FramePublisher(Tiles tiles = Tiles::all) : tiles_(tiles) {}
+  // Makes the token by which a sample of the frame can be traced again.
+  using MakeToken = std::function<std::string(const FrameBegin& frame, const InvalidSample& sample)>;
+  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {})
+      : tiles_(tiles), make_token_(std::move(make_token)) {}
 
   // Where frames go from now on; returns the stream that they went to before. When a frame is in flight, the new
   // listener is told of its begin.
@@ -44,6 +50,7 @@ class FramePublisher final : public FrameSink {
   bool in_flight() const;  // with mutex_ held
 
   const Tiles tiles_;
+  const MakeToken make_token_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<OutboundStream> stream_;

@@ -111,7 +111,7 @@ grpc::ByteBuffer JobReactor::encode(Outbound message) {
   if (!last && job_->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
   result_sent_ = last || reason == FrameEndReason::cancelled || reason == FrameEndReason::failed;
   (result_sent_ ? end_due_ : view_due_) = true;
-  return to_job_result(*report, job_id_, views_done_++, result_sent_);
+  return to_job_result(*report, job_id_, views_done_++, result_sent_, job_->rendering().loop().invalid_samples());
 }
 
 // The next view starts when the end of the one before is on its way: no tile of that one waits any more.

@@ -53,10 +53,11 @@ void OutboundQueue::push(EncodedTile tile) {
   peak_bytes_ = std::max(peak_bytes_, bytes_);
 }
 
-void OutboundQueue::push(const FrameEnd& end) {
+void OutboundQueue::push(const FrameEnd& end, std::string replay_token) {
   const std::lock_guard lock(mutex_);
   if (!frame_ || !same_frame(frame_->begin.tag, end.tag) || frame_->ended) return;
   frame_->end = end;
+  frame_->replay_token = std::move(replay_token);
   frame_->progress.reset();  // the end says it all
 }
 
@@ -122,7 +123,7 @@ OutboundQueue::Next OutboundQueue::pop(double now_s) {
   if (!frame_->tiles.empty()) return pop_tile(now_s);
   if (frame_->end && !frame_->ended) {
     frame_->ended = true;
-    return {FrameReport{*frame_->end, frame_->bytes_sent, frame_->dropped}};
+    return {frame_->report()};
   }
   return {};
 }
@@ -182,7 +183,7 @@ void OutboundQueue::retire_frame() {
   if (!frame_) return;
   drop_tiles();
   if (frame_->begun && frame_->end && !frame_->ended) {
-    previous_end_ = FrameReport{*frame_->end, frame_->bytes_sent, frame_->dropped};
+    previous_end_ = frame_->report();
   }
   frame_.reset();
 }

@@ -38,6 +38,7 @@ struct FrameReport {
   FrameEnd end;
   std::uint64_t bytes_sent = 0;     // EXR bytes of this frame's tiles
   std::uint64_t dropped_tiles = 0;  // of this frame, superseded before they were sent
+  std::string replay_token;         // of the first invalid sample; empty: there was none
 };
 
 enum class NoticeSeverity { info, warning, draining };
@@ -62,7 +63,7 @@ class OutboundQueue {
   void push(const FrameProgress& progress);  // the newest replaces an older one that still waits
   // Of a frame that is not the current one or is older than the revision asked for: ignored.
   void push(EncodedTile tile);
-  void push(const FrameEnd& end);
+  void push(const FrameEnd& end, std::string replay_token = {});
 
   // Tiles of revisions before this one are no longer wanted.
   void drop_before(std::uint64_t revision);
@@ -99,7 +100,10 @@ class OutboundQueue {
     std::optional<FrameProgress> progress;
     std::optional<FrameEnd> end;
     bool ended = false;  // end was popped
+    std::string replay_token;
     std::uint64_t bytes_sent = 0, dropped = 0;
+
+    FrameReport report() const { return {*end, bytes_sent, dropped, replay_token}; }  // once ended
   };
 
   void drop_tiles();

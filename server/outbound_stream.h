@@ -40,9 +40,9 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
 
   // Sends what can be sent. Call it after anything was put into the queue or credit was added.
   void kick();
-  template <class T>
-  void push(T&& message) {
-    queue_.push(std::forward<T>(message));
+  template <class... T>  // as OutboundQueue::push
+  void push(T&&... message) {
+    queue_.push(std::forward<T>(message)...);
     kick();
   }
 

@@ -12,6 +12,7 @@
 #include "server/job_reactor.h"
 #include "server/load_scene_reactor.h"
 #include "server/message_check.h"
+#include "server/replay_reactor.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
 #include "server/watch_reactor.h"
@@ -211,6 +212,11 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
         if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
         return pb::CancelJobResponse();
       });
+}
+
+grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  return new ReplayReactor(core_, *request, response);
 }
 
 }  // namespace helio

@@ -15,7 +15,8 @@ using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<Rpcs::WithRawCallbackM
         Rpcs::WithRawCallbackMethod_CreateSession<Rpcs::WithRawCallbackMethod_CloseSession<
             Rpcs::WithRawCallbackMethod_ListSessions<Rpcs::WithRawCallbackMethod_StreamFrames<
                 Rpcs::WithRawCallbackMethod_UpdateSession<Rpcs::WithRawCallbackMethod_WatchFrames<
-                    Rpcs::WithRawCallbackMethod_RunJob<Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::Service>>>>>>>>>>>>;
+                    Rpcs::WithRawCallbackMethod_RunJob<Rpcs::WithRawCallbackMethod_CancelJob<
+                    Rpcs::WithRawCallbackMethod_ReplaySample<Rpcs::Service>>>>>>>>>>>>>;
 
 }  // namespace raw
 
@@ -47,6 +48,8 @@ class RenderService final : public raw::Service {
                                                      const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ReplaySample(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
 
  private:
   ServiceCore& core_;

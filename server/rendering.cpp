@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "renderer/base/clock.h"
+#include "server/replay_token.h"
 
 namespace helio {
 namespace {
@@ -24,7 +25,10 @@ Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources,
                                                      RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
   std::shared_ptr<Rendering> rendering(new Rendering(resources, std::move(scene)));
   if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
-  rendering->publisher_ = std::make_shared<FramePublisher>(tiles);
+  rendering->publisher_ = std::make_shared<FramePublisher>(
+      tiles, [scene = rendering->scene_.get()](const FrameBegin& frame, const InvalidSample& sample) {
+        return make_replay_token(*scene, frame, sample);
+      });
   RenderLoopOptions options;
   options.channels = channels;
   options.publish_passes = tiles == FramePublisher::Tiles::all;

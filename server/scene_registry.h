@@ -60,6 +60,7 @@ class SceneLease {
 
   const LoadedScene& operator*() const { return *scene_; }
   const LoadedScene* operator->() const { return scene_.get(); }
+  const LoadedScene* get() const { return scene_.get(); }
 
  private:
   void release() {

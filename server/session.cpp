@@ -139,6 +139,7 @@ pb::SessionInfo Session::info() const {
   info.set_attached(stream != nullptr);
   *info.mutable_progress() = to_message(rendering_->loop().progress(), id_);
   info.set_memory_bytes(rendering_->loop().memory_bytes() + (stream ? stream->queue().bytes() : 0));
+  info.set_invalid_samples(rendering_->loop().invalid_samples());
   info.set_used_seconds(rendering_->loop().used_seconds());
   info.set_idle_s(stream ? 0 : now_s() - idle_since_s_);
   return info;

@@ -100,7 +100,8 @@ grpc::ByteBuffer to_job_response(Outbound message) {
       message);
 }
 
-grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over) {
+grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over,
+                               std::uint64_t invalid_samples) {
   pb::RunJobResponse response;
   const auto fill = [&](auto& result) {
     result.set_job_id(job_id);
@@ -109,6 +110,7 @@ grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job
   };
   if (over) {
     fill(*response.mutable_result());
+    response.mutable_result()->set_invalid_samples(invalid_samples);
   } else {
     fill(*response.mutable_view_result());
   }

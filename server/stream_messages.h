@@ -15,8 +15,10 @@ grpc::ByteBuffer to_stream_response(Outbound message, const std::string& session
 // A RunJobResponse. Notices and frame begins have no place there and give an empty buffer: send nothing. Ends of frames
 // are to_job_result's.
 grpc::ByteBuffer to_job_response(Outbound message);
-// The RunJobResponse for the end of a view: the job's result when it is `over`, else the view's.
-grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over);
+// The RunJobResponse for the end of a view: the job's result when it is `over`, else the view's. `invalid_samples`: of
+// the job so far.
+grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over,
+                               std::uint64_t invalid_samples);
 
 grpc::ByteBuffer to_bytes(const google::protobuf::MessageLite& message);
 

@@ -43,8 +43,9 @@ constexpr const char* kHelp =
     "error, cancelled), width, height, samples_per_second, paths, worst_tile_rmse, all_black, unproven (share of the\n"
     "pixels that saw no light where surfaces reflect), hidden_rmse (bound on what they may add), output, png, heatmap,\n"
     "partial, warnings, notices, unread, camera, scene_id, triangles, decode_seconds, build_seconds,\n"
-    "first_tile_seconds; on failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also\n"
-    "where a region ends inside one.\n"
+    "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"
+    "failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also where a region ends\n"
+    "inside one.\n"
     "The progress line shows the share of the budget used, samples per pixel, samples per second and the standard\n"
     "error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
     "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";

@@ -33,6 +33,7 @@ void add_frame_end(Json& json, const pb::FrameEnd& end) {
                              {"y", end.first_invalid().y()},
                              {"half", end.first_invalid().half()},
                              {"index", end.first_invalid().index()}};
+    json["replay_token"] = end.replay_token();
   }
 }
 
@@ -58,6 +59,9 @@ std::string caution(const pb::FrameEnd& end) {
   if (end.has_first_invalid()) {
     text += fmt::format(" (first: pixel {},{}, half {}, sample {})", end.first_invalid().x(), end.first_invalid().y(),
                         end.first_invalid().half(), end.first_invalid().index());
+  }
+  if (!end.replay_token().empty()) {
+    text += fmt::format("; to see it: heliograph replay {} and the scene as it was given here", end.replay_token());
   }
   return text;
 }

@@ -10,7 +10,7 @@ namespace helio::cli {
 
 // samples, render_seconds, rays, rays_per_path, estimated_rmse, estimated_relmse (null while unknown),
 // invalid_samples, paths, samples_per_second, worst_tile_rmse, all_black, unproven, hidden_rmse, ended_by,
-// first_tile_seconds, and first_invalid {x, y, half, index} when samples were invalid.
+// first_tile_seconds, and when samples were invalid: first_invalid {x, y, half, index} and replay_token.
 void add_frame_end(Json& json, const heliograph::v1::FrameEnd& end);
 
 // The same members from a progress report, for a frame that never came to its end.

@@ -13,6 +13,7 @@
 #include "renderer/film/film.h"
 #include "renderer/film/resolve.h"
 #include "renderer/frame/render_settings.h"
+#include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
 
 namespace helio {
@@ -27,6 +28,7 @@ struct FrameBegin {
   FrameTag tag;
   RenderSettings settings;
   PixelRect region;  // rendered part of the film
+  CameraPose camera;
 };
 
 struct FrameTile {

@@ -6,15 +6,19 @@
 
 namespace helio {
 
+PathSettings path_settings(const RenderSettings& settings) {
+  PathSettings path;
+  path.seed = settings.seed;
+  path.max_segments = settings.max_segments;
+  path.roulette_from = settings.roulette_from;
+  path.roulette = settings.roulette;
+  return path;
+}
+
 IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene) {
   return [scene = std::move(scene)](const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin());
-    PathSettings path;
-    path.seed = job.settings.seed;
-    path.max_segments = job.settings.max_segments;
-    path.roulette_from = job.settings.roulette_from;
-    path.roulette = job.settings.roulette;
-    return trace_window(*scene, camera, path, job.range, job.window, cancel, film, stats);
+    return trace_window(*scene, camera, path_settings(job.settings), job.range, job.window, cancel, film, stats);
   };
 }
 

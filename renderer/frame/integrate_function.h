@@ -24,6 +24,9 @@ struct IntegrateJob {
 using IntegrateFunction =
     std::function<bool(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats)>;
 
+// What the path tracer is told of the settings.
+PathSettings path_settings(const RenderSettings& settings);
+
 // trace_window() on a scene.
 IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene);
 

@@ -91,6 +91,7 @@ struct RenderLoop::Impl final : PieceSource {
   FrameScheduler scheduler;
   FrameState state;
   TraceStats trace;                                   // since the film was cleared
+  std::uint64_t invalid_samples = 0;                  // since the loop was made
   std::uint64_t film_samples = 0, frame_samples = 0;  // pixel samples, since the film was cleared | the frame began
   bool planned = false;                               // the pipeline carries out a plan of this frame
   std::shared_ptr<FrameRecord> frame;                 // in flight; null: none
@@ -307,6 +308,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   frame->begin.tag = {revision, view->id, ++frames};
   frame->begin.settings = settings;
   frame->begin.region = settings.rendered_region();
+  frame->begin.camera = view->camera;
   frame->accepted_s = accepted_s;
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
@@ -432,6 +434,7 @@ bool RenderLoop::Impl::run_piece() {
     mine->integrate_seconds += cpu_seconds;
     if (done && !failure) {
       trace.add(stats);
+      invalid_samples += stats.invalid_samples;
       film_samples += p->samples();
       if (current) frame_samples += p->samples();
     }
@@ -484,6 +487,10 @@ double RenderLoop::used_seconds() const {
 }
 std::size_t RenderLoop::memory_bytes() const {
   return impl_->memory_bytes();
+}
+std::uint64_t RenderLoop::invalid_samples() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->invalid_samples;
 }
 void RenderLoop::republish() {
   impl_->republish();

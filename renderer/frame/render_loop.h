@@ -84,6 +84,7 @@ class RenderLoop {
   FrameProgress progress() const;    // of the frame in flight, or of the last one; counts as of its last whole plan
   double used_seconds() const;       // workers' processor time charged to this loop
   std::size_t memory_bytes() const;  // film and scratch
+  std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
 
   // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame
   // of its own (begun, final tiles, ended with the last reason). Does nothing without samples.

@@ -2,13 +2,28 @@
 
 #include <array>
 #include <limits>
+#include <tuple>
 
 #include "renderer/trace/path_kernel.h"
 
 namespace helio {
 
+namespace {
+
+bool comes_before(const InvalidSample& a, const InvalidSample& b) {
+  return std::tie(a.index, a.half, a.y, a.x) < std::tie(b.index, b.half, b.y, b.x);
+}
+
+}  // namespace
+
+void TraceStats::note_invalid(const InvalidSample& sample) {
+  if (invalid_samples++ == 0 || comes_before(sample, first_invalid)) first_invalid = sample;
+}
+
 void TraceStats::add(const TraceStats& other) {
-  if (invalid_samples == 0 && other.invalid_samples > 0) first_invalid = other.first_invalid;
+  if (other.invalid_samples > 0 && (invalid_samples == 0 || comes_before(other.first_invalid, first_invalid))) {
+    first_invalid = other.first_invalid;
+  }
   paths += other.paths;
   rays += other.rays;
   shadow_rays += other.shadow_rays;
@@ -18,6 +33,11 @@ void TraceStats::add(const TraceStats& other) {
 void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion) {
   batches.push_back({occlusion, std::uint32_t(count)});
   for (std::size_t i = 0; i < count; ++i) rays.push_back(first[order ? order[i] : i]);
+}
+
+static bool suits_plain_kernel(const SceneFeatures& f) {
+  return f.only_lambert && !f.textures && !f.normal_maps && !f.vertex_colors && !f.instances && !f.spheres &&
+         !f.smooth_normals && !f.absorption;
 }
 
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
@@ -34,10 +54,8 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log};
   // Two kernels: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
-  const SceneFeatures& f = scene.features();
-  const bool plain = f.only_lambert && !f.textures && !f.normal_maps && !f.vertex_colors && !f.instances &&
-                     !f.spheres && !f.smooth_normals && !f.absorption;
-  return plain && !settings.general_kernel ? run_plain_kernel(task, stats) : run_general_kernel(task, stats);
+  const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;
+  return plain ? run_plain_kernel(task, stats) : run_general_kernel(task, stats);
 }
 
 }  // namespace helio

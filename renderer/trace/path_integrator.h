@@ -31,10 +31,13 @@ struct SampleRange {
   std::uint32_t first = 0, count = 0;
 };
 
-// The sample whose radiance was not finite: enough to trace it again.
+// The sample whose radiance was not finite. With the scene, the camera and the settings, enough to trace it again
+// (trace_sample).
 struct InvalidSample {
   int x = 0, y = 0, half = 0;
   std::uint32_t index = 0;
+
+  bool operator==(const InvalidSample&) const = default;
 };
 
 struct TraceStats {
@@ -42,8 +45,11 @@ struct TraceStats {
   std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
-  InvalidSample first_invalid;  // meaningful when invalid_samples > 0
+  // Meaningful when invalid_samples > 0: the one of the lowest index, of these of the first half, then of the topmost
+  // and leftmost pixel, so that it does not depend on how the work was cut.
+  InvalidSample first_invalid;
 
+  void note_invalid(const InvalidSample& sample);
   void add(const TraceStats& other);
 };
 

@@ -22,6 +22,8 @@ struct RayLog {
   void add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion);
 };
 
+struct SampleTrace;
+
 struct WindowTask {
   const SceneData& scene;
   const Camera& camera;
@@ -31,10 +33,14 @@ struct WindowTask {
   const CancelToken& cancel;
   Film& film;
   RayLog* log;
+  // run_watched_kernel() alone: what becomes of the sample, and the film's size. The range is that one sample, the
+  // window its pixel; the film is not touched.
+  SampleTrace* trace = nullptr;
 };
 
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
+bool run_watched_kernel(const WindowTask& task);
 
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

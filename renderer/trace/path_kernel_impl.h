@@ -10,11 +10,13 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <type_traits>
 
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/lambert_batch.h"
 #include "renderer/trace/mis.h"
 #include "renderer/trace/path_kernel.h"
+#include "renderer/trace/sample_trace.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/surface.h"
 #include "renderer/trace/surface_layers.h"
@@ -77,10 +79,11 @@ struct PathGroup {
   float select[kGroupPaths], lobe[kGroupPaths], roulette[kGroupPaths];
   int pixel_x[kGroupPaths], pixel_y[kGroupPaths];
   LambertBatch batch;  // plain kernel
-  int count = 0;  // paths: pixels of the block that lie on the film
+  int count = 0;       // paths: pixels of the block that lie on the film
 };
 
-template <bool kGeneral>
+// kWatched: writes down what becomes of one sample (WindowTask::trace). Nothing of it is left in the other kernels.
+template <bool kGeneral, bool kWatched = false>
 class PathKernel {
  public:
   explicit PathKernel(const WindowTask& task)
@@ -103,7 +106,11 @@ class PathKernel {
         }
       }
     }
-    commit();
+    if constexpr (kWatched) {
+      task_.trace->radiance = film_radiance_[0];
+    } else {
+      commit();
+    }
     stats.add(stats_);
     return true;
   }
@@ -122,7 +129,12 @@ class PathKernel {
     for (int i = 0; i < kGroupPaths; ++i) {
       const int tile = i / (kTile * kTile), lane = i % (kTile * kTile);
       const int x = block_x + tile % kTiles * kTile + lane % kTile, y = block_y + tile / kTiles * kTile + lane / kTile;
-      if (!task_.film.bounds().contains(x, y)) continue;
+      if constexpr (kWatched) {
+        if (x >= task_.trace->width || y >= task_.trace->height) continue;
+        if (task_.window.contains(x, y)) watched_ = std::uint32_t(b.count);
+      } else {
+        if (!task_.film.bounds().contains(x, y)) continue;
+      }
       b.pixel_x[b.count] = x;
       b.pixel_y[b.count] = y;
       ++b.count;
@@ -263,6 +275,7 @@ class PathKernel {
     stats_.shadow_rays += std::uint64_t(shadow_count_);
     scene_.accel->occluded(b.shadow_rays, std::size_t(shadow_count_), b.occluded);
     for (int k = 0; k < shadow_count_; ++k) {
+      if constexpr (kWatched) note(b.shadow_path[k]).light.occluded = b.occluded[k] != 0;
       if (!b.occluded[k]) b.paths[b.shadow_path[k]].radiance += b.shadow_radiance[k];
     }
     if (task_.log) task_.log->add(b.shadow_rays, nullptr, std::size_t(shadow_count_), true);
@@ -277,6 +290,7 @@ class PathKernel {
     ray.direction = direction;
     ray.t_max = t_max;
     ray.alpha_key = alpha_key(b.paths[path].key, reversed_index_, -vertex);
+    if constexpr (kWatched) note_shadow_ray(path, t_max, radiance);
     b.shadow_radiance[slot] = radiance;
     b.shadow_path[slot] = path;
   }
@@ -298,6 +312,7 @@ class PathKernel {
     if (path.pdf_w > 0) {
       weight = mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
     }
+    if constexpr (kWatched) note_emission(path, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
 
@@ -389,6 +404,7 @@ class PathKernel {
     PathState& path = b.paths[i];
     Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
+    if constexpr (kWatched) note_segment(vertex, i);
 
     if (!hit.valid()) {
       leave_scene(vertex, i);
@@ -401,6 +417,8 @@ class PathKernel {
 
     // Absorb what the medium takes along the segment.
     if (path.media.count > 0) path.beta *= transmittance(path.media, hit.t);
+
+    if constexpr (kWatched) note(i).throughput = path.beta;
 
     // Add what the surface emits.
     if (material.emissive) add_emission(path, ray, hit, surface);
@@ -432,6 +450,7 @@ class PathKernel {
       const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : surface_albedo(params, wo);
       b.first[i] = {albedo, normal, hit.t, instance_name(hit), hit.primitive};
     }
+    if constexpr (kWatched) note_surface(i, surface, params, normal, geometric_normal, black);
     if (black) return false;
     if (vertex >= task_.settings.max_segments) return false;
     if (params.model == LobeModel::none) return false;
@@ -446,9 +465,11 @@ class PathKernel {
       // would then, if it emits, light itself.
       const V3f from = transmissive ? surface.position : near_side;
       const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
+      if constexpr (kWatched) note(i).light.sample = light;
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
         const BsdfValue value = lambert ? evaluate_lambert(params.base_color, wo, wi) : evaluate_bsdf(params, wo, wi);
+        if constexpr (kWatched) note_light(i, light, value);
         // A direction that the shading normal admits but the geometry does not would leak light.
         const bool consistent = dot(geometric_normal, light.direction) * wi.z > 0;
         if (consistent && !is_black(value.f_cos)) {
@@ -468,6 +489,7 @@ class PathKernel {
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
     sample = lambert ? sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u))
                      : sample_bsdf(params, wo, b.lobe[j], u);
+    if constexpr (kWatched) note_scatter(i, sample, frame);
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (!(dot(geometric_normal, direction) * sample.wi.z > 0)) return false;
@@ -482,15 +504,18 @@ class PathKernel {
       else
         path.media.leave(surface.part->material);
     }
+    if constexpr (kWatched) note(i).next_throughput = path.beta;
     if (is_black(path.beta)) return false;
 
     // Let the path die with a probability that its throughput gives.
     if (vertex >= task_.settings.roulette_from) {
       const float survival = survival_probability(task_.settings.roulette, max_component(path.beta) * path.eta_scale);
+      if constexpr (kWatched) note_roulette(i, survival, b.roulette[j]);
       if (!(b.roulette[j] < survival)) return false;
       path.beta *= 1 / survival;
     }
 
+    if constexpr (kWatched) note(i).goes_on = true;
     ray.origin = origin_towards(surface, near_side, direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
@@ -512,6 +537,7 @@ class PathKernel {
       weight =
           mis_weight(path.pdf_w, lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, hit.t, cos_light));
     }
+    if constexpr (kWatched) note_emission(path, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
 
@@ -539,6 +565,78 @@ class PathKernel {
       if (hit.instance != kNoHit) return scene_.instance_names[hit.instance];
     }
     return scene_.flat_names[hit.part];
+  }
+
+  // ---- what kWatched writes down
+  // -------------------------------------------------------------------------------------
+
+  // The newest vertex of the sample that is watched; of all others, something that nobody reads.
+  VertexTrace& note(std::uint32_t path) { return path == watched_ ? task_.trace->vertices.back() : ignored_; }
+
+  void note_segment(int vertex, std::uint32_t i) {
+    if (i != watched_) return;
+    VertexTrace& v = task_.trace->vertices.emplace_back();
+    const PathState& path = group_.paths[i];
+    const Hit& hit = group_.hits[i];
+    v.number = vertex;
+    v.origin = group_.rays[i].origin;
+    v.direction = group_.rays[i].direction;
+    v.pdf_w = path.pdf_w;
+    v.radiance = path.radiance;
+    v.throughput = path.beta;
+    v.hit = hit.valid();
+    if (!v.hit) return;
+    v.distance = hit.t;
+    v.instance = instance_name(hit);
+    v.primitive = hit.primitive;
+  }
+
+  void note_emission(const PathState& path, const Rgb& radiance, float weight) {
+    VertexTrace& v = note(std::uint32_t(&path - group_.paths));
+    v.emitted = radiance;
+    v.emitted_weight = weight;
+  }
+
+  void note_surface(std::uint32_t i, const Surface& surface, const SurfaceParams& params, const V3f& normal,
+                    const V3f& geometric_normal, bool black) {
+    VertexTrace& v = note(i);
+    v.position = surface.position;
+    v.geometric_normal = geometric_normal;
+    v.shading_normal = normal;
+    v.front = surface.front;
+    v.material = surface.part->material;
+    v.black_side = black;
+    v.params = params;
+    v.params.layers = nullptr;
+  }
+
+  void note_light(std::uint32_t i, const LightSample& light, const BsdfValue& value) {
+    LightTrace& trace = note(i).light;
+    trace.evaluated = true;
+    trace.f_cos = value.f_cos;
+    trace.bsdf_pdf_w = value.pdf_w;
+    trace.mis_weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
+  }
+
+  void note_shadow_ray(std::uint32_t i, float t_max, const Rgb& contribution) {
+    LightTrace& trace = note(i).light;
+    trace.shadow_ray = true;
+    trace.t_max = t_max;
+    trace.contribution = contribution;
+  }
+
+  void note_scatter(std::uint32_t i, const BsdfSample& sample, const Frame& frame) {
+    VertexTrace& v = note(i);
+    v.sampled = true;
+    v.scatter = sample;
+    if (sample.valid()) v.next_direction = frame.to_world(sample.wi);
+  }
+
+  void note_roulette(std::uint32_t i, float survival, float u) {
+    VertexTrace& v = note(i);
+    v.roulette = true;
+    v.survival = survival;
+    v.roulette_sample = u;
   }
 
   // ---- results -----------------------------------------------------------------------------------------------------
@@ -572,13 +670,19 @@ class PathKernel {
             pixel.add(film_radiance_[slot]);
           } else {
             task_.film.add_invalid(range.half, x, y);
-            if (stats_.invalid_samples++ == 0) stats_.first_invalid = {x, y, range.half, range.first + s};
+            stats_.note_invalid({x, y, range.half, range.first + s});
+            if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.
           if (range.half == 0) add_features(features, film_first_[slot], range.first + s == 0);
         }
       }
     }
+  }
+
+  // Whether the features of an invalid sample may enter the film.
+  bool is_finite_hit(int half, std::size_t slot) const {
+    return half == 0 && is_finite(film_first_[slot].albedo) && is_finite(film_first_[slot].normal);
   }
 
   static void add_features(PixelFeatures& f, const FirstHit& first, bool is_first_sample) {
@@ -596,11 +700,14 @@ class PathKernel {
   const LightSampler& lights_;
   const bool has_lights_;
   int shadow_count_ = 0;
-  LayerParams layers_;  // general kernel: of the vertex in hand
+  LayerParams layers_;                // general kernel: of the vertex in hand
   std::uint32_t reversed_index_ = 0;  // of the sample in flight
   TraceStats stats_;
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<kWatched, std::uint32_t, Nothing> watched_{};  // index in the group
+  [[no_unique_address]] std::conditional_t<kWatched, VertexTrace, Nothing> ignored_{};
 };
 
 }  // namespace helio

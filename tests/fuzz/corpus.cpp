@@ -1,5 +1,5 @@
 // Writes the files that the fuzzers start from: DIR/gltf, DIR/messages, DIR/mitsuba and DIR/tile, each a few hundred
-// bytes.
+// bytes. tests/fuzz/corpus holds what it wrote; what fuzzing found since lies beside it.
 //
 // usage: helio_fuzz_corpus DIR
 #include <cstdio>
@@ -72,8 +72,7 @@ void write_gltf(const std::filesystem::path& folder) {
   json root = triangle();
   write(folder / "triangle.glb", glb(root));
   // The same with its bytes in the JSON: three corners in base64.
-  root["buffers"][0]["uri"] =
-      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+  root["buffers"][0]["uri"] = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
   write(folder / "triangle.gltf", root.dump());
   root["materials"] = json::parse(R"([{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0, 0.5],
       "roughnessFactor": 0}, "alphaMode": "MASK", "emissiveFactor": [1, 1, 1],
@@ -85,23 +84,71 @@ void write_gltf(const std::filesystem::path& folder) {
   root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}, {"spot", json::object()}}};
   root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}])");
   root["nodes"][0]["children"] = {1, 2};
-  root["nodes"].push_back({{"translation", {0, 0, 3}},
-                           {"camera", 0},
-                           {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  root["nodes"].push_back(
+      {{"translation", {0, 0, 3}}, {"camera", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   root["nodes"].push_back({{"scale", {100, -1, 0.5}}, {"mesh", 0}});
   write(folder / "material_light_camera.gltf", root.dump());
   root = triangle();
-  root["accessors"].push_back({{"bufferView", 0}, {"componentType", 5126}, {"count", 2}, {"type", "SCALAR"},
-                               {"min", {0}}, {"max", {0}}});
+  root["accessors"].push_back(
+      {{"bufferView", 0}, {"componentType", 5126}, {"count", 2}, {"type", "SCALAR"}, {"min", {0}}, {"max", {0}}});
   root["accessors"].push_back({{"bufferView", 0}, {"componentType", 5126}, {"count", 2}, {"type", "VEC3"}});
-  root["accessors"][0]["sparse"] = {{"count", 1},
-                                    {"indices", {{"bufferView", 0}, {"componentType", 5121}}},
-                                    {"values", {{"bufferView", 0}}}};
+  root["accessors"][0]["sparse"] = {
+      {"count", 1}, {"indices", {{"bufferView", 0}, {"componentType", 5121}}}, {"values", {{"bufferView", 0}}}};
   root["animations"] = {{{"samplers", {{{"input", 1}, {"output", 2}}}},
                          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
   root["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
   root["meshes"][0]["weights"] = {0.5};
   write(folder / "sparse_animation_morph.glb", glb(root));
+}
+
+// ---- Mitsuba -------------------------------------------------------------------------------------------------------
+
+void write_mitsuba(const std::filesystem::path& folder) {
+  const auto scene = [](const std::string& body, const std::string& version = "3.0.0") {
+    return "<scene version=\"" + version + "\">" + body + "</scene>";
+  };
+  write(folder / "plugins.xml", scene(R"(<default name="n" value="4"/>
+<sensor type="thinlens"><float name="fov" value="40"/><float name="aperture_radius" value="0.1"/>
+<transform name="to_world"><lookat origin="0,1,4" target="0,0,0" up="0,1,0"/></transform>
+<film type="hdrfilm"><integer name="width" value="$n"/><integer name="height" value="3"/><rfilter type="tent"/></film></sensor>
+<bsdf type="roughconductor" id="m"><string name="material" value="Au"/><float name="alpha" value="0.2"/></bsdf>
+<bsdf type="dielectric" id="g"><float name="int_ior" value="1.5"/></bsdf>
+<shape type="sphere"><point name="center" x="1" y="0" z="0"/><float name="radius" value="0.5"/><ref id="m"/></shape>
+<shape type="cube"><transform name="to_world"><rotate y="1" angle="30"/><scale value="0.5"/></transform><ref id="g"/></shape>
+<shape type="shapegroup" id="group"><shape type="rectangle"><bsdf type="twosided"><bsdf type="diffuse">
+<texture type="checkerboard" name="reflectance"><rgb name="color0" value="0.1 0.2 0.3"/></texture></bsdf></bsdf></shape></shape>
+<shape type="instance"><ref id="group"/><transform name="to_world"><translate x="2"/></transform></shape>
+<emitter type="point"><point name="position" x="0" y="3" z="0"/><spectrum name="intensity" value="400:1, 700:2"/></emitter>
+<emitter type="constant"><rgb name="radiance" value="1"/></emitter>)"));
+  write(
+      folder / "materials.xml",
+      scene(
+          "<bsdf type='twosided' id='b'><bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='plastic'/>"
+          "<bsdf type='roughconductor'><string name='material' value='Au'/><float name='alpha_u' value='0.1'/></bsdf>"
+          "</bsdf></bsdf><shape type='rectangle'><ref id='b'/><emitter type='area'/></shape>"
+          "<shape type='rectangle'><bsdf type='mask'><bsdf type='principled'><float name='spec_trans' value='0.5'/>"
+          "</bsdf></bsdf></shape><shape type='cube'><bsdf type='bumpmap'><texture type='checkerboard'/>"
+          "<bsdf type='roughdielectric'/></bsdf></shape><shape type='disk'><bsdf type='null'/></shape>"));
+  write(
+      folder / "group.xml",
+      scene("<shape type='shapegroup' id='g'><shape type='cube'/></shape><shape type='instance'><ref id='g'/></shape>"
+            "<bsdf type='dielectric' id='d'><float name='intIOR' value='1.5'/></bsdf><shape type='sphere'><ref id='d'/>"
+            "</shape>",
+            "0.6.0"));
+  const auto mesh = [&](const char* type, const std::string& bytes) {
+    const std::string name = std::string("mesh.") + type;
+    write(folder / name, scene("<shape type=\"" + std::string(type) + "\"><string name=\"filename\" value=\"" + name +
+                               "\"/><bsdf type=\"diffuse\"/></shape>") +
+                             std::string(1, '\0') + bytes);
+  };
+  mesh("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1//1 -2//1 -3//1\n");
+  const std::string head =
+      " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  mesh("ply", "ply\nformat ascii" + head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  write(folder / "binary.ply", scene("<shape type=\"ply\"><string name=\"filename\" value=\"mesh.ply\"/></shape>") +
+                                   std::string(1, '\0') + "ply\nformat binary_little_endian" + head + corner_bytes() +
+                                   "\x03" + u32(0) + u32(1) + u32(2));
 }
 
 // ---- messages ------------------------------------------------------------------------------------------------------
@@ -146,43 +193,6 @@ void write_messages(const std::filesystem::path& folder) {
   *job.mutable_settings() = settings();
   *job.mutable_budget() = budget;
   message(5, "job", job);
-}
-
-// ---- Mitsuba -------------------------------------------------------------------------------------------------------
-
-void write_mitsuba(const std::filesystem::path& folder) {
-  // What fuzz_mitsuba.cpp gives the scene to read: part.xml, mesh.ply and mesh.obj.
-  const auto scene = [&](const char* name, const std::string& body, const char* version = "3.0.0") {
-    write(folder / name, "<scene version=\"" + std::string(version) + "\">" + body + "</scene>");
-  };
-  const std::string sensor =
-      "<sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'>"
-      "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-      "<integer name='width' value='8'/><rfilter type='tent'/></film></sensor>";
-  scene("shapes.xml", sensor +
-                          "<default name='r' value='2'/><shape type='sphere'><float name='radius' value='$r'/></shape>"
-                          "<shape type='cube'><transform name='to_world'><rotate y='1' angle='30'/><scale value='2'/>"
-                          "<matrix value='1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'/></transform></shape>"
-                          "<shape type='cylinder'/><shape type='disk'/><emitter type='constant'/>");
-  scene("materials.xml",
-        "<bsdf type='twosided' id='b'><bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='plastic'/>"
-        "<bsdf type='roughconductor'><string name='material' value='Au'/><float name='alpha_u' value='0.1'/></bsdf>"
-        "</bsdf></bsdf><shape type='rectangle'><ref id='b'/><emitter type='area'/></shape>"
-        "<shape type='rectangle'><bsdf type='mask'><bsdf type='principled'><float name='spec_trans' value='0.5'/>"
-        "</bsdf></bsdf></shape><shape type='cube'><bsdf type='bumpmap'><texture type='checkerboard'/>"
-        "<bsdf type='roughdielectric'/></bsdf></shape><shape type='disk'><bsdf type='null'/></shape>");
-  scene("files.xml",
-        "<include filename='part.xml'/><shape type='ply'><string name='filename' value='mesh.ply'/></shape>"
-        "<shape type='obj'><string name='filename' value='mesh.obj'/></shape><emitter type='spot'/>");
-  scene("group.xml",
-        "<shape type='shapegroup' id='g'><shape type='cube'/></shape><shape type='instance'><ref id='g'/></shape>"
-        "<bsdf type='dielectric' id='d'><float name='intIOR' value='1.5'/></bsdf><shape type='sphere'><ref id='d'/>"
-        "</shape>",
-        "0.6.0");
-  write(folder / "mesh.ply",
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
-  write(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n");
 }
 
 // ---- tiles ---------------------------------------------------------------------------------------------------------

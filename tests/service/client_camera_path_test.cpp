@@ -85,6 +85,26 @@ TEST(CameraMotion, TwoHalvesMakeTheWhole) {
   expect_near(twice.forward, once.forward);
 }
 
+// What a mouse does in a minute: 1,000 moves of each kind, out and back, end where they began.
+TEST(CameraMotion, AThousandTinyMovesOutAndBackDoNotDrift) {
+  const CameraFrame begin{{0.1, 2, 3}, V3d(1, -2, -3) / std::sqrt(14), V3d(1, 5, -3) / std::sqrt(35)};
+  CameraFrame frame = begin;
+  for (int i = 0; i < 1000; ++i) {
+    const double sign = i < 500 ? 1 : -1;
+    frame = moved(orbited(turned(frame, 0), {0, 0, 0}, 0), V3d(0.01, -0.02, 0.03) * sign);
+  }
+  for (int i = 0; i < 1000; ++i) frame = turned(frame, i < 500 ? 0.07 : -0.07);
+  for (int i = 0; i < 1000; ++i) frame = orbited(frame, {0.5, 0, -1}, i < 500 ? 0.05 : -0.05);
+  const auto expect_close = [](const V3d& found, const V3d& wanted) {
+    EXPECT_LT(length(found - wanted), 1e-11) << found.x << ' ' << found.y << ' ' << found.z;
+  };
+  expect_close(frame.position, begin.position);
+  expect_close(frame.forward, begin.forward);
+  expect_close(frame.up, begin.up);
+  EXPECT_NEAR(length(frame.forward), 1, 1e-12);
+  EXPECT_NEAR(dot(frame.forward, frame.up), 0, 1e-12);
+}
+
 TEST(CameraMotion, RefusesViewsWithoutAFrame) {
   pb::CameraView named;
   named.set_scene_camera("side");

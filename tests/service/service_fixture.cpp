@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "renderer/base/clock.h"
 #include "server/sha256.h"
@@ -96,6 +97,18 @@ std::string quad_gltf(double radiance) {
  "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
  "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,)" +
          base64(buffer) + R"("}]})";
+}
+
+std::string overflowing_gltf() {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  gltf["materials"][0]["pbrMetallicRoughness"] = {{"metallicFactor", 1}, {"roughnessFactor", 0.2236}};
+  gltf["extensionsUsed"].push_back("KHR_lights_punctual");
+  gltf["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "spot"}, {"intensity", 1.2e37}, {"spot", {{"innerConeAngle", 0.08}, {"outerConeAngle", 0.1}}}}};
+  gltf["nodes"].push_back(
+      {{"translation", {0, 0, 0.2}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  gltf["scenes"][0]["nodes"].push_back(2);
+  return gltf.dump();
 }
 
 std::string sha256_of(const std::string& bytes) {

@@ -23,6 +23,9 @@ namespace pb = heliograph::v1;
 // A camera named "front" looks along -z from (0, 0, 3) at a 2x2 square at the origin that emits `radiance` towards +z.
 // Without bounces, every pixel that sees the square is exactly `radiance`.
 std::string quad_gltf(double radiance = 1);
+// The square of radiance 2, a rough mirror, with a spotlight before its middle that irradiates a disk of radius 0.02 by
+// 3e38, the most that a float holds: the mirror's lobe makes more of it, and most samples that see the disk are infinite.
+std::string overflowing_gltf();
 
 // One file as LoadScene takes it. Each field can be made wrong.
 struct Upload {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "renderer/base/clock.h"
@@ -27,6 +28,7 @@ struct FakeIntegrator {
   float mean = 0.5f, noise = 0.5f;    // radiance = mean + noise (2 u - 1)
   std::uint64_t throw_after = ~0ull;  // samples
   double invalid_share = 0;           // of samples that are not finite
+  std::pair<int, int> lost = {-1, -1};  // a pixel all of whose samples are not finite
   bool misses = false;                // nothing is met; else grey surfaces
 
   struct Counters {
@@ -59,9 +61,9 @@ struct FakeIntegrator {
         for (std::uint32_t i = 0; i < job.range.count; ++i) {
           const std::uint32_t index = job.range.first + i;
           const float u = hash_sample(job.settings.seed, x, y, job.range.half, index);
-          if (hash_sample(~job.settings.seed, x, y, job.range.half, index) < invalid_share) {
+          if (hash_sample(~job.settings.seed, x, y, job.range.half, index) < invalid_share || lost == std::pair(x, y)) {
             film.add_invalid(job.range.half, x, y);
-            stats.invalid_samples++;
+            stats.note_invalid({x, y, job.range.half, index});
           } else {
             pixel.add(Rgb(mean + noise * (2 * u - 1)));
           }

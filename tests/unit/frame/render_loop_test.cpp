@@ -292,6 +292,38 @@ TEST_F(RenderLoopTest, InvalidSamplesAreCountedAndNeverConverge) {
   EXPECT_FALSE(end->progress.error.known);
 }
 
+// One pixel without a valid sample says nothing of itself: it must not end the frame as if it were known.
+TEST_F(RenderLoopTest, OnePixelOfInvalidSamplesAloneKeepsTheFrameGoing) {
+  Budget budget = samples(64);
+  budget.error = 1e6;
+  const auto sound = make(film_of(64, 64), budget);
+  const auto early = sink->wait_for_end(sound->update(view_update(1, 0)));
+  ASSERT_TRUE(early.has_value());
+  EXPECT_EQ(early->reason, FrameEndReason::error);
+  integrator.lost = {40, 50};
+  sink = std::make_shared<RecordingSink>();
+  const auto loop = make(film_of(64, 64), budget);
+  const auto end = sink->wait_for_end(loop->update(view_update(1, 0)));
+  ASSERT_TRUE(end.has_value());
+  EXPECT_EQ(end->reason, FrameEndReason::samples);
+  EXPECT_EQ(end->progress.trace.invalid_samples, 64u);
+  EXPECT_EQ(end->progress.trace.first_invalid, (InvalidSample{40, 50, 0, 0}));
+  EXPECT_FALSE(end->progress.error.known);
+}
+
+// A new view clears the film and its counts; the loop remembers.
+TEST_F(RenderLoopTest, InvalidSamplesAreCountedOverAllFrames) {
+  integrator.lost = {3, 3};
+  const auto loop = make(film_of(64, 64), samples(8));
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    const auto end = sink->wait_for_end(loop->update(view_update(i, double(i))));
+    ASSERT_TRUE(end.has_value());
+    EXPECT_EQ(end->progress.trace.invalid_samples, 8u);
+    EXPECT_EQ(loop->invalid_samples(), 8u * i);
+    EXPECT_EQ(sink->begins.back().camera.position.x, double(i));
+  }
+}
+
 TEST_F(RenderLoopTest, ANewViewSupersedesAndNoOlderTileFollows) {
   integrator.seconds_per_sample = 0.2e-6;
   const auto loop = make(film_of(256, 256), samples(64));

@@ -118,6 +118,39 @@ TEST(TracedFrame, InterruptionsDoNotChangeABit) {
   EXPECT_TRUE(test::same_bits(expected, **tracer.film));
 }
 
+// Back where it began after a thousand tiny moves, and after zooming in by a hundred, the picture is that of a loop that
+// never moved: no ghost, no drift.
+TEST(TracedFrame, AThousandTinyMovesAndAZoomLeaveNoTrace) {
+  const auto scene = test::build(room());
+  const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf);
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  const WatchedTracer tracer;
+  RenderLoop loop(engine, tracer.function(scene), settings_of({}), samples(2 * kSamplesPerHalf),
+                  RenderRank::interactive, sink);
+  ASSERT_TRUE(sink->wait_for_end(loop.update(view_of(kPose))));
+  std::uint64_t id = 1;
+  const auto look_from = [&](const CameraPose& pose) {
+    RenderLoop::Update update;
+    update.view = View{++id, pose, 0, 0};
+    return loop.update(update);
+  };
+  for (int i = 1; i <= 1000; ++i) {
+    CameraPose pose = kPose;
+    pose.position.x += 1e-5 * (i <= 500 ? i : 1000 - i);
+    const std::uint64_t revision = look_from(pose);
+    if (i % 100 == 50) ASSERT_TRUE(sink->wait_for_end(revision)) << i;  // the others are superseded at any point
+  }
+  ASSERT_TRUE(sink->wait_for_end(loop.revision()));
+  EXPECT_TRUE(test::same_bits(expected, **tracer.film));
+  CameraPose zoomed = kPose;
+  zoomed.vertical_fov /= 100;
+  ASSERT_TRUE(sink->wait_for_end(look_from(zoomed)));
+  EXPECT_FALSE(test::same_bits(expected, **tracer.film));
+  ASSERT_TRUE(sink->wait_for_end(look_from(kPose)));
+  EXPECT_TRUE(test::same_bits(expected, **tracer.film));
+}
+
 TEST(TracedFrame, ARegionHasTheBitsOfTheWholeFrame) {
   const auto scene = test::build(room());
   const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf);

@@ -1,0 +1,122 @@
+// heliograph replay: one sample again, told vertex by vertex.
+#include <google/protobuf/util/json_util.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/progress_option.h"
+#include "client/cli/replay_report.h"
+#include "client/cli/scene_options.h"
+#include "client/cli/terminal.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+struct ReplayOptions {
+  TextOption token;
+  SceneOptions scene;
+  ConnectionOptions connection;
+  TextOption progress;
+  bool json = false;
+};
+
+constexpr const char* kHelp =
+    "A render or a frame that met a NaN or infinite sample left it out of the picture and gave a token for the first\n"
+    "one (replay_token). The token holds film, camera, settings and sample; the scene has to be given as it was then:\n"
+    "the same files, --environment, --scene-time and --texture-filter. With --server, FILE may be left out where the\n"
+    "daemon still has the scene.\n"
+    "Positions are world coordinates, pdfs per steradian. With --json, stdout holds one object: ReplaySampleResponse of\n"
+    "proto/heliograph/v1/replay.proto, members that are zero, false or empty left out.\n"
+    "Example: heliograph replay hg1-CkA0YjE... room.glb\n\n";
+
+Json to_json(const pb::ReplaySampleResponse& replay) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  if (!google::protobuf::util::MessageToJsonString(replay, &text, options).ok()) return Json::object();
+  return Json::parse(text, nullptr, false);
+}
+
+void say(Terminal& terminal, const pb::ReplaySampleResponse& replay) {
+  terminal.say(describe_sample(replay));
+  for (const pb::TracedVertex& vertex : replay.vertices()) {
+    const bool here = vertex.number() == replay.first_not_finite_vertex();
+    terminal.say(describe_vertex(vertex, here ? replay.first_not_finite() : std::string()));
+  }
+  if (replay.vertices_left_out() > 0) {
+    terminal.say(fmt::format("and {} vertices more", replay.vertices_left_out()));
+  }
+}
+
+int run(const CLI::App& app, const ReplayOptions& options) {
+  Terminal terminal(options.json);
+  Problems problems;
+  OptionReader reader(problems);
+  report_unknown(app, reader);
+  read_progress(options.progress, reader, terminal);
+  std::string token;
+  if (options.token.given()) {
+    token = reader.text(options.token).value_or("");
+  } else {
+    problems.add("TOKEN", "is missing: the replay_token of a render");
+  }
+  const Connection connection = read_connection(options.connection, reader);
+  // A daemon may still have the scene.
+  const bool with_scene = options.scene.file.given() || !options.connection.server.given();
+  SceneChoice choice;
+  if (with_scene) {
+    choice = read_scene(options.scene, options.connection, reader);
+  } else {
+    const SceneOptions& scene = options.scene;
+    for (const TextOption* option : {&scene.environment, &scene.scene_time, &scene.texture_filter}) {
+      if (option->given()) reader.problem(*option, "stands only beside FILE");
+    }
+    if (scene.scene_path) problems.add("--scene-path", "stands only beside FILE");
+  }
+  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+
+  CallControl control;
+  const Interrupt interrupt([&] { control.cancel(); });
+  Result<Renderer> renderer = Renderer::open(connection);
+  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  if (with_scene) {
+    const LoadOutcome loaded = load_scene(renderer->client(), choice, terminal, &control);
+    if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
+    if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
+  }
+  const auto replay = renderer->client().replay_sample(token, &control);
+  if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted");
+  if (!replay) {
+    const bool other_scene = with_scene && replay.error().code == ErrorCode::not_found;
+    if (!other_scene) return terminal.fail(exit_code_of(replay.error()), replay.error().to_string());
+    return terminal.fail(kSceneRefused, choice.file + " is not the token's scene; " + replay.error().to_string());
+  }
+  if (!replay->note().empty()) terminal.warn(replay->note());
+  say(terminal, *replay);
+  terminal.result(to_json(*replay));
+  return kOk;
+}
+
+}  // namespace
+
+Command add_replay(CLI::App& root) {
+  CLI::App* app = root.add_subcommand("replay", "Trace one sample again, named by a token, and tell every vertex");
+  auto options = std::make_shared<ReplayOptions>();
+  add_text(*app, options->token, "TOKEN", "", "What a render with invalid samples gave. Required");
+  add_scene_options(*app, options->scene);
+  add_connection_options(*app, options->connection);
+  add_progress_option(*app, options->progress);
+  app->add_flag("--json", options->json, "One JSON object on stdout");
+  app->allow_extras();
+  app->footer(std::string(kHelp) + kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli

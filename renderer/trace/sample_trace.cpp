@@ -1,0 +1,112 @@
+#include "renderer/trace/sample_trace.h"
+
+#include <cmath>
+
+#include "renderer/trace/path_kernel.h"
+
+namespace helio {
+namespace {
+
+// Looks at a vertex's values in the order in which the kernel makes them; the first that is not finite stands.
+class Search {
+ public:
+  void look(float value, const char* what) {
+    if (found_.empty() && !std::isfinite(value)) found_ = what;
+  }
+  void look(const V3f& value, const char* what) {
+    if (found_.empty() && !is_finite(value)) found_ = what;
+  }
+  const std::string& found() const { return found_; }
+
+ private:
+  std::string found_;
+};
+
+void look_at_surface(const VertexTrace& v, Search& search) {
+  search.look(v.position, "the position");
+  search.look(v.geometric_normal, "the geometric normal");
+  search.look(v.shading_normal, "the shading normal");
+  search.look(v.params.base_color, "the material's base color");
+  search.look(v.params.alpha, "the material's alpha");
+  search.look(v.params.metallic, "the material's metalness");
+  search.look(v.params.transmission, "the material's transmission");
+  search.look(v.params.ior, "the material's ior");
+  search.look(v.params.specular, "the material's specular weight");
+  search.look(v.params.specular_color, "the material's specular color");
+  search.look(v.params.f0, "the material's f0");
+  search.look(v.params.eta, "the conductor's eta");
+  search.look(v.params.k, "the conductor's k");
+}
+
+void look_at_light(const LightTrace& light, Search& search) {
+  if (light.sample.pdf_w == 0) return;
+  search.look(light.sample.direction, "the direction to the light");
+  search.look(light.sample.radiance, "the light's radiance");
+  search.look(light.sample.pdf_w, "the light's density");
+  if (!light.evaluated) return;
+  search.look(light.f_cos, "the surface's value towards the light");
+  search.look(light.bsdf_pdf_w, "the surface's density towards the light");
+  if (!light.shadow_ray) return;
+  search.look(light.mis_weight, "the light sample's weight");
+  search.look(light.contribution, "the light sample's contribution");
+}
+
+}  // namespace
+
+bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                  const CancelToken& cancel, SampleTrace& trace) {
+  Film none(1, 1);  // the film's size is the trace's, its pixels are not touched
+  const InvalidSample& sample = trace.sample;
+  const WindowTask task{scene.impl(),
+                        camera,
+                        settings,
+                        {sample.half, sample.index, 1},
+                        {sample.x, sample.y, sample.x + 1, sample.y + 1},
+                        cancel,
+                        none,
+                        nullptr,
+                        &trace};
+  trace.vertices.clear();
+  return run_watched_kernel(task);
+}
+
+std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
+  for (std::size_t i = 0; i < trace.vertices.size(); ++i) {
+    const VertexTrace& v = trace.vertices[i];
+    Search search;
+    search.look(v.origin, "the ray's origin");
+    search.look(v.direction, "the ray's direction");
+    if (v.hit) search.look(v.distance, "the distance to the hit");
+    search.look(v.throughput, "the throughput after absorption");
+    search.look(v.emitted, v.hit ? "the surface's emission" : "the environment's radiance");
+    search.look(v.emitted_weight, "the emission's weight");
+    search.look(v.throughput * v.emitted * v.emitted_weight, "the emission's contribution");
+    if (v.hit) look_at_surface(v, search);
+    look_at_light(v.light, search);
+    if (v.sampled) {
+      search.look(v.scatter.pdf_w, "the density of the sampled direction");
+      search.look(v.scatter.weight, "the weight of the sampled direction");
+      search.look(v.next_direction, "the sampled direction");
+      search.look(v.next_throughput, "the throughput after scattering");
+    }
+    if (v.roulette) search.look(v.survival, "the probability of survival");
+    const bool last = i + 1 == trace.vertices.size();
+    search.look(last ? trace.radiance : trace.vertices[i + 1].radiance, "the sum of the contributions");
+    if (!search.found().empty()) return NotFinite{v.number, search.found()};
+  }
+  return std::nullopt;
+}
+
+std::string why_ended(const VertexTrace& v, const PathSettings& settings) {
+  if (v.goes_on) return "goes on";
+  if (!v.hit) return is_finite(v.direction) ? "left the scene" : "has no direction that is finite";
+  if (v.black_side) return "met a one-sided surface from behind";
+  if (v.number >= settings.max_segments) return "has as many segments as max_segments allows";
+  if (!v.sampled) return "met a surface that reflects nothing";
+  if (!v.scatter.valid()) return "sampled no direction";
+  if (v.roulette) return "was ended by roulette";
+  if (is_black(v.next_throughput)) return "lost its whole throughput, or its direction led below the surface";
+  return "ended";
+}
+
+}  // namespace helio

@@ -1,0 +1,86 @@
+// One sample told vertex by vertex: what the path kernels did for it, in the bits in which they did it. For whoever asks
+// why a sample is what it is, first of all one that is not finite (heliograph replay).
+//
+// Positions and directions are in the scene's rebased coordinates (RenderScene::origin()).
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/trace/bsdf.h"
+#include "renderer/trace/light_sampler.h"
+#include "renderer/trace/path_integrator.h"
+
+namespace helio {
+
+// Next-event estimation at a vertex.
+struct LightTrace {
+  LightSample sample;            // pdf_w 0: no light was sampled
+  bool evaluated = false;        // the light sends something here; the three below are set
+  Rgb f_cos{0, 0, 0};            // of the surface towards the light
+  float bsdf_pdf_w = 0;          // with which the surface would have sampled the direction
+  float mis_weight = 0;
+  bool shadow_ray = false;       // one was traced; the three below are set
+  float t_max = 0;
+  bool occluded = false;
+  Rgb contribution{0, 0, 0};     // what is added where the ray is not occluded
+};
+
+// A vertex and the segment that led to it. Members stay at their defaults where the path ended before they mattered.
+struct VertexTrace {
+  int number = 0;                // 1: where the camera ray arrives
+  V3f origin{0, 0, 0}, direction{0, 0, 0};
+  float pdf_w = 0;               // of the direction; 0: camera ray or delta
+  Rgb radiance{0, 0, 0};         // collected before this vertex
+  bool hit = false;              // false: the ray left the scene
+  float distance = 0;
+  std::uint32_t instance = ~0u, primitive = ~0u;  // as in PixelFeatures
+
+  Rgb throughput{0, 0, 0};       // from the camera to here, absorption included
+  Rgb emitted{0, 0, 0};          // towards the path: by the surface, or by the environment
+  float emitted_weight = 1;      // of multiple importance sampling
+
+  V3f position{0, 0, 0}, geometric_normal{0, 0, 0}, shading_normal{0, 0, 0};  // normals on the viewer's side
+  bool front = true;
+  std::uint32_t material = 0;    // index in the scene's description
+  bool black_side = false;       // one-sided, seen from behind
+  SurfaceParams params;          // `layers` is null
+  LightTrace light;
+
+  bool sampled = false;          // a direction was asked for; the two below are set
+  BsdfSample scatter;            // wi in the shading frame
+  V3f next_direction{0, 0, 0};
+  Rgb next_throughput{0, 0, 0};  // after scattering, before roulette
+  bool roulette = false;         // was played; the two below are set
+  float survival = 1, roulette_sample = 0;
+  bool goes_on = false;
+};
+
+struct SampleTrace {
+  int width = 0, height = 0;   // of the film
+  InvalidSample sample;        // which one, finite or not
+  std::vector<VertexTrace> vertices;
+  Rgb radiance{0, 0, 0};       // what the film was offered
+};
+
+// Traces one sample with the kernel that trace_window() takes for the scene, together with the rest of its group, so
+// that it is the same in every bit. `trace` holds the film's size and the sample when called: a pixel inside the film,
+// half 0 or 1. False when cancelled.
+bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                  const CancelToken& cancel, SampleTrace& trace);
+
+// Where a value first was NaN or infinite, following the order of computation. Nothing: all are finite.
+struct NotFinite {
+  int vertex = 0;        // VertexTrace::number
+  std::string quantity;  // "the light's radiance", ...
+};
+std::optional<NotFinite> first_not_finite(const SampleTrace& trace);
+
+// Why the path went no further than this vertex, as a clause: "left the scene", "was ended by roulette", ...
+std::string why_ended(const VertexTrace& vertex, const PathSettings& settings);
+
+}  // namespace helio

@@ -1,0 +1,105 @@
+#include "server/replay_reactor.h"
+
+#include <spdlog/spdlog.h>
+
+#include <mutex>
+#include <utility>
+
+#include "heliograph/v1/render_service.pb.h"
+#include "renderer/frame/integrate_function.h"
+#include "renderer/trace/sample_trace.h"
+#include "server/grpc_status.h"
+#include "server/guarded.h"
+#include "server/message_check.h"
+#include "server/replay_messages.h"
+#include "server/replay_token.h"
+#include "server/stream_messages.h"
+
+namespace helio {
+namespace {
+
+Error no_scene(const pb::SampleReplay& sample, const std::string& where) {
+  return {ErrorCode::not_found,
+          fmt::format("its scene {} is not loaded: '{}' at time {}, environment '{}', texture filter {}; load that, "
+                      "unchanged and with these options",
+                      sample.scene_id().substr(0, 12), sample.main_file(), sample.time_s(), sample.environment(),
+                      sample.mip_mapped() ? "mip" : "bilinear"),
+          where};
+}
+
+Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& loaded, const CancelToken& cancel) {
+  const RenderScene& scene = *loaded.snapshot;
+  const Camera camera(replay.camera, replay.settings.width, replay.settings.height, scene.origin());
+  const PathSettings settings = path_settings(replay.settings);
+  SampleTrace told;
+  told.width = replay.settings.width;
+  told.height = replay.settings.height;
+  told.sample = replay.sample;
+  if (!trace_sample(scene, camera, settings, cancel, told)) {
+    return Error{ErrorCode::cancelled, "the replay was cancelled", {}};
+  }
+  return to_replay_response(replay, scene, settings, told);
+}
+
+}  // namespace
+
+// The call ends once, by the task or by the caller.
+struct ReplayReactor::Shared {
+  std::mutex mutex;
+  ReplayReactor* reactor = nullptr;  // null: finished
+  grpc::ByteBuffer* response = nullptr;
+  CancelToken cancel;
+
+  void finish(const grpc::Status& status, const pb::ReplaySampleResponse* answer = nullptr) {
+    const std::lock_guard lock(mutex);
+    if (!reactor) return;
+    if (answer) *response = to_bytes(*answer);
+    std::exchange(reactor, nullptr)->Finish(status);
+  }
+};
+
+ReplayReactor::ReplayReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
+    : core_(core), shared_(std::make_shared<Shared>()) {
+  shared_->reactor = this;
+  shared_->response = response;
+  const auto shared = shared_;  // this may be gone once the task is submitted
+  const Status started = guarded([&] { return start(request); });
+  if (!started.ok()) shared->finish(to_grpc_status(started));
+}
+
+Status ReplayReactor::start(grpc::ByteBuffer bytes) {
+  if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
+  pb::ReplaySampleRequest request;
+  if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  auto replay = read_replay_token(request.token(), core_.render_limits(), "token");
+  if (!replay) return replay.error();
+  auto scene = core_.scenes.acquire(replay->message.scene_id(), "token");
+  if (!scene) return no_scene(replay->message, "token");
+  struct Task {
+    Replay replay;
+    SceneLease scene;
+  };
+  auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
+  const bool taken = core_.loader.submit([shared = shared_, task] {
+    const auto answer = guarded([&] { return trace(task->replay, *task->scene, shared->cancel); });
+    if (!answer) return shared->finish(to_grpc_status(answer.error()));
+    spdlog::info("sample replayed scene={} x={} y={} half={} index={}", task->scene->id.substr(0, 12),
+                 task->replay.sample.x, task->replay.sample.y, task->replay.sample.half, task->replay.sample.index);
+    shared->finish(grpc::Status::OK, &*answer);
+  });
+  if (taken) return ok_status();
+  return Error{ErrorCode::resource_exhausted,
+               fmt::format("max_queued_loads: {} loads and replays wait already", core_.config.max_queued_loads),
+               {}};
+}
+
+void ReplayReactor::OnCancel() {
+  shared_->cancel.cancel();
+  shared_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
+}
+
+void ReplayReactor::OnDone() {
+  delete this;
+}
+
+}  // namespace helio

@@ -1,0 +1,157 @@
+// Invalid samples from the kernel to the client: counted per tile, frame, session and job, and traced again by token.
+#include <cmath>
+
+#include "renderer/base/clock.h"
+#include "service_fixture.h"
+
+namespace helio::test {
+namespace {
+
+using grpc::StatusCode;
+
+class ReplayTest : public ServiceTest {
+ protected:
+  void start_with_overflow() {
+    start();
+    Upload upload;
+    upload.name = "overflow.gltf";
+    upload.bytes = overflowing_gltf();
+    pb::LoadSceneResponse response;
+    const grpc::Status status = load(upload.messages(), &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    scene_ = response.scene().scene_id();
+  }
+
+  grpc::Status replay(const std::string& token, pb::ReplaySampleResponse* response) {
+    pb::ReplaySampleRequest request;
+    request.set_token(token);
+    return call(&pb::RenderService::Stub::ReplaySample, request, response);
+  }
+
+  // Of the final tiles of a view.
+  static std::uint64_t invalid_in_tiles(const std::vector<pb::StreamResponse>& messages, std::uint64_t view_id) {
+    std::uint64_t invalid = 0;
+    for (const auto& message : messages) {
+      if (message.has_tile() && message.tile().final() && message.tile().tag().view_id() == view_id)
+        invalid += message.tile().invalid_samples();
+    }
+    return invalid;
+  }
+
+  static pb::FrameEnd end_of(const std::vector<pb::StreamResponse>& messages, std::uint64_t view_id) {
+    for (const auto& message : messages) {
+      if (message.has_frame_end() && message.frame_end().tag().view_id() == view_id) return message.frame_end();
+    }
+    ADD_FAILURE() << "no end of view " << view_id;
+    return {};
+  }
+
+  std::string scene_;
+};
+
+TEST_F(ReplayTest, ASessionCountsInvalidSamplesAndItsTokenReplaysTheFirst) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  const std::string session = create_session(scene_, 40, 30, 64);
+  StreamClient client(stub(), session);
+  client.send(view(1));
+  ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+  client.send(view(2, 0.02));
+  ASSERT_TRUE(client.reader().wait_for_frame_end(2));
+  const auto messages = client.reader().messages();
+  std::uint64_t total = 0;
+  for (const std::uint64_t id : {1, 2}) {
+    const pb::FrameEnd end = end_of(messages, id);
+    const std::uint64_t invalid = end.totals().invalid_samples();
+    EXPECT_GT(invalid, 0u);
+    EXPECT_LT(invalid, 64u * 16) << "only the middle of the picture";
+    EXPECT_EQ(invalid_in_tiles(messages, id), invalid);
+    total += invalid;
+
+    pb::ReplaySampleResponse told;
+    const grpc::Status status = replay(end.replay_token(), &told);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(told.sample().sample().ShortDebugString(), end.first_invalid().ShortDebugString());
+    EXPECT_EQ(told.sample().scene_id(), scene_);
+    EXPECT_EQ(told.sample().main_file(), "overflow.gltf");
+    EXPECT_FALSE(told.finite());
+    EXPECT_EQ(told.first_not_finite_vertex(), 1u);
+    EXPECT_EQ(told.first_not_finite(), "the light sample's contribution");
+    EXPECT_EQ(told.note(), "");
+    ASSERT_GE(told.vertices_size(), 1);
+    const pb::TracedVertex& vertex = told.vertices(0);
+    EXPECT_TRUE(vertex.hit());
+    EXPECT_NEAR(vertex.origin().z(), 3, 1e-6);
+    EXPECT_NEAR(vertex.position().z(), 0, 1e-4);
+    EXPECT_TRUE(std::isinf(vertex.light().contribution().x()));
+    EXPECT_TRUE(std::isfinite(vertex.light().radiance().x()));
+    EXPECT_TRUE(vertex.light().delta());
+    EXPECT_FALSE(vertex.light().occluded());
+    EXPECT_EQ(vertex.emitted().x(), 2);
+    EXPECT_EQ(vertex.lobe_model(), "metallic_roughness");
+  }
+  EXPECT_EQ(session_info(session).invalid_samples(), total);
+}
+
+TEST_F(ReplayTest, AJobCountsTheInvalidSamplesOfAllItsViews) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  pb::RunJobRequest request;
+  request.set_scene_id(scene_);
+  request.mutable_settings()->set_width(40);
+  request.mutable_settings()->set_height(30);
+  request.mutable_budget()->set_samples(64);
+  for (const double x : {0.0, 0.02, 0.9}) {
+    *request.add_views() = view(1, x).camera();
+  }
+  request.mutable_views(2)->mutable_look_at()->mutable_target()->set_y(30);  // sees nothing of it
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20 * kPatience));
+  auto reader = stub().RunJob(&context, request);
+  std::vector<pb::FrameEnd> ends;
+  std::uint64_t counted = 0;
+  pb::RunJobResponse response;
+  while (reader->Read(&response)) {
+    if (response.has_view_result()) ends.push_back(response.view_result().end());
+    if (!response.has_result()) continue;
+    ends.push_back(response.result().end());
+    counted = response.result().invalid_samples();
+  }
+  const grpc::Status status = reader->Finish();
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_EQ(ends.size(), 3u);
+  std::uint64_t total = 0;
+  for (const pb::FrameEnd& end : ends) {
+    total += end.totals().invalid_samples();
+    EXPECT_EQ(end.replay_token().empty(), end.totals().invalid_samples() == 0);
+  }
+  EXPECT_GT(ends[0].totals().invalid_samples(), 0u);
+  EXPECT_EQ(ends[2].totals().invalid_samples(), 0u);
+  EXPECT_EQ(counted, total);
+}
+
+TEST_F(ReplayTest, SaysWhatIsWrongWithATokenOrWhichSceneIsMissing) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  pb::ReplaySampleResponse told;
+  expect_status(replay("", &told), StatusCode::INVALID_ARGUMENT, {"token", "hg1-"});
+  expect_status(replay("hg1-AAAAAAAA", &told), StatusCode::INVALID_ARGUMENT, {"token", "checksum"});
+  const std::string session = create_session(scene_, 40, 30, 64);
+  std::string token;
+  {
+    StreamClient client(stub(), session);
+    client.send(view(1));
+    ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+    token = end_of(client.reader().messages(), 1).replay_token();
+  }
+  pb::CloseSessionRequest close;
+  close.set_session_id(session);
+  pb::CloseSessionResponse closed;
+  ASSERT_TRUE(call(&pb::RenderService::Stub::CloseSession, close, &closed).ok());
+  pb::UnloadSceneRequest unload;
+  unload.set_scene_id(scene_);
+  pb::UnloadSceneResponse unloaded;
+  ASSERT_TRUE(eventually([&] { return call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded).ok(); }));
+  expect_status(replay(token, &told), StatusCode::NOT_FOUND,
+                {"token", scene_.substr(0, 12), "overflow.gltf", "environment '0,0,0'", "bilinear"});
+}
+
+}  // namespace
+}  // namespace helio::test

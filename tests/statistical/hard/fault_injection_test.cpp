@@ -1,0 +1,97 @@
+// Hard case 9: one sample in 1e5 is NaN or infinite. The picture stays finite and unbiased, every such sample is counted
+// and can be traced again, and no pixel converges by it.
+#include <gtest/gtest.h>
+
+#include "renderer/trace/sample_trace.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kSide = 64;
+constexpr std::uint32_t kSamplesPerHalf = 256;
+
+const CameraPose kPose = camera_at({0.3, 0.1, 0.6}, {-0.4, -0.2, -1}, 80);
+
+// A room that emits and reflects a half of everything: 1 wherever one looks, along every path. On two walls lie patches
+// whose reflectance is NaN and infinite; they emit like the rest, so the samples that do not reflect there are fair ones
+// of the same picture. A path has 5 vertices or so on 24 units of wall: patches of 2.5e-5 units meet one in 1e5.
+std::shared_ptr<const RenderScene> faulty_room() {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  SceneDescription scene;
+  const Rgb half(0.5f, 0.5f, 0.5f);
+  scene.materials = {lambert(half, half), lambert(Rgb(nan, nan, nan), half), lambert(Rgb(inf, inf, inf), half)};
+  add_mesh(scene, box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  const float side = 0.005f;
+  add_mesh(scene, quad({-0.999f, 0.2f, 0.1f}, {0, side, 0}, {0, 0, side}, 1));
+  add_mesh(scene, quad({0.3f, -0.999f, -0.4f}, {0, 0, side}, {side, 0, 0}, 2));
+  return build(std::move(scene));
+}
+
+PathSettings settings() {
+  PathSettings path;
+  path.max_segments = 24;  // 1 - 2^-24
+  return path;
+}
+
+struct Faulty {
+  std::shared_ptr<const RenderScene> room = faulty_room();
+  TraceStats stats;
+  Film film = render(*room, kPose, kSide, kSide, kSamplesPerHalf, settings(), &stats);
+};
+
+// Rendered once for both tests.
+const Faulty& faulty() {
+  static const Faulty once;
+  return once;
+}
+
+TEST(FaultInjection, ThePictureIsFiniteAndUnbiasedAndEveryFaultIsCounted) {
+  const TraceStats& stats = faulty().stats;
+  const Film& film = faulty().film;
+  const double samples = double(kSide) * kSide * kSamplesPerHalf * kHalves;
+  EXPECT_GT(double(stats.invalid_samples), 2e-6 * samples);
+  EXPECT_LT(double(stats.invalid_samples), 5e-5 * samples);
+  std::uint64_t invalid = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int h = 0; h < kHalves; ++h) {
+        const HalfPixel& pixel = film.half(h, x, y);
+        invalid += pixel.invalid;
+        ASSERT_EQ(pixel.count + pixel.invalid, kSamplesPerHalf);
+        for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(pixel.sum[c]) && std::isfinite(pixel.sum_squares[c]));
+      }
+      const PixelFeatures& f = film.features(x, y);
+      for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(f.albedo[c]) && std::isfinite(f.normal[c]));
+    }
+  }
+  EXPECT_EQ(invalid, stats.invalid_samples);
+  const MeanEstimate e = mean_of(film);
+  EXPECT_NEAR(e.mean.x, 1, 3 * e.standard_error.x + 2e-5);
+  EXPECT_LT(e.standard_error.x, 1e-3);
+}
+
+// The sample that the counts name, and no neighbour of it, is invalid when traced alone.
+TEST(FaultInjection, TheFirstFaultIsReplayed) {
+  const auto& room = faulty().room;
+  const TraceStats& stats = faulty().stats;
+  ASSERT_GT(stats.invalid_samples, 0u);
+  const Camera camera(kPose, kSide, kSide, room->origin());
+  SampleTrace trace;
+  trace.width = trace.height = kSide;
+  trace.sample = stats.first_invalid;
+  ASSERT_TRUE(trace_sample(*room, camera, settings(), CancelToken(), trace));
+  EXPECT_FALSE(is_finite(trace.radiance));
+  const auto first = first_not_finite(trace);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->quantity, "the material's base color");
+  const VertexTrace& vertex = trace.vertices[std::size_t(first->vertex) - 1];
+  EXPECT_FALSE(is_finite(vertex.params.base_color));
+  EXPECT_NE(vertex.material, 0u);
+  trace.sample.index += 1;
+  ASSERT_TRUE(trace_sample(*room, camera, settings(), CancelToken(), trace));
+  EXPECT_TRUE(is_finite(trace.radiance));
+}
+
+}  // namespace
+}  // namespace helio::test

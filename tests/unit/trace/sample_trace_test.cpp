@@ -1,0 +1,172 @@
+// A sample told vertex by vertex is the sample that was rendered, and what is told explains all of it.
+#include "renderer/trace/sample_trace.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/small_rooms.h"
+
+namespace helio::test {
+namespace {
+
+const CameraPose kPose = camera_at({0.1, 0, 0.95}, {0, -0.2, -1}, 75);
+
+SampleTrace trace_of(const RenderScene& scene, const CameraPose& pose, int width, int height,
+                     const InvalidSample& sample, const PathSettings& settings = {}) {
+  SampleTrace trace;
+  trace.width = width;
+  trace.height = height;
+  trace.sample = sample;
+  EXPECT_TRUE(trace_sample(scene, Camera(pose, width, height, scene.origin()), settings, CancelToken(), trace));
+  return trace;
+}
+
+// Adds up what the vertices say in the kernel's order: emission, then the light sample.
+Rgb told_radiance(const SampleTrace& trace) {
+  Rgb sum(0, 0, 0);
+  for (const VertexTrace& v : trace.vertices) {
+    EXPECT_EQ(v.radiance, sum) << "before vertex " << v.number;
+    if (!is_black(v.emitted)) sum += v.throughput * v.emitted * v.emitted_weight;
+    if (v.light.shadow_ray && !v.light.occluded) sum += v.light.contribution;
+  }
+  return sum;
+}
+
+// Every pixel of a film that ends inside its blocks, both halves; the film of one sample is that sample.
+void expect_same_bits(const RenderScene& scene, const PathSettings& settings) {
+  const int width = 37, height = 21;
+  const std::uint32_t index = 5;
+  for (int half = 0; half < kHalves; ++half) {
+    Film film(width, height);
+    TraceStats stats;
+    const Camera camera(kPose, width, height, scene.origin());
+    ASSERT_TRUE(
+        trace_window(scene, camera, settings, {half, index, 1}, film.bounds(), CancelToken(), film, stats));
+    for (int y = 0; y < height; ++y) {
+      for (int x = half; x < width; x += 3) {
+        const SampleTrace trace = trace_of(scene, kPose, width, height, {x, y, half, index}, settings);
+        const HalfPixel& pixel = film.half(half, x, y);
+        ASSERT_EQ(pixel.count, 1u);
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(double(trace.radiance[c]), pixel.sum[c]) << x << ' ' << y << ' ' << half;
+        ASSERT_EQ(told_radiance(trace), trace.radiance) << x << ' ' << y;
+        ASSERT_FALSE(trace.vertices.empty());
+        for (std::size_t i = 0; i < trace.vertices.size(); ++i) {
+          ASSERT_EQ(trace.vertices[i].number, int(i) + 1);
+          ASSERT_EQ(trace.vertices[i].goes_on, i + 1 < trace.vertices.size());
+          ASSERT_NE(why_ended(trace.vertices[i], settings), "ended");
+        }
+        ASSERT_FALSE(first_not_finite(trace).has_value());
+      }
+    }
+  }
+}
+
+TEST(SampleTrace, IsTheRenderedSampleInEveryBit) {
+  for (const bool mixed : {false, true}) {
+    const auto scene = build(mixed ? mixed_scene() : lambert_room());
+    PathSettings settings;
+    settings.seed = 99;
+    expect_same_bits(*scene, settings);
+    settings.general_kernel = true;
+    settings.max_segments = 4;
+    expect_same_bits(*scene, settings);
+  }
+}
+
+TEST(SampleTrace, NamesWhatItMet) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.25f, 0.5f, 0.75f), Rgb(2, 2, 2))};
+  add_mesh(scene, quad({-1, -1, 5}, {2, 0, 0}, {0, 2, 0}, 0));
+  const auto built = build(std::move(scene));
+  const CameraPose pose = camera_at({0, 0, 8}, {0, 0, 5}, 70);
+  const SampleTrace hit = trace_of(*built, pose, 8, 8, {4, 4, 0, 0});
+  ASSERT_EQ(hit.vertices.size(), 2u);
+  const VertexTrace& first = hit.vertices[0];
+  EXPECT_TRUE(first.hit);
+  EXPECT_NEAR(first.distance, 3, 0.05);
+  EXPECT_NEAR(first.position.z + built->origin().z, 5, 1e-5);
+  EXPECT_EQ(first.emitted, Rgb(2, 2, 2));
+  EXPECT_EQ(first.params.base_color, Rgb(0.25f, 0.5f, 0.75f));
+  EXPECT_EQ(first.params.model, LobeModel::lambert);
+  EXPECT_EQ(first.next_throughput, first.scatter.weight);
+  EXPECT_FALSE(hit.vertices[1].hit);
+  EXPECT_EQ(why_ended(hit.vertices[1], {}), "left the scene");
+  PathSettings one;
+  one.max_segments = 1;
+  EXPECT_EQ(why_ended(trace_of(*built, pose, 8, 8, {4, 4, 0, 0}, one).vertices[0], one),
+            "has as many segments as max_segments allows");
+  EXPECT_FALSE(trace_of(*built, pose, 8, 8, {0, 0, 1, 7}).vertices[0].hit);
+}
+
+TEST(SampleTrace, CancelEndsIt) {
+  const auto scene = build(lambert_room());
+  CancelToken cancelled;
+  cancelled.cancel();
+  SampleTrace trace;
+  trace.width = trace.height = 8;
+  EXPECT_FALSE(trace_sample(*scene, Camera(kPose, 8, 8, scene->origin()), {}, cancelled, trace));
+}
+
+// ---- where a value first was not finite ----------------------------------------------------------------------------
+
+// A floor under a lamp; only the floor's material or the lamp is out of order.
+SampleTrace floor_trace(const Material& floor, const Rgb& intensity, std::uint32_t index = 0) {
+  SceneDescription scene;
+  scene.materials = {floor};
+  add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
+  PunctualLight light;
+  light.position = {0, 0.5, 0};
+  light.intensity = intensity;
+  scene.lights = {light};
+  return trace_of(*build(std::move(scene)), camera_at({0, 1, 2}, {0, 0, 0}, 20), 8, 8, {4, 4, 0, index});
+}
+
+void expect_first(const SampleTrace& trace, int vertex, const std::string& quantity) {
+  SCOPED_TRACE(quantity);
+  EXPECT_FALSE(is_finite(trace.radiance)) << trace.radiance;
+  const auto first = first_not_finite(trace);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->vertex, vertex);
+  EXPECT_EQ(first->quantity, quantity);
+}
+
+TEST(SampleTrace, FindsTheFirstValueThatIsNotFinite) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  expect_first(floor_trace(lambert(Rgb(0.5f, nan, 0.5f)), Rgb(1, 1, 1)), 1, "the material's base color");
+  expect_first(floor_trace(lambert(Rgb(inf, 0.5f, 0.5f)), Rgb(1, 1, 1)), 1, "the material's base color");
+  // 3.3e38 from the floor itself, and 5e37 or more of what the lamp sends it: each a float, their sum none. Samples that
+  // choose the floor as their light are finite.
+  int infinite = 0;
+  for (std::uint32_t index = 0; index < 32; ++index) {
+    const SampleTrace trace =
+        floor_trace(lambert(Rgb(0.5f, 0.5f, 0.5f), Rgb(3.3e38f, 3.3e38f, 3.3e38f)), Rgb(8e37f, 8e37f, 8e37f), index);
+    if (is_finite(trace.radiance)) {
+      EXPECT_FALSE(first_not_finite(trace).has_value());
+    } else {
+      ++infinite;
+      expect_first(trace, 1, "the sum of the contributions");
+    }
+  }
+  EXPECT_GT(infinite, 0);
+  EXPECT_LT(infinite, 32);
+}
+
+// The first of several, whatever came in which order.
+TEST(TraceStats, FirstInvalidDoesNotDependOnTheOrder) {
+  const InvalidSample samples[] = {{5, 2, 1, 3}, {9, 1, 0, 3}, {4, 1, 0, 3}, {0, 0, 0, 4}};
+  TraceStats forward, backward, halves;
+  for (int i = 0; i < 4; ++i) {
+    forward.note_invalid(samples[i]);
+    backward.note_invalid(samples[3 - i]);
+    TraceStats one;
+    one.note_invalid(samples[(i + 2) % 4]);
+    halves.add(one);
+  }
+  halves.add(TraceStats());
+  for (const TraceStats* stats : {&forward, &backward, &halves}) {
+    EXPECT_EQ(stats->invalid_samples, 4u);
+    EXPECT_EQ(stats->first_invalid, samples[2]);
+  }
+}
+
+}  // namespace
+}  // namespace helio::test
