@@ -103,7 +103,8 @@ int main(int argc, char** argv) {
   app.add_option("--repeat", options.repeat, "Measurements after one warm-up; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--size", options.size, "Side of the pictures of speed, rays and features, height of references made here; goals hold for 512")
+  app.add_option("--size", options.size,
+                 "Side of the pictures of speed, rays and features, height of references made here; goals hold for 512")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
   app.add_option("--views", options.views, "Camera updates per latency figure, and tries of cancel if more than 200")
@@ -130,7 +131,7 @@ int main(int argc, char** argv) {
     command->add_option("--seeds", options.seeds, "Pictures per point; intervals are over these")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    command->add_option("--samples", options.samples, "Samples per pixel of the last point; the others are 1, 2, 4, ...")
+    command->add_option("--samples", options.samples, "Samples a pixel of the last point; the others are 1, 2, 4, ...")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");

@@ -73,8 +73,8 @@ std::string text_at(double x, double y, const char* anchor, const std::string& t
 std::string draw_axes(const Panel& panel, const char* x_label) {
   const double bottom = panel.top + kPanelHeight;
   std::string svg = fmt::format(
-      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.0f}\" height=\"{:.0f}\" fill=\"none\" stroke=\"#888\"/>\n", panel.left,
-      panel.top, kPanelWidth, kPanelHeight);
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.0f}\" height=\"{:.0f}\" fill=\"none\" stroke=\"#888\"/>\n",
+      panel.left, panel.top, kPanelWidth, kPanelHeight);
   for (double decade = panel.x.first; decade <= panel.x.last; ++decade) {
     const double x = panel.at_x(std::pow(10, decade));
     svg += fmt::format("<path d=\"M{0:.1f} {1:.1f}V{2:.1f}\" stroke=\"#ddd\"/>\n", x, panel.top, bottom);
@@ -106,7 +106,8 @@ std::string draw_curve(const Panel& panel, const CurveReport& curve, Abscissa ab
   if (!upper.empty())
     svg += fmt::format("<path class=\"band\" d=\"{}{}Z\" fill=\"{}\" fill-opacity=\"0.2\"/>\n", upper, lower, color);
   if (!line.empty())
-    svg += fmt::format("<path class=\"curve\" d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line, color);
+    svg += fmt::format("<path class=\"curve\" d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line,
+                       color);
   return svg + markers;
 }
 

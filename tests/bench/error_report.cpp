@@ -130,13 +130,15 @@ std::string to_table(std::span<const CurveReport> curves) {
   std::string text;
   for (const CurveReport& curve : curves) {
     text += fmt::format("{}, {} {}", curve.scene, curve.renderer, curve.mode);
-    if (curve.reference_mse > 0) text += fmt::format(" (the reference's noise adds {:.3g} to mse)", curve.reference_mse);
-    text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds", "seconds", "mse",
-                        "relmse", "95 % of relmse", "dssim", "bias +- its error");
+    if (curve.reference_mse > 0)
+      text += fmt::format(" (the reference's noise adds {:.3g} to mse)", curve.reference_mse);
+    text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds", "seconds",
+                        "mse", "relmse", "95 % of relmse", "dssim", "bias +- its error");
     for (const CurvePointReport& p : curve.points) {
-      text += fmt::format("{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>+11.3g} {:>10.2g}\n",
-                          p.samples, p.seeds, p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low, p.relmse.high,
-                          p.dssim.mean, p.bias, p.bias_standard_error);
+      text += fmt::format(
+          "{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>+11.3g} {:>10.2g}\n", p.samples,
+          p.seeds, p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low, p.relmse.high, p.dssim.mean, p.bias,
+          p.bias_standard_error);
     }
     text += "\n";
   }

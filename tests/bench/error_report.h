@@ -44,8 +44,8 @@ Interval mean_interval(std::span<const double> values);
 // Precondition: not empty.
 CurvePointReport summarise(int samples, std::span<const PictureError> seeds);
 
-// {"curves": [{scene, renderer, mode, reference_mse, points: [{samples, seeds, seconds: {mean, low, high}, ...}]}]}; what
-// is not finite is null.
+// {"curves": [{scene, renderer, mode, reference_mse, points: [{samples, seeds, seconds: {mean, low, high}, ...}]}]};
+// what is not finite is null.
 std::string to_json(std::span<const CurveReport> curves);
 // One line a point, with a header; what is not finite is an empty field. Quoted as RFC 4180 wants it.
 std::string to_csv(std::span<const CurveReport> curves);

@@ -56,8 +56,8 @@ inline Estimate estimate_of(const Film& film) {
   return e;
 }
 
-// NAME.mean.exr and NAME.variance.exr of a folder; empty, with a failure of the test, where one is missing or they do not
-// fit together.
+// NAME.mean.exr and NAME.variance.exr of a folder; empty, with a failure of the test, where one is missing or they do
+// not fit together.
 inline Estimate read_estimate(const std::filesystem::path& folder, const std::string& name) {
   Estimate estimate;
   int width = 0, height = 0;

@@ -48,8 +48,8 @@ TEST_P(OwnReference, PassesTheZTests) {
   settings.seed = 4;
   const Film film = render(*scene, camera_pose(scene->description().cameras.at(0)), reference.width, reference.height,
                            kSamples / kHalves, settings);
-  // Light that arrives by rare, bright paths is often missing from a pixel together with every sign of it in the variance;
-  // the reference, which has 32 times the samples, knows of it, so the larger of the two counts.
+  // Light that arrives by rare, bright paths is often missing from a pixel together with every sign of it in the
+  // variance; the reference, which has 32 times the samples, knows of it, so the larger of the two counts.
   Estimate rendering = estimate_of(film);
   for (std::size_t i = 0; i < rendering.variance.size(); ++i) {
     for (int c = 0; c < 3; ++c) {

@@ -9,7 +9,8 @@
 namespace helio::test {
 
 // `rings` x 2 `rings` quads; the radius varies by `bump` of itself, at random. Fronts are inside or outside.
-inline TriangleMesh bumpy_ball(const V3f& center, float radius, int rings, float bump, bool inside, std::uint64_t seed) {
+inline TriangleMesh bumpy_ball(const V3f& center, float radius, int rings, float bump, bool inside,
+                               std::uint64_t seed) {
   Random random(seed);
   TriangleMesh mesh;
   const int columns = 2 * rings;

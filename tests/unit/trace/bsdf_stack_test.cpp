@@ -388,8 +388,8 @@ TEST(ThinFilm, QuarterWaveCoatingOfLensesReducesReflection) {
   EXPECT_GT(half_wave.y, 0.03f);
 }
 
-// The path through the film and back is 2 n d cos(angle inside): the thickness that cancels green grows with the slant by
-// one over that cosine. What the interfaces reflect changes with the angle but not with the thickness.
+// The path through the film and back is 2 n d cos(angle inside): the thickness that cancels green grows with the slant
+// by one over that cosine. What the interfaces reflect changes with the angle but not with the thickness.
 TEST(ThinFilm, SlantedLightNeedsAThickerFilm) {
   constexpr float kIor = 1.38f;
   const auto darkest = [](float cos_i) {

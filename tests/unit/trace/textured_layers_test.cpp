@@ -1,6 +1,6 @@
-// Textures of material layers: "texture times factor", by the channel that the extension names. A picture of a card with
-// a texture of one colour equals that of a card whose factor is the product, with the same random numbers, and differs
-// from that of the factor alone.
+// Textures of material layers: "texture times factor", by the channel that the extension names. A picture of a card
+// with a texture of one colour equals that of a card whose factor is the product, with the same random numbers, and
+// differs from that of the factor alone.
 #include <gtest/gtest.h>
 
 #include <cstring>
