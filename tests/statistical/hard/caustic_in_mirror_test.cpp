@@ -65,7 +65,7 @@ Seen over_seeds(Wall wall, bool ball) {
         const HalfPixel &a = film.half(0, x, y), &b = film.half(1, x, y);
         const double value = 0.5 * (a.sum[0] / a.count + b.sum[0] / b.count);
         seen.mean += value / (kSeeds * kWidth * kHeight);
-        if (a.sum[0] > 0) seen.brightest = std::max(seen.brightest, a.sum_squares[0] / a.sum[0]);
+        if (a.sum[0] > 0) seen.brightest = std::max(seen.brightest, a.sum_squares(0) / a.sum[0]);
         if (seed % 2 == 1) seen.spread += (value - last[i]) * (value - last[i]) / (kSeeds * kWidth * kHeight);
         last[i] = value;
       }
