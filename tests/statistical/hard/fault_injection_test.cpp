@@ -57,9 +57,9 @@ TEST(FaultInjection, ThePictureIsFiniteAndUnbiasedAndEveryFaultIsCounted) {
     for (int x = 0; x < kSide; ++x) {
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& pixel = film.half(h, x, y);
-        invalid += pixel.invalid;
-        ASSERT_EQ(pixel.count + pixel.invalid, kSamplesPerHalf);
-        for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(pixel.sum[c]) && std::isfinite(pixel.sum_squares[c]));
+        invalid += film.invalid(h, x, y);
+        ASSERT_EQ(pixel.count + film.invalid(h, x, y), kSamplesPerHalf);
+        for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(pixel.sum[c]) && std::isfinite(pixel.deviations[c]));
       }
       const PixelFeatures& f = film.features(x, y);
       for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(f.albedo[c]) && std::isfinite(f.normal[c]));

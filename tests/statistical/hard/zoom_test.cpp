@@ -26,7 +26,7 @@ TEST(Zoom, AHundredTimesCloserSeesWhatTheMiddleHeld) {
       for (int half = 0; half < kHalves; ++half) {
         const HalfPixel& p = film.half(half, x, y);
         sum += p.sum[1];
-        squares += p.sum_squares[1];
+        squares += p.sum_squares(1);
         count += p.count;
       }
       mean += sum / count / 4;
