@@ -127,17 +127,17 @@ TEST_F(SessionTest, MemoryIsLimitedAndGivenBack) {
   request.mutable_settings()->set_height(4096);
   pb::CreateSessionResponse response;
   expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "4096 x 4096"});
-  // 500 x 500 pixels take 39 MB: one fits, a second does not, until the first has gone.
-  const std::string first = create_session(scene, 500, 500);
-  request.mutable_settings()->set_width(500);
-  request.mutable_settings()->set_height(500);
+  // 540 x 540 pixels take 38 MB: one fits, a second does not, until the first has gone.
+  const std::string first = create_session(scene, 540, 540);
+  request.mutable_settings()->set_width(540);
+  request.mutable_settings()->set_height(540);
   expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_memory"});
   pb::UpdateSessionRequest grow;
   grow.set_session_id(first);
   grow.mutable_settings()->set_width(2000);
   grow.mutable_settings()->set_height(2000);
   expect_status(update(grow), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "2000 x 2000"});
-  EXPECT_EQ(session_info(first).settings().width(), 500) << "nothing has changed";
+  EXPECT_EQ(session_info(first).settings().width(), 540) << "nothing has changed";
   ASSERT_TRUE(close(first).ok());
   EXPECT_TRUE(eventually([&] { return create(request, &response).ok(); }));
 }
