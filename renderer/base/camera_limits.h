@@ -10,13 +10,13 @@
 namespace helio {
 
 inline constexpr double kMaxCoordinate = 1e12;               // magnitude; of positions, targets and placed geometry
-inline constexpr double kMinFov = 0.0017, kMaxFov = 3.1241;  // full angle: 0.1 and 179 degrees
+inline constexpr double kMinFov = 0.0017, kMaxFov = 3.1242;  // full angle: 0.1 and 179 degrees
 inline constexpr double kMinCameraLength = 1e-12, kMaxCameraLength = 1e12;  // half height, focus distance
 inline constexpr double kMaxLensRadius = 1e12;                              // from 0
 
 // The same, as messages give them.
 inline constexpr const char* kCoordinateRange = "[-1e12, 1e12]";
-inline constexpr const char* kFovRange = "[0.0017, 3.1241] radians";
+inline constexpr const char* kFovRange = "[0.0017, 3.1242] radians";
 inline constexpr const char* kCameraLengthRange = "[1e-12, 1e12]";
 inline constexpr const char* kLensRadiusRange = "[0, 1e12]";
 

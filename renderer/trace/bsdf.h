@@ -32,17 +32,17 @@ struct BlendParams;       // bsdf_blend.h
 
 // What may lie on or in a metallic-roughness base (LobeModel::stack); see bsdf_stack.h.
 struct LayerParams {
-  float clearcoat = 0;               // [0, 1]
-  float clearcoat_alpha = 0;         // [0, 1]
-  V3f clearcoat_normal{0, 0, 1};     // unit, local frame
-  Rgb sheen_color{0, 0, 0};          // [0, 1]
-  float sheen_alpha = 0;             // [0, 1]
-  float anisotropy = 0;              // [0, 1]
-  V2f anisotropy_direction{1, 0};    // unit, local frame: along the scratches' blur
-  float iridescence = 0;             // [0, 1]
-  float film_ior = 1.3f;             // >= 1
-  float film_thickness = 0;          // nm, >= 0
-  float diffuse_transmission = 0;    // [0, 1], of the diffuse base
+  float clearcoat = 0;                      // [0, 1]
+  float clearcoat_alpha = 0;                // [0, 1]
+  V3f clearcoat_normal{0, 0, 1};            // unit, local frame
+  Rgb sheen_color{0, 0, 0};                 // [0, 1]
+  float sheen_alpha = 0;                    // [0, 1]
+  float anisotropy = 0;                     // [0, 1]
+  V2f anisotropy_direction{1, 0};           // unit, local frame: along the scratches' blur
+  float iridescence = 0;                    // [0, 1]
+  float film_ior = 1.3f;                    // >= 1
+  float film_thickness = 0;                 // nm, >= 0
+  float diffuse_transmission = 0;           // [0, 1], of the diffuse base
   Rgb diffuse_transmission_color{1, 1, 1};  // [0, 1]
 };
 
@@ -50,16 +50,16 @@ struct LayerParams {
 struct SurfaceParams {
   LobeModel model = LobeModel::lambert;
   MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
-  bool thin = true;            // no volume behind the surface: transmission does not bend
-  float alpha = 1;             // microfacet alpha = perceptual roughness squared, [0, 1]
-  Rgb base_color{1, 1, 1};     // diffuse colour / metal f0 / transmission tint, [0, 1]
-  float metallic = 0;          // [0, 1]
-  float transmission = 0;      // [0, 1]
-  float ior = 1.5f;            // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
-  float specular = 1;          // KHR_materials_specular
-  Rgb specular_color{1, 1, 1}; // also the tint of what conductor, plastic and pane reflect
-  Rgb f0{0.04f, 0.04f, 0.04f}; // specular_glossiness
-  Rgb eta{1, 1, 1}, k{0, 0, 0};// conductor
+  bool thin = true;              // no volume behind the surface: transmission does not bend
+  float alpha = 1;               // microfacet alpha = perceptual roughness squared, [0, 1]
+  Rgb base_color{1, 1, 1};       // diffuse colour / metal f0 / transmission tint, [0, 1]
+  float metallic = 0;            // [0, 1]
+  float transmission = 0;        // [0, 1]
+  float ior = 1.5f;              // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
+  float specular = 1;            // KHR_materials_specular
+  Rgb specular_color{1, 1, 1};   // also the tint of what conductor, plastic and pane reflect
+  Rgb f0{0.04f, 0.04f, 0.04f};   // specular_glossiness
+  Rgb eta{1, 1, 1}, k{0, 0, 0};  // conductor
   // Anisotropic distributions: alpha along a unit direction of the local frame, and across; `alpha` is their geometric
   // mean.
   float alpha_along = 1, alpha_across = 1;
@@ -68,23 +68,22 @@ struct SurfaceParams {
   V3f unmapped_normal{0, 0, 1};
   float map_alpha2 = 0;
   // Kept alive by whoever made these, and never null for the model that needs them.
-  const LayerParams* layers = nullptr;            // stack
-  const PlasticInterface* plastic = nullptr;      // plastic
-  const PrincipledMaterial* principled = nullptr; // principled
-  const BlendParams* blend = nullptr;             // blend
+  const LayerParams* layers = nullptr;             // stack
+  const PlasticInterface* plastic = nullptr;       // plastic
+  const PrincipledMaterial* principled = nullptr;  // principled
+  const BlendParams* blend = nullptr;              // blend
 };
 
 // Whether light may come out on the far side of the surface.
 inline bool lets_light_through(const SurfaceParams& params) {
-  return params.transmission > 0 ||
-         (params.model == LobeModel::stack && params.layers->diffuse_transmission > 0);
+  return params.transmission > 0 || (params.model == LobeModel::stack && params.layers->diffuse_transmission > 0);
 }
 
 struct BsdfSample {
   V3f wi{0, 0, 0};
-  Rgb weight{0, 0, 0};   // f |cos| / pdf for the chosen technique: the path's throughput factor
-  float pdf_w = 0;       // solid angle density of the whole non-delta mixture at wi; probability of the lobe for deltas
-  float eta = 1;         // 1, or the relative ior crossed (for throughput in roulette)
+  Rgb weight{0, 0, 0};  // f |cos| / pdf for the chosen technique: the path's throughput factor
+  float pdf_w = 0;      // solid angle density of the whole non-delta mixture at wi; probability of the lobe for deltas
+  float eta = 1;        // 1, or the relative ior crossed (for throughput in roulette)
   bool delta = false;
   bool transmitted = false;  // went to the other side of the surface
 
@@ -95,6 +94,16 @@ struct BsdfValue {
   Rgb f_cos{0, 0, 0};  // f(wo, wi) |cos wi|, deltas excluded
   float pdf_w = 0;     // density with which sample_bsdf picks wi given that it may pick any lobe, deltas excluded
 };
+
+// The sample that a direction makes whose value and density are known; none where the density is 0 or not finite.
+inline BsdfSample sample_of(const V3f& wi, const BsdfValue& value) {
+  BsdfSample sample;
+  if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
+  sample.wi = wi;
+  sample.weight = value.f_cos / value.pdf_w;
+  sample.pdf_w = value.pdf_w;
+  return sample;
+}
 
 BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi);
 

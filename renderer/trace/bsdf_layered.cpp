@@ -156,15 +156,6 @@ bool make_normal(const V3f& h, V3f& m) {
   return true;
 }
 
-BsdfSample finish(const V3f& wi, const BsdfValue& value) {
-  BsdfSample sample;
-  if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
-  sample.wi = wi;
-  sample.weight = value.f_cos / value.pdf_w;
-  sample.pdf_w = value.pdf_w;
-  return sample;
-}
-
 BsdfSample finish_delta(const V3f& wi, const Rgb& power, float probability) {
   BsdfSample sample;
   if (!(probability > 0)) return sample;
@@ -205,17 +196,17 @@ BsdfSample sample_facets(const LayeredLobes& lobes, const LobeChoice& choice, co
   const V3f reflected = m * (2 * cos_m) - wo;
   if (u_lobe < response.reflect_share) {
     if (!(reflected.z > 0)) return {};
-    return finish(reflected, evaluate_reflection(lobes, choice, wo, reflected, m, cos_m));
+    return sample_of(reflected, evaluate_reflection(lobes, choice, wo, reflected, m, cos_m));
   }
   BsdfSample sample;
   if (lobes.passage == Passage::thin) {
     if (!(reflected.z > 0)) return {};
     const V3f wi(reflected.x, reflected.y, -reflected.z);
-    sample = finish(wi, evaluate_thin_wall(lobes, choice, wo, reflected, m, cos_m));
+    sample = sample_of(wi, evaluate_thin_wall(lobes, choice, wo, reflected, m, cos_m));
   } else {
     const V3f wi = refract(wo, m, cos_m, response.cos_t, lobes.eta);
     if (!(wi.z < 0)) return {};
-    sample = finish(wi, evaluate_refraction(lobes, choice, wo, wi, m, cos_m));
+    sample = sample_of(wi, evaluate_refraction(lobes, choice, wo, wi, m, cos_m));
   }
   mark_transmitted(lobes, sample);
   return sample;
@@ -225,7 +216,7 @@ BsdfSample sample_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, c
   const V3f wi = square_to_cosine_hemisphere(u);
   V3f m;
   if (!(wi.z > 0) || !make_normal(wo + wi, m)) return {};
-  return finish(wi, evaluate_reflection(lobes, choice, wo, wi, m, dot(wo, m)));
+  return sample_of(wi, evaluate_reflection(lobes, choice, wo, wi, m, dot(wo, m)));
 }
 
 }  // namespace

@@ -69,8 +69,8 @@ class Principled {
     if (choose_coat_ > 0) {
       const Microfacet masking{MicrofacetDistribution::ggx, kCoatMaskingAlpha};
       const float density = gtr1_density(coat_alpha_, m.z);
-      value.f_cos += Rgb(0.25f * p_.clearcoat * (kCoatF0 + (1 - kCoatF0) * schlick_m) * density *
-                         masking.masking(wo) * masking.masking(wi) * wi.z);
+      value.f_cos += Rgb(0.25f * p_.clearcoat * (kCoatF0 + (1 - kCoatF0) * schlick_m) * density * masking.masking(wo) *
+                         masking.masking(wi) * wi.z);
       value.pdf_w += choose_coat_ * density * m.z / (4 * cos_m);
     }
     return value;
@@ -108,15 +108,12 @@ class Principled {
     if (inside_) return Rgb(glass_ * dielectric);
     Rgb f((1 - metal_) * (1 - p_.spec_tint) * dielectric);
     if (metal_ > 0) f += schlick(base_, schlick_m) * metal_;
-    if (p_.spec_tint > 0)
-      f += schlick(tint_of(base_) * dielectric_f0(eta_), schlick_m) * ((1 - metal_) * p_.spec_tint);
+    if (p_.spec_tint > 0) f += schlick(tint_of(base_) * dielectric_f0(eta_), schlick_m) * ((1 - metal_) * p_.spec_tint);
     return f;
   }
 
   // Probability that a facet reflects.
-  float reflected_share(float dielectric) const {
-    return inside_ ? dielectric : 1 - glass_ * (1 - dielectric);
-  }
+  float reflected_share(float dielectric) const { return inside_ ? dielectric : 1 - glass_ * (1 - dielectric); }
 
   // With the cosine cos_i, which keeps the flat part finite at the horizon. cos_d: between the half vector and either
   // direction.
@@ -161,15 +158,7 @@ class Principled {
     return finish(wo, wi);
   }
 
-  BsdfSample finish(const V3f& wo, const V3f& wi) const {
-    const BsdfValue value = evaluate(wo, wi);
-    BsdfSample sample;
-    if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
-    sample.wi = wi;
-    sample.weight = value.f_cos / value.pdf_w;
-    sample.pdf_w = value.pdf_w;
-    return sample;
-  }
+  BsdfSample finish(const V3f& wo, const V3f& wi) const { return sample_of(wi, evaluate(wo, wi)); }
 
   const PrincipledMaterial& p_;
   const Rgb base_;

@@ -142,15 +142,14 @@ Stack::Passing Stack::shared(const V3f& wi) const {
 void Stack::look_from(const V3f& wo) {
   from_ = inside_ ? Passing{} : passing(wo);
   const float coat = coated() ? coat_ * coat_albedo(wo) : 0.0f;
-  const float sheen =
-      has_sheen() ? from_.coat * mean(sheen_) * std::min(1.0f, sheen_albedo(sheen_alpha_, wo.z)) : 0.0f;
+  const float sheen = has_sheen() ? from_.coat * mean(sheen_) * std::min(1.0f, sheen_albedo(sheen_alpha_, wo.z)) : 0.0f;
   float far = 0;
   if (!is_black(far_diffuse_)) {
     far_entry_ = interface_entry(wo.z);
     far = from_.both * mean(far_diffuse_) * far_entry_;
   }
-  const bool has_base = !is_black(base_.diffuse) || !is_black(base_.r0) || base_.r90 > 0 ||
-                        base_.passage != Passage::none;
+  const bool has_base =
+      !is_black(base_.diffuse) || !is_black(base_.r0) || base_.r90 > 0 || base_.passage != Passage::none;
   // A floor, because the estimate of the base knows nothing of a film.
   const float others = coat + sheen + far;
   const float base = has_base ? std::max(from_.both * mean(layered_albedo(base_, wo)), 0.05f * others + 1e-6f) : 0.0f;
@@ -191,8 +190,8 @@ BsdfValue Stack::sheen_value(const V3f& wo, const V3f& wi) const {
 
 BsdfValue Stack::far_diffuse_value(const V3f& wi) const {
   if (!(choose_far_ > 0) || !(wi.z < 0)) return {};
-  const float entry_mean = mean_albedo(base_.microfacet.distribution, base_.microfacet.alpha)
-                               .entering(base_.coat_f0, base_.coat_f90);
+  const float entry_mean =
+      mean_albedo(base_.microfacet.distribution, base_.microfacet.alpha).entering(base_.coat_f0, base_.coat_f90);
   const float pdf = cosine_hemisphere_pdf_w(-wi.z);
   BsdfValue value;
   if (entry_mean > 0)
@@ -211,17 +210,8 @@ BsdfValue Stack::evaluate(const V3f& wo, const V3f& wi) const {
   return wi.z < 0 ? sum(base, far_diffuse_value(wi)) : BsdfValue{};
 }
 
-BsdfSample weighed(const V3f& wi, const BsdfValue& value) {
-  BsdfSample sample;
-  if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
-  sample.wi = wi;
-  sample.weight = value.f_cos / value.pdf_w;
-  sample.pdf_w = value.pdf_w;
-  return sample;
-}
-
 BsdfSample Stack::finish(const V3f& wo, const V3f& wi) const {
-  BsdfSample sample = weighed(wi, evaluate(wo, wi));
+  BsdfSample sample = sample_of(wi, evaluate(wo, wi));
   sample.transmitted = sample.valid() && wi.z < 0;
   return sample;
 }
@@ -242,7 +232,7 @@ BsdfSample Stack::sample_base(const V3f& wo, float u_lobe, const V2f& u) const {
     value = sum(value, sum(coat_value(wo, own.wi), sheen_value(wo, own.wi)));
   else
     value = sum(value, far_diffuse_value(own.wi));
-  sample = weighed(own.wi, value);
+  sample = sample_of(own.wi, value);
   sample.transmitted = sample.valid() && own.transmitted;
   if (sample.valid()) sample.eta = own.eta;
   return sample;

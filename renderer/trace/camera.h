@@ -13,7 +13,7 @@ struct CameraPose {
   Projection projection = Projection::perspective;
   V3d position{0, 0, 0};                               // coordinates in [-1e12, 1e12]
   V3d right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal; pixel rows grow along -up
-  double vertical_fov = 0.8;  // radians, full angle; allowed [0.0017 (0.1 degrees), 3.1241 (179 degrees)]
+  double vertical_fov = 0.8;  // radians, full angle; allowed [0.0017 (0.1 degrees), 3.1242 (179 degrees)]
   double half_height = 1;     // orthographic, [1e-12, 1e12]
   double lens_radius = 0;     // [0, 1e12]; 0: pinhole
   double focus_distance = 1;  // [1e-12, 1e12]

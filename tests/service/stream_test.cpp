@@ -348,7 +348,7 @@ INSTANTIATE_TEST_SUITE_P(
                             {"view.camera.rotation", "nan"}},
                     BadView{"WideFov",
                             [](pb::View& v) { v.mutable_camera()->set_vertical_fov(3.2); },
-                            {"view.camera.vertical_fov", "3.2", "[0.0017, 3.1241]"}},
+                            {"view.camera.vertical_fov", "3.2", "[0.0017, 3.1242]"}},
                     BadView{"NegativeHeight",
                             [](pb::View& v) { v.mutable_camera()->set_orthographic_half_height(-1); },
                             {"view.camera.orthographic_half_height", "-1", "[1e-12, 1e12]"}},

@@ -10,6 +10,7 @@
 #include "renderer/film/film.h"
 #include "renderer/scene/image_decoder.h"
 #include "tests/statistical/z_test.h"
+#include "tests/support/pixel_moments.h"
 #include "tests/support/shared_data.h"
 
 namespace helio::test {
@@ -32,25 +33,13 @@ inline std::vector<V3d> read_pixels(const std::filesystem::path& path, int& widt
   return pixels;
 }
 
-// The variance of a pixel's mean as that of independent samples: never below that of Sobol points.
 inline Estimate estimate_of(const Film& film) {
   Estimate e{film.width(), film.height(), {}, {}};
   for (int y = 0; y < film.height(); ++y) {
     for (int x = 0; x < film.width(); ++x) {
-      double n = 0;
-      V3d sum(0, 0, 0), squares(0, 0, 0);
-      for (int h = 0; h < kHalves; ++h) {
-        const HalfPixel& half = film.half(h, x, y);
-        n += half.count;
-        for (int c = 0; c < 3; ++c) {
-          sum[c] += half.sum[c];
-          squares[c] += half.sum_squares(c);
-        }
-      }
-      V3d variance(0, 0, 0);
-      for (int c = 0; c < 3; ++c) variance[c] = std::max(0.0, squares[c] / n - sum[c] * sum[c] / n / n) / (n - 1);
-      e.mean.push_back(sum / n);
-      e.variance.push_back(variance);
+      const PixelMoments m = moments_of(film, x, y);
+      e.mean.push_back(m.mean);
+      e.variance.push_back(m.variance);
     }
   }
   return e;

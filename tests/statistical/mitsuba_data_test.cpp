@@ -11,12 +11,9 @@
 
 #include <array>
 #include <cstdio>
-#include <cstring>
 
-#include "renderer/scene/image_decoder.h"
 #include "renderer/scene/scene_loader.h"
-#include "tests/statistical/z_test.h"
-#include "tests/support/shared_data.h"
+#include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio {
@@ -53,19 +50,8 @@ class StandInSource final : public FileSource {
 };
 
 std::vector<V3d> read_xyz(const std::filesystem::path& path, int& width, int& height) {
-  Result<Image> image = decode_image(test::read_bytes(path), path.filename().string(), 1 << 24);
-  if (!image.ok() || image->format != TexelFormat::f32 || image->channels != 3) {
-    ADD_FAILURE() << path << ": " << (image.ok() ? "no float rgb image" : image.error().to_string());
-    return {};
-  }
-  width = image->width;
-  height = image->height;
-  std::vector<V3d> pixels;
-  for (std::size_t i = 0; i < std::size_t(width) * std::size_t(height); ++i) {
-    float rgb[3];
-    std::memcpy(rgb, image->texels.data() + 12 * i, 12);
-    pixels.push_back(to_xyz(V3d(rgb[0], rgb[1], rgb[2])));
-  }
+  std::vector<V3d> pixels = test::read_pixels(path, width, height);
+  for (V3d& pixel : pixels) pixel = to_xyz(pixel);
   return pixels;
 }
 
@@ -74,21 +60,10 @@ test::Estimate estimate_of(const Film& film) {
   test::Estimate e{film.width(), film.height(), {}, {}};
   for (int y = 0; y < film.height(); ++y) {
     for (int x = 0; x < film.width(); ++x) {
-      double n = 0;
-      V3d sum(0, 0, 0), squares(0, 0, 0), deviation(0, 0, 0);
-      for (int h = 0; h < kHalves; ++h) {
-        const HalfPixel& half = film.half(h, x, y);
-        n += half.count;
-        for (int c = 0; c < 3; ++c) {
-          sum[c] += half.sum[c];
-          squares[c] += half.sum_squares(c);
-        }
-      }
-      for (int c = 0; c < 3; ++c)
-        deviation[c] = std::sqrt(std::max(0.0, squares[c] / n - sum[c] * sum[c] / n / n) / (n - 1));
-      e.mean.push_back(to_xyz(sum / n));
-      const V3d xyz = to_xyz(deviation);
-      e.variance.push_back(V3d(xyz.x * xyz.x, xyz.y * xyz.y, xyz.z * xyz.z));
+      const test::PixelMoments m = test::moments_of(film, x, y);
+      e.mean.push_back(to_xyz(m.mean));
+      const V3d xyz = to_xyz(V3d(std::sqrt(m.variance.x), std::sqrt(m.variance.y), std::sqrt(m.variance.z)));
+      e.variance.push_back(xyz * xyz);
     }
   }
   return e;

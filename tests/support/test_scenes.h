@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "renderer/trace/path_integrator.h"
+#include "tests/support/pixel_moments.h"
 
 namespace helio::test {
 
@@ -121,23 +122,11 @@ inline MeanEstimate mean_of(const Film& film) {
   V3d variance(0, 0, 0);
   for (int y = 0; y < film.height(); ++y) {
     for (int x = 0; x < film.width(); ++x) {
-      double n = 0;
-      V3d sum(0, 0, 0), squares(0, 0, 0);
-      for (int h = 0; h < kHalves; ++h) {
-        const HalfPixel& half = film.half(h, x, y);
-        n += half.count;
-        for (int c = 0; c < 3; ++c) {
-          sum[c] += half.sum[c];
-          squares[c] += half.sum_squares(c);
-        }
-      }
-      if (n == 0) continue;
+      const PixelMoments m = moments_of(film, x, y);
+      if (m.count == 0) continue;
       pixels += 1;
-      for (int c = 0; c < 3; ++c) {
-        const double mean = sum[c] / n;
-        e.mean[c] += mean;
-        if (n > 1) variance[c] += std::max(0.0, squares[c] / n - mean * mean) / (n - 1);
-      }
+      e.mean += m.mean;
+      variance += m.variance;
     }
   }
   for (int c = 0; c < 3; ++c) {

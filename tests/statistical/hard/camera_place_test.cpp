@@ -22,7 +22,7 @@ MeanEstimate seen(const RenderScene& scene, const CameraPose& pose, TraceStats& 
   return mean_of(render(scene, pose, 32, 32, 32, settings, &stats));
 }
 
-// The room looks alike from everywhere, through every lens (the widest allowed is 3.1241 radians, 178.998 degrees).
+// The room looks alike from everywhere, through every lens (the widest allowed is 3.1242 radians, a little over 179 degrees).
 TEST(CameraPlace, NarrowestAndWidestFieldsOfView) {
   const auto room = emitting_room();
   for (const double fov : {0.1, 178.99}) {

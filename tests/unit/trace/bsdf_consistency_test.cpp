@@ -4,20 +4,12 @@
 #include "renderer/trace/bsdf.h"
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/fresnel.h"
-#include "tests/support/random.h"
-#include "tests/unit/trace/bsdf_cases.h"
+#include "tests/unit/trace/bsdf_checks.h"
 
 namespace helio::test {
 namespace {
 
 constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
-
-V3f random_direction(Random& random, float sign) {
-  V3f w = square_to_cosine_hemisphere(random.next_v2f());
-  w.z = std::max(w.z, 1e-3f);
-  w = normalize(w);
-  return {w.x, w.y, sign * w.z};
-}
 
 std::vector<NamedMaterial> all_materials(MicrofacetDistribution distribution, float alpha) {
   std::vector<NamedMaterial> list = materials_at(distribution, alpha);
@@ -30,22 +22,7 @@ TEST(Bsdf, WeightIsValueOverDensity) {
     for (const float alpha : {0.02f, 0.2f, 1.0f}) {
       for (const NamedMaterial& material : all_materials(distribution, alpha)) {
         SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
-        Random random(31);
-        int compared = 0;
-        for (int i = 0; i < 2000; ++i) {
-          const V3f wo = random_direction(random, material.from_inside ? -1.0f : 1.0f);
-          const float u_lobe = random.next_float();
-          const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
-          if (!sample.valid() || sample.delta) continue;
-          const BsdfValue value = evaluate_bsdf(material.params, wo, sample.wi);
-          // The half vector of two float directions is known to about 1e-7 / |wo + wi| of alpha.
-          ASSERT_NEAR(value.pdf_w / sample.pdf_w, 1, 0.03);
-          for (int c = 0; c < 3; ++c) ASSERT_NEAR(value.f_cos[c] / value.pdf_w, sample.weight[c], 1e-3);
-          ASSERT_EQ(sample.transmitted, wo.z * sample.wi.z < 0);
-          ASSERT_NEAR(length(sample.wi), 1, 1e-5);
-          ++compared;
-        }
-        EXPECT_GT(compared, 300);
+        check_weights(material, 1e-3, 0);
       }
     }
   }
@@ -56,35 +33,18 @@ TEST(Bsdf, ReflectionIsReciprocal) {
     for (const float alpha : {0.05f, 0.3f, 1.0f}) {
       for (const NamedMaterial& material : all_materials(distribution, alpha)) {
         SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
-        const float sign = material.from_inside ? -1.0f : 1.0f;
-        Random random(37);
-        for (int i = 0; i < 1000; ++i) {
-          const V3f a = random_direction(random, sign), b = random_direction(random, sign);
-          const Rgb ab = evaluate_bsdf(material.params, a, b).f_cos / std::fabs(b.z);
-          const Rgb ba = evaluate_bsdf(material.params, b, a).f_cos / std::fabs(a.z);
-          for (int c = 0; c < 3; ++c) ASSERT_NEAR(ab[c], ba[c], 2e-4 * ab[c] + 1e-6);
-        }
+        check_reflection_is_reciprocal(material, 1e-6, 2e-4);
       }
     }
   }
 }
 
-// f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2 (Veach 1997, eq. 5.14), with n = 1 above and ior below.
 TEST(Bsdf, RefractionIsReciprocalUpToTheSquaredIndex) {
   for (const auto distribution : kDistributions) {
     for (const float alpha : {0.1f, 0.5f, 1.0f}) {
       for (const float ior : {1.2f, 1.5f, 2.4f}) {
-        const SurfaceParams params = glass(distribution, alpha, ior, false);
-        Random random(41);
-        int positive = 0;
-        for (int i = 0; i < 2000; ++i) {
-          const V3f above = random_direction(random, 1), below = random_direction(random, -1);
-          const float down = evaluate_bsdf(params, above, below).f_cos.x / -below.z;
-          const float up = evaluate_bsdf(params, below, above).f_cos.x / above.z;
-          ASSERT_NEAR(down * ior * ior, up, 5e-3 * up + 1e-5) << above << below;
-          positive += down > 0;
-        }
-        EXPECT_GT(positive, 20) << alpha << ' ' << ior;
+        SCOPED_TRACE(std::to_string(alpha) + " " + std::to_string(ior));
+        check_refraction_is_reciprocal(glass(distribution, alpha, ior, false), ior * ior);
       }
     }
   }

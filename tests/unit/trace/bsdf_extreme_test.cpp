@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/trace/bsdf.h"
-#include "tests/unit/trace/bsdf_cases.h"
+#include "tests/unit/trace/bsdf_checks.h"
 
 namespace helio::test {
 namespace {
@@ -13,17 +13,13 @@ constexpr float kHeights[] = {1,       0x1.fffffep-1f, 0.7f,   1e-2f, 1.7453e-5f
 constexpr float kAlphas[] = {0, 1e-4f, 1e-3f, 0.0099f, 0.01f, 0.5f, 1};
 constexpr float kVariates[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
 
-bool sane(const Rgb& c) {
-  return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0;
-}
-
 void expect_sane(const SurfaceParams& params, const V3f& wo) {
-  ASSERT_TRUE(sane(surface_albedo(params, wo)) && max_component(surface_albedo(params, wo)) <= 1);
+  ASSERT_TRUE(is_sane(surface_albedo(params, wo)) && max_component(surface_albedo(params, wo)) <= 1);
   for (const float z : kHeights) {
     // Along, against and across wo.
     for (const V3f& wi : {direction_with_z(z), -direction_with_z(-z), V3f(std::sqrt(1 - z * z), 0, z)}) {
       const BsdfValue value = evaluate_bsdf(params, wo, wi);
-      ASSERT_TRUE(sane(value.f_cos) && std::isfinite(value.pdf_w) && value.pdf_w >= 0) << wo << wi;
+      ASSERT_TRUE(is_sane(value.f_cos) && std::isfinite(value.pdf_w) && value.pdf_w >= 0) << wo << wi;
       ASSERT_TRUE(value.pdf_w > 0 || max_component(value.f_cos) < 1e-6f) << wo << wi;
     }
   }
@@ -31,12 +27,8 @@ void expect_sane(const SurfaceParams& params, const V3f& wo) {
     for (const float x : kVariates) {
       for (const float y : kVariates) {
         const BsdfSample sample = sample_bsdf(params, wo, u_lobe, V2f(x, y));
-        ASSERT_TRUE(std::isfinite(sample.pdf_w) && sample.pdf_w >= 0);
+        ASSERT_NO_FATAL_FAILURE(check_sample_is_sane(sample, wo)) << u_lobe << ' ' << x << ' ' << y;
         if (!sample.valid()) continue;
-        ASSERT_TRUE(sane(sample.weight)) << sample.weight;
-        ASSERT_LT(max_component(sample.weight), 200) << wo << u_lobe << ' ' << x << ' ' << y;
-        ASSERT_NEAR(length(sample.wi), 1, 1e-4);
-        ASSERT_EQ(sample.transmitted, (wo.z > 0) != (sample.wi.z > 0)) << wo << sample.wi;
         ASSERT_NE(sample.wi.z, 0);
         ASSERT_TRUE(std::isfinite(sample.eta) && sample.eta > 0);
       }

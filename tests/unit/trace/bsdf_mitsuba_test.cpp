@@ -11,19 +11,13 @@
 #include "renderer/trace/warp.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
+#include "tests/unit/trace/bsdf_checks.h"
 #include "tests/unit/trace/mitsuba_cases.h"
 
 namespace helio::test {
 namespace {
 
 constexpr float kCosines[] = {1, 0.6f, 0.2f, 0.05f, 1.75e-5f};
-
-V3f random_direction(Random& random, float sign) {
-  V3f w = square_to_cosine_hemisphere(random.next_v2f());
-  w.z = std::max(w.z, 1e-3f);
-  w = normalize(w);
-  return {w.x, w.y, sign * w.z};
-}
 
 const std::vector<NamedMaterial>& sampled_materials() {
   static const std::vector<NamedMaterial> list = mitsuba_materials(0.2f, false);
@@ -32,57 +26,18 @@ const std::vector<NamedMaterial>& sampled_materials() {
 
 class MitsubaChiSquare : public testing::TestWithParam<std::size_t> {};
 
-// Shape and mass over the whole sphere; deltas and invalid samples are "elsewhere".
 TEST_P(MitsubaChiSquare, SamplesFollowTheDensity) {
-  constexpr int kSamples = 1'000'000;
-  const NamedMaterial& material = sampled_materials()[GetParam()];
-  const int tests = 2 * int(sampled_materials().size());
-  for (const double angle : {40.0, 85.0}) {
-    SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees");
-    V3f wo = direction_at(angle, 25);
-    if (material.from_inside) wo.z = -wo.z;
-    SphereHistogram histogram(V3f(0, 0, 1), 1, 16, 32);
-    Random random(67);
-    for (int i = 0; i < kSamples; ++i) {
-      const float u_lobe = random.next_float();
-      const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
-      sample.valid() && !sample.delta ? histogram.add(sample.wi) : histogram.add_elsewhere();
-    }
-    double mass = 0;
-    const ChiSquareResult result =
-        histogram.test([&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; }, &mass);
-    EXPECT_TRUE(result.passes(kSignificance, tests)) << result.summary() << ", mass " << mass;
-    EXPECT_LE(mass, 1 + 1e-4);
-  }
+  check_samples_follow_density(sampled_materials()[GetParam()], 67, int(sampled_materials().size()));
 }
 
 INSTANTIATE_TEST_SUITE_P(, MitsubaChiSquare, testing::Range(std::size_t(0), sampled_materials().size()),
-                         [](const auto& info) {
-                           std::string name = sampled_materials()[info.param].name;
-                           std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
-                           return name;
-                         });
+                         [](const auto& info) { return letters_and_digits(sampled_materials()[info.param].name); });
 
 TEST(BsdfMitsuba, WeightIsValueOverDensity) {
   for (const float alpha : {0.05f, 0.3f, 0.5f}) {
     for (const NamedMaterial& material : mitsuba_materials(alpha, false)) {
       SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
-      Random random(31);
-      int compared = 0;
-      for (int i = 0; i < 2000; ++i) {
-        const V3f wo = random_direction(random, material.from_inside ? -1.0f : 1.0f);
-        const float u_lobe = random.next_float();
-        const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
-        if (!sample.valid() || sample.delta) continue;
-        const BsdfValue value = evaluate_bsdf(material.params, wo, sample.wi);
-        ASSERT_NEAR(value.pdf_w / sample.pdf_w, 1, 0.03) << wo << sample.wi;
-        for (int c = 0; c < 3; ++c)
-          ASSERT_NEAR(value.f_cos[c] / value.pdf_w, sample.weight[c], 2e-3 * (1 + sample.weight[c]));
-        ASSERT_EQ(sample.transmitted, wo.z * sample.wi.z < 0);
-        ASSERT_NEAR(length(sample.wi), 1, 1e-5);
-        ++compared;
-      }
-      EXPECT_GT(compared, 300);
+      check_weights(material, 2e-3, 2e-3);
     }
   }
 }
@@ -91,62 +46,17 @@ TEST(BsdfMitsuba, ReflectionIsReciprocal) {
   for (const float alpha : {0.1f, 0.3f, 0.5f}) {
     for (const NamedMaterial& material : mitsuba_materials(alpha, false)) {
       SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
-      const float sign = material.from_inside ? -1.0f : 1.0f;
-      Random random(37);
-      int positive = 0;
-      for (int i = 0; i < 1000; ++i) {
-        const V3f a = random_direction(random, sign), b = random_direction(random, sign);
-        const Rgb ab = evaluate_bsdf(material.params, a, b).f_cos / std::fabs(b.z);
-        const Rgb ba = evaluate_bsdf(material.params, b, a).f_cos / std::fabs(a.z);
-        for (int c = 0; c < 3; ++c) ASSERT_NEAR(ab[c], ba[c], 1e-3 * ab[c] + 1e-5);
-        positive += max_component(ab) > 0;
-      }
-      EXPECT_GT(positive, 100);
+      check_reflection_is_reciprocal(material, 1e-5, 1e-3);
     }
   }
 }
 
-// f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2 (Veach 1997, eq. 5.14).
 TEST(BsdfMitsuba, RefractionIsReciprocalUpToTheSquaredIndex) {
   for (const NamedMaterial& material : mitsuba_materials(0.2f, false)) {
     if (material.params.thin || material.params.model == LobeModel::blend || material.from_inside) continue;
     SCOPED_TRACE(material.name);
-    const float ior2 = sqr(material.params.ior);
-    Random random(41);
-    int positive = 0;
-    for (int i = 0; i < 2000; ++i) {
-      const V3f above = random_direction(random, 1), below = random_direction(random, -1);
-      const Rgb down = evaluate_bsdf(material.params, above, below).f_cos / -below.z;
-      const Rgb up = evaluate_bsdf(material.params, below, above).f_cos / above.z;
-      for (int c = 0; c < 3; ++c) ASSERT_NEAR(down[c] * ior2, up[c], 5e-3 * up[c] + 1e-5) << above << below;
-      positive += max_component(down) > 0;
-    }
-    EXPECT_GT(positive, 20);
+    check_refraction_is_reciprocal(material.params, sqr(material.params.ior));
   }
-}
-
-struct Furnace {
-  Rgb power{0, 0, 0};
-  double deviation = 0;
-  float largest_weight = 0;
-};
-
-Furnace light_returned(const SurfaceParams& params, const V3f& wo, int count) {
-  Furnace furnace;
-  double sums[3] = {0, 0, 0}, squares = 0;
-  Random random(23);
-  for (int i = 0; i < count; ++i) {
-    const float u_lobe = (i + random.next_float()) / count;
-    const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
-    if (!sample.valid()) continue;
-    const Rgb power = sample.weight * (sample.transmitted ? sqr(sample.eta) : 1.0f);
-    for (int c = 0; c < 3; ++c) sums[c] += power[c];
-    squares += sqr(double(max_component(power)));
-    furnace.largest_weight = std::max(furnace.largest_weight, max_component(power));
-  }
-  for (int c = 0; c < 3; ++c) furnace.power[c] = float(sums[c] / count);
-  furnace.deviation = std::sqrt(squares / count / count);
-  return furnace;
 }
 
 bool is_empirical(const NamedMaterial& material) {
@@ -163,7 +73,7 @@ TEST(BsdfMitsuba, NoSurfaceButBurleysReturnsMoreThanItGets) {
         const Furnace furnace = light_returned(material.params, wo, 10'000);
         EXPECT_LE(furnace.largest_weight, 12) << "a weight this large is a firefly";
         if (is_empirical(material)) continue;
-        EXPECT_LE(max_component(furnace.power), 1.005 + 4 * furnace.deviation);
+        EXPECT_LE(max_component(furnace.power), 1.005 + 4 * furnace.largest_deviation());
       }
     }
   }
@@ -177,7 +87,7 @@ TEST(BsdfMitsuba, SmoothWhitePlasticAndPaneLoseNothing) {
       for (const float z : {1.0f, 0.5f, 0.1f}) {
         const Furnace furnace = light_returned(white, direction_with_z(z), 20'000);
         // Averaged over all directions it is 1; by direction F(z) + (1 - F(z)) x 1.
-        EXPECT_NEAR(furnace.power.x, 1, 2e-3 + 4 * furnace.deviation) << ior << ' ' << z;
+        EXPECT_NEAR(furnace.power.x, 1, 2e-3 + 4 * furnace.largest_deviation()) << ior << ' ' << z;
       }
     }
     for (const float z : {1.0f, 0.5f, 0.1f}) {
@@ -195,7 +105,7 @@ TEST(BsdfMitsuba, FeatureAlbedoIsCloseToTheLightReturned) {
       SCOPED_TRACE(material.name + " cosine " + std::to_string(wo.z));
       const Rgb albedo = surface_albedo(material.params, wo);
       const Furnace furnace = light_returned(material.params, wo, 20'000);
-      for (int c = 0; c < 3; ++c) EXPECT_NEAR(albedo[c], furnace.power[c], 0.25 + 4 * furnace.deviation);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(albedo[c], furnace.power[c], 0.25 + 4 * furnace.largest_deviation());
     }
   }
 }
@@ -339,10 +249,8 @@ TEST(AnisotropicMicrofacets, EqualWaysAreIsotropic) {
 }
 
 TEST(BsdfMitsuba, ExtremesAreFinite) {
-  constexpr float kHeights[] = {1,      0.7f, 1e-2f, 1.7453e-5f, 1e-10f, 1e-30f,
-                                1e-44f, 0.0f, -0.0f, -1e-30f,    -0.5f,  -1.0f};
+  constexpr float kHeights[] = {1, 0.7f, 1e-2f, 1.7453e-5f, 1e-10f, 1e-30f, 1e-44f, 0.0f, -0.0f, -1e-30f, -0.5f, -1.0f};
   constexpr float kVariates[] = {0, 0x1p-24f, 0.5f, kOneMinusEpsilon};
-  const auto sane = [](const Rgb& c) { return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0; };
   for (const float alpha : {1e-3f, 0.0099f, 0.5f, 1.0f}) {
     std::vector<NamedMaterial> materials = mitsuba_materials(alpha, false);
     for (const float extreme : {0.0f, 1e-40f, 1.0f}) {
@@ -367,24 +275,19 @@ TEST(BsdfMitsuba, ExtremesAreFinite) {
       for (const float z : kHeights) {
         SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
         const V3f wo = direction_with_z(z);
-        ASSERT_TRUE(sane(surface_albedo(material.params, wo)));
+        ASSERT_TRUE(is_sane(surface_albedo(material.params, wo)));
         ASSERT_LE(max_component(surface_albedo(material.params, wo)), 1 + 1e-6f);
         for (const float zi : kHeights) {
           for (const V3f& wi : {direction_with_z(zi), V3f(std::sqrt(1 - zi * zi), 0, zi)}) {
             const BsdfValue value = evaluate_bsdf(material.params, wo, wi);
-            ASSERT_TRUE(sane(value.f_cos) && std::isfinite(value.pdf_w) && value.pdf_w >= 0) << wo << wi;
+            ASSERT_TRUE(is_sane(value.f_cos) && std::isfinite(value.pdf_w) && value.pdf_w >= 0) << wo << wi;
           }
         }
         for (const float u_lobe : {0.0f, 0.03f, 0.2f, 0.5f, 0.8f, kOneMinusEpsilon}) {
           for (const float x : kVariates) {
             for (const float y : kVariates) {
-              const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, V2f(x, y));
-              ASSERT_TRUE(std::isfinite(sample.pdf_w) && sample.pdf_w >= 0);
-              if (!sample.valid()) continue;
-              ASSERT_TRUE(sane(sample.weight)) << sample.weight;
-              ASSERT_LT(max_component(sample.weight), 200) << wo << u_lobe << ' ' << x << ' ' << y;
-              ASSERT_NEAR(length(sample.wi), 1, 1e-4);
-              ASSERT_EQ(sample.transmitted, (wo.z > 0) != (sample.wi.z > 0)) << wo << sample.wi;
+              ASSERT_NO_FATAL_FAILURE(check_sample_is_sane(sample_bsdf(material.params, wo, u_lobe, V2f(x, y)), wo))
+                  << u_lobe << ' ' << x << ' ' << y;
             }
           }
         }

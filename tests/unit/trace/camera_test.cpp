@@ -140,7 +140,7 @@ TEST(Camera, RaysOfExtremePosesAreFinite) {
     CameraPose pose;
     pose.projection = corner & 1 ? Projection::orthographic : Projection::perspective;
     pose.position = V3d(pick(1, 0, 1e12), pick(1, 0, -1e12), 1e12);
-    pose.vertical_fov = pick(2, 0.0017, 3.1241);
+    pose.vertical_fov = pick(2, 0.0017, 3.1242);
     pose.half_height = pick(2, 1e-12, 1e12);
     pose.lens_radius = pick(3, 1e-12, 1e12);
     pose.focus_distance = pick(4, 1e-12, 1e12);
