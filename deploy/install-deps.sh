@@ -17,7 +17,7 @@ packages=(
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libssl-dev libtbb-dev nlohmann-json3-dev
   zlib1g-dev
   # tests and benches; the tests read our files with exrheader and oiiotool
-  libbenchmark-dev libgtest-dev openexr openimageio-tools
+  libgtest-dev openexr openimageio-tools
 )
 fuzz_packages=(clang libclang-rt-dev)
 bench_packages=(blender python3-numpy python3-venv libllvm19)

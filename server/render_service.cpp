@@ -110,6 +110,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   response.add_modes(pb::MODE_PT);
   response.add_scene_formats("gltf");
   response.add_scene_formats("glb");
+  response.add_scene_formats("xml");  // Mitsuba
   response.set_threads(core.engine.threads());
   response.set_draining(core.draining);
   response.set_uptime_s(now_s() - core.started_s);

@@ -44,7 +44,8 @@ std::string unknown_command(const CLI::App& parent, const std::vector<std::strin
 
 int run(int argc, char** argv) {
   CLI::App root(
-      "Heliograph renders glTF scenes by path tracing: here, or on a daemon that keeps the scene and every session's\n"
+      "Heliograph renders glTF and Mitsuba scenes by path tracing: here, or on a daemon that keeps the scene and every "
+      "session's\n"
       "pixels resident. Each command has its own --help.",
       "heliograph");
   root.set_version_flag("--version", HELIO_VERSION);

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -25,6 +26,13 @@ void OutputCheck::add_inputs(const SceneChoice& choice) {
 
 void OutputCheck::check(const FileNames& names, Problems& problems) {
   check("--output", names.exr, problems);
+  std::string suffix = fs::path(names.exr).extension().string();
+  for (char& c : suffix) c = char(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* other : {".png", ".jpg", ".jpeg", ".hdr", ".pfm", ".tif", ".tiff"}) {
+    if (suffix == other)
+      problems.add("--output",
+                   "'" + names.exr + "' is written as OpenEXR; allowed: a name that ends in .exr (--png writes a PNG)");
+  }
   if (!names.png.empty()) check("--png", names.png, problems);
   if (!names.heatmap.empty()) check("--heatmap", names.heatmap, problems);
 }
