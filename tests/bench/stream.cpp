@@ -87,14 +87,14 @@ struct Received {
   std::condition_variable frame_ended;
   std::int64_t pixels = 0;
   std::uint64_t bytes = 0;
-  double rendering = 0, others = 0;  // seconds of the frames' passes
+  double tracing = 0, estimating = 0, others = 0;  // seconds of the frames' passes
   int frames = 0, superseded = 0;
 
   void clear() {
     const std::lock_guard lock(mutex);
     pixels = 0;
     bytes = 0;
-    rendering = others = 0;
+    tracing = estimating = others = 0;
     frames = superseded = 0;
   }
   bool wait_for_frames(int count) {
@@ -113,6 +113,7 @@ void set_view(pb::View& view, std::uint64_t id) {
 
 struct Run {
   double seconds_per_picture = 0;  // processor time
+  double estimating_per_picture = 0;
   double bytes_per_picture = 0;
 };
 
@@ -149,10 +150,11 @@ Result<Run> measure(DaemonProcess& daemon, RenderClient& client, FrameStream& st
                      " frames were not done in time: the machine is too slow or too busy for this figure",
                  "stream"};
   }
-  const double rendering =
-      (used_after.value() - used_before.value()) * received.rendering / (received.rendering + received.others);
+  const double per_pass_second =
+      (used_after.value() - used_before.value()) / (received.tracing + received.estimating + received.others);
+  const double tracing = received.tracing * per_pass_second, estimating = received.estimating * per_pass_second;
   const double pictures = double(received.pixels) / (kWidth * kHeight);
-  return Run{(cpu - rendering) / pictures, double(received.bytes) / pictures};
+  return Run{(cpu - tracing - estimating) / pictures, estimating / pictures, double(received.bytes) / pictures};
 }
 
 }  // namespace
@@ -189,8 +191,10 @@ Status run_stream(BenchContext& context, Figures& figures) {
     received.superseded += end.reason() != pb::END_REASON_SAMPLES;
     received.frame_ended.notify_all();
     for (const pb::PassTime& pass : end.passes()) {
-      const bool rendering = pass.pass() == "integrate" || pass.pass() == "measure";
-      (rendering ? received.rendering : received.others) += pass.seconds();
+      double& seconds = pass.pass() == "integrate" ? received.tracing
+                        : pass.pass() == "measure" ? received.estimating
+                                                   : received.others;
+      seconds += pass.seconds();
     }
   };
   pb::StreamRequest::Open open;
@@ -199,18 +203,20 @@ Status run_stream(BenchContext& context, Figures& figures) {
   open.mutable_format()->set_compression(pb::COMPRESSION_NONE);
   const auto stream = (*client)->stream_frames(open, callbacks);
 
-  std::vector<double> share, rate;
+  std::vector<double> share, estimates, rate;
   std::uint64_t view_id = 0;
   for (int i = -1; i < context.options().repeat; ++i) {
     const auto run = measure(**daemon, **client, *stream, received, view_id);
     if (!run) return run.error();
     if (i < 0) continue;  // warm-up
     share.push_back(100 * run.value().seconds_per_picture * kPicturesPerSecond / kCores);
+    estimates.push_back(100 * run.value().estimating_per_picture * kPicturesPerSecond / kCores);
     rate.push_back(1e-6 * run.value().bytes_per_picture * kPicturesPerSecond);
   }
   (void)stream->close(true);
   (void)stream->wait();
   figures.add({"stream.cpu_share", median(share), "%", 4.0, Better::lower});
+  figures.add({"stream.cpu_share.of_error_estimates", median(estimates), "%", std::nullopt, Better::lower});
   figures.add({"stream.megabytes_per_second", median(rate), "MB/s", std::nullopt, Better::lower});
   return ok_status();
 }
