@@ -80,7 +80,8 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
     std::fprintf(stderr, "%s: port-file: cannot write '%s'\n", program.c_str(), config.port_file.c_str());
     return kCouldNotServe;
   }
-  std::printf("heliographd listening on %s\n", (*server)->address().c_str());
+  std::printf(request->json ? "{\"listening\": \"%s\"}\n" : "heliographd listening on %s\n",
+              (*server)->address().c_str());
   std::fflush(stdout);
 
   int signal = 0;

@@ -178,6 +178,8 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   app.footer("Exit codes: 0 drained after SIGTERM or SIGINT, 1 could not serve, 2 bad flags, file or environment.");
 
   app.allow_extras();
+  ConfigRequest request;
+  app.add_flag("--json", request.json, "say on stdout where it listens as {\"listening\": \"HOST:PORT\"}, one line");
 
   const auto& options = config_options();
   const ServerConfig defaults;
@@ -193,7 +195,6 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
     flags.push_back(option);
   }
 
-  ConfigRequest request;
   Problems problems;
   const std::vector<std::string> all = with_environment(arguments);
   std::vector<std::string> reversed(all.rbegin(), all.rend());

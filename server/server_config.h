@@ -46,6 +46,7 @@ ServerConfig complete(ServerConfig config);
 
 struct ConfigRequest {
   ServerConfig config;
+  bool json = false;  // say where it listens as one line of JSON
   std::string print;  // not empty: text of --help or --version; print it and exit 0
 };
 
