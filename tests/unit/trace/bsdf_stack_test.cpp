@@ -55,22 +55,16 @@ TEST(BsdfStack, IsReciprocal) {
     for (const NamedMaterial& material : layered_materials(alpha, false)) {
       if (material.name == "coat with its own normal") continue;
       SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha));
-      const float sign = material.from_inside ? -1.0f : 1.0f;
+      check_reflection_is_reciprocal(material, 1e-5, 1e-3);
+      if (!material.params.thin) continue;
       Random random(37);
-      int positive = 0;
       for (int i = 0; i < 1000; ++i) {
-        const V3f a = random_direction(random, sign), b = random_direction(random, sign);
-        const Rgb ab = evaluate_bsdf(material.params, a, b).f_cos / std::fabs(b.z);
-        const Rgb ba = evaluate_bsdf(material.params, b, a).f_cos / std::fabs(a.z);
-        for (int c = 0; c < 3; ++c) ASSERT_NEAR(ab[c], ba[c], 1e-3 * ab[c] + 1e-5);
-        positive += max_component(ab) > 0;
-        if (!material.params.thin) continue;
+        const V3f a = random_direction(random, 1), b = random_direction(random, 1);
         const V3f b_below(b.x, b.y, -b.z), a_below(a.x, a.y, -a.z);
         const Rgb through = evaluate_bsdf(material.params, a, b_below).f_cos / std::fabs(b.z);
         const Rgb back = evaluate_bsdf(material.params, b, a_below).f_cos / std::fabs(a.z);
         for (int c = 0; c < 3; ++c) ASSERT_NEAR(through[c], back[c], 1e-3 * through[c] + 1e-5);
       }
-      EXPECT_GT(positive, 100);
     }
   }
 }
