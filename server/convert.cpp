@@ -158,14 +158,31 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
   }
 }
 
+static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeVariant variant, const std::string& where,
+                                      Problems& problems) {
+  AdaptiveSettings adaptive;
+  if (variant == ModeVariant::paper) adaptive.min_samples = kPaperMinSamples;
+  if (message.min_samples() != 0) adaptive.min_samples = message.min_samples();
+  if (message.max_samples() != 0) adaptive.max_samples = message.max_samples();
+  if (known(pb::ErrorMeasure_IsValid(message.measure()), message.measure(),
+            "ERROR_MEASURE_RMSE (1), ERROR_MEASURE_RELMSE (2), or 0 for RELMSE", at(where, "measure"), problems)) {
+    adaptive.measure = message.measure() == pb::ERROR_MEASURE_RMSE ? ErrorMeasure::rmse : ErrorMeasure::relmse;
+  }
+  return adaptive;
+}
+
 RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
                              Problems& problems) {
   RenderSettings settings;
   if (message.width() != 0) settings.width = message.width();
   if (message.height() != 0) settings.height = message.height();
-  known(pb::Mode_IsValid(message.mode()), message.mode(), "MODE_PT (1), or 0 for the default", at(where, "mode"),
-        problems);
-  settings.mode = RenderMode::pt;
+  known(pb::Mode_IsValid(message.mode()), message.mode(), "MODE_PT (1), MODE_ADAPTIVE (2), or 0 for MODE_PT",
+        at(where, "mode"), problems);
+  settings.mode = message.mode() == pb::MODE_ADAPTIVE ? RenderMode::adaptive : RenderMode::pt;
+  known(pb::Variant_IsValid(message.variant()), message.variant(),
+        "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
+  settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
+  settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
   if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();

@@ -31,6 +31,15 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "Camera of the scene, by name or number from 0. Default: the first");
   add_text(app, options.mode, "--mode", "MODE",
            "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") + ". Default: pt, path tracing");
+  add_text(app, options.variant, "--variant", "VARIANT",
+           "Of --mode adaptive: bounded, or paper for the published rule, which is biased. Default: bounded");
+  add_text(app, options.adaptive_min, "--adaptive-min", "N",
+           "Of --mode adaptive: samples that every pixel gets before counts differ, even, [4, 65536]; paper: [2, 65536]. "
+           "Default: 16, paper 4");
+  add_text(app, options.adaptive_max, "--adaptive-max", "N",
+           "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
+  add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",
+           "Of --mode adaptive: the error that the counts make small, rmse or relmse. Default: relmse");
   add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
   add_text(app, options.max_segments, "--max-segments", "N",
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: 10");
@@ -39,6 +48,34 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.region, "--region", "x0,y0,x1,y1",
            "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
 }
+
+namespace {
+
+void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  const bool adaptive = settings.mode() == pb::MODE_ADAPTIVE;
+  for (const TextOption* option :
+       {&options.variant, &options.adaptive_min, &options.adaptive_max, &options.adaptive_measure}) {
+    if (option->given() && !adaptive) reader.problem(*option, "stands only beside --mode adaptive");
+  }
+  if (const auto variant = reader.choice(options.variant, short_names(*pb::Variant_descriptor())))
+    settings.set_variant(from_short_name<pb::Variant>(*variant).value());
+  const bool paper = settings.variant() == pb::VARIANT_PAPER;
+  if (options.adaptive_max.given() && adaptive && !paper)
+    reader.problem(options.adaptive_max, "stands only beside --variant paper");
+  if (const auto n = reader.integer(options.adaptive_min, paper ? 2 : 4, 65536)) {
+    if (*n % 2 != 0) reader.problem(options.adaptive_min, "is odd; each of two halves gets the same number of samples");
+    settings.mutable_adaptive()->set_min_samples(static_cast<std::uint32_t>(*n));
+  }
+  if (const auto n = reader.integer(options.adaptive_max, 3, 1u << 20)) {
+    const std::uint32_t least = settings.adaptive().min_samples();
+    if (*n <= least) reader.problem(options.adaptive_max, fmt::format("must be more than --adaptive-min, {}", least));
+    settings.mutable_adaptive()->set_max_samples(static_cast<std::uint32_t>(*n));
+  }
+  if (const auto measure = reader.choice(options.adaptive_measure, short_names(*pb::ErrorMeasure_descriptor())))
+    settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
+}
+
+}  // namespace
 
 pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader) {
   pb::RenderSettings settings;
@@ -49,6 +86,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   if (const auto mode = reader.choice(options.mode, short_names(*pb::Mode_descriptor()))) {
     settings.set_mode(from_short_name<pb::Mode>(*mode).value());
   }
+  read_adaptive(options, settings, reader);
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
   settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));

@@ -4,18 +4,29 @@
 #include <atomic>
 #include <cassert>
 
+#include "renderer/film/sample_targets.h"
+
 namespace helio {
 
-Film::Film(int width, int height) : width_(width), height_(height) {
+Film::Film(int width, int height, FilmState state)
+    : width_(width), height_(height), block_columns_((width + kFilmBlock - 1) / kFilmBlock) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
   for (std::vector<std::uint32_t>& half : invalid_) half.resize(pixels);
   features_.resize(pixels);
+  for (std::vector<BlockWork>& work : work_)
+    work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
+  if (state == FilmState::adaptive) targets_ = std::make_unique<SampleTargets>(width, height);
 }
 
+Film::~Film() = default;
+Film::Film(Film&&) noexcept = default;
+Film& Film::operator=(Film&&) noexcept = default;
+
 std::size_t Film::bytes() const {
-  std::size_t total = features_.capacity() * sizeof(PixelFeatures);
+  std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0);
+  for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
   for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
   return total;
@@ -24,6 +35,16 @@ std::size_t Film::bytes() const {
 void Film::add_invalid(int h, int x, int y, std::uint32_t samples) {
   invalid_[h][index(x, y)] += samples;
   std::atomic_ref(any_invalid_).store(true, std::memory_order_relaxed);
+}
+
+void Film::add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths) {
+  BlockWork& work = block(h, x, y);
+  std::atomic_ref(work.rays).fetch_add(rays, std::memory_order_relaxed);
+  std::atomic_ref(work.paths).fetch_add(paths, std::memory_order_relaxed);
+}
+
+BlockWork Film::work(int h, int x, int y) const {
+  return const_cast<Film*>(this)->block(h, x, y);
 }
 
 std::uint64_t Film::invalid_in(const PixelRect& window) const {
@@ -51,6 +72,11 @@ void Film::clear(const PixelRect& window) {
       if (any_invalid) std::fill_n(invalid_[h].begin() + std::ptrdiff_t(first), window.width(), 0u);
     }
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
+  }
+  for (int y = window.y0; y < window.y1; y = (y / kFilmBlock + 1) * kFilmBlock) {
+    for (int x = window.x0; x < window.x1; x = (x / kFilmBlock + 1) * kFilmBlock) {
+      for (int h = 0; h < kHalves; ++h) block(h, x, y) = {};
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "renderer/base/math.h"
@@ -14,6 +15,8 @@
 namespace helio {
 
 inline constexpr int kHalves = 2;
+// Side in pixels of the blocks, aligned to the film, whose paths are traced together.
+inline constexpr int kFilmBlock = 16;
 
 // x rounded up or down to a float with a probability that makes its expectation exact: rounded to nearest, sums and
 // means alike lose what is below half a unit of their last digit, always the same way (a float sum of 0.6 is 0.3 % off
@@ -69,12 +72,29 @@ struct PixelFeatures {
   }
 };
 
+// What one half's samples of a block of kFilmBlock x kFilmBlock pixels have cost. Rays are counted, not seconds: the same on
+// every machine and in every run.
+struct BlockWork {
+  std::uint64_t rays = 0, paths = 0;
+};
+
+class SampleTargets;
+
+// What a film holds beside its halves and features.
+enum class FilmState {
+  uniform,   // nothing: every pixel gets the same number of samples
+  adaptive,  // SampleTargets
+};
+
 class Film {
  public:
   static constexpr std::size_t kBytesPerPixel =
       kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
 
-  Film(int width, int height);
+  explicit Film(int width, int height, FilmState state = FilmState::uniform);
+  ~Film();
+  Film(Film&&) noexcept;
+  Film& operator=(Film&&) noexcept;
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -89,7 +109,20 @@ class Film {
   // Samples of one half of a pixel that were not finite. Apart, for they are rare.
   std::uint32_t invalid(int h, int x, int y) const { return invalid_[h][index(x, y)]; }
   void add_invalid(int h, int x, int y, std::uint32_t samples = 1);
+  // Valid and invalid ones: the index of the pixel's next sample of this half.
+  std::uint32_t attempted(int h, int x, int y) const {
+    const std::size_t i = index(x, y);
+    return halves_[h][i].count + invalid_[h][i];
+  }
   std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
+
+  // Of one half of the block that holds the pixel. Thread safe, and the sums do not depend on the order.
+  void add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths);
+  BlockWork work(int h, int x, int y) const;
+
+  FilmState state() const { return targets_ ? FilmState::adaptive : FilmState::uniform; }
+  SampleTargets* targets() { return targets_.get(); }  // null: FilmState::uniform
+  const SampleTargets* targets() const { return targets_.get(); }
 
   void clear();
   // Only a window, which must lie inside.
@@ -98,10 +131,16 @@ class Film {
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
 
-  int width_, height_;
+  BlockWork& block(int h, int x, int y) {
+    return work_[h][std::size_t(y / kFilmBlock) * std::size_t(block_columns_) + std::size_t(x / kFilmBlock)];
+  }
+
+  int width_, height_, block_columns_;
   std::vector<HalfPixel> halves_[kHalves];
   std::vector<PixelFeatures> features_;
   std::vector<std::uint32_t> invalid_[kHalves];
+  std::vector<BlockWork> work_[kHalves];
+  std::unique_ptr<SampleTargets> targets_;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

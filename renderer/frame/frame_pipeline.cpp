@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace helio {
 
@@ -10,15 +11,25 @@ void FramePipeline::enter(Stage stage) {
   stage_began_s_ = 0;
 }
 
-void FramePipeline::start(const FramePlan& plan, const Film& film) {
-  assert(in_flight_ == 0);
+void FramePipeline::start(const FramePlan& plan, const Film& film, std::shared_ptr<SampleAllocation> allocation) {
+  assert(in_flight_ == 0 && bool(allocation) == plan.allocate.has_value());
   plan_ = plan;
   film_ = &film;
   cut_ = false;
   seconds_ = {};
   measured_.reset();
   measure_.stop();
-  integrate_.begin(plan, grid_);
+  allocate_.begin(std::move(allocation));
+  if (plan.allocate) {
+    enter(Stage::allocate);
+    return;
+  }
+  begin_integration();
+}
+
+void FramePipeline::begin_integration() {
+  const FramePlan& plan = plan_;
+  integrate_.begin(plan, grid_, *film_);
   if (plan.publish == Publish::early) {
     resolve_.begin(plan, grid_);
     for (std::uint32_t t = 0; t < grid_.tiles().size(); ++t) {
@@ -30,6 +41,11 @@ void FramePipeline::start(const FramePlan& plan, const Film& film) {
 
 void FramePipeline::leave_finished_stages(double now_s) {
   const auto seconds = [&] { return stage_began_s_ > 0 ? now_s - stage_began_s_ : 0.0; };
+  if (stage_ == Stage::allocate && allocate_.finished()) {
+    seconds_.allocate = seconds();
+    grid_.begin_round(*film_->targets());
+    begin_integration();
+  }
   if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
     cut_ = integrate_.stopped();
     if (!cut_) seconds_.integrate = seconds();
@@ -57,6 +73,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   std::optional<Piece> piece;
   if (room && resolve_.any_open()) {
     piece = resolve_.next(grid_);
+  } else if (stage_ == Stage::allocate) {
+    if (auto next = allocate_.next()) piece = *next;
   } else if (stage_ == Stage::integrate) {
     const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
     if (auto next = integrate_.next(grid_, seconds)) piece = *next;
@@ -71,7 +89,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
-  return (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
+  return (stage_ == Stage::allocate && allocate_.any_open()) ||
+         (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
 }
 
 void FramePipeline::finish(const Piece& piece, bool done, double seconds, double now_s) {
@@ -80,6 +99,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     integrate_.finish(*integrate, done, seconds, grid_);
     if (stage_ == Stage::integrate && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
       resolve_.tile_ready(integrate->tile);
+  } else if (const auto* allocate = std::get_if<AllocatePiece>(&piece)) {
+    allocate_.finish(*allocate);
   } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
     measure_.finish(*measure);
   } else {
@@ -89,6 +110,7 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
 }
 
 void FramePipeline::stop() {
+  allocate_.stop();
   integrate_.stop();
   measure_.stop();
   resolve_.stop();

@@ -1,5 +1,5 @@
-// Carries out one plan after another: integrate, measure, resolve, in this order, each cut into pieces that workers
-// take.
+// Carries out one plan after another: allocate, integrate, measure, resolve, in this order, each cut into pieces that
+// workers take.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "renderer/frame/frame_plan.h"
+#include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/passes/integrate.h"
 #include "renderer/frame/passes/measure.h"
 #include "renderer/frame/passes/resolve.h"
@@ -17,22 +18,23 @@
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, MeasurePiece, ResolvePiece>;
+using Piece = std::variant<IntegratePiece, AllocatePiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
-  double integrate = 0, measure = 0, publish = 0;
+  double allocate = 0, integrate = 0, measure = 0, publish = 0;
 };
 
 class FramePipeline {
  public:
   FramePipeline(int threads, double piece_seconds) : integrate_(threads), piece_seconds_(piece_seconds) {}
 
-  // All three need in_flight() == 0.
+  // All of these need in_flight() == 0.
   void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
   void forget_samples() { grid_.clear(); }
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
-  void start(const FramePlan& plan, const Film& film);
+  // allocation: that plan.allocate asks for, of this film; null: none.
+  void start(const FramePlan& plan, const Film& film, std::shared_ptr<SampleAllocation> allocation = nullptr);
 
   // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
   // flight, waits for room, or the plan is over.
@@ -56,13 +58,15 @@ class FramePipeline {
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { integrate, measure, publish, over };
+  enum class Stage { allocate, integrate, measure, publish, over };
   void enter(Stage stage);
+  void begin_integration();
   void leave_finished_stages(double now_s);
 
   FramePlan plan_;
   const Film* film_ = nullptr;
   TileGrid grid_;
+  AllocatePass allocate_;
   IntegratePass integrate_;
   MeasurePass measure_;
   ResolvePass resolve_;

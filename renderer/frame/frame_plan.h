@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "renderer/film/film.h"
+#include "renderer/film/sample_allocation.h"
 #include "renderer/frame/frame_sink.h"
 
 namespace helio {
@@ -19,9 +20,14 @@ enum class Publish {
 struct FramePlan {
   std::uint64_t revision = 0;
 
-  // integrate: every pixel of the region gets samples until it has this many of each half. A half that already has as
-  // many is left alone, so {0, 0} integrates nothing.
+  // allocate: how many samples each pixel gets in the round that begins with this plan.
+  std::optional<AllocationRequest> allocate;
+
+  // integrate: every pixel of the region gets samples until it has this many of each half; in a round, until it has
+  // this many or what the round wants for it. A half that already has as many is left alone, so {0, 0} integrates
+  // nothing.
   std::uint32_t target[kHalves] = {0, 0};
+  bool round = false;  // counts differ from pixel to pixel
   // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
   double deadline_s = std::numeric_limits<double>::infinity();
 

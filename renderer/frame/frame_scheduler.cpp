@@ -18,6 +18,8 @@ constexpr double kLongestPlanSeconds = 1.0;
 // than a sample, but a step too far overshoots.
 constexpr double kFastestDecay = 3.0;
 constexpr double kSmallestErrorStep = 1.0 / 32;
+// A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n.
+constexpr double kRoundMargin = 1.02;
 
 std::uint32_t next_power_of_two(std::uint32_t n) {
   return n == 0 ? 1 : std::bit_ceil(n + 1);
@@ -53,10 +55,11 @@ double FrameScheduler::variance_over_target(const FilmError& error) const {
 }
 
 std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, double now_s) const {
-  if (error_usable(state.measured) && state.measured.samples == state.total() &&
-      variance_over_target(state.measured.error) <= 1)
+  if (error_usable(state.measured) && state.measured_now() && variance_over_target(state.measured.error) <= 1)
     return FrameEndReason::error;
   if (state.total() >= sample_limit()) return FrameEndReason::samples;
+  if (state.round.number > 0 && state.round_done() && kHalves * state.round.mean >= sample_limit())
+    return FrameEndReason::samples;  // the mean is rounded down
   if (now_s >= deadline_s(state)) return FrameEndReason::time;
   return std::nullopt;
 }
@@ -67,7 +70,9 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   if (state.republish) return true;
   if (!policy_.passes) return false;
   if (!state.published) return true;
-  if (state.total() == state.published_samples) return false;
+  if (state.round.number > 0 ? state.round.published == state.round.samples
+                             : state.total() == state.published_samples)
+    return false;
 
   const double since = now_s - state.published_s;
   if (budget_.bytes_per_second && since < state.publish_bytes / *budget_.bytes_per_second) return false;
@@ -77,8 +82,87 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   return since >= interval_s(view_age_s) * (1 + 3 * waiting_pictures);
 }
 
+double FrameScheduler::longest_plan_s(double view_age_s) const {
+  return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
+}
+
+bool FrameScheduler::pilot_done(const FrameState& state) const {
+  return allocation_ && (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
+}
+
+// The next round: the mean count that it aims at, per half.
+FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s) const {
+  FramePlan plan;
+  plan.revision = state.revision;
+  plan.round = true;
+  plan.allocate = AllocationRequest{};
+  if (allocation_->paper) {
+    plan.allocate->iteration = allocation_->min_samples + state.round.number;
+    return plan;
+  }
+  // Of a few pixels the counts, powers of two, may stay below what was asked for: what is asked for grows all the same.
+  const double has = state.round.number > 0 ? double(state.round.samples) / double(kHalves * state.round.pixels)
+                                            : 0.5 * double(state.total());
+  const double mean = std::max(has, state.round.mean);
+  double growth = 2;
+  if (error_usable(state.measured) && state.measured_now())
+    growth = std::clamp(variance_over_target(state.measured.error) * kRoundMargin, 1 + kSmallestErrorStep, growth);
+  double goal = std::min(mean * growth, double(sample_limit()) / kHalves);
+  if (budget_.time_s && state.sample_seconds > 0) {
+    const double left = std::max(0.0, deadline_s(state) - now_s);
+    goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
+  }
+  plan.allocate->mean = std::max(goal, mean);
+  return plan;
+}
+
+// Levels of the round, up to where the plan has lasted long enough.
+FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s, double now_s) const {
+  FramePlan plan;
+  plan.revision = state.revision;
+  plan.round = true;
+  plan.deadline_s = deadline_s(state);
+  const RoundSummary& round = state.round.summary;
+  const std::uint32_t top = std::max(round.top[0], round.top[1]);
+  std::uint32_t level = top;
+  for (int h = 0; h < kHalves; ++h) {
+    if (state.done[h] < round.top[h]) level = std::min(level, state.done[h]);
+  }
+  if (state.sample_seconds > 0) {
+    const double left = std::min(longest_plan_s(view_age_s), plan.deadline_s - now_s);
+    double samples = left / state.sample_seconds * double(state.round.pixels);  // that can be had
+    const std::uint32_t first = level;
+    while (level < top) {
+      const int octave = level == 0 ? 0 : std::bit_width(level) - 1;
+      const std::uint32_t begin = octave == 0 ? 0 : 1u << octave;
+      const auto end = std::uint32_t(std::min<std::uint64_t>(top, std::uint64_t(2) << octave));
+      const double per_level = double(round.by_octave[0][std::size_t(octave)] + round.by_octave[1][std::size_t(octave)]) /
+                               double((std::uint64_t(2) << octave) - begin);
+      const double affordable = std::floor(samples / std::max(per_level, 1e-9));
+      if (affordable < double(end - level)) {
+        level += std::uint32_t(affordable);
+        break;
+      }
+      samples -= per_level * double(end - level);
+      level = end;
+    }
+    level = std::max(level, std::min(first + 1, top));
+  } else {
+    level = top;
+  }
+  for (int h = 0; h < kHalves; ++h) plan.target[h] = level;
+  const bool ends_round = level >= top;
+  const std::uint32_t iteration = allocation_->min_samples + state.round.number;
+  plan.measure = ends_round && (!allocation_->paper || budget_.error || std::has_single_bit(iteration));
+  return plan;
+}
+
 FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_age_s, double now_s) const {
-  const std::uint32_t limit = sample_limit();
+  if (pilot_done(state)) {
+    const bool next_round = state.round.number == 0 || state.round_done();
+    return next_round ? plan_allocation(state, now_s) : plan_round(state, view_age_s, now_s);
+  }
+  const std::uint32_t limit = allocation_ ? std::min(sample_limit(), allocation_->min_samples) : sample_limit();
   const std::uint32_t limit_of[kHalves] = {limit - limit / 2, limit / 2};
   FramePlan plan;
   plan.revision = state.revision;
@@ -87,7 +171,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   if (state.done[0] == 0 && policy_.passes) {
     plan.target[0] = 1;
     plan.publish = Publish::early;
-    plan.final = limit == 1;
+    plan.final = sample_limit() == 1;
     return plan;
   }
 
@@ -97,8 +181,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     goal = state.done[0];
   } else if (state.sample_seconds > 0) {
     const double pair_seconds = state.sample_seconds * kHalves;
-    double longest = policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
-    longest = std::min(longest, plan.deadline_s - now_s);
+    const double longest = std::min(longest_plan_s(view_age_s), plan.deadline_s - now_s);
     const double affordable = std::max(1.0, std::floor(longest / pair_seconds));
     goal = std::uint32_t(std::min<double>(goal, double(pairs) + affordable));
   }
@@ -130,7 +213,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
   FramePlan plan;
   plan.revision = state.revision;
   if (const auto reason = reached(state, now_s)) {
-    plan.measure = state.measured.samples != state.total() && state.done[0] > 0 && state.done[1] > 0;
+    plan.measure = !state.measured_now() && state.done[0] > 0 && state.done[1] > 0;
     plan.publish = state.published_final ? Publish::none : Publish::round;
     plan.final = true;
     plan.end = reason;

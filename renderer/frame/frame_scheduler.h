@@ -3,12 +3,18 @@
 // The course of a frame: one sample of half A everywhere, each tile shown as soon as it is done; one of half B; then A
 // and B to the same power of two, doubling. A plan is cut short of its power of two where it would outlast the
 // publication interval, the time budget, or the count at which the target error is expected.
+//
+// Mode adaptive: so far for the pilot, then in rounds. A round's first plan allocates, the others integrate what it
+// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 #include "renderer/film/resolve.h"
+#include "renderer/film/sample_allocation.h"
+#include "renderer/film/sample_targets.h"
 #include "renderer/frame/frame_plan.h"
 #include "renderer/frame/render_settings.h"
 
@@ -25,11 +31,23 @@ struct ErrorAtCount {
   FilmError error;
 };
 
+// A round of mode adaptive (film/sample_targets.h).
+struct RoundState {
+  std::uint32_t number = 0;  // 0: the pilot, in which all pixels have the same count
+  double mean = 0;           // per half, that the round was asked for; bounded variant
+  RoundSummary summary;
+  std::uint64_t samples = 0;  // pixel samples of the film, both halves
+  std::uint64_t measured = 0, published = 0;  // `samples` at the newest estimate | publication
+  std::uint64_t pixels = 0;   // of the region
+};
+
 // What the scheduler knows of a frame. Times in seconds of wall time, points in time on the now_s() clock.
 struct FrameState {
   std::uint64_t revision = 0;
   double begun_s = 0;
-  std::uint32_t done[kHalves] = {0, 0};    // samples that every pixel of the region has
+  // Samples that every pixel of the region has; in a round: levels that are done.
+  std::uint32_t done[kHalves] = {0, 0};
+  RoundState round;
   ErrorAtCount measured;                   // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown
@@ -39,12 +57,20 @@ struct FrameState {
   bool republish = false;               // someone asked for the newest state
 
   std::size_t tiles = 1;
-  double sample_seconds = 0;   // for one sample of one half in every pixel; 0: not known yet
+  double sample_seconds = 0;   // for as many samples as the region has pixels; 0: not known yet
   double measure_seconds = 0;  // for one error estimate
   double publish_seconds = 0;  // for one publication of every tile
   double publish_bytes = 0;    // of one publication of every tile
 
-  std::uint32_t total() const { return done[0] + done[1]; }
+  // Samples per pixel, both halves: of every pixel; in a round: the mean, rounded down.
+  std::uint32_t total() const {
+    return round.number == 0 ? done[0] + done[1] : std::uint32_t(round.samples / std::max<std::uint64_t>(round.pixels, 1));
+  }
+  // Whether the newest estimate is of all samples that there are.
+  bool measured_now() const {
+    return round.number == 0 ? measured.samples == total() : round.measured == round.samples;
+  }
+  bool round_done() const { return done[0] >= round.summary.top[0] && done[1] >= round.summary.top[1]; }
 };
 
 struct PublishPolicy {
@@ -54,7 +80,10 @@ struct PublishPolicy {
 
 class FrameScheduler {
  public:
-  FrameScheduler(const Budget& budget, const PublishPolicy& policy) : budget_(budget), policy_(policy) {}
+  // allocation: mode adaptive; absent: every pixel gets the same number of samples.
+  FrameScheduler(const Budget& budget, const PublishPolicy& policy,
+                 const std::optional<AllocationSettings>& allocation = std::nullopt)
+      : budget_(budget), policy_(policy), allocation_(allocation) {}
 
   // view_age_s: since the view was accepted. backlog: tiles waiting behind the sink.
   FramePlan plan_next(const FrameState& state, double view_age_s, std::size_t backlog, double now_s) const;
@@ -66,6 +95,10 @@ class FrameScheduler {
   std::optional<FrameEndReason> reached(const FrameState& state, double now_s) const;
   bool publication_due(const FrameState& state, double view_age_s, std::size_t backlog, double now_s) const;
   FramePlan plan_integration(const FrameState& state, double view_age_s, double now_s) const;
+  bool pilot_done(const FrameState& state) const;
+  FramePlan plan_allocation(const FrameState& state, double now_s) const;
+  FramePlan plan_round(const FrameState& state, double view_age_s, double now_s) const;
+  double longest_plan_s(double view_age_s) const;
   std::uint32_t sample_limit() const;
   double deadline_s(const FrameState& state) const;
   double interval_s(double view_age_s) const;
@@ -74,6 +107,7 @@ class FrameScheduler {
 
   Budget budget_;
   PublishPolicy policy_;
+  std::optional<AllocationSettings> allocation_;
 };
 
 }  // namespace helio

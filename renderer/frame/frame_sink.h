@@ -43,7 +43,8 @@ enum class FrameEndReason { samples, time, error, superseded, cancelled, failed 
 const char* to_string(FrameEndReason reason);
 
 struct PassTime {
-  std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink)
+  std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
+                       // "allocate" (mode adaptive)
   double seconds = 0;  // of processor time, summed over workers
 };
 

@@ -10,12 +10,14 @@
 
 namespace helio {
 
-// Samples [range.first, range.first + range.count) of one half, for every pixel of the window.
+// Samples [range.first, range.first + range.count) of one half, for every pixel of the window; with targets, for those
+// that take part in them.
 struct IntegrateJob {
   CameraPose camera;
   RenderSettings settings;
   SampleRange range;
   PixelRect window;
+  const SampleTargets* targets = nullptr;
 };
 
 // Adds the job's samples to the film in index order, or leaves the film as it was and returns false when `cancel` was

@@ -10,6 +10,8 @@
 #include "renderer/base/clock.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
+#include "renderer/film/sample_targets.h"
+#include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
@@ -115,9 +117,9 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       settings(settings_),
       budget(budget_),
       channels(options_.channels),
-      film(std::make_unique<Film>(settings_.width, settings_.height)),
+      film(std::make_unique<Film>(settings_.width, settings_.height, film_state(settings_))),
       pipeline(engine_.threads(), kPieceSeconds),
-      scheduler(budget_, policy) {
+      scheduler(budget_, policy, allocation_settings(settings_)) {
   id = engine.add(*this, rank);
 }
 
@@ -145,13 +147,17 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   while (update.settings) {
     const Film& newest = next_film ? *next_film : *film;
     const int width = update.settings->width, height = update.settings->height;
-    const bool fits = newest.width() == width && newest.height() == height;
-    if (fits || (fresh && fresh->width() == width && fresh->height() == height)) {
+    const FilmState state = film_state(*update.settings);
+    const auto suits = [&](const Film& film) {
+      return film.width() == width && film.height() == height && film.state() == state;
+    };
+    const bool fits = suits(newest);
+    if (fits || (fresh && suits(*fresh))) {
       if (fits) fresh.reset();
       break;
     }
     lock.unlock();  // clearing the memory of a large film takes long
-    fresh = std::make_unique<Film>(width, height);
+    fresh = std::make_unique<Film>(width, height, state);
     lock.lock();
   }
 
@@ -275,6 +281,7 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"measure", record->measure_seconds},
                     {"resolve", record->resolve_seconds},
                     {"publish", record->publish_seconds}};
+      if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
     }
     lock.unlock();
     const double cpu_started = thread_cpu_s();
@@ -301,7 +308,11 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
     trace = {};
     film_samples = 0;
     state.measured = {};
+    state.round = {};
+    if (film->targets()) film->targets()->demand_known = false;
   }
+  state.round.samples = film_samples;
+  state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = false;
 
   frame = std::make_shared<FrameRecord>();
@@ -313,7 +324,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
   token = std::make_shared<CancelToken>();
-  scheduler = FrameScheduler(budget, policy);
+  scheduler = FrameScheduler(budget, policy, allocation_settings(settings));
   frame_samples = 0;
   planned = false;
 
@@ -340,24 +351,30 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
 
 void RenderLoop::Impl::note_finished_plan(double now) {
   const FramePlan& plan = pipeline.plan();
-  std::uint32_t before[kHalves];
-  std::copy(state.done, state.done + kHalves, before);
   pipeline.grid().done_everywhere(state.done);
 
   const StageSeconds& seconds = pipeline.seconds();
-  std::uint32_t added = 0;
-  for (int h = 0; h < kHalves; ++h) added += state.done[h] - before[h];
-  if (added > 0 && !pipeline.cut()) blend(state.sample_seconds, seconds.integrate / added);
+  if (plan.allocate) {
+    ++state.round.number;
+    state.round.mean = plan.allocate->mean;
+    state.round.summary = film->targets()->round;
+  }
+  const std::uint64_t added = film_samples - state.round.samples;
+  state.round.samples = film_samples;
+  if (added > 0 && !pipeline.cut())
+    blend(state.sample_seconds, seconds.integrate * double(state.round.pixels) / double(added));
   blend(state.measure_seconds, seconds.measure);
   blend(state.publish_seconds, seconds.publish);
 
   if (pipeline.measured()) {
     state.measured = {state.total(), *pipeline.measured()};
+    state.round.measured = state.round.samples;
   }
 
   if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
     state.published = true;
     state.published_samples = state.total();
+    state.round.published = state.round.samples;
     state.published_s = now;
     state.published_final = pipeline.published_final();
     if (plan.publish == Publish::round) state.republish = false;
@@ -374,7 +391,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
       return;
     }
   }
-  pipeline.start(scheduler.plan_next(state, now - view_accepted_s, backlog, now), *film);
+  const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
+  std::shared_ptr<SampleAllocation> allocation;
+  if (plan.allocate)
+    allocation = make_allocation(*film, pipeline.grid().region(), *allocation_settings(settings), *plan.allocate);
+  pipeline.start(plan, *film, std::move(allocation));
   planned = true;
 }
 
@@ -415,6 +436,8 @@ bool RenderLoop::Impl::run_piece() {
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
       done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
+    } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
+      run_allocate(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
       run_measure(*p);
     } else {
@@ -435,9 +458,11 @@ bool RenderLoop::Impl::run_piece() {
     if (done && !failure) {
       trace.add(stats);
       invalid_samples += stats.invalid_samples;
-      film_samples += p->samples();
-      if (current) frame_samples += p->samples();
+      film_samples += p->samples;
+      if (current) frame_samples += p->samples;
     }
+  } else if (std::holds_alternative<AllocatePiece>(*piece)) {
+    mine->allocate_seconds += cpu_seconds;
   } else if (std::holds_alternative<MeasurePiece>(*piece)) {
     mine->measure_seconds += cpu_seconds;
   } else {

@@ -1,5 +1,6 @@
 #include "renderer/frame/render_settings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -10,6 +11,8 @@ namespace {
 constexpr int kMaxPathLength = 65535;
 constexpr std::uint32_t kMaxSamples = 1u << 30;
 constexpr double kMaxExposureStops = 64;
+constexpr std::uint32_t kMostPilotSamples = 65536;
+constexpr std::uint32_t kMostPaperSamples = 1u << 20;
 
 std::string text(double value) {
   char buffer[32];
@@ -39,6 +42,25 @@ void check_positive(const std::optional<double>& value, const std::string& where
     problems.add(where, text(*value) + " is not a finite number above 0");
 }
 
+void check_measure(ErrorMeasure measure, const std::string& where, Problems& problems) {
+  if (measure != ErrorMeasure::rmse && measure != ErrorMeasure::relmse)
+    problems.add(where, std::to_string(int(measure)) + " is not a measure; allowed: rmse, relmse");
+}
+
+void check_adaptive(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  const AdaptiveSettings& adaptive = settings.adaptive;
+  const bool paper = settings.variant == ModeVariant::paper;
+  const std::uint32_t least = paper ? 2 : 4;
+  check_range(adaptive.min_samples, least, kMostPilotSamples, field(where, "min_samples"), problems);
+  if (adaptive.min_samples % 2 != 0)
+    problems.add(field(where, "min_samples"), std::to_string(adaptive.min_samples) +
+                                                  " is odd; each of the two halves gets the same number of samples");
+  if (paper)
+    check_range(adaptive.max_samples, std::min(adaptive.min_samples, kMostPilotSamples) + 1, kMostPaperSamples,
+                field(where, "max_samples"), problems);
+  check_measure(adaptive.measure, field(where, "measure"), problems);
+}
+
 void check_region(const PixelRect& region, int width, int height, const std::string& where, Problems& problems) {
   if (region.empty()) {
     problems.add(where, text(region) + " is empty; x0 < x1 and y0 < y1 are needed");
@@ -51,15 +73,25 @@ void check_region(const PixelRect& region, int width, int height, const std::str
 
 const char* to_string(RenderMode mode) {
   switch (mode) {
-    case RenderMode::pt:
-      return "pt";
+    case RenderMode::pt: return "pt";
+    case RenderMode::adaptive: return "adaptive";
+  }
+  return "unknown";
+}
+
+const char* to_string(ModeVariant variant) {
+  switch (variant) {
+    case ModeVariant::bounded: return "bounded";
+    case ModeVariant::paper: return "paper";
   }
   return "unknown";
 }
 
 Result<RenderMode> parse_render_mode(const std::string& name) {
-  if (name == "pt") return RenderMode::pt;
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not a mode; allowed: pt", "mode"};
+  for (const RenderMode mode : {RenderMode::pt, RenderMode::adaptive}) {
+    if (name == to_string(mode)) return mode;
+  }
+  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not a mode; allowed: pt, adaptive", "mode"};
 }
 
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where,
@@ -77,8 +109,12 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
     if (settings.region)
       check_region(*settings.region, settings.width, settings.height, field(where, "region"), problems);
   }
-  if (settings.mode != RenderMode::pt)
-    problems.add(field(where, "mode"), std::to_string(int(settings.mode)) + " is not a mode; allowed: pt");
+  if (settings.mode != RenderMode::pt && settings.mode != RenderMode::adaptive)
+    problems.add(field(where, "mode"), std::to_string(int(settings.mode)) + " is not a mode; allowed: pt, adaptive");
+  if (settings.variant != ModeVariant::bounded && settings.variant != ModeVariant::paper)
+    problems.add(field(where, "variant"),
+                 std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
+  if (settings.mode == RenderMode::adaptive) check_adaptive(settings, field(where, "adaptive"), problems);
   check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
   check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);
 }
@@ -88,9 +124,7 @@ void validate(const Budget& budget, const std::string& where, Problems& problems
   if (budget.samples) check_range<std::uint32_t>(*budget.samples, 1, kMaxSamples, field(where, "samples"), problems);
   check_positive(budget.error, field(where, "error"), problems);
   check_positive(budget.bytes_per_second, field(where, "bytes_per_second"), problems);
-  if (budget.error_measure != ErrorMeasure::rmse && budget.error_measure != ErrorMeasure::relmse)
-    problems.add(field(where, "error_measure"),
-                 std::to_string(int(budget.error_measure)) + " is not a measure; allowed: rmse, relmse");
+  check_measure(budget.error_measure, field(where, "error_measure"), problems);
 }
 
 void validate(const View& view, const std::string& where, Problems& problems) {

@@ -12,13 +12,38 @@
 
 namespace helio {
 
-enum class RenderMode { pt };  // adaptive, reproject, combined, bdpt, ... are added by later passes
+enum class RenderMode {
+  pt,        // every pixel gets the same number of samples
+  adaptive,  // pixels get as many as their noise and cost ask for (film/sample_allocation.h)
+};
 const char* to_string(RenderMode mode);
 Result<RenderMode> parse_render_mode(const std::string& name);
+
+enum class ErrorMeasure { rmse, relmse };  // radiance units | mean(variance / (mean^2 + 1e-2 (image mean)^2))
+
+enum class ModeVariant {
+  bounded,  // ours
+  paper,    // as published: a baseline, biased
+};
+const char* to_string(ModeVariant variant);
+
+// Schalk's own setting, best with 2 or 4.
+inline constexpr std::uint32_t kPaperMinSamples = 4;
+
+// Mode adaptive.
+struct AdaptiveSettings {
+  std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; even, [4, 65536]; paper: [2, 65536]
+  std::uint32_t max_samples = 32;  // paper: iterations until the threshold is 0; (min_samples, 2^20]
+  ErrorMeasure measure = ErrorMeasure::relmse;  // bounded: the error that the counts make small
+
+  bool operator==(const AdaptiveSettings&) const = default;
+};
 
 struct RenderSettings {
   int width = 1280, height = 720;       // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
+  ModeVariant variant = ModeVariant::bounded;
+  AdaptiveSettings adaptive;
   std::uint64_t seed = 0;
   int max_segments = 10;                // [1, 65535]
   int roulette_from = 3;                // [1, 65535]
@@ -33,8 +58,6 @@ struct RenderLimits {
   int max_film_side = 65536;
   std::uint64_t max_film_pixels = 64ull << 20;
 };
-
-enum class ErrorMeasure { rmse, relmse };  // radiance units | mean(variance / (mean^2 + 1e-2 (image mean)^2))
 
 // The first to be reached ends the frame. All absent: renders until superseded, at most max_samples_per_pixel.
 struct Budget {

@@ -47,15 +47,37 @@ PixelRect TileGrid::window(const Tile& tile, int column, int row, int count) con
 
 void TileGrid::clear() {
   for (Cell& cell : cells_) {
-    for (std::uint32_t& done : cell.done) done = 0;
-    cell.rendered = false;
+    const bool busy = cell.busy;
+    cell = {};
+    cell.busy = busy;
+  }
+}
+
+void TileGrid::begin_round(const SampleTargets& targets) {
+  for (const Tile& tile : tiles_) {
+    for (int row = 0; row < tile.rows; ++row) {
+      for (int column = 0; column < tile.columns; ++column) {
+        const PixelRect pixels = window(tile, column, row, 1);
+        const BlockLevels& levels = targets.block(pixels.x0, pixels.y0);
+        Cell& c = cell(tile, column, row);
+        for (int h = 0; h < kHalves; ++h) {
+          c.done[h] = levels.first[h];
+          c.top[h] = levels.top[h];
+          c.least[h] = levels.least[h];
+        }
+      }
+    }
   }
 }
 
 void TileGrid::done_everywhere(std::uint32_t done[kHalves]) const {
   for (int h = 0; h < kHalves; ++h) {
-    done[h] = cells_.empty() ? 0 : ~0u;
-    for (const Cell& cell : cells_) done[h] = std::min(done[h], cell.done[h]);
+    std::uint32_t least = ~0u, most = 0;
+    for (const Cell& cell : cells_) {
+      if (cell.done[h] < cell.top[h]) least = std::min(least, cell.done[h]);
+      most = std::max(most, cell.done[h]);
+    }
+    done[h] = least < ~0u ? least : most;
   }
 }
 
@@ -63,7 +85,9 @@ std::uint32_t TileGrid::samples_in(const Tile& tile) const {
   std::uint32_t least = ~0u;
   for (int i = 0; i < tile.columns * tile.rows; ++i) {
     const Cell& cell = cells_[tile.first_cell + std::size_t(i)];
-    least = std::min(least, cell.done[0] + cell.done[1]);
+    const bool in_round = cell.top[0] != Cell::kNoTop;
+    const std::uint32_t* samples = in_round ? cell.least : cell.done;
+    least = std::min(least, samples[0] + samples[1]);
   }
   return least;
 }

@@ -9,6 +9,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/film.h"
+#include "renderer/film/sample_targets.h"
 #include "renderer/trace/path_integrator.h"
 
 namespace helio {
@@ -17,9 +18,14 @@ namespace helio {
 // pixels takes less than 5 ms up to 20 us a path.
 inline constexpr int kCellSize = kPathGroupSize;
 
-// All pixels of a cell have the same number of samples.
+// Progress in levels: level s is the sample of index s of every pixel of the cell that takes part in it. Without sample
+// targets that is every pixel, so levels done are samples that each has.
 struct Cell {
-  std::uint32_t done[kHalves] = {0, 0};
+  static constexpr std::uint32_t kNoTop = ~0u;
+
+  std::uint32_t done[kHalves] = {0, 0};         // levels
+  std::uint32_t top[kHalves] = {kNoTop, kNoTop};  // no pixel takes part in this level and those above it
+  std::uint32_t least[kHalves] = {0, 0};        // with a top: samples that each pixel had when the round began
   bool busy = false;      // a piece is working on it
   bool rendered = false;  // the film's pixels are of this picture; false: whatever an older one left there
 };
@@ -47,9 +53,12 @@ class TileGrid {
   // Forgets all samples. Cells stay busy: pieces in flight still hold them.
   void clear();
 
-  // What every pixel has, per half.
+  // Takes over what a round of sample targets asks of the cells. No piece is in flight.
+  void begin_round(const SampleTargets& targets);
+
+  // Levels that every cell has done, per half; cells that have none left do not count unless all are so.
   void done_everywhere(std::uint32_t done[kHalves]) const;
-  // Both halves, of the tile's pixel that has the fewest.
+  // Both halves, of the tile's pixel that has the fewest; in a round, that had when it began.
   std::uint32_t samples_in(const Tile& tile) const;
 
   std::size_t bytes() const { return cells_.capacity() * sizeof(Cell) + tiles_.capacity() * sizeof(Tile); }

@@ -42,16 +42,16 @@ static bool suits_plain_kernel(const SceneFeatures& f) {
 
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                  TraceStats& stats) {
-  return trace_window_logged(scene, camera, settings, range, window, cancel, film, stats, nullptr);
+                  TraceStats& stats, const SampleTargets* targets) {
+  return trace_window_logged(scene, camera, settings, range, window, cancel, film, stats, nullptr, targets);
 }
 
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                          const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                         TraceStats& stats, RayLog* log) {
+                         TraceStats& stats, RayLog* log, const SampleTargets* targets) {
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
-  const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log};
+  const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
   // Two kernels: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
   const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;

@@ -23,9 +23,10 @@ struct PathSettings {
 
 // Side of the blocks, aligned to the film and clipped to it, whose pixels are traced together: windows aligned to it
 // waste nothing.
-inline constexpr int kPathGroupSize = 16;
+inline constexpr int kPathGroupSize = kFilmBlock;
 
-// Samples [first, first + count) of one half.
+// Samples [first, first + count) of one half; with SampleTargets, those of the levels in this range that pixels take part
+// in.
 struct SampleRange {
   int half = 0;
   std::uint32_t first = 0, count = 0;
@@ -57,8 +58,11 @@ struct TraceStats {
 // sample index, half and seed alone. Returns false, leaving the film as it was, when `cancel` was raised on the way.
 // Thread safe for disjoint windows. Paths are traced in whole blocks of the film (see kPathGroupSize): what lies in a
 // block but not in the window is traced too, counted in `stats`, and dropped.
+//
+// With `targets`, which must be of the film's size, a pixel takes part in a level as SampleTargets::wants() says; of a
+// block, the pixels of the window that take part in the same level are traced together.
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                  TraceStats& stats);
+                  TraceStats& stats, const SampleTargets* targets = nullptr);
 
 }  // namespace helio

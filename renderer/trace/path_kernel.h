@@ -33,6 +33,7 @@ struct WindowTask {
   const CancelToken& cancel;
   Film& film;
   RayLog* log;
+  const SampleTargets* targets = nullptr;  // who takes part in which level; null: everyone
   // run_watched_kernel() alone: what becomes of the sample, and the film's size. The range is that one sample, the
   // window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
@@ -45,6 +46,6 @@ bool run_watched_kernel(const WindowTask& task);
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                          const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                         TraceStats& stats, RayLog* log);
+                         TraceStats& stats, RayLog* log, const SampleTargets* targets = nullptr);
 
 }  // namespace helio

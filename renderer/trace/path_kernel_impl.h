@@ -12,6 +12,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "renderer/film/sample_targets.h"
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/lambert_batch.h"
 #include "renderer/trace/mis.h"
@@ -100,10 +101,12 @@ class PathKernel {
     const PixelRect& w = task_.window;
     for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
       for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize) {
-        place_group(bx, by);
+        const std::uint64_t rays = stats_.rays, paths = stats_.paths;
         for (std::uint32_t s = 0; s < task_.range.count; ++s) {
+          if (s == 0 || task_.targets) place_group(bx, by, task_.range.first + s);
           if (!trace_group(task_.range.first + s)) return false;
         }
+        work_.push_back({stats_.rays - rays, stats_.paths - paths});
       }
     }
     if constexpr (kWatched) {
@@ -121,8 +124,13 @@ class PathKernel {
     return *group;
   }
 
-  // The block's pixels, 4x4 at a time, so that neighbours share a packet.
-  void place_group(int block_x, int block_y) {
+  // Whether the pixel, of the window, takes part in the level.
+  bool takes_part(int x, int y, std::uint32_t sample) const {
+    return !task_.targets || task_.targets->wants(task_.film, task_.range.half, x, y, sample);
+  }
+
+  // The block's pixels that take part, 4x4 at a time, so that neighbours share a packet.
+  void place_group(int block_x, int block_y, std::uint32_t sample) {
     constexpr int kTile = 4, kTiles = kPathGroupSize / kTile;
     PathGroup& b = group_;
     b.count = 0;
@@ -134,6 +142,7 @@ class PathKernel {
         if (task_.window.contains(x, y)) watched_ = std::uint32_t(b.count);
       } else {
         if (!task_.film.bounds().contains(x, y)) continue;
+        if (task_.targets && !(task_.window.contains(x, y) && takes_part(x, y, sample))) continue;
       }
       b.pixel_x[b.count] = x;
       b.pixel_y[b.count] = y;
@@ -659,6 +668,12 @@ class PathKernel {
 
   void commit() {
     const PixelRect& w = task_.window;
+    auto work = work_.begin();
+    for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
+      for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize, ++work) {
+        task_.film.add_work(task_.range.half, std::max(bx, w.x0), std::max(by, w.y0), work->rays, work->paths);
+      }
+    }
     const SampleRange& range = task_.range;
     std::size_t slot = 0;
     for (int y = w.y0; y < w.y1; ++y) {
@@ -666,6 +681,7 @@ class PathKernel {
         HalfPixel& pixel = task_.film.half(range.half, x, y);
         PixelFeatures& features = task_.film.features(x, y);
         for (std::uint32_t s = 0; s < range.count; ++s, ++slot) {
+          if (!takes_part(x, y, range.first + s)) continue;
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
           } else {
@@ -705,6 +721,7 @@ class PathKernel {
   TraceStats stats_;
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;
+  std::vector<BlockWork> work_;  // of the window's blocks, row-major
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<kWatched, std::uint32_t, Nothing> watched_{};  // index in the group
   [[no_unique_address]] std::conditional_t<kWatched, VertexTrace, Nothing> ignored_{};

@@ -65,6 +65,7 @@ bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSett
                         cancel,
                         none,
                         nullptr,
+                        nullptr,
                         &trace};
   trace.vertices.clear();
   return run_watched_kernel(task);

@@ -5,6 +5,6 @@
 
 namespace helio::bench {
 
-inline constexpr RenderMode kRenderModes[] = {RenderMode::pt};
+inline constexpr RenderMode kRenderModes[] = {RenderMode::pt, RenderMode::adaptive};
 
 }  // namespace helio::bench

@@ -11,18 +11,44 @@ namespace {
 constexpr double kFirstCostGuess = 4e-6;
 // Handing out a piece costs a few microseconds, so it is not cut smaller than this for the sake of an even end.
 constexpr std::uint64_t kSmallestShare = 512;
+// Few pixels may have many levels left; the kernel keeps a slot for each pixel and level of a piece.
+constexpr std::uint64_t kMostLevels = 256;
 
 }  // namespace
 
 // The next samples of the cell; false: it has all that it should have.
 bool IntegratePass::wants(const Cell& cell, SampleRange& range) const {
   for (int h = 0; h < kHalves; ++h) {
-    if (cell.done[h] >= target_[h]) continue;
-    range = {h, cell.done[h], target_[h] - cell.done[h]};
+    const std::uint32_t end = std::min(target_[h], cell.top[h]);
+    if (cell.done[h] >= end) continue;
+    range = {h, cell.done[h], end - cell.done[h]};
     return true;
   }
   range = {0, 0, 0};
   return clear_rest_ && !cell.rendered;
+}
+
+std::uint64_t IntegratePass::count_samples(const SampleRange& range, const PixelRect& window) const {
+  if (targets_) return targets_->samples_in(*film_, range.half, window, range.first, range.count);
+  return std::uint64_t(window.area()) * range.count;
+}
+
+// Of the range, so many levels that a cell takes about `samples` samples in them; at least one.
+std::uint32_t IntegratePass::affordable_levels(const SampleRange& range, const PixelRect& cell,
+                                               std::uint64_t samples) const {
+  constexpr std::uint64_t kCellArea = kCellSize * kCellSize;
+  const auto most = [&](std::uint64_t levels) {
+    return std::uint32_t(std::clamp<std::uint64_t>(levels, range.count > 0, range.count));
+  };
+  if (!targets_) return most(samples / kCellArea);
+  std::uint32_t levels = most(1);
+  const std::uint32_t limit = most(kMostLevels);
+  while (levels < limit) {
+    const std::uint32_t next = std::min(limit, 2 * levels);
+    if (count_samples({range.half, range.first, next}, cell) > samples) break;
+    levels = next;
+  }
+  return levels;
 }
 
 double IntegratePass::sample_cost(std::size_t tile) const {
@@ -30,8 +56,10 @@ double IntegratePass::sample_cost(std::size_t tile) const {
   return mean_cost_ > 0 ? mean_cost_ : kFirstCostGuess;
 }
 
-void IntegratePass::begin(const FramePlan& plan, TileGrid& grid) {
+void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film) {
   assert(in_flight_ == 0);
+  film_ = &film;
+  targets_ = plan.round ? film.targets() : nullptr;
   std::copy(plan.target, plan.target + kHalves, target_);
   clear_rest_ = plan.final;
   stopped_ = false;
@@ -49,7 +77,10 @@ void IntegratePass::begin(const FramePlan& plan, TileGrid& grid) {
         if (!wants(cell, range)) continue;
         ++cells_left_[t];
         const auto area = std::uint64_t(grid.window(tiles[t], column, row, 1).area());
-        for (int h = 0; h < kHalves; ++h) samples_left_ += area * (std::max(target_[h], cell.done[h]) - cell.done[h]);
+        for (int h = 0; h < kHalves; ++h) {
+          const std::uint32_t end = std::min(target_[h], cell.top[h]);
+          samples_left_ += area * (std::max(end, cell.done[h]) - cell.done[h]);
+        }
       }
     }
     open_cells_ += cells_left_[t];
@@ -72,26 +103,31 @@ std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds
         const std::uint64_t fair_share = std::max(samples_left_ / (4 * std::uint64_t(threads_)), kSmallestShare);
         const auto affordable = std::uint64_t(std::clamp(seconds / sample_cost(t), 1.0, 1e9));
         const std::uint64_t samples = std::min(fair_share, affordable);
-        constexpr std::uint64_t kCellArea = kCellSize * kCellSize;
-        range.count = std::uint32_t(std::clamp<std::uint64_t>(samples / kCellArea, range.count > 0, range.count));
-        const std::uint64_t per_cell = kCellArea * std::max(range.count, 1u);
-        const int most = int(std::clamp<std::uint64_t>(samples / per_cell, 1, std::uint64_t(tile.columns)));
+        range.count = affordable_levels(range, grid.window(tile, column, row, 1), samples);
+        std::uint64_t taken = 0;
 
         IntegratePiece piece;
         piece.tile = std::uint32_t(t);
         piece.column = column;
         piece.row = row;
         piece.clear = !first.rendered;
-        for (int c = column; c < tile.columns && piece.cells < most; ++c) {
+        for (int c = column; c < tile.columns; ++c) {
           Cell& cell = grid.cell(tile, c, row);
           SampleRange other;
           if (cell.busy || cell.rendered != first.rendered || !wants(cell, other)) break;
-          if (other.half != range.half || other.first != range.first || other.count < range.count) break;
+          if (other.half != range.half || other.first != range.first) break;
+          // Without targets a piece is a rectangle of samples; with them, pixels stop where their target is.
+          if (!targets_ && other.count < range.count) break;
+          const std::uint64_t more = count_samples(range, grid.window(tile, c, row, 1));
+          if (c > column && taken + more > samples) break;
+          taken += more;
           ++piece.cells;
         }
         for (int c = column; c < column + piece.cells; ++c) grid.cell(tile, c, row).busy = true;
         piece.range = range;
+        piece.samples = taken;
         piece.window = grid.window(tile, column, row, piece.cells);
+        piece.targets = targets_;
         open_cells_ -= std::uint64_t(piece.cells);
         ++in_flight_;
         return piece;
@@ -110,7 +146,8 @@ void IntegratePass::finish(const IntegratePiece& piece, bool done, double second
     Cell& cell = grid.cell(tile, c, piece.row);
     cell.busy = false;
     if (done) {
-      cell.done[piece.range.half] += piece.range.count;
+      const int h = piece.range.half;
+      cell.done[h] = std::min(cell.done[h] + piece.range.count, cell.top[h]);
       cell.rendered = true;
     }
     SampleRange range;
@@ -120,9 +157,9 @@ void IntegratePass::finish(const IntegratePiece& piece, bool done, double second
       ++open_cells_;
     }
   }
-  if (!done || piece.range.count == 0) return;
-  samples_left_ -= piece.samples();
-  const double cost = seconds / double(piece.samples());
+  if (!done || piece.samples == 0) return;
+  samples_left_ -= std::min(samples_left_, piece.samples);
+  const double cost = seconds / double(piece.samples);
   mean_cost_ = mean_cost_ > 0 ? mean_cost_ + 0.1 * (cost - mean_cost_) : cost;
   float& tile_cost = tile_cost_[piece.tile];
   tile_cost = tile_cost > 0 ? float(tile_cost + 0.3 * (cost - tile_cost)) : float(cost);
@@ -133,7 +170,7 @@ bool run_integrate(const IntegratePiece& piece, const IntegrateFunction& integra
   if (cancel.cancelled()) return false;
   if (piece.clear) film.clear(piece.window);
   if (piece.range.count == 0) return true;
-  return integrate({camera, settings, piece.range, piece.window}, cancel, film, stats);
+  return integrate({camera, settings, piece.range, piece.window, piece.targets}, cancel, film, stats);
 }
 
 }  // namespace helio

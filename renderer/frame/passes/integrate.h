@@ -24,10 +24,10 @@ struct IntegratePiece {
   std::uint32_t tile = 0;
   int column = 0, row = 0, cells = 0;
   PixelRect window;
-  SampleRange range;   // count == 0: the pixels are only cleared
-  bool clear = false;  // the film holds an older picture there
-
-  std::uint64_t samples() const { return std::uint64_t(window.area()) * range.count; }
+  SampleRange range;          // levels; count == 0: the pixels are only cleared
+  bool clear = false;         // the film holds an older picture there
+  std::uint64_t samples = 0;  // of all its pixels
+  const SampleTargets* targets = nullptr;  // who takes part in the levels; null: everyone
 };
 
 class IntegratePass {
@@ -37,8 +37,8 @@ class IntegratePass {
 
   // The bookkeeping below is not thread safe: the owner's lock guards it.
 
-  // Precondition: no piece is in flight.
-  void begin(const FramePlan& plan, TileGrid& grid);
+  // Precondition: no piece is in flight. The film outlives the plan; with targets, the grid has begun their round.
+  void begin(const FramePlan& plan, TileGrid& grid, const Film& film);
   // A piece of at most about `seconds`, or nothing when every cell that needs work is taken.
   std::optional<IntegratePiece> next(TileGrid& grid, double seconds);
   bool any_open() const { return open_cells_ > 0; }
@@ -55,9 +55,13 @@ class IntegratePass {
 
  private:
   bool wants(const Cell& cell, SampleRange& range) const;
+  std::uint64_t count_samples(const SampleRange& range, const PixelRect& window) const;
+  std::uint32_t affordable_levels(const SampleRange& range, const PixelRect& cell, std::uint64_t samples) const;
   double sample_cost(std::size_t tile) const;
 
   int threads_;
+  const Film* film_ = nullptr;
+  const SampleTargets* targets_ = nullptr;  // null: every pixel takes part in every level
   std::uint32_t target_[kHalves] = {0, 0};
   bool clear_rest_ = false;
   bool stopped_ = true;
@@ -65,7 +69,7 @@ class IntegratePass {
   std::size_t first_tile_ = 0;             // those before it are finished
   std::vector<std::uint32_t> cells_left_;  // per tile: cells below the target
   std::uint64_t open_cells_ = 0;           // below the target and in no piece
-  std::uint64_t samples_left_ = 0;         // of all pixels, pieces in flight included
+  std::uint64_t samples_left_ = 0;         // of all pixels, pieces in flight included; about, with targets
   double mean_cost_ = 0;                   // seconds per sample; 0: not measured yet
   std::vector<float> tile_cost_;           // the same, per tile
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/base/clock.h"
+#include "renderer/film/sample_targets.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/thread_clock.h"
 
@@ -30,6 +31,8 @@ struct FakeIntegrator {
   double invalid_share = 0;           // of samples that are not finite
   std::pair<int, int> lost = {-1, -1};  // a pixel all of whose samples are not finite
   bool misses = false;                // nothing is met; else grey surfaces
+  float rare_share = 0, rare = 0;     // a share of the samples has `rare` added
+  float noisy_from = 2;               // share of the width from which on the noise is ten times as large
 
   struct Counters {
     std::atomic<std::uint64_t> samples{0}, out_of_order{0}, cancelled{0};
@@ -46,7 +49,9 @@ struct FakeIntegrator {
   bool run(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) const {
     counters->last_call_s = now_s();
     const PixelRect& w = job.window;
-    const std::uint64_t samples = std::uint64_t(w.area()) * job.range.count;
+    const SampleRange& range = job.range;
+    const std::uint64_t samples = job.targets ? job.targets->samples_in(film, range.half, w, range.first, range.count)
+                                              : std::uint64_t(w.area()) * range.count;
     if (counters->samples + samples > throw_after) throw std::runtime_error("the ray got lost");
     const double end = thread_cpu_s() + seconds_per_sample * double(samples);
     while (seconds_per_sample > 0 && thread_cpu_s() < end) {
@@ -57,23 +62,30 @@ struct FakeIntegrator {
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
         HalfPixel& pixel = film.half(job.range.half, x, y);
-        if (pixel.count + film.invalid(job.range.half, x, y) != job.range.first) counters->out_of_order++;
+        if (!job.targets && film.attempted(range.half, x, y) != range.first) counters->out_of_order++;
+        const float own_noise = float(x) < noisy_from * float(job.settings.width) ? noise : 10 * noise;
+        std::uint32_t added = 0;
         for (std::uint32_t i = 0; i < job.range.count; ++i) {
           const std::uint32_t index = job.range.first + i;
+          if (job.targets && !job.targets->wants(film, range.half, x, y, index)) continue;
+          if (film.attempted(range.half, x, y) != index) counters->out_of_order++;
+          ++added;
           const float u = hash_sample(job.settings.seed, x, y, job.range.half, index);
           if (hash_sample(~job.settings.seed, x, y, job.range.half, index) < invalid_share || lost == std::pair(x, y)) {
             film.add_invalid(job.range.half, x, y);
             stats.note_invalid({x, y, job.range.half, index});
           } else {
-            pixel.add(Rgb(mean + noise * (2 * u - 1)));
+            const bool bright = hash_sample(job.settings.seed + 77, x, y, job.range.half, index) < rare_share;
+            pixel.add(Rgb(mean + own_noise * (2 * u - 1) + (bright ? rare : 0)));
           }
         }
         PixelFeatures& f = film.features(x, y);
-        f.count += job.range.count;
-        if (!misses) f.hits += job.range.count;
+        f.count += added;
+        if (!misses) f.hits += added;
         for (float& albedo : f.albedo) albedo = misses ? 0.0f : 0.5f;
       }
     }
+    film.add_work(range.half, w.x0, w.y0, samples, samples);
     stats.paths += samples;
     stats.rays += samples;
     counters->samples += samples;

@@ -152,7 +152,7 @@ TEST_F(FramePipelineTest, PiecesShrinkTowardsTheDeadline) {
   pipeline.finish(*far, false, 0, kNow);
   pipeline.start(plan, film);
   const auto near = pipeline.take(true, kNow);
-  EXPECT_LE(std::get<IntegratePiece>(*near).samples() * 5, std::get<IntegratePiece>(*far).samples());
+  EXPECT_LE(std::get<IntegratePiece>(*near).samples * 5, std::get<IntegratePiece>(*far).samples);
   pipeline.finish(*near, false, 0, kNow);
 }
 

@@ -16,6 +16,8 @@ FramePlan plan_to(std::uint32_t a, std::uint32_t b, bool final = false) {
   return plan;
 }
 
+const Film kNoTargets(1, 1);  // nothing of it is looked at
+
 // Carries the pieces out by counting, several in flight, finished in random order; some are thrown away.
 class Worker {
  public:
@@ -30,7 +32,7 @@ class Worker {
         if (!piece) break;
         for (const auto& other : pieces_) EXPECT_TRUE(intersect(other.window, piece->window).empty());
         pieces_.push_back(*piece);
-        largest_ = std::max(largest_, double(piece->samples()) * seconds_per_sample);
+        largest_ = std::max(largest_, double(piece->samples) * seconds_per_sample);
       }
       if (pieces_.empty()) return;
       std::swap(pieces_[random_() % pieces_.size()], pieces_.back());
@@ -40,7 +42,7 @@ class Worker {
       const Tile& tile = grid_.tiles()[piece.tile];
       for (int c = piece.column; c < piece.column + piece.cells; ++c)
         EXPECT_EQ(grid_.cell(tile, c, piece.row).done[piece.range.half], piece.range.first) << "out of index order";
-      pass_.finish(piece, done, double(piece.samples()) * seconds_per_sample, grid_);
+      pass_.finish(piece, done, double(piece.samples) * seconds_per_sample, grid_);
       ++count_;
     }
   }
@@ -70,7 +72,7 @@ TEST(IntegratePass, EveryCellReachesTheTargetInIndexOrder) {
     IntegratePass pass(in_flight);
     std::uint32_t done[kHalves];
     for (const auto& [a, b] : {std::pair{1u, 0u}, {1u, 1u}, {8u, 8u}, {100u, 99u}}) {
-      pass.begin(plan_to(a, b), grid);
+      pass.begin(plan_to(a, b), grid, kNoTargets);
       EXPECT_FALSE(pass.finished());
       Worker(pass, grid, in_flight, a).run(1e-6, 0.1);
       EXPECT_TRUE(pass.finished());
@@ -86,9 +88,9 @@ TEST(IntegratePass, PiecesFollowTheMeasuredCost) {
   for (const double cost : {1e-7, 1e-6, 1e-5}) {
     TileGrid grid(PixelRect{0, 0, 256, 256}, 128);
     IntegratePass pass(2);
-    pass.begin(plan_to(1, 0), grid);
+    pass.begin(plan_to(1, 0), grid, kNoTargets);
     Worker(pass, grid, 2, 1).run(cost, 0);  // learns the cost
-    pass.begin(plan_to(64, 64), grid);
+    pass.begin(plan_to(64, 64), grid, kNoTargets);
     Worker worker(pass, grid, 2, 2);
     worker.run(cost, 0);
     const double smallest = cost * kCellSize * kCellSize;  // one sample of one cell is never cut
@@ -100,7 +102,7 @@ TEST(IntegratePass, PiecesFollowTheMeasuredCost) {
 TEST(IntegratePass, ASmallPictureIsSharedByManyWorkers) {
   TileGrid grid(PixelRect{0, 0, 64, 64}, 128);
   IntegratePass pass(16);
-  pass.begin(plan_to(64, 64), grid);
+  pass.begin(plan_to(64, 64), grid, kNoTargets);
   Worker worker(pass, grid, 16, 1);
   worker.run(1e-8, 0);
   EXPECT_GE(worker.count(), 64);
@@ -109,7 +111,7 @@ TEST(IntegratePass, ASmallPictureIsSharedByManyWorkers) {
 TEST(IntegratePass, StopHandsOutNothingMore) {
   TileGrid grid(PixelRect{0, 0, 64, 64}, 64);
   IntegratePass pass(2);
-  pass.begin(plan_to(1, 0), grid);
+  pass.begin(plan_to(1, 0), grid, kNoTargets);
   const auto piece = pass.next(grid, 1e-3);
   ASSERT_TRUE(piece.has_value());
   pass.stop();
@@ -132,7 +134,7 @@ TEST(IntegratePass, FinalPlanClearsWhatWasNeverReached) {
   const IntegrateFunction none = [](const IntegrateJob&, const CancelToken&, Film&, TraceStats&) -> bool {
     throw std::logic_error("nothing is to be traced");
   };
-  pass.begin(plan_to(0, 0, true), grid);
+  pass.begin(plan_to(0, 0, true), grid, kNoTargets);
   CancelToken cancel;
   TraceStats stats;
   while (const auto piece = pass.next(grid, 1)) {

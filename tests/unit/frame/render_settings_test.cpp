@@ -40,7 +40,7 @@ TEST(RenderSettings, EveryProblemIsReportedWithFieldValueAndRange) {
   s.roulette_from = 65536;
   EXPECT_EQ(problems_of(s),
             "settings.width: 0 is outside [1, 65536]; settings.height: 65537 is outside [1, 65536]; "
-            "settings.mode: 9 is not a mode; allowed: pt; settings.max_segments: 0 is outside [1, 65535]; "
+            "settings.mode: 9 is not a mode; allowed: pt, adaptive; settings.max_segments: 0 is outside [1, 65535]; "
             "settings.roulette_from: 65536 is outside [1, 65535]");
 }
 
@@ -66,7 +66,29 @@ TEST(RenderSettings, ModesByName) {
   EXPECT_EQ(parse_render_mode("pt").value(), RenderMode::pt);
   const auto unknown = parse_render_mode("bdpt");
   ASSERT_FALSE(unknown.ok());
-  EXPECT_EQ(unknown.error().to_string(), "mode: \"bdpt\" is not a mode; allowed: pt");
+  EXPECT_EQ(unknown.error().to_string(), "mode: \"bdpt\" is not a mode; allowed: pt, adaptive");
+  EXPECT_EQ(parse_render_mode("adaptive").value(), RenderMode::adaptive);
+}
+
+TEST(RenderSettings, AdaptiveCountsAreChecked) {
+  RenderSettings s;
+  s.adaptive.min_samples = 1;  // of no meaning in mode pt
+  EXPECT_EQ(problems_of(s), "");
+  s.mode = RenderMode::adaptive;
+  EXPECT_EQ(problems_of(s),
+            "settings.adaptive.min_samples: 1 is outside [4, 65536]; settings.adaptive.min_samples: 1 is odd; each of the "
+            "two halves gets the same number of samples");
+  s.adaptive.min_samples = 2;
+  s.variant = ModeVariant::paper;
+  EXPECT_EQ(problems_of(s), "");
+  s.adaptive.max_samples = 2;
+  EXPECT_EQ(problems_of(s), "settings.adaptive.max_samples: 2 is outside [3, 1048576]");
+  s.adaptive.max_samples = 3;
+  s.variant = ModeVariant(7);
+  s.adaptive.measure = ErrorMeasure(5);
+  EXPECT_EQ(problems_of(s),
+            "settings.variant: 7 is not a variant; allowed: bounded, paper; settings.adaptive.min_samples: 2 is outside "
+            "[4, 65536]; settings.adaptive.measure: 5 is not a measure; allowed: rmse, relmse");
 }
 
 TEST(Budget, EveryProblemIsReported) {

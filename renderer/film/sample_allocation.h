@@ -1,0 +1,89 @@
+// Decides how many samples each pixel gets next: fills a film's SampleTargets for one round.
+//
+// Work is cut into sweeps over parts, for callers that share it between threads or must be able to stop on the way:
+// for each sweep, run() of every part in any order, then finish_sweep(). The targets have the same bits however that was
+// done. Two rules:
+//
+// NeymanAllocation (ours, `variant=bounded`). A pilot of m samples of each half everywhere; then n ~ s / sqrt(c), which
+// minimises the sum of s^2 / n at a given sum of c n (Neyman 1934, with costs), s: deviation of a sample in the measure
+// of the picture's error, c: its cost in rays. The counts of half A come from the pilot of half B alone and the
+// reverse, and stay so in every later round, which only scales them: the mean of A is unbiased whatever they are,
+// because they do not depend on A's samples, nor on anything that did. The deviation is pooled over 7x7 pixels and is
+// never zero; every pixel gets at least 1/8 of the mean count, and counts are powers of two, which Sobol points like
+// best (a dither of one octave keeps their mean smooth).
+//
+// ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
+// is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "renderer/film/film.h"
+#include "renderer/film/sample_targets.h"
+
+namespace helio {
+
+// Whose mean square the allocation makes small: x - r, or (x - r) / sqrt(r^2 + 1e-2 (image mean)^2), quality.md's
+// relMSE.
+enum class AllocationMeasure { absolute, relative };
+
+// One round of either rule, as a value.
+struct AllocationRequest {
+  // Mean count per half that the round aims at: never exceeded but by what the pixels already have. Bounded variant.
+  double mean = 0;
+  // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. Paper variant.
+  std::uint32_t iteration = 0;
+
+  bool operator==(const AllocationRequest&) const = default;
+};
+
+struct AllocationSettings {
+  bool paper = false;
+  AllocationMeasure measure = AllocationMeasure::relative;  // bounded variant; paper: always relative to luminance
+  std::uint32_t min_samples = 16;                           // per pixel, both halves, before counts differ; >= 2
+  std::uint32_t max_samples = 32;                           // paper variant: iterations until tau is 0; > min_samples
+  std::uint64_t seed = 0;                                   // of the dither and of the paper's coin
+};
+
+class SampleAllocation {
+ public:
+  virtual ~SampleAllocation() = default;
+  SampleAllocation(const SampleAllocation&) = delete;
+  SampleAllocation& operator=(const SampleAllocation&) = delete;
+
+  // Of at most about 32,768 pixels each; one takes well under 5 ms.
+  std::size_t parts() const { return windows_.size(); }
+  int sweeps() const { return sweeps_; }
+  // Thread safe for different parts of one sweep.
+  virtual void run(int sweep, std::size_t part) = 0;
+  // After every part of the sweep.
+  virtual void finish_sweep(int sweep) = 0;
+
+ protected:
+  SampleAllocation(Film& film, const PixelRect& region, int sweeps);
+
+  // Notes the new targets of a part: blocks' levels, and its share of the round's sums.
+  void note_targets(std::size_t part);
+  // Adds the parts' sums up into the targets' round.
+  void finish_round();
+
+  Film& film_;
+  PixelRect region_;
+  std::vector<PixelRect> windows_;  // aligned to blocks, clipped to the region
+  int sweeps_;
+
+ private:
+  std::vector<RoundSummary> sums_;  // of the parts
+};
+
+// The film, which must have targets, outlives the allocation; nobody else writes to it meanwhile. `region` meets it.
+// Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request, and
+// what the round before asked for at every later one.
+std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
+                                                  const AllocationSettings& settings,
+                                                  const AllocationRequest& request);
+
+}  // namespace helio

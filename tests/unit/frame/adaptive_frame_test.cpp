@@ -1,0 +1,223 @@
+// Mode adaptive through the render loop: counts, bias, gain, and the same bits however the work was shared.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fake_integrator.h"
+#include "recording_sink.h"
+#include "renderer/film/sample_targets.h"
+#include "renderer/film/threshold_allocation.h"
+#include "renderer/frame/render_loop.h"
+
+namespace helio {
+namespace {
+
+RenderSettings adaptive(int width, int height, ModeVariant variant = ModeVariant::bounded) {
+  RenderSettings settings = film_of(width, height);
+  settings.mode = RenderMode::adaptive;
+  settings.variant = variant;
+  if (variant == ModeVariant::paper) settings.adaptive.min_samples = 4;
+  return settings;
+}
+
+// Renders and hands the pixels' means and counts to `see`.
+template <class See>
+FrameEnd render(const FakeIntegrator& fake, const RenderSettings& settings, const Budget& budget, int threads,
+                const See& see, double interval_s = 0.25) {
+  RenderEngine engine(threads);
+  const auto sink = std::make_shared<RecordingSink>();
+  sink->keep_pixels = true;
+  RenderLoopOptions options;
+  options.publish_interval_s = interval_s;
+  RenderLoop loop(engine, fake.function(), settings, budget, RenderRank::job, sink, options);
+  RenderLoop::Update update;
+  update.view = view_at(1, 0);
+  const auto end = sink->wait_for_end(loop.update(update));
+  EXPECT_TRUE(end.has_value());
+  EXPECT_EQ(fake.counters->out_of_order, 0u);
+  for (const ResolvedTile& tile : sink->pixels) {
+    std::size_t i = 0;
+    for (int y = tile.window.y0; y < tile.window.y1; ++y) {
+      for (int x = tile.window.x0; x < tile.window.x1; ++x, ++i)
+        see(x, y, double(tile.radiance[0][i]), double(tile.samples[i]));
+    }
+  }
+  return end.value_or(FrameEnd{});
+}
+
+Budget samples(std::uint32_t n) {
+  Budget budget;
+  budget.samples = n;
+  return budget;
+}
+
+// 0.5 and, once in a hundred samples, 50 more: the case in which counts that follow a pixel's own samples end dark.
+FakeIntegrator rare_event() {
+  FakeIntegrator fake;
+  fake.noise = 0.1f;
+  fake.rare_share = 0.01f;
+  fake.rare = 50;
+  return fake;
+}
+
+double bias_of(const RenderSettings& settings, std::uint32_t n, double& mean_samples) {
+  double sum = 0, count = 0;
+  mean_samples = 0;
+  render(rare_event(), settings, samples(n), 2, [&](int, int, double mean, double taken) {
+    sum += mean;
+    mean_samples += taken;
+    ++count;
+  });
+  mean_samples /= count;
+  return sum / count / 1.0 - 1;
+}
+
+TEST(AdaptiveFrame, ARareBrightEventDoesNotBiasTheMean) {
+  // 4 sigma of the mean of 256^2 pixels of 64 samples is 1.0 %; of both seeds and all stops together 0.5 %.
+  double worst = 0, sum = 0;
+  int runs = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    for (const std::uint32_t n : {24u, 48u, 64u}) {
+      RenderSettings settings = adaptive(256, 256);
+      settings.seed = seed;
+      double taken = 0;
+      const double bias = bias_of(settings, n, taken);
+      EXPECT_NEAR(taken, n, 0.05 * n);
+      worst = std::max(worst, std::abs(bias));
+      sum += bias;
+      ++runs;
+    }
+  }
+  std::printf("bias of a stop: at most %.2f %%, mean %.3f %%\n", 100 * worst, 100 * sum / runs);
+  EXPECT_LT(worst, 0.02);
+  EXPECT_LT(std::abs(sum / runs), 0.005);
+}
+
+// Schalk's rule, which decides by the samples that it averages: paper 000's fault 4.
+TEST(AdaptiveFrame, AsPublishedItIsTooDark) {
+  RenderSettings settings = adaptive(128, 128, ModeVariant::paper);
+  double taken = 0;
+  const double bias = bias_of(settings, 6, taken);
+  std::printf("as published: bias %.1f %% at %.1f samples\n", 100 * bias, taken);
+  EXPECT_LT(bias, -0.2);
+}
+
+// Of a picture whose right tenth is ten times as noisy: mean square error over that of uniform counts, and the ceiling.
+TEST(AdaptiveFrame, SamplesGoWhereTheNoiseIs) {
+  FakeIntegrator fake;
+  fake.noise = 0.05f;
+  fake.noisy_from = 0.9f;
+  RenderSettings settings = adaptive(160, 96);
+  settings.adaptive.measure = ErrorMeasure::rmse;
+  double error = 0, taken = 0, pixels = 0;
+  render(fake, settings, samples(256), 2, [&](int, int, double mean, double n) {
+    error += (mean - 0.5) * (mean - 0.5);
+    taken += n;
+    ++pixels;
+  });
+  const double sigma2 = 0.05 * 0.05 / 3, mean_s2 = 0.9 * sigma2 + 0.1 * 100 * sigma2;
+  const double mean_s = std::sqrt(sigma2) * (0.9 + 0.1 * 10);
+  const double ceiling = mean_s2 / (mean_s * mean_s);
+  const double gain = mean_s2 / (taken / pixels) / (error / pixels);
+  std::printf("gain %.2f of at most %.2f at %.1f samples\n", gain, ceiling, taken / pixels);
+  EXPECT_NEAR(taken / pixels, 256, 8);
+  EXPECT_GT(gain, 0.8 * ceiling);
+}
+
+TEST(AdaptiveFrame, SameBitsForAnyNumberOfThreads) {
+  FakeIntegrator fake = rare_event();
+  for (const ModeVariant variant : {ModeVariant::bounded, ModeVariant::paper}) {
+    std::vector<double> first;
+    for (const int threads : {1, 2, 4}) {
+      std::vector<double> seen(2 * 70 * 45);
+      fake.counters = std::make_shared<FakeIntegrator::Counters>();
+      render(fake, adaptive(70, 45, variant), samples(40), threads, [&](int x, int y, double mean, double n) {
+        seen[std::size_t(2 * (y * 70 + x))] = mean;
+        seen[std::size_t(2 * (y * 70 + x) + 1)] = n;
+      });
+      if (first.empty()) first = seen;
+      EXPECT_EQ(seen, first) << to_string(variant) << ", " << threads << " threads";
+    }
+  }
+}
+
+TEST(AdaptiveFrame, EndsAtItsBudgetEvenWithOnePixel) {
+  for (const int side : {1, 3, 17}) {
+    for (const std::uint32_t n : {1u, 2u, 15u, 16u, 17u, 100u}) {
+      FakeIntegrator fake;
+      double taken = 0;
+      const FrameEnd end =
+          render(fake, adaptive(side, side), samples(n), 2, [&](int, int, double, double s) { taken += s; });
+      EXPECT_EQ(end.reason, FrameEndReason::samples);
+      EXPECT_LE(taken, double(n) * side * side);
+      EXPECT_GE(taken, std::min(16.0, double(n)) * side * side);
+    }
+  }
+}
+
+TEST(AdaptiveFrame, ATargetErrorIsReached) {
+  FakeIntegrator fake;
+  fake.noise = 0.05f;
+  fake.noisy_from = 0.9f;
+  RenderSettings settings = adaptive(160, 96);
+  settings.adaptive.measure = ErrorMeasure::rmse;
+  Budget budget;
+  budget.error = 0.004;
+  double error = 0, pixels = 0, taken = 0;
+  const FrameEnd end = render(fake, settings, budget, 2, [&](int, int, double mean, double n) {
+    error += (mean - 0.5) * (mean - 0.5);
+    taken += n;
+    ++pixels;
+  });
+  EXPECT_EQ(end.reason, FrameEndReason::error);
+  std::printf("error %.5f at %.1f samples\n", std::sqrt(error / pixels), taken / pixels);
+  EXPECT_NEAR(std::sqrt(error / pixels), 0.004, 0.1 * 0.004);
+}
+
+// Algorithm 1 pixel by pixel, as it is printed (with tau decremented), against the same samples.
+TEST(AdaptiveFrame, PaperVariantIsAlgorithmOne) {
+  const int width = 24, height = 20;
+  FakeIntegrator fake;
+  fake.mean = 0.4f;
+  fake.noise = 0.04f;
+  fake.noisy_from = 0.5f;
+  RenderSettings settings = adaptive(width, height, ModeVariant::paper);
+  settings.adaptive.max_samples = 12;
+  std::vector<double> counts(std::size_t(width * height));
+  double total = 0;
+  const FrameEnd end = render(fake, settings, samples(6), 1, [&](int x, int y, double, double n) {
+    counts[std::size_t(y * width + x)] = n;
+    total += n;
+  });
+  ASSERT_EQ(end.reason, FrameEndReason::samples);
+  // The same on one pixel, until as many iterations are done.
+  struct Pixel {
+    HalfPixel half[kHalves];
+    std::uint32_t n = 0;
+  };
+  std::vector<Pixel> pixels(std::size_t(width * height));
+  const auto take = [&](int x, int y) {
+    Pixel& p = pixels[std::size_t(y * width + x)];
+    const int h = int(p.n % 2);
+    const float noise = float(x) < fake.noisy_from * float(width) ? fake.noise : 10 * fake.noise;
+    p.half[h].add(Rgb(fake.mean + noise * (2 * hash_sample(0, x, y, h, p.n / 2) - 1)));
+    ++p.n;
+  };
+  double mine = 0, tau = 1;
+  for (std::uint32_t iteration = 0; iteration < 12 && mine < total; ++iteration) {
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Pixel& p = pixels[std::size_t(y * width + x)];
+        if (p.n >= 4 && relative_deviation(p.half[0], p.half[1]) < tau) continue;
+        take(x, y);
+        ++mine;
+      }
+    }
+    if (iteration >= 4) tau -= 1.0 / (12 - 4);
+  }
+  EXPECT_EQ(mine, total);
+  for (int i = 0; i < width * height; ++i) EXPECT_EQ(counts[std::size_t(i)], pixels[std::size_t(i)].n) << "pixel " << i;
+}
+
+}  // namespace
+}  // namespace helio
