@@ -32,6 +32,14 @@ const char* to_string(LobeModel model) {
       return "conductor";
     case LobeModel::stack:
       return "stack";
+    case LobeModel::plastic:
+      return "plastic";
+    case LobeModel::pane:
+      return "pane";
+    case LobeModel::principled:
+      return "principled";
+    case LobeModel::blend:
+      return "blend";
     case LobeModel::none:
       return "none";
   }

@@ -119,14 +119,11 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window) {
   const int seen = 1 - h;
   thread_local BoxRows means, variances;
   thread_local std::vector<float> mean_sums, variance_sums;
-  thread_local std::vector<float> own;  // variances of the newest rows of the window, four floats a pixel
   means.begin(window.width());
   variances.begin(window.width());
   const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
   mean_sums.resize(padded);
   variance_sums.resize(padded);
-  own.assign(padded * (kBoxRadius + 1), 0.0f);
-  const auto own_row = [&](int y) { return own.data() + std::size_t(y - window.y0) % (kBoxRadius + 1) * padded; };
 
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region_);
@@ -145,8 +142,6 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window) {
             known ? float(std::min(pixel.deviations[c] / (pixel.count - 1.0), kLargest * kLargest)) : 0.0f;
       }
     }
-    if (inside && below >= window.y0 && below < window.y1)
-      std::copy_n(variances.input() + kBoxRadius * kLanes, std::size_t(window.width()) * kLanes, own_row(below));
     means.push(inside);
     variances.push(inside);
 
@@ -154,14 +149,12 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window) {
     if (y < window.y0) continue;
     means.sum(mean_sums.data());
     variances.sum(variance_sums.data());
-    const float* mine = own_row(y);
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = std::size_t(x - window.x0) * kLanes;
       const double n = variance_sums[i + 3];
       double squared = 0;  // s^2
       for (int c = 0; c < 3 && n > 0; ++c) {
-        const double pooled = variance_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
-        const double variance = 0.5 * pooled + 0.5 * double(mine[i + std::size_t(c)]);
+        const double variance = variance_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
         const double scale = settings_.measure == AllocationMeasure::relative ? mean * mean + epsilon_[seen] : 1;
         squared += variance / std::max(scale, DBL_MIN);
       }

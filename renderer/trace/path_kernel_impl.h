@@ -62,6 +62,11 @@ struct FirstHit {
   std::uint32_t instance, primitive;
 };
 
+// Sample indices [begin, end).
+struct SampleLevels {
+  std::uint32_t begin = 0, end = 0;
+};
+
 // A group in flight. Small enough for the second-level cache.
 struct PathGroup {
   Ray rays[kGroupPaths];
@@ -93,7 +98,8 @@ class PathKernel {
         group_(thread_group()),
         lights_(*task.scene.lights),
         has_lights_(!lights_.empty()) {
-    film_radiance_.resize(std::size_t(task.window.area()) * task.range.count);
+    if (task.targets) find_levels();
+    film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
     if (task.range.half == 0) film_first_.resize(film_radiance_.size());
   }
 
@@ -102,9 +108,13 @@ class PathKernel {
     for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
       for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize) {
         const std::uint64_t rays = stats_.rays, paths = stats_.paths;
-        for (std::uint32_t s = 0; s < task_.range.count; ++s) {
-          if (s == 0 || task_.targets) place_group(bx, by, task_.range.first + s);
-          if (!trace_group(task_.range.first + s)) return false;
+        const std::uint32_t end = task_.range.first + task_.range.count;
+        for (std::uint32_t sample = task_.range.first; sample < end;) {
+          const std::uint32_t until = std::min(end, place_group(bx, by, sample));
+          if (group_.count == 0) sample = until;
+          for (; sample < until; ++sample) {
+            if (!trace_group(sample)) return false;
+          }
         }
         work_.push_back({stats_.rays - rays, stats_.paths - paths});
       }
@@ -124,16 +134,34 @@ class PathKernel {
     return *group;
   }
 
-  // Whether the pixel, of the window, takes part in the level.
-  bool takes_part(int x, int y, std::uint32_t sample) const {
-    return !task_.targets || task_.targets->wants(task_.film, task_.range.half, x, y, sample);
+  // Targets: the samples of the range that each pixel of the window takes, and where their results go.
+  void find_levels() {
+    const PixelRect& w = task_.window;
+    const SampleRange& range = task_.range;
+    const std::uint64_t end = std::uint64_t(range.first) + range.count;
+    slots_.push_back(0);
+    for (int y = w.y0; y < w.y1; ++y) {
+      for (int x = w.x0; x < w.x1; ++x) {
+        const std::uint32_t from = std::max(range.first, task_.film.attempted(range.half, x, y));
+        const auto to = std::uint32_t(std::min<std::uint64_t>(end, task_.targets->target(range.half, x, y)));
+        levels_.push_back({from, std::max(from, to)});
+        slots_.push_back(slots_.back() + (levels_.back().end - from));
+      }
+    }
   }
 
-  // The block's pixels that take part, 4x4 at a time, so that neighbours share a packet.
-  void place_group(int block_x, int block_y, std::uint32_t sample) {
+  // Of a pixel of the window.
+  SampleLevels levels(std::size_t pixel) const {
+    return task_.targets ? levels_[pixel] : SampleLevels{task_.range.first, task_.range.first + task_.range.count};
+  }
+
+  // The block's pixels that take the sample, 4x4 at a time, so that neighbours share a packet. Returns the sample at
+  // which that changes.
+  std::uint32_t place_group(int block_x, int block_y, std::uint32_t sample) {
     constexpr int kTile = 4, kTiles = kPathGroupSize / kTile;
     PathGroup& b = group_;
     b.count = 0;
+    std::uint32_t same_until = ~0u;
     for (int i = 0; i < kGroupPaths; ++i) {
       const int tile = i / (kTile * kTile), lane = i % (kTile * kTile);
       const int x = block_x + tile % kTiles * kTile + lane % kTile, y = block_y + tile / kTiles * kTile + lane / kTile;
@@ -142,12 +170,18 @@ class PathKernel {
         if (task_.window.contains(x, y)) watched_ = std::uint32_t(b.count);
       } else {
         if (!task_.film.bounds().contains(x, y)) continue;
-        if (task_.targets && !(task_.window.contains(x, y) && takes_part(x, y, sample))) continue;
+        if (task_.targets) {
+          if (!task_.window.contains(x, y)) continue;
+          const SampleLevels own = levels_[pixel_index(x, y)];
+          if (sample < own.end) same_until = std::min(same_until, sample < own.begin ? own.begin : own.end);
+          if (sample < own.begin || sample >= own.end) continue;
+        }
       }
       b.pixel_x[b.count] = x;
       b.pixel_y[b.count] = y;
       ++b.count;
     }
+    return same_until;
   }
 
   // Traces one sample of every pixel of the group to the end of its path. False when cancelled.
@@ -650,10 +684,15 @@ class PathKernel {
 
   // ---- results -----------------------------------------------------------------------------------------------------
 
-  std::size_t result_index(int x, int y, std::uint32_t sample) const {
+  std::size_t pixel_index(int x, int y) const {
     const PixelRect& w = task_.window;
-    return (std::size_t(y - w.y0) * std::size_t(w.width()) + std::size_t(x - w.x0)) * task_.range.count +
-           (sample - task_.range.first);
+    return std::size_t(y - w.y0) * std::size_t(w.width()) + std::size_t(x - w.x0);
+  }
+
+  std::size_t result_index(int x, int y, std::uint32_t sample) const {
+    const std::size_t pixel = pixel_index(x, y);
+    if (task_.targets) return slots_[pixel] + (sample - levels_[pixel].begin);
+    return pixel * task_.range.count + (sample - task_.range.first);
   }
 
   void store(std::uint32_t sample) {
@@ -680,17 +719,17 @@ class PathKernel {
       for (int x = w.x0; x < w.x1; ++x) {
         HalfPixel& pixel = task_.film.half(range.half, x, y);
         PixelFeatures& features = task_.film.features(x, y);
-        for (std::uint32_t s = 0; s < range.count; ++s, ++slot) {
-          if (!takes_part(x, y, range.first + s)) continue;
+        const SampleLevels own = levels(pixel_index(x, y));
+        for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
           } else {
             task_.film.add_invalid(range.half, x, y);
-            stats_.note_invalid({x, y, range.half, range.first + s});
+            stats_.note_invalid({x, y, range.half, sample});
             if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.
-          if (range.half == 0) add_features(features, film_first_[slot], range.first + s == 0);
+          if (range.half == 0) add_features(features, film_first_[slot], sample == 0);
         }
       }
     }
@@ -722,6 +761,9 @@ class PathKernel {
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;
   std::vector<BlockWork> work_;  // of the window's blocks, row-major
+  // With targets, of the window's pixels, row-major: their samples, and where in film_radiance_ these begin.
+  std::vector<SampleLevels> levels_;
+  std::vector<std::size_t> slots_;
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<kWatched, std::uint32_t, Nothing> watched_{};  // index in the group
   [[no_unique_address]] std::conditional_t<kWatched, VertexTrace, Nothing> ignored_{};

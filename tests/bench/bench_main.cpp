@@ -18,6 +18,7 @@ struct Subcommand {
   const char* name;
   const char* help;
   Status (*run)(BenchContext&, Figures&);
+  bool of_scenes = false;  // takes scenes, --seeds, --samples and --cache
 };
 const Subcommand kSubcommands[] = {
     {"speed", "time per sample and time to relMSE 0.01, over Mitsuba", run_speed},
@@ -28,6 +29,7 @@ const Subcommand kSubcommands[] = {
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
+    {"adaptive", "mode adaptive over uniform counts, as a share of the possible", run_adaptive, true},
 };
 
 struct CurveSubcommand {
@@ -59,6 +61,17 @@ int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, b
 std::string cache_folder() {
   const std::string home = from_environment("HOME", ".");
   return from_environment("XDG_CACHE_HOME", home + "/.cache") + "/heliograph/references";
+}
+
+void add_scene_options(CLI::App& command, BenchOptions& options) {
+  command.add_option("SCENE", options.scenes, "Scene files, or names of scenes/bench and of our own scenes");
+  command.add_option("--seeds", options.seeds, "Pictures per point; intervals are over these")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command.add_option("--samples", options.samples, "Samples a pixel; of curves: of the last point, after 1, 2, 4, ...")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  command.add_option("--cache", options.cache, "Folder that keeps references made here")->capture_default_str();
 }
 
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
@@ -120,22 +133,15 @@ int main(int argc, char** argv) {
   app.add_option("--daemon", options.daemon, "heliographd to measure")->capture_default_str();
   std::string chosen;
   for (const Subcommand& subcommand : kSubcommands) {
-    app.add_subcommand(subcommand.name, subcommand.help)->callback([&chosen, name = subcommand.name] {
-      chosen = name;
-    });
+    CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
+    command->callback([&chosen, name = subcommand.name] { chosen = name; });
+    if (subcommand.of_scenes) add_scene_options(*command, options);
   }
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
-    command->add_option("SCENE", options.scenes, "Scene files, or names of scenes/bench and of our own scenes");
-    command->add_option("--seeds", options.seeds, "Pictures per point; intervals are over these")
-        ->check(CLI::Range(1, 1000))
-        ->capture_default_str();
-    command->add_option("--samples", options.samples, "Samples a pixel of the last point; the others are 1, 2, 4, ...")
-        ->check(CLI::Range(1, 1 << 20))
-        ->capture_default_str();
+    add_scene_options(*command, options);
     command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
-    command->add_option("--cache", options.cache, "Folder that keeps references made here")->capture_default_str();
   }
   app.add_subcommand("all", "all that give figures")->callback([&] { chosen = "all"; });
   try {

@@ -11,8 +11,6 @@ namespace {
 constexpr double kFirstCostGuess = 4e-6;
 // Handing out a piece costs a few microseconds, so it is not cut smaller than this for the sake of an even end.
 constexpr std::uint64_t kSmallestShare = 512;
-// Few pixels may have many levels left; the kernel keeps a slot for each pixel and level of a piece.
-constexpr std::uint64_t kMostLevels = 256;
 
 }  // namespace
 
@@ -42,9 +40,8 @@ std::uint32_t IntegratePass::affordable_levels(const SampleRange& range, const P
   };
   if (!targets_) return most(samples / kCellArea);
   std::uint32_t levels = most(1);
-  const std::uint32_t limit = most(kMostLevels);
-  while (levels < limit) {
-    const std::uint32_t next = std::min(limit, 2 * levels);
+  while (levels < range.count) {
+    const std::uint32_t next = std::min<std::uint64_t>(range.count, 2 * std::uint64_t(levels));
     if (count_samples({range.half, range.first, next}, cell) > samples) break;
     levels = next;
   }
