@@ -39,7 +39,7 @@ void clamp(V& means, float largest) {
 
 }  // namespace
 
-void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves]) {
+void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves], bool counts_differ) {
   if (counts[0] == count[0] && counts[1] == count[1]) return;
   const bool paired = counts[0] > 0 && counts[1] > 0;
   const bool both_spread = counts[0] > 1 && counts[1] > 1;
@@ -49,6 +49,8 @@ void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves]) {
     mean[h] = paired ? 0.5 * inverse : inverse;
     spread[h] = both_spread ? 0.25 * inverse / (count[h] - 1.0) : 0;
   }
+  scale = counts_differ && paired ? 4 / (1.0 / count[0] + 1.0 / count[1]) : 1;
+  for (double& weight : spread) weight *= scale;
 }
 
 void PixelRow::find_runs(const HalfPixel* a, const HalfPixel* b) {
@@ -86,6 +88,7 @@ void PixelRow::write_means(const Run& run, const HalfPixel* a, const HalfPixel* 
 template <bool kSpread>
 void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads) {
   const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
+  const Double4 scale = Double4{} + weights_.scale;
   const Double4 scale_a = Double4{} + weights_.spread[0], scale_b = Double4{} + weights_.spread[1];
   for (int x = run.begin; x < run.end; ++x) {
     __builtin_prefetch(a + x + next_row_);
@@ -97,7 +100,7 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
                   half_b = sum_b * weight_b;  // half the mean of each half
     store_mean(half_a + half_b, means_.data() + x * kLanes);
     const Double4 half_difference = half_a - half_b;
-    store_term(half_difference * half_difference, 1.0f, differences + x * kLanes);
+    store_term(half_difference * half_difference * scale, 1.0f, differences + x * kLanes);
     if (!kSpread) continue;
     Double4 spread_a, spread_b;
     load_deviations(a[x], spread_a);
@@ -109,13 +112,15 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
 void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences, float* spreads) {
   x0_ = x0;
   x1_ = x1;
+  if (counts_differ_ != (film.state() == FilmState::adaptive)) weights_ = {};
+  counts_differ_ = film.state() == FilmState::adaptive;
   next_row_ = y + 1 < film.height() ? film.width() : 0;
   means_.resize(std::size_t(round_up_to_vectors(x1 - x0) + kPixelsAtOnce) * kLanes);
   const HalfPixel* a = &film.half(0, x0, y);
   const HalfPixel* b = &film.half(1, x0, y);
   find_runs(a, b);
   for (const Run& run : runs_) {
-    weights_.update(run.count);
+    weights_.update(run.count, counts_differ_);
     const auto clear = [&run](float* terms) { std::fill(terms + run.begin * kLanes, terms + run.end * kLanes, 0.0f); };
     if (!differences || !run.paired()) {
       write_means(run, a, b);
@@ -126,6 +131,15 @@ void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences,
       write_terms<false>(run, a, b, differences, spreads);
     }
     if (spreads && any_spread_ && !run.spread()) clear(spreads);
+  }
+}
+
+void PixelRow::copy_inverse_counts(int from, int to, float* out) const {
+  for (const Run& run : runs_) {
+    const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
+    const bool known = counts_differ_ && run.paired();
+    const float inverse = known ? float(0.25 * (1.0 / run.count[0] + 1.0 / run.count[1])) : 1.0f;
+    if (begin < end) std::fill(out + (begin - from), out + (end - from), inverse);
   }
 }
 

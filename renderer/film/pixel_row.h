@@ -12,7 +12,8 @@ namespace helio {
 // Kept from row to row, for its memory and for the divisions.
 class PixelRow {
  public:
-  // Columns [x0, x1) of row y. Terms are four floats a pixel, the fourth 1 where they are defined; pixels without are
+  // Columns [x0, x1) of row y. Terms of a film whose counts differ are those of a single sample: times n of 1 / n =
+  // (1 / n_A + 1 / n_B) / 4, so that neighbours can be pooled. Terms are four floats a pixel, the fourth 1 where they are defined; pixels without are
   // four zeroes. Null: not wanted. They are left alone where no pixel of the row has any.
   void look(const Film& film, int y, int x0, int x1, float* differences = nullptr, float* spreads = nullptr);
 
@@ -20,6 +21,8 @@ class PixelRow {
   bool any_spread() const { return any_spread_; }      // some pixel has two or more in both, and so a spread
   bool any_unpaired() const { return any_unpaired_; }  // some pixel lacks a half
 
+  // 1 / n as above, of columns [from, to); 1 where counts do not differ or a half has no samples.
+  void copy_inverse_counts(int from, int to, float* out) const;
   // Of all pixels and channels.
   double sum_of_means() const;
   // Four floats a pixel: channels of at most `largest`, and 1.
@@ -41,9 +44,10 @@ class PixelRow {
   struct Weights {
     std::uint32_t count[kHalves] = {0, 0};
     double mean[kHalves] = {0, 0};     // mean of the pixel: sum[0] mean[0] + sum[1] mean[1]
-    double spread[kHalves] = {0, 0};   // 1 / (4 count (count - 1))
+    double spread[kHalves] = {0, 0};   // 1 / (4 count (count - 1)), times `scale`
+    double scale = 1;                  // n of a film whose counts differ
 
-    void update(const std::uint32_t (&counts)[kHalves]);
+    void update(const std::uint32_t (&counts)[kHalves], bool counts_differ);
   };
 
   void find_runs(const HalfPixel* a, const HalfPixel* b);
@@ -52,6 +56,7 @@ class PixelRow {
   void write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads);
 
   int x0_ = 0, x1_ = 0;
+  bool counts_differ_ = false;
   std::ptrdiff_t next_row_ = 0;  // pixels to the row below; it is fetched early, because it is looked at next
   bool any_paired_ = false, any_spread_ = false, any_unpaired_ = false;
   Weights weights_;

@@ -54,11 +54,10 @@ void SampleAllocation::note_targets(std::size_t part) {
       const PixelRect block = intersect({bx, by, next_edge(bx, kFilmBlock), next_edge(by, kFilmBlock)}, w);
       BlockLevels& levels = targets.block(bx, by);
       for (int h = 0; h < kHalves; ++h) {
-        std::uint32_t first = ~0u, top = 0, least = ~0u;
+        std::uint32_t first = ~0u, top = 0;
         for (int y = block.y0; y < block.y1; ++y) {
           for (int x = block.x0; x < block.x1; ++x) {
             const std::uint32_t has = film_.attempted(h, x, y), wants = targets.target(h, x, y);
-            least = std::min(least, has);
             if (wants <= has) continue;
             first = std::min(first, has);
             top = std::max(top, wants);
@@ -68,7 +67,6 @@ void SampleAllocation::note_targets(std::size_t part) {
         }
         levels.first[h] = std::min(first, top);
         levels.top[h] = top;
-        levels.least[h] = least;
         round.first[h] = std::min(round.first[h], first);
         round.top[h] = std::max(round.top[h], top);
       }

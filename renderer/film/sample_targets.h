@@ -16,9 +16,9 @@
 namespace helio {
 
 // What a round asks of a block of kFilmBlock x kFilmBlock pixels, per half. Levels in [first, top) have takers; none
-// when first >= top. `least`: what every pixel of the block has when the round begins.
+// when first >= top.
 struct BlockLevels {
-  std::uint32_t first[kHalves] = {0, 0}, top[kHalves] = {0, 0}, least[kHalves] = {0, 0};
+  std::uint32_t first[kHalves] = {0, 0}, top[kHalves] = {0, 0};
 };
 
 // What a round is, in sums.

@@ -65,7 +65,11 @@ class Pool {
     spatial_.begin(film, window, roi);
     difference_sums_.resize(pixels * kLanes);
     spread_sums_.resize(pixels * kLanes);
-    for (Row& row : rows_) row.spreads.assign(pixels * kLanes, 0.0f);
+    counts_differ_ = film.state() == FilmState::adaptive;
+    for (Row& row : rows_) {
+      row.spreads.assign(pixels * kLanes, 0.0f);
+      row.inverse_counts.resize(counts_differ_ ? pixels : 0);
+    }
     for (std::vector<float>& channel : pooled_) channel.resize(pixels);
   }
 
@@ -88,6 +92,7 @@ class Pool {
     const bool whole = readable && whole_rows_;
     row.unpaired = !whole || look_.any_unpaired();
     if (!whole) look_.look(*film_, y, window_.x0, window_.x1);
+    if (counts_differ_) look_.copy_inverse_counts(window_.x0, window_.x1, row.inverse_counts.data());
     visit_row(look_);
   }
 
@@ -104,6 +109,12 @@ class Pool {
         estimate_row(width, difference_sums_.data(), spread_sums_.data(), row.spreads.data(), pooled_);
       }
     }
+    for (int x = 0; counts_differ_ && x < width; ++x) {
+      for (std::vector<float>& channel : pooled_) {
+        float& variance = channel[std::size_t(x)];
+        if (variance > 0) variance = std::max(variance * row.inverse_counts[std::size_t(x)], FLT_MIN);
+      }
+    }
     if (row.unpaired) spatial_.fill_row(y, {pooled_[0].data(), pooled_[1].data(), pooled_[2].data()});
     for (int c = 0; c < 3; ++c) variance[c].insert(variance[c].end(), pooled_[c].begin(), pooled_[c].begin() + width);
   }
@@ -112,13 +123,14 @@ class Pool {
   // What is kept of a row of the window until the rows below it are in.
   struct Row {
     std::vector<float> spreads;
+    std::vector<float> inverse_counts;  // where counts differ
     bool unpaired = false;  // some pixel lacks a half or is outside the region
   };
   Row& row_at(int y) { return rows_[(y - window_.y0) % (kBoxRadius + 1)]; }
 
   const Film* film_ = nullptr;
   PixelRect window_, border_, read_;
-  bool whole_rows_ = false;
+  bool whole_rows_ = false, counts_differ_ = false;
   PixelRow look_;
   BoxRows differences_, spreads_;
   Row rows_[kBoxRadius + 1];

@@ -31,6 +31,8 @@ struct FramePlan {
   // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
   double deadline_s = std::numeric_limits<double>::infinity();
 
+  std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves, rounded down
+
   bool measure = false;  // estimate the picture's error afterwards
   Publish publish = Publish::none;
   bool final = false;  // what is published is the last of the frame; pixels without samples are shown empty

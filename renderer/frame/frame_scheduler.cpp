@@ -212,6 +212,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
                                     double now_s) const {
   FramePlan plan;
   plan.revision = state.revision;
+  plan.mean_samples = state.round.number > 0 ? state.total() : 0;
   if (const auto reason = reached(state, now_s)) {
     plan.measure = !state.measured_now() && state.done[0] > 0 && state.done[1] > 0;
     plan.publish = state.published_final ? Publish::none : Publish::round;

@@ -35,7 +35,7 @@ struct FrameTile {
   FrameTag tag;
   std::uint32_t pass = 0;               // publication round within the frame
   bool final = false;                   // last publication of this tile in the frame
-  std::uint32_t samples_per_pixel = 0;  // both halves
+  std::uint32_t samples_per_pixel = 0;  // both halves; where counts differ the picture's mean, rounded down
   ResolvedTile pixels;
 };
 
@@ -51,7 +51,7 @@ struct PassTime {
 struct FrameProgress {
   FrameTag tag;
   double seconds = 0;                   // wall time since the frame began
-  std::uint32_t samples_per_pixel = 0;  // completed everywhere in the region, both halves
+  std::uint32_t samples_per_pixel = 0;  // completed everywhere in the region, both halves; or the mean
   double samples_per_second = 0;        // pixel samples over the frame's wall time
   TraceStats trace;                     // since the film was cleared: earlier frames of a kept film included
   FilmError error;                      // newest estimate

@@ -63,7 +63,6 @@ void TileGrid::begin_round(const SampleTargets& targets) {
         for (int h = 0; h < kHalves; ++h) {
           c.done[h] = levels.first[h];
           c.top[h] = levels.top[h];
-          c.least[h] = levels.least[h];
         }
       }
     }
@@ -85,9 +84,7 @@ std::uint32_t TileGrid::samples_in(const Tile& tile) const {
   std::uint32_t least = ~0u;
   for (int i = 0; i < tile.columns * tile.rows; ++i) {
     const Cell& cell = cells_[tile.first_cell + std::size_t(i)];
-    const bool in_round = cell.top[0] != Cell::kNoTop;
-    const std::uint32_t* samples = in_round ? cell.least : cell.done;
-    least = std::min(least, samples[0] + samples[1]);
+    least = std::min(least, cell.done[0] + cell.done[1]);
   }
   return least;
 }

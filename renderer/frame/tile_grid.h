@@ -23,9 +23,8 @@ inline constexpr int kCellSize = kPathGroupSize;
 struct Cell {
   static constexpr std::uint32_t kNoTop = ~0u;
 
-  std::uint32_t done[kHalves] = {0, 0};         // levels
+  std::uint32_t done[kHalves] = {0, 0};           // levels
   std::uint32_t top[kHalves] = {kNoTop, kNoTop};  // no pixel takes part in this level and those above it
-  std::uint32_t least[kHalves] = {0, 0};        // with a top: samples that each pixel had when the round began
   bool busy = false;      // a piece is working on it
   bool rendered = false;  // the film's pixels are of this picture; false: whatever an older one left there
 };
@@ -58,7 +57,7 @@ class TileGrid {
 
   // Levels that every cell has done, per half; cells that have none left do not count unless all are so.
   void done_everywhere(std::uint32_t done[kHalves]) const;
-  // Both halves, of the tile's pixel that has the fewest; in a round, that had when it began.
+  // Both halves, of the tile's pixel that has the fewest; of no meaning in a round.
   std::uint32_t samples_in(const Tile& tile) const;
 
   std::size_t bytes() const { return cells_.capacity() * sizeof(Cell) + tiles_.capacity() * sizeof(Tile); }

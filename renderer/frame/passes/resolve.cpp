@@ -12,6 +12,7 @@ void ResolvePass::begin_frame(std::size_t tiles) {
 void ResolvePass::begin(const FramePlan& plan, const TileGrid& grid) {
   publish_ = plan.publish;
   final_ = plan.final;
+  mean_samples_ = plan.mean_samples;
   stop();
   if (publish_ == Publish::none) return;
   round_ = rounds_++;
@@ -28,7 +29,7 @@ std::optional<ResolvePiece> ResolvePass::next(const TileGrid& grid) {
   const Tile& tile = grid.tiles()[piece.tile];
   piece.window = tile.window;
   piece.roi = publish_ == Publish::early ? tile.window : grid.region();
-  piece.samples_per_pixel = grid.samples_in(tile);
+  piece.samples_per_pixel = mean_samples_ > 0 ? mean_samples_ : grid.samples_in(tile);
   piece.round = round_;
   piece.final = final_;
   if (final_ && !tile_final_[piece.tile]) {

@@ -43,6 +43,7 @@ class ResolvePass {
  private:
   Publish publish_ = Publish::none;
   bool final_ = false;
+  std::uint32_t mean_samples_ = 0;
   std::uint32_t round_ = 0, rounds_ = 0;
   std::vector<std::uint32_t> waiting_;
   std::size_t next_ = 0;

@@ -234,11 +234,33 @@ TEST(Variance, IsUnknownWithoutSamples) {
 
 // One sample a pixel, in half A: the difference of neighbours stands in. Right where the picture is flat, more where it
 // is not; the variance of that one sample is mean^2 (exponential noise).
+// Noise and counts that differ from pixel to pixel: a pixel with many samples does not get the variance of a neighbour
+// with few.
+TEST(Variance, FollowsTheCountsOfPixels) {
+  const int side = 48, few = 8, many = 128;
+  double reported[2] = {0, 0};
+  for (int run = 0; run < 8; ++run) {
+    Film film(side, side, FilmState::adaptive);
+    test::Random random(std::uint64_t(run + 1));
+    for (int y = 0; y < side; ++y) {
+      for (int x = 0; x < side; ++x) {
+        for (int h = 0; h < kHalves; ++h) {
+          for (int k = 0; k < ((x + y) % 2 ? many : few); ++k) film.half(h, x, y).add(Rgb(test::exponential(1, random)));
+        }
+      }
+    }
+    const std::vector<float> variance = test::variance_of(film);
+    for (int i = 0; i < side * side; ++i) reported[(i % side + i / side) % 2] += variance[std::size_t(i)] / (4 * side * side);
+  }
+  EXPECT_NEAR(reported[0], 1.0 / (2 * few), 0.1 / (2 * few));
+  EXPECT_NEAR(reported[1], 1.0 / (2 * many), 0.1 / (2 * many));
+}
+
 TEST(Variance, OfOneHalfIsConservative) {
   double flat = 0, sloped = 0;
   for (int seed = 0; seed < 20; ++seed) {
     Film film(40, 40), slope(40, 40);
-    Random random(std::uint64_t(seed) + 1), again(std::uint64_t(seed) + 1);
+    test::Random random(std::uint64_t(seed) + 1), again(std::uint64_t(seed) + 1);
     test::add_samples(film, 0, 1, random, [](int, int, int, Random& r) { return test::exponential(1.0f, r); });
     test::add_samples(slope, 0, 1, again,
                       [](int x, int, int, Random& r) { return 2.0f * float(x) + test::exponential(1.0f, r); });
