@@ -25,9 +25,12 @@ constexpr int kOctaves = 96;
 constexpr int kBins = kOctaves * kBinsPerOctave;
 constexpr float kLowest = -float(kOctaves) / 2;
 
-int bin_of(float demand) {
-  return std::clamp(int(std::floor((demand - kLowest) * kBinsPerOctave)), 0, kBins - 1);
+int bin_of(float value) {
+  return std::clamp(int(std::floor((value - kLowest) * kBinsPerOctave)), 0, kBins - 1);
 }
+
+// Counts differ only where that promises at least this gain: a smaller one may be chance.
+constexpr double kLeastGain = 1.03;
 
 // In [0, 1), of the pixel.
 float dither(int x, int y, std::uint64_t seed) {
@@ -52,8 +55,11 @@ std::uint32_t power_of_two_below(double x) {
 
 NeymanAllocation::NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                                    const AllocationRequest& request)
-    : SampleAllocation(film, region, film.targets()->demand_known ? 1 : 3), settings_(settings), request_(request) {
-  for (std::vector<double>& sums : part_sums_) sums.resize(parts());
+    : SampleAllocation(film, region, film.targets()->demand_known ? 1 : 4), settings_(settings), request_(request) {
+  for (int h = 0; h < kHalves; ++h) {
+    part_sums_[h].resize(parts());
+    part_outlooks_[h].resize(parts());
+  }
   const std::uint32_t pilot = settings.min_samples / 2;
   least_ = std::max(std::max(pilot, 1u), power_of_two_below(request.mean * kLeastShare));
   most_ = std::max(least_, power_of_two_below(request.mean * kMostShare));
@@ -66,13 +72,14 @@ NeymanAllocation::NeymanAllocation(Film& film, const PixelRect& region, const Al
 
 NeymanAllocation::Sweep NeymanAllocation::kind(int sweep) const {
   if (sweep + 1 == sweeps_) return Sweep::assign;
-  return sweep == 0 ? Sweep::means : Sweep::demand;
+  return Sweep(sweep);
 }
 
 void NeymanAllocation::run(int sweep, std::size_t part) {
   switch (kind(sweep)) {
     case Sweep::means: return add_means(part);
     case Sweep::demand: return find_demand(part);
+    case Sweep::histogram: return count_pixels(part);
     case Sweep::assign: return assign(part);
   }
 }
@@ -87,7 +94,8 @@ void NeymanAllocation::finish_sweep(int sweep) {
         epsilon_[h] = settings_.measure == AllocationMeasure::relative ? kRelativeEpsilon * mean * mean : 1;
       }
       return;
-    case Sweep::demand:
+    case Sweep::demand: choose_exponent(); return;
+    case Sweep::histogram:
       film_.targets()->demand_known = true;
       solve();
       return;
@@ -110,20 +118,20 @@ void NeymanAllocation::add_means(std::size_t part) {
 }
 
 void NeymanAllocation::find_demand(std::size_t part) {
-  for (int h = 0; h < kHalves; ++h) find_demand_of(h, windows_[part]);
+  for (int h = 0; h < kHalves; ++h) find_demand_of(h, windows_[part], part_outlooks_[h][part]);
 }
 
 // Of half h, from what the other one has seen.
-void NeymanAllocation::find_demand_of(int h, const PixelRect& window) {
+void NeymanAllocation::find_demand_of(int h, const PixelRect& window, Outlook& outlook) {
   SampleTargets& targets = *film_.targets();
   const int seen = 1 - h;
-  thread_local BoxRows means, variances;
-  thread_local std::vector<float> mean_sums, variance_sums;
+  thread_local BoxRows means, deviations;
+  thread_local std::vector<float> mean_sums, deviation_sums;
   means.begin(window.width());
-  variances.begin(window.width());
+  deviations.begin(window.width());
   const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
   mean_sums.resize(padded);
-  variance_sums.resize(padded);
+  deviation_sums.resize(padded);
 
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region_);
@@ -132,38 +140,81 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window) {
     for (int x = read.x0; inside && x < read.x1; ++x) {
       const HalfPixel& pixel = film_.half(seen, x, below);
       float* mean = means.input() + (x - border.x0) * kLanes;
-      float* variance = variances.input() + (x - border.x0) * kLanes;
+      float* deviation = deviations.input() + (x - border.x0) * kLanes;
       const bool known = pixel.count > 1;
-      mean[3] = variance[3] = known ? 1.0f : 0.0f;
+      mean[3] = deviation[3] = known ? 1.0f : 0.0f;
       for (int c = 0; c < 3; ++c) {
-        constexpr double kLargest = 1e18;  // its square, times 49, is a float
+        constexpr double kLargest = 1e36;  // times 49 it is a float
         mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count, -kLargest, kLargest)) : 0.0f;
-        variance[c] =
-            known ? float(std::min(pixel.deviations[c] / (pixel.count - 1.0), kLargest * kLargest)) : 0.0f;
+        deviation[c] = known ? float(std::sqrt(pixel.deviations[c] / (pixel.count - 1.0))) : 0.0f;
       }
     }
     means.push(inside);
-    variances.push(inside);
+    deviations.push(inside);
 
     const int y = below - kBoxRadius;
     if (y < window.y0) continue;
     means.sum(mean_sums.data());
-    variances.sum(variance_sums.data());
+    deviations.sum(deviation_sums.data());
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = std::size_t(x - window.x0) * kLanes;
-      const double n = variance_sums[i + 3];
-      double squared = 0;  // s^2
-      for (int c = 0; c < 3 && n > 0; ++c) {
-        const double variance = variance_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
-        const double scale = settings_.measure == AllocationMeasure::relative ? mean * mean + epsilon_[seen] : 1;
-        squared += variance / std::max(scale, DBL_MIN);
+      const double n = std::max(deviation_sums[i + 3], 1.0f);
+      const HalfPixel& own = film_.half(h, x, y);
+      double squared = 0, own_squared = 0;  // s^2, of the neighbourhood and of the pixel's own half
+      for (int c = 0; c < 3; ++c) {
+        const double deviation = deviation_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
+        const bool relative = settings_.measure == AllocationMeasure::relative;
+        const double scale = relative ? std::max(mean * mean + epsilon_[seen], DBL_MIN) : 1;
+        squared += deviation * deviation / scale;
+        if (own.count > 1) own_squared += own.deviations[c] / (own.count - 1.0) / scale;
       }
       const BlockWork work = film_.work(seen, x, y);
-      const double cost = work.paths > 0 ? double(work.rays) / double(work.paths) : 1;
-      const double ratio = std::clamp(squared / std::max(cost, 1.0), 0x1p-90, 0x1p90);
-      const float demand = float(0.5 * std::log2(ratio)) + dither(x, y, settings_.seed);
-      targets.demand(h, x, y) = demand;
-      std::atomic_ref(targets.histogram[h][std::size_t(bin_of(demand))]).fetch_add(1, std::memory_order_relaxed);
+      const double cost = std::max(1.0, work.paths > 0 ? double(work.rays) / double(work.paths) : 1.0);
+      const double demand = 0.5 * std::log2(std::clamp(squared / cost, 0x1p-90, 0x1p90));
+      targets.demand(h, x, y) = float(demand);
+      const double step = std::exp2(demand / (kExponents - 1));
+      double count = 1;
+      for (int g = 0; g < kExponents; ++g, count *= step) {
+        outlook.variance[g] += own_squared / count;
+        outlook.cost[g] += cost * count;
+      }
+    }
+  }
+}
+
+void NeymanAllocation::choose_exponent() {
+  double gain[kExponents] = {};  // over uniform counts, mean of the halves'
+  for (int h = 0; h < kHalves; ++h) {
+    Outlook total;
+    for (const Outlook& part : part_outlooks_[h]) {
+      for (int g = 0; g < kExponents; ++g) {
+        total.variance[g] += part.variance[g];
+        total.cost[g] += part.cost[g];
+      }
+    }
+    const double uniform = total.variance[0] * total.cost[0];
+    for (int g = 0; g < kExponents; ++g) {
+      const double at = total.variance[g] * total.cost[g];
+      gain[g] += at > 0 ? uniform / at / kHalves : 0;
+    }
+  }
+  const int best = int(std::max_element(gain, gain + kExponents) - gain);
+  film_.targets()->exponent = gain[best] >= kLeastGain ? float(best) / (kExponents - 1) : 0.0f;
+}
+
+float NeymanAllocation::value(const SampleTargets& targets, int h, int x, int y) const {
+  return targets.exponent * targets.demand(h, x, y) + dither(x, y, settings_.seed);
+}
+
+void NeymanAllocation::count_pixels(std::size_t part) {
+  SampleTargets& targets = *film_.targets();
+  const PixelRect& w = windows_[part];
+  for (int h = 0; h < kHalves; ++h) {
+    for (int y = w.y0; y < w.y1; ++y) {
+      for (int x = w.x0; x < w.x1; ++x) {
+        std::uint32_t& pixels = targets.histogram[h][std::size_t(bin_of(value(targets, h, x, y)))];
+        std::atomic_ref(pixels).fetch_add(1, std::memory_order_relaxed);
+      }
     }
   }
 }
@@ -193,10 +244,12 @@ void NeymanAllocation::solve() {
 void NeymanAllocation::assign(std::size_t part) {
   SampleTargets& targets = *film_.targets();
   const PixelRect& w = windows_[part];
+  const auto uniform = std::uint32_t(std::max(request_.mean, 1.0));  // a power of two would do less well
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
-        targets.target(h, x, y) = count_of(bin_of(targets.demand(h, x, y)), shift_[h], least_, most_);
+        std::uint32_t& target = targets.target(h, x, y);
+        target = targets.exponent == 0 ? uniform : count_of(bin_of(value(targets, h, x, y)), shift_[h], least_, most_);
       }
     }
   }

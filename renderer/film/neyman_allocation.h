@@ -1,8 +1,8 @@
 // Sample counts from the other half's pilot: see sample_allocation.h.
 //
-// demand() holds, per half, log2 of s / sqrt(c) plus a dither in [0, 1) that is the pixel's own; a count is then
-// 2^floor(demand + scale), and one number, the scale, sets the mean. It is found in a histogram of the demand, so that
-// later rounds need one sweep only.
+// demand() holds, per half, log2 of s / sqrt(c); to the power g, times a dither of [1, 2) that is the pixel's own, times a
+// scale, rounded down to a power of two, it is the count. The scale sets the mean; it is found in a histogram, so that later
+// rounds need one sweep only.
 #pragma once
 
 #include "renderer/film/sample_allocation.h"
@@ -18,11 +18,20 @@ class NeymanAllocation final : public SampleAllocation {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { means, demand, assign };
+  enum class Sweep { means, demand, histogram, assign };
+  static constexpr int kExponents = 5;
+  // Of one half's pixels: own variance over the count, and cost times the count, if counts were demand to the power
+  // i / (kExponents - 1).
+  struct Outlook {
+    double variance[kExponents] = {}, cost[kExponents] = {};
+  };
   Sweep kind(int sweep) const;
   void add_means(std::size_t part);
   void find_demand(std::size_t part);
-  void find_demand_of(int h, const PixelRect& window);
+  void find_demand_of(int h, const PixelRect& window, Outlook& outlook);
+  void choose_exponent();
+  void count_pixels(std::size_t part);
+  float value(const SampleTargets& targets, int h, int x, int y) const;
   void assign(std::size_t part);
   void solve();
   double mean_count(int h, int shift) const;
@@ -30,6 +39,7 @@ class NeymanAllocation final : public SampleAllocation {
   AllocationSettings settings_;
   AllocationRequest request_;
   std::vector<double> part_sums_[kHalves];
+  std::vector<Outlook> part_outlooks_[kHalves];
   double epsilon_[kHalves] = {0, 0};  // of the half that is looked at
   std::uint32_t least_ = 1, most_ = 1;
   int shift_[kHalves] = {0, 0};  // the scale, in bins of the histogram

@@ -63,6 +63,7 @@ class SampleTargets {
   RoundSummary round;
   // Whether demand() holds a pilot's; cleared when another picture begins.
   bool demand_known = false;
+  float exponent = 1;  // bounded variant: counts follow demand to this power, [0, 1]
   // Of demand(), per half: pixels by value, as the rule that fills them defines it.
   std::vector<std::uint32_t> histogram[kHalves];
 
