@@ -509,9 +509,9 @@ class PathKernel {
 
     // Let the path die with a probability that its throughput gives.
     if (vertex >= task_.settings.roulette_from) {
-      const float survival = survival_probability(task_.settings.roulette, max_component(path.beta) * path.eta_scale);
+      const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
       if constexpr (kWatched) note_roulette(i, survival, b.roulette[j]);
-      if (!(b.roulette[j] < survival)) return false;
+      if (!survives(b.roulette[j], survival)) return false;
       path.beta *= 1 / survival;
     }
 
@@ -652,7 +652,9 @@ class PathKernel {
       const int x = group_.pixel_x[i], y = group_.pixel_y[i];
       if (!task_.window.contains(x, y)) continue;
       const std::size_t slot = result_index(x, y, sample);
-      film_radiance_[slot] = group_.paths[i].radiance;
+      const PathState& path = group_.paths[i];
+      // A throughput that is not finite makes the sample invalid, even where the path met no light afterwards.
+      film_radiance_[slot] = is_finite(path.beta) ? path.radiance : Rgb(std::numeric_limits<float>::quiet_NaN());
       if (task_.range.half == 0) film_first_[slot] = group_.first[i];
     }
   }
