@@ -137,8 +137,8 @@ struct LambertBatch {
     if (!rule) return;
     for (int k = 0; k < count; ++k) {
       const V3f carried = beta[k];
-      const float survival = survival_probability(*rule, max_component(carried));
-      alive[k] &= mask(roulette[k] < survival);
+      const float survival = survival_probability(*rule, carried);
+      alive[k] &= mask(survives(roulette[k], survival));
       beta.set(k, carried * (1 / survival));
     }
   }

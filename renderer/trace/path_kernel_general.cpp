@@ -1,9 +1,9 @@
-#include "renderer/trace/path_kernel_impl.h"
+#include "renderer/trace/path_kernel_general.h"
 
 namespace helio {
 
 bool run_general_kernel(const WindowTask& task, TraceStats& stats) {
-  return PathKernel<true>(task).run(stats);
+  return GeneralKernel<NoWatch>(task).run(stats);
 }
 
 }  // namespace helio

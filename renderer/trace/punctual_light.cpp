@@ -45,7 +45,6 @@ PunctualArrival arrive(const PunctualSource& source, const V3f& point) {
   const float cone = std::clamp(along * source.cone_scale + source.cone_offset, 0.0f, 1.0f);
   const float attenuation = source.linear_cone ? cone : cone * cone;
   arrival.radiance = source.intensity * (window * attenuation / squared);
-  if (!is_finite(arrival.radiance)) arrival.radiance = Rgb(0, 0, 0);
   return arrival;
 }
 

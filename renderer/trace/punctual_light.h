@@ -23,9 +23,12 @@ PunctualSource make_punctual_source(const PunctualLight& light);
 struct PunctualArrival {
   V3f direction{0, 0, 0};  // unit, towards the light
   float distance = 0;      // +inf: directional
-  Rgb radiance{0, 0, 0};   // irradiance on a surface that faces the light; black: nothing arrives
+  // Irradiance on a surface that faces the light; black: nothing arrives. Infinite where the point is nearer to the light
+  // than a float can say: the film counts such a sample as invalid.
+  Rgb radiance{0, 0, 0};
 };
 
+// Within 1e-15 of the light there is no direction to it, and nothing arrives.
 PunctualArrival arrive(const PunctualSource& source, const V3f& point);
 
 }  // namespace helio

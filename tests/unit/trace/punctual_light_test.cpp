@@ -83,5 +83,17 @@ TEST(PunctualLight, ExtremesAreFiniteOrBlack) {
   }
 }
 
+// 8 / (1e-14)^2 = 8e28 is a float, times 1e12 it is none: not hidden, so that the film can count the sample.
+TEST(PunctualLight, NearerThanAFloatCanSayIsInfinite) {
+  PunctualLight light = light_of(PunctualKind::point);
+  light.position = V3d(0, 0, 0);
+  EXPECT_TRUE(is_finite(arrive(make_punctual_source(light), {0, 1e-14f, 0}).radiance));
+  light.intensity = Rgb(8e12f, 0, 1);
+  const Rgb radiance = arrive(make_punctual_source(light), {0, 1e-14f, 0}).radiance;
+  EXPECT_EQ(radiance.x, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(radiance.y, 0);
+  EXPECT_TRUE(std::isfinite(radiance.z));
+}
+
 }  // namespace
 }  // namespace helio

@@ -1,0 +1,135 @@
+// What a kernel is told to write down of what it does: nothing where it renders, everything about one sample where that
+// sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel.
+#pragma once
+
+#include "renderer/trace/mis.h"
+#include "renderer/trace/path_group.h"
+#include "renderer/trace/path_kernel.h"
+#include "renderer/trace/sample_trace.h"
+
+namespace helio {
+
+struct NoWatch {
+  static constexpr bool kWatches = false;
+
+  explicit NoWatch(const WindowTask&) {}
+  static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
+  void placed(std::uint32_t) {}
+  void segment(int, std::uint32_t, const PathGroup&) {}
+  void hit(std::uint32_t, const Hit&, std::uint32_t) {}
+  void throughput(std::uint32_t, const Rgb&) {}
+  void emission(std::uint32_t, const Rgb&, float) {}
+  void surface(std::uint32_t, const Surface&, const SurfaceParams&, const V3f&, const V3f&, bool) {}
+  void light_sample(std::uint32_t, const LightSample&) {}
+  void light_value(std::uint32_t, const LightSample&, const BsdfValue&) {}
+  void shadow_ray(std::uint32_t, float, const Rgb&) {}
+  void occluded(std::uint32_t, bool) {}
+  void scatter(std::uint32_t, const BsdfSample&, const Frame&) {}
+  void next_throughput(std::uint32_t, const Rgb&) {}
+  void roulette(std::uint32_t, float, float) {}
+  void goes_on(std::uint32_t) {}
+};
+
+// `path` is an index in the group throughout; what is said of other paths than the watched one goes nowhere.
+class SampleWatch {
+ public:
+  static constexpr bool kWatches = true;
+
+  explicit SampleWatch(const WindowTask& task) : trace_(*task.trace) {}
+
+  static PixelRect film_bounds(const WindowTask& task) { return {0, 0, task.trace->width, task.trace->height}; }
+  void placed(std::uint32_t path) { watched_ = path; }
+
+  // The path arrives at its next vertex, or leaves the scene.
+  void segment(int vertex, std::uint32_t path, const PathGroup& group) {
+    if (path != watched_) return;
+    VertexTrace& v = trace_.vertices.emplace_back();
+    const PathState& state = group.paths[path];
+    v.number = vertex;
+    v.origin = group.rays[path].origin;
+    v.direction = group.rays[path].direction;
+    v.pdf_w = state.pdf_w;
+    v.radiance = state.radiance;
+    v.throughput = state.beta;
+  }
+
+  void hit(std::uint32_t path, const Hit& hit, std::uint32_t instance_name) {
+    VertexTrace& v = note(path);
+    v.hit = true;
+    v.distance = hit.t;
+    v.instance = instance_name;
+    v.primitive = hit.primitive;
+  }
+
+  void throughput(std::uint32_t path, const Rgb& beta) { note(path).throughput = beta; }
+
+  void emission(std::uint32_t path, const Rgb& radiance, float weight) {
+    VertexTrace& v = note(path);
+    v.emitted = radiance;
+    v.emitted_weight = weight;
+  }
+
+  void surface(std::uint32_t path, const Surface& surface, const SurfaceParams& params, const V3f& normal,
+               const V3f& geometric_normal, bool black) {
+    VertexTrace& v = note(path);
+    v.position = surface.position;
+    v.geometric_normal = geometric_normal;
+    v.shading_normal = normal;
+    v.front = surface.front;
+    v.material = surface.part->material;
+    v.black_side = black;
+    v.params = params;
+    v.params.layers = nullptr;
+  }
+
+  void light_sample(std::uint32_t path, const LightSample& light) { note(path).light.sample = light; }
+
+  void light_value(std::uint32_t path, const LightSample& light, const BsdfValue& value) {
+    LightTrace& trace = note(path).light;
+    trace.evaluated = true;
+    trace.f_cos = value.f_cos;
+    trace.bsdf_pdf_w = value.pdf_w;
+    trace.mis_weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
+  }
+
+  void shadow_ray(std::uint32_t path, float t_max, const Rgb& contribution) {
+    LightTrace& trace = note(path).light;
+    trace.shadow_ray = true;
+    trace.t_max = t_max;
+    trace.contribution = contribution;
+  }
+
+  void occluded(std::uint32_t path, bool occluded) { note(path).light.occluded = occluded; }
+
+  void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
+    VertexTrace& v = note(path);
+    v.sampled = true;
+    v.scatter = sample;
+    if (sample.valid()) v.next_direction = frame.to_world(sample.wi);
+  }
+
+  // After scattering, before roulette.
+  void next_throughput(std::uint32_t path, const Rgb& beta) { note(path).next_throughput = beta; }
+
+  void roulette(std::uint32_t path, float survival, float u) {
+    VertexTrace& v = note(path);
+    v.roulette = true;
+    v.survival = survival;
+    v.roulette_sample = u;
+  }
+
+  void goes_on(std::uint32_t path) { note(path).goes_on = true; }
+
+  // What the film would be offered.
+  void ended(const Rgb& radiance) { trace_.radiance = radiance; }
+
+ private:
+  // The newest vertex of the sample that is watched; of all others, something that nobody reads.
+  VertexTrace& note(std::uint32_t path) { return path == watched_ ? trace_.vertices.back() : ignored_; }
+
+  SampleTrace& trace_;
+  std::uint32_t watched_ = ~0u;
+  VertexTrace ignored_;
+};
+
+}  // namespace helio
