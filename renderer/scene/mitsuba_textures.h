@@ -11,7 +11,7 @@ struct ColorOrTexture {
   TextureSlot texture;
 };
 
-// What a texture is asked for. Mitsuba 3 (3.9.1) swaps the two colours of a checkerboard where it is asked for a number.
+// What a texture is asked for. Mitsuba 3.9.1 swaps the two colours of a checkerboard that is asked for a number.
 enum class TextureUse { color, number };
 
 // The property `name` of `plugin`; `fallback` where it is absent.

@@ -238,7 +238,8 @@ SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3
     return p;
   }
   if (s.material->numbers_textured) apply_number_textures(scene, hit, footprint, s, p);
-  if (is_anisotropic(p.distribution)) p.along = anisotropy_direction(scene, hit, s, scattering_frame(s, p), 0, V2f(1, 0));
+  if (is_anisotropic(p.distribution))
+    p.along = anisotropy_direction(scene, hit, s, scattering_frame(s, p), 0, V2f(1, 0));
   const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
   if (!s.material->textured && !colored) return p;
   const Material& m = scene.description.materials[s.part->material];

@@ -129,7 +129,8 @@ TEST(MitsubaBsdf, NumbersMayBeTextures) {
 }
 
 TEST(MitsubaBsdf, GlassMayTintWhatItReflects) {
-  const Material m = material_of("<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1, 0.2, 0.3'/></bsdf>");
+  const Material m = material_of(
+      "<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1, 0.2, 0.3'/></bsdf>");
   EXPECT_TRUE(m.tinted_reflection);
   EXPECT_EQ(m.specular_color, Rgb(0.1f, 0.2f, 0.3f));
 }

@@ -179,7 +179,8 @@ TEST(MitsubaLoader, RotationsTakeTheAxisAsItIs) {
   const SceneDescription s = loaded(
       "<shape type='cube'><transform name='to_world'><rotate x='1' y='1' angle='40'/></transform></shape>");
   const M44d& m = s.instances[0].to_world;
-  constexpr double kExpected[3][3] = {{1, 0.233956, 0.642788}, {0.233956, 1, -0.642788}, {-0.642788, 0.642788, 0.766044}};
+  constexpr double kExpected[3][3] = {
+      {1, 0.233956, 0.642788}, {0.233956, 1, -0.642788}, {-0.642788, 0.642788, 0.766044}};
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) EXPECT_NEAR(m[column][row], kExpected[row][column], 1e-6);
   ASSERT_EQ(s.report.warnings.size(), 1u);
@@ -193,7 +194,9 @@ TEST(MitsubaLoader, SpectraAreTheColoursOfMitsuba) {
   const auto expect_color = [](const Rgb& found, const Rgb& expected) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 2e-3 * expected[c]);
   };
-  const auto material = [](const std::string& inner) { return loaded("<shape type='cube'>" + inner + "</shape>").materials[0]; };
+  const auto material = [](const std::string& inner) {
+    return loaded("<shape type='cube'>" + inner + "</shape>").materials[0];
+  };
   const auto spectrum = [](const std::string& name, const std::string& value) {
     return "<spectrum name='" + name + "' value='" + value + "'/>";
   };
