@@ -7,6 +7,22 @@
 
 namespace helio {
 
+// As below, of the textures that give numbers.
+template <class NumbersRef, class Visit>
+void for_each_number_slot(NumbersRef& numbers, Visit&& visit) {
+  visit(numbers.roughness);
+  visit(numbers.roughness_across);
+  visit(numbers.metallic);
+  visit(numbers.transmission);
+  visit(numbers.anisotropic);
+  visit(numbers.spec_tint);
+  visit(numbers.sheen);
+  visit(numbers.sheen_tint);
+  visit(numbers.flatness);
+  visit(numbers.clearcoat);
+  visit(numbers.clearcoat_gloss);
+}
+
 // Calls visit(slot) for each slot, present or not; works for Material& and const Material&.
 template <class MaterialRef, class Visit>
 void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
@@ -33,11 +49,18 @@ void for_each_texture_slot(MaterialRef& material, Visit&& visit) {
   visit(layers.diffuse_transmission_texture);
   visit(layers.diffuse_transmission_color_texture);
   visit(material.blend.weight_texture);
+  for_each_number_slot(material.numbers, visit);
 }
 
 inline bool has_any_texture(const Material& material) {
   bool any = false;
   for_each_texture_slot(material, [&](const TextureSlot& slot) { any |= slot.present(); });
+  return any;
+}
+
+inline bool has_number_texture(const Material& material) {
+  bool any = false;
+  for_each_number_slot(material.numbers, [&](const TextureSlot& slot) { any |= slot.present(); });
   return any;
 }
 

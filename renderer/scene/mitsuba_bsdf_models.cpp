@@ -8,20 +8,15 @@ namespace helio::mitsuba {
 
 namespace {
 
-bool is_texture(const Plugin& plugin, const char* name) {
+// A number in [0, 1] where Mitsuba takes no texture.
+double plain_number(const Plugin& plugin, const char* name, double fallback) {
   const Element* e = plugin.find(name);
-  return e && e->tag == "texture";
-}
-
-// A number where Mitsuba takes a texture too.
-double plain_number(const Plugin& plugin, const char* name, double fallback, const Range& range) {
-  if (!is_texture(plugin, name)) return plugin.number(name, fallback, range);
-  plugin.fail(std::string("has a texture as ") + name + ", where only a number is supported", ErrorCode::unimplemented);
+  if (!e || e->tag != "texture") return plugin.number(name, fallback, {0, 1});
+  plugin.fail(std::string("has a texture as ") + name + ", allowed: a number from 0 to 1");
   return fallback;
 }
 
-// alpha, or alpha_u and alpha_v; and the distribution.
-void read_roughness(const Plugin& plugin, bool anisotropic, Material& m) {
+void read_distribution(const Plugin& plugin, Material& m) {
   const std::string distribution = plugin.text("distribution", "beckmann");
   if (distribution == "ggx")
     m.distribution = MicrofacetDistribution::ggx;
@@ -29,14 +24,27 @@ void read_roughness(const Plugin& plugin, bool anisotropic, Material& m) {
     m.distribution = MicrofacetDistribution::beckmann;
   else
     plugin.fail("has distribution \"" + distribution + "\", allowed: beckmann, ggx", ErrorCode::unimplemented);
-  const Range range{0, 1};
-  const double alpha = plain_number(plugin, "alpha", 0.1, range);
-  m.roughness = float(std::sqrt(alpha));
   plugin.boolean("sample_visible", true);  // how it is sampled, not what it is
-  if (!anisotropic) return;
-  const double u = plain_number(plugin, "alpha_u", alpha, range), v = plain_number(plugin, "alpha_v", alpha, range);
-  m.roughness = float(std::sqrt(u));
-  if (u != v) m.roughness_across = float(std::sqrt(v));
+}
+
+// alpha, or alpha_u and alpha_v; and the distribution. Numbers or textures.
+void read_roughness(const Plugin& plugin, LoadContext& context, Material& m) {
+  read_distribution(plugin, m);
+  const Range range{0, 1};
+  if (plugin.has("alpha") && (plugin.has("alpha_u") || plugin.has("alpha_v")))
+    plugin.fail("has alpha and alpha_u or alpha_v, allowed: alpha alone, or those two");
+  if (plugin.has("alpha_u") != plugin.has("alpha_v"))
+    plugin.fail(std::string("has ") + (plugin.has("alpha_u") ? "alpha_u without alpha_v" : "alpha_v without alpha_u") +
+                ", allowed: both");
+  const bool directed = plugin.has("alpha_u");
+  const NumberOrTexture along = read_number(plugin, directed ? "alpha_u" : "alpha", 0.1, range, context);
+  m.roughness = float(std::sqrt(along.value));
+  m.numbers.roughness = along.texture;
+  if (!directed) return;
+  const NumberOrTexture across = read_number(plugin, "alpha_v", 0.1, range, context);
+  if (across.value != along.value || along.texture.present() || across.texture.present())
+    m.roughness_across = float(std::sqrt(across.value));
+  m.numbers.roughness_across = across.texture;
 }
 
 void read_specular_reflectance(const Plugin& plugin, LoadContext& context, Material& m) {
@@ -51,7 +59,7 @@ Material read_conductor(const Plugin& plugin, LoadContext& context) {
   m.model = MaterialModel::conductor;
   m.one_sided = true;
   m.roughness = 0;
-  if (plugin.type() == "roughconductor") read_roughness(plugin, true, m);
+  if (plugin.type() == "roughconductor") read_roughness(plugin, context, m);
   const std::string metal = plugin.text("material", plugin.has("eta") ? "none" : "Cu");
   ComplexIndex index = metal_index(plugin, metal);
   index.eta = read_plain_color(plugin, "eta", index.eta, SpectrumUse::index, context);
@@ -74,15 +82,14 @@ Material read_dielectric(const Plugin& plugin, LoadContext& context) {
   m.roughness = 0;
   m.transmission = 1;
   m.thickness = 1;
-  if (plugin.type() == "roughdielectric") read_roughness(plugin, true, m);
+  if (plugin.type() == "roughdielectric") read_roughness(plugin, context, m);
   m.ior = relative_ior(plugin, 1.5046);
   const ColorOrTexture passed =
       read_color(plugin, "specular_transmittance", Rgb(1, 1, 1), SpectrumUse::reflectance, context);
   m.base_color = passed.color;
   m.base_color_texture = passed.texture;
-  if (read_plain_color(plugin, "specular_reflectance", Rgb(1, 1, 1), SpectrumUse::reflectance, context) !=
-      Rgb(1, 1, 1))
-    plugin.fail("has specular_reflectance other than 1, which is not supported", ErrorCode::unimplemented);
+  read_specular_reflectance(plugin, context, m);
+  m.tinted_reflection = true;
   return m;
 }
 
@@ -107,7 +114,10 @@ Material read_plastic(const Plugin& plugin, LoadContext& context) {
   m.one_sided = true;
   m.metallic = 0;
   m.roughness = 0;
-  if (plugin.type() == "roughplastic") read_roughness(plugin, false, m);
+  if (plugin.type() == "roughplastic") {
+    read_distribution(plugin, m);
+    m.roughness = float(std::sqrt(plain_number(plugin, "alpha", 0.1)));
+  }
   m.ior = relative_ior(plugin, 1.49);
   if (!(m.ior > 1)) {
     plugin.fail("has int_ior / ext_ior of " + std::to_string(m.ior) + ", allowed: above 1");
@@ -126,28 +136,32 @@ Material read_principled(const Plugin& plugin, LoadContext& context) {
   Material m;
   m.model = MaterialModel::principled;
   const Range unit{0, 1};
-  const auto share = [&](const char* name, double fallback) {
-    return float(plain_number(plugin, name, fallback, unit));
+  const auto share = [&](const char* name, double fallback, TextureSlot& texture) {
+    const NumberOrTexture number = read_number(plugin, name, fallback, unit, context);
+    texture = number.texture;
+    return float(number.value);
   };
   const ColorOrTexture base = read_base_color(plugin, "base_color", Rgb(0.5f), context);
   m.base_color = base.color;
   m.base_color_texture = base.texture;
-  m.roughness = share("roughness", 0.5);
-  m.metallic = share("metallic", 0);
-  m.transmission = share("spec_trans", 0);
-  m.principled.anisotropic = share("anisotropic", 0);
-  m.principled.spec_tint = share("spec_tint", 0);
-  m.principled.sheen = share("sheen", 0);
-  m.principled.sheen_tint = share("sheen_tint", 0);
-  m.principled.flatness = share("flatness", 0);
-  m.principled.clearcoat = share("clearcoat", 0);
-  m.principled.clearcoat_gloss = share("clearcoat_gloss", 0);
+  m.roughness = share("roughness", 0.5, m.numbers.roughness);
+  m.metallic = share("metallic", 0, m.numbers.metallic);
+  m.transmission = share("spec_trans", 0, m.numbers.transmission);
+  m.principled.anisotropic = share("anisotropic", 0, m.numbers.anisotropic);
+  m.principled.spec_tint = share("spec_tint", 0, m.numbers.spec_tint);
+  m.principled.sheen = share("sheen", 0, m.numbers.sheen);
+  m.principled.sheen_tint = share("sheen_tint", 0, m.numbers.sheen_tint);
+  m.principled.flatness = share("flatness", 0, m.numbers.flatness);
+  m.principled.clearcoat = share("clearcoat", 0, m.numbers.clearcoat);
+  m.principled.clearcoat_gloss = share("clearcoat_gloss", 0, m.numbers.clearcoat_gloss);
   if (plugin.has("eta") && plugin.has("specular")) plugin.fail("has eta and specular, allowed: one of the two");
   if (plugin.has("eta")) {
     m.ior = float(plugin.number("eta", 1.5, {1, 100}));
   } else {
     // specular = 0.5 is an ior of 1.5: F at normal incidence = 0.08 specular (Burley 2012, section 5.5).
-    m.ior = float(2 / (1 - std::sqrt(0.08 * plugin.number("specular", 0.5, unit))) - 1);
+    double specular = plugin.number("specular", 0.5, unit);
+    if (m.transmission > 0 && specular == 0) specular = 1e-3;  // as Mitsuba: nothing refracts at an ior of 1
+    m.ior = float(2 / (1 - std::sqrt(0.08 * specular)) - 1);
   }
   // An ior of 1 refracts nothing and has no half vectors.
   if (m.transmission > 0) m.ior = std::max(m.ior, 1.001f);

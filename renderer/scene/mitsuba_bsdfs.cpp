@@ -1,5 +1,6 @@
 #include "renderer/scene/mitsuba_bsdfs.h"
 
+#include <optional>
 #include <utility>
 
 #include "renderer/scene/mitsuba_bsdf_models.h"
@@ -34,28 +35,38 @@ int blends_in(const Material& m, const LoadContext& context) {
 // What normalmap and bumpmap have besides their map.
 void read_map_options(const Plugin& plugin, Material& m) {
   m.map_shadowing = plugin.boolean("use_shadowing_function", true);
-  if (!plugin.boolean("flip_invalid_normals", true))
-    plugin.warn("leaves normals as they are that point away from the viewer: here they are bent back");
+  m.map_rule = plugin.boolean("flip_invalid_normals", true) ? MapRule::own_frame : MapRule::own_frame_unflipped;
+  m.map_mirrored = false;  // what is two-sided below the map turns with it
 }
 
 // The material lit from both sides. The parts of a blend are copied: others may refer to them as they are.
 Material two_sided(Material m, LoadContext& context) {
   m.one_sided = false;
+  m.map_mirrored = true;
   if (m.model != MaterialModel::blend || m.blend.by_side) return m;
   m.blend.first = add_material(two_sided(context.scene.materials[std::size_t(m.blend.first)], context), context);
   m.blend.second = add_material(two_sided(context.scene.materials[std::size_t(m.blend.second)], context), context);
   return m;
 }
 
+// The share of the light that meets the material; none where a texture says it.
+std::optional<double> constant_opacity(const Material& m) {
+  if (m.alpha_mode == AlphaMode::opaque) return 1;
+  if (m.opacity_texture.present()) return std::nullopt;
+  return m.base_alpha;
+}
+
+void make_opaque(Material& m) {
+  m.alpha_mode = AlphaMode::opaque;
+  m.base_alpha = 1;
+}
+
 // A blend of two materials, with what concerns the whole surface taken from both.
 Material blend_of(const Plugin& plugin, Material first, Material second, LoadContext& context) {
-  for (const Material* part : {&first, &second}) {
-    if (part->normal_texture.present() || part->bump_texture.present())
-      plugin.fail("holds a bsdf with a normal or bump map, allowed: such a map around the whole",
-                  ErrorCode::unimplemented);
+  for (const Material* part : {&first, &second})
     if (part->alpha_mode != AlphaMode::opaque)
-      plugin.fail("holds a mask or null, allowed: a mask around the whole", ErrorCode::unimplemented);
-  }
+      plugin.fail("holds a mask or null, allowed: one of constant opacity mixed by a constant weight, or a mask around "
+                  "the whole", ErrorCode::unimplemented);
   if (context.reads_vertex_color)
     plugin.fail("holds a bsdf with mesh_attribute, allowed: one that is not mixed", ErrorCode::unimplemented);
   const bool volume = bounds_volume(first) || bounds_volume(second);
@@ -80,6 +91,7 @@ Material read_twosided(const Plugin& plugin, LoadContext& context) {
     plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, allowed: 1, or 2 for front and back");
     return default_material();
   }
+  plugin.boolean("allow_transmission", false);  // what transmits is refused below
   std::vector<Material> sides;
   for (const Element* element : inner) {
     sides.push_back(two_sided(read_bsdf(*element, context), context));
@@ -97,21 +109,36 @@ Material read_blend(const Plugin& plugin, LoadContext& context) {
     plugin.fail("holds " + std::to_string(inner.size()) + " bsdfs, allowed: 2");
     return default_material();
   }
-  const ColorOrTexture weight = read_color(plugin, "weight", Rgb(0.5f), SpectrumUse::reflectance, context);
+  const NumberOrTexture weight = read_number(plugin, "weight", 0.5, {0, 1}, context);
   Material first = read_bsdf(*inner[0], context), second = read_bsdf(*inner[1], context);
+  // What is there of the two: opacities of the parts are taken out of them, and put around the whole.
+  const bool constant =
+      !weight.texture.present() && constant_opacity(first).has_value() && constant_opacity(second).has_value();
+  double mixed = weight.value, opacity = 1;
+  if (constant) {
+    const double there = *constant_opacity(first) * (1 - mixed), there_too = *constant_opacity(second) * mixed;
+    opacity = there + there_too;
+    mixed = opacity > 0 ? there_too / opacity : mixed;
+    for (Material* part : {&first, &second}) make_opaque(*part);
+  }
   Material m = blend_of(plugin, std::move(first), std::move(second), context);
-  m.blend.weight = luminance(weight.color);
+  m.blend.weight = float(mixed);
   m.blend.weight_texture = weight.texture;
+  if (opacity < 1) {
+    m.alpha_mode = AlphaMode::blend;
+    m.base_alpha = float(opacity);
+  }
   return m;
 }
 
 Material read_mask(const Plugin& plugin, LoadContext& context) {
   Material m = nested(plugin, context);
-  const ColorOrTexture opacity = read_color(plugin, "opacity", Rgb(0.5f), SpectrumUse::reflectance, context);
-  if (m.alpha_mode != AlphaMode::opaque)
-    plugin.fail("wraps a mask or null, allowed: a bsdf that is everywhere", ErrorCode::unimplemented);
+  const NumberOrTexture opacity = read_number(plugin, "opacity", 0.5, {0, 1}, context);
+  const std::optional<double> inner = constant_opacity(m);
+  if (!inner)
+    plugin.fail("wraps a mask whose opacity is a texture, allowed: one of constant opacity", ErrorCode::unimplemented);
   m.alpha_mode = AlphaMode::blend;
-  m.base_alpha = luminance(opacity.color);
+  m.base_alpha = float(opacity.value * inner.value_or(1));
   if (!opacity.texture.present()) return m;
   m.opacity_texture = opacity.texture;
   m.opacity_texture.encoding = TexelEncoding::linear;
@@ -119,8 +146,15 @@ Material read_mask(const Plugin& plugin, LoadContext& context) {
   return m;
 }
 
-bool has_map(const Plugin& plugin, const Material& m) {
-  const bool mapped = m.normal_texture.present() || m.bump_texture.present();
+bool is_mapped(const Material& m, const LoadContext& context) {
+  if (m.normal_texture.present() || m.bump_texture.present()) return true;
+  if (m.model != MaterialModel::blend) return false;
+  return is_mapped(context.scene.materials[std::size_t(m.blend.first)], context) ||
+         is_mapped(context.scene.materials[std::size_t(m.blend.second)], context);
+}
+
+bool has_map(const Plugin& plugin, const Material& m, const LoadContext& context) {
+  const bool mapped = is_mapped(m, context);
   if (mapped) plugin.fail("wraps a bsdf that has a normal or bump map already", ErrorCode::unimplemented);
   return mapped;
 }
@@ -128,7 +162,7 @@ bool has_map(const Plugin& plugin, const Material& m) {
 Material read_normal_map(const Plugin& plugin, LoadContext& context) {
   Material m = nested(plugin, context);
   const ColorOrTexture map = read_color(plugin, "normalmap", Rgb(0.5f, 0.5f, 1), SpectrumUse::reflectance, context);
-  if (has_map(plugin, m)) return m;
+  if (has_map(plugin, m, context)) return m;
   if (!map.texture.present()) {
     plugin.fail("needs a texture named normalmap");
     return m;
@@ -147,8 +181,9 @@ Material read_bump_map(const Plugin& plugin, LoadContext& context) {
     plugin.fail("holds " + std::to_string(textures.size()) + " textures, allowed: 1");
     return m;
   }
-  if (has_map(plugin, m)) return m;
-  m.bump_texture = read_texture(plugin.other(*textures.front()), SpectrumUse::reflectance, context);
+  if (has_map(plugin, m, context)) return m;
+  m.bump_texture =
+      read_texture(plugin.other(*textures.front()), SpectrumUse::reflectance, context, TextureUse::number);
   m.bump_scale = float(plugin.number("scale", 1, {-1e30, 1e30}));
   read_map_options(plugin, m);
   return m;

@@ -4,7 +4,7 @@
 //   what scatters by itself                                             mitsuba_bsdf_models.h
 //
 // All others are refused by name. What reflects is one-sided (black from behind) unless twosided wraps it; dielectrics
-// have two sides of their own. Normal and bump maps lie around a whole blend, not around its parts.
+// have two sides of their own. Normal and bump maps: one around a whole, or one around each part of a blend.
 #pragma once
 
 #include "renderer/scene/mitsuba_context.h"

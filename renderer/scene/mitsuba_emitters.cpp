@@ -98,6 +98,7 @@ void read_envmap(const Plugin& plugin, LoadContext& context) {
                                integer ? TexelEncoding::srgb : TexelEncoding::linear, factor);
   if (Status s = prepare_environment_image(fine); !s.ok())
     return context.diagnostics.fail(plugin.place(), s.error());
+  plugin.boolean("mis_compensation", false);  // how it is sampled
   Environment environment;
   environment.image = int(context.scene.images.size());
   environment.radiance = Rgb(float(plugin.number("scale", 1, {0, 1e30})));

@@ -17,6 +17,10 @@ void read_integrator(const Element& element, LoadContext& context) {
   const Plugin plugin(element, context.document, context.diagnostics);
   for (const Element* inner : plugin.children("integrator")) read_integrator(*inner, context);
   plugin.number("rr_depth", 5, {0, 1e9});
+  // How the work is cut and spread.
+  for (const char* key : {"block_size", "samples_per_pass", "timeout", "emitter_samples", "bsdf_samples",
+                          "shading_samples"})
+    plugin.number(key, 0);
   if (plugin.has("max_depth")) {
     const double depth = plugin.number("max_depth", -1, {-1, 1e9});
     context.diagnostics.notice(depth < 0 ? "the file's integrator has no longest path"

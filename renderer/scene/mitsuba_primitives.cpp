@@ -1,5 +1,6 @@
 #include "renderer/scene/mitsuba_primitives.h"
 
+#include <array>
 #include <cmath>
 
 namespace helio::mitsuba {
@@ -42,16 +43,31 @@ TriangleMesh cube_mesh() {
   return mesh;
 }
 
-TriangleMesh disk_mesh() {
+TriangleMesh disk_mesh(int rings) {
   TriangleMesh mesh;
-  for (int i = 0; i < kSegments; ++i) {
-    const Imath::V2d a = on_circle(i), b = on_circle(i + 1);
+  const auto add_triangle = [&](const std::array<V3f, 3>& positions, const std::array<V2f, 3>& uvs) {
     const std::uint32_t first = std::uint32_t(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(),
-                          {V3f(0, 0, 0), V3f(float(a.x), float(a.y), 0), V3f(float(b.x), float(b.y), 0)});
-    const float from = float(i) / kSegments, to = float(i + 1) / kSegments;
-    mesh.texcoords[0].insert(mesh.texcoords[0].end(), {V2f(0, 0.5f * (from + to)), V2f(1, from), V2f(1, to)});
+    mesh.positions.insert(mesh.positions.end(), positions.begin(), positions.end());
+    mesh.texcoords[0].insert(mesh.texcoords[0].end(), uvs.begin(), uvs.end());
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2});
+  };
+  float inner = 0;
+  for (int ring = 0; ring < rings; ++ring) {
+    // Each ring is as wide in proportion to its radius: 0.95 of the next, and a full disk in the middle.
+    const float outer = std::pow(0.95f, float(rings - 1 - ring));
+    for (int i = 0; i < kSegments; ++i) {
+      const Imath::V2d a = on_circle(i), b = on_circle(i + 1);
+      const float from = float(i) / kSegments, to = float(i + 1) / kSegments;
+      const V3f at_a(float(a.x), float(a.y), 0), at_b(float(b.x), float(b.y), 0);
+      if (ring == 0) {
+        add_triangle({V3f(0, 0, 0), at_a * outer, at_b * outer},
+                     {V2f(0, 0.5f * (from + to)), V2f(outer, from), V2f(outer, to)});
+        continue;
+      }
+      add_triangle({at_a * inner, at_a * outer, at_b * outer}, {V2f(inner, from), V2f(outer, from), V2f(outer, to)});
+      add_triangle({at_a * inner, at_b * outer, at_b * inner}, {V2f(inner, from), V2f(outer, to), V2f(inner, to)});
+    }
+    inner = outer;
   }
   return mesh;
 }
@@ -79,27 +95,6 @@ TriangleMesh cylinder_mesh(const V3d& p0, const V3d& p1, double radius) {
 void flip(TriangleMesh& mesh) {
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
   for (V3f& n : mesh.normals) n = -n;
-}
-
-void add_u_tangents(TriangleMesh& mesh) {
-  const std::vector<V2f>& uvs = mesh.texcoords[0];
-  if (uvs.empty()) return;
-  std::vector<V3f> sums(mesh.positions.size(), V3f(0, 0, 0));
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-    const std::uint32_t *k = &mesh.indices[i], a = k[0], b = k[1], c = k[2];
-    const V2f d1 = uvs[b] - uvs[a], d2 = uvs[c] - uvs[a];
-    const float determinant = d1.x * d2.y - d1.y * d2.x;
-    if (!(std::fabs(determinant) > 1e-20f)) continue;
-    const V3f e1 = mesh.positions[b] - mesh.positions[a], e2 = mesh.positions[c] - mesh.positions[a];
-    const V3f along = normalize_any((e1 * d2.y - e2 * d1.y) * (1 / determinant));
-    for (const std::uint32_t vertex : {a, b, c}) sums[vertex] += along;
-  }
-  mesh.tangents.clear();
-  for (const V3f& sum : sums) {
-    const V3f unit = normalize_any(sum);
-    const V3f safe = length_squared(unit) > 0.5f ? unit : V3f(1, 0, 0);
-    mesh.tangents.push_back({safe.x, safe.y, safe.z, 1});
-  }
 }
 
 }  // namespace helio::mitsuba

@@ -24,10 +24,15 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   size.width = film.integer("width", size.width, 1, 1 << 20);
   size.height = film.integer("height", size.height, 1, 1 << 20);
   for (const char* key : {"pixel_format", "component_format", "file_format"}) film.text(key, "");
-  if (film.has("crop_width") || film.has("crop_height"))
+  for (const char* key : {"banner", "compensate", "sample_border", "attach_log", "high_quality_edges"})
+    film.boolean(key, false);
+  for (const char* key : {"crop_offset_x", "crop_offset_y"}) film.has(key);
+  const bool cropped_wide = film.has("crop_width"), cropped_high = film.has("crop_height");
+  if (cropped_wide || cropped_high)
     film.warn("is cropped: the whole film is what is rendered");
   for (const Element* filter : film.children("rfilter")) {
-    filter->read = true;
+    const Plugin p = film.other(*filter);
+    for (const char* key : {"radius", "stddev", "lobes", "B", "C"}) p.number(key, 0);
     if (filter->type != "box")
       film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
   }
@@ -85,6 +90,7 @@ void read_sensor(const Element& element, LoadContext& context) {
     const Plugin p = plugin.other(*sampler);
     p.number("sample_count", 4);
     p.number("seed", 0);
+    p.boolean("jitter", true);
   }
   CameraDescription camera;
   camera.name = element.id.empty() ? type : element.id;
@@ -94,6 +100,7 @@ void read_sensor(const Element& element, LoadContext& context) {
   camera.to_world = camera_to_world(to_world);
   plugin.number("near_clip", 1e-2, {0, 1e30});
   plugin.number("far_clip", 1e4, {0, 1e30});
+  for (const char* key : {"shutter_open", "shutter_close"}) plugin.number(key, 0);  // nothing moves
   for (const char* key : {"principal_point_offset_x", "principal_point_offset_y"})
     if (plugin.number(key, 0) != 0)
       plugin.fail(std::string("has ") + key + " other than 0, which is not supported", ErrorCode::unimplemented);

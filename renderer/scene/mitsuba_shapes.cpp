@@ -47,6 +47,7 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   const Plugin plugin(element, context_.document, context_.diagnostics);
   Placed placed;
   placed.to_world = plugin.transform("to_world");
+  plugin.number("silhouette_sampling_weight", 1, {0, 1e30});  // of derivatives, of which there are none
   Object object;
   object.name = element.id.empty() ? plugin.type() : element.id;
   const Material material = read_material(plugin);
@@ -94,6 +95,12 @@ Material ShapeReader::read_material(const Plugin& plugin) {
   return material;
 }
 
+bool ShapeReader::is_bumped(const Material& m) const {
+  if (m.model != MaterialModel::blend) return m.bump_texture.present();
+  return m.bump_texture.present() || is_bumped(context_.scene.materials[std::size_t(m.blend.first)]) ||
+         is_bumped(context_.scene.materials[std::size_t(m.blend.second)]);
+}
+
 void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
   const std::string& type = plugin.type();
   if (type == "sphere") return read_sphere(plugin, material, object, to_world);
@@ -103,7 +110,7 @@ void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& o
   } else if (type == "cube") {
     mesh = cube_mesh();
   } else if (type == "disk") {
-    mesh = disk_mesh();
+    mesh = disk_mesh(is_bumped(material) ? kBumpedRings : 1);
   } else if (type == "cylinder") {
     const V3d p0 = plugin.vector("p0", {0, 0, 0}), p1 = plugin.vector("p1", {0, 0, 1});
     const double radius = plugin.number("radius", 1, {0, 1e12, true});
@@ -116,7 +123,6 @@ void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& o
   }
   if (mesh.indices.empty()) return;
   if (plugin.boolean("flip_normals", false)) flip(mesh);
-  if (material.normal_texture.present()) add_u_tangents(mesh);
   object.meshes.push_back(std::move(mesh));
 }
 
@@ -149,8 +155,6 @@ void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Ob
   const double radius = plugin.number("radius", 1, {0, 1e12, true});
   if (plugin.boolean("flip_normals", false))
     return plugin.fail("has flip_normals, which is not supported for spheres", ErrorCode::unimplemented);
-  if (material.normal_texture.present() || material.bump_texture.present())
-    return plugin.fail("has a normal or bump map, which is supported on meshes only", ErrorCode::unimplemented);
   if (!has_orientation(material)) {
     object.spheres.push_back({V3f(center), float(radius), 0});
     return;

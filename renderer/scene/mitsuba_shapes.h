@@ -23,6 +23,7 @@ class ShapeReader {
   void read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world);
   void read_instance(const Plugin& plugin);
   Material read_material(const Plugin& plugin);
+  bool is_bumped(const Material& material) const;
   void use_vertex_colors(const Plugin& plugin, Object& object);
   void add_instance(const Plugin& plugin, const Placed& placed);
 

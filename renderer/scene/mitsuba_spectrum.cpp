@@ -3,22 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/scene/cie_1931.h"
+
 namespace helio::mitsuba {
 
 namespace {
-
-double lobe(double x, double mean, double below, double above) {
-  const double t = (x - mean) * (x < mean ? below : above);
-  return std::exp(-0.5 * t * t);
-}
-
-// Wyman et al. 2013, multi-lobe fit; nm.
-V3d observer(double nm) {
-  return {1.056 * lobe(nm, 599.8, 0.0264, 0.0323) + 0.362 * lobe(nm, 442.0, 0.0624, 0.0374) -
-              0.065 * lobe(nm, 501.1, 0.0490, 0.0382),
-          0.821 * lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * lobe(nm, 530.9, 0.0613, 0.0322),
-          1.217 * lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * lobe(nm, 459.0, 0.0385, 0.0725)};
-}
 
 // XYZ to linear sRGB (IEC 61966-2-1).
 V3d to_srgb(const V3d& c) {
@@ -44,8 +33,8 @@ std::optional<Rgb> spectrum_color(const std::string& text, SpectrumUse use) {
     return v[1];
   };
   V3d sum(0, 0, 0), white(0, 0, 0);
-  for (double nm = 360.5; nm < 830; nm += 1) {
-    const V3d response = observer(nm);
+  for (double nm = kCieFirst + 0.5; nm < kCieLast; nm += 1) {
+    const V3d response = cie_1931_observer(nm) * (use == SpectrumUse::emission ? 1.0 : cie_d65(nm));
     sum += response * value_at(nm);
     white += response;
   }
@@ -56,6 +45,11 @@ std::optional<Rgb> spectrum_color(const std::string& text, SpectrumUse use) {
     out[c] = float(std::clamp(relative, 0.0, use == SpectrumUse::reflectance ? 1.0 : 1e30));
   }
   return out;
+}
+
+Rgb equal_energy_white() {
+  static const Rgb white = *spectrum_color("360:1, 830:1", SpectrumUse::emission);
+  return white;
 }
 
 }  // namespace helio::mitsuba

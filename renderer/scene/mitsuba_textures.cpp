@@ -1,6 +1,7 @@
 #include "renderer/scene/mitsuba_textures.h"
 
 #include <cstring>
+#include <utility>
 
 #include "renderer/scene/image_decoder.h"
 #include "renderer/scene/mitsuba_transform.h"
@@ -43,6 +44,8 @@ TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
   else if (wrap != "repeat")
     plugin.fail("has wrap_mode \"" + wrap + "\", allowed: repeat, clamp, mirror");
   slot.uv_transform = uv_rows(plugin.transform("to_uv"));
+  plugin.text("format", "");        // how Mitsuba keeps the texels
+  plugin.boolean("accel", true);    // and looks them up
   const bool raw = plugin.boolean("raw", false) || plugin.number("gamma", 0) == 1;
   if (slot.image >= 0) {
     const TexelFormat format = context.scene.images[std::size_t(slot.image)].format;
@@ -53,9 +56,11 @@ TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
 }
 
 // Two by two texels without filtering: color0 where both halves of (u, v) agree, else color1.
-TextureSlot read_checkerboard(const Plugin& plugin, SpectrumUse use, LoadContext& context) {
-  const Rgb a = read_plain_color(plugin, "color0", Rgb(0.4f), use, context);
-  const Rgb b = read_plain_color(plugin, "color1", Rgb(0.2f), use, context);
+TextureSlot read_checkerboard(const Plugin& plugin, SpectrumUse use, LoadContext& context, TextureUse texture_use) {
+  if (use == SpectrumUse::emission) use = SpectrumUse::index;  // of a lamp too, its colours are not light by themselves
+  Rgb a = read_plain_color(plugin, "color0", Rgb(0.4f), use, context);
+  Rgb b = read_plain_color(plugin, "color1", Rgb(0.2f), use, context);
+  if (texture_use == TextureUse::number) std::swap(a, b);
   TextureSlot slot;
   slot.image = add_image(
       float_image("checkerboard", 2, 2, 3, {a.x, a.y, a.z, b.x, b.y, b.z, b.x, b.y, b.z, a.x, a.y, a.z}), context);
@@ -67,18 +72,29 @@ TextureSlot read_checkerboard(const Plugin& plugin, SpectrumUse use, LoadContext
 }  // namespace
 
 ColorOrTexture read_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
-                          LoadContext& context) {
+                          LoadContext& context, TextureUse texture_use) {
   const Element* element = plugin.find(name);
   if (!element) return {fallback, {}};
   if (const std::optional<Rgb> color = color_of(*element, use, context.diagnostics)) return {*color, {}};
-  const TextureSlot slot = read_texture(plugin.other(*element), use, context);
+  const TextureSlot slot = read_texture(plugin.other(*element), use, context, texture_use);
   return {slot.present() ? Rgb(1, 1, 1) : fallback, slot};
 }
 
-TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context) {
+NumberOrTexture read_number(const Plugin& plugin, const char* name, double fallback, const Range& range,
+                            LoadContext& context) {
+  const Element* element = plugin.find(name);
+  if (!element || element->tag == "float" || element->tag == "integer")
+    return {plugin.number(name, fallback, range), {}};
+  const ColorOrTexture read =
+      read_color(plugin, name, Rgb(float(fallback)), SpectrumUse::reflectance, context, TextureUse::number);
+  if (read.texture.present()) return {1, read.texture};
+  return {luminance(read.color), {}};
+}
+
+TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context, TextureUse texture_use) {
   const bool is_texture = texture.element().tag == "texture";
   if (is_texture && texture.type() == "bitmap") return read_bitmap(texture, context);
-  if (is_texture && texture.type() == "checkerboard") return read_checkerboard(texture, use, context);
+  if (is_texture && texture.type() == "checkerboard") return read_checkerboard(texture, use, context, texture_use);
   texture.fail("is not supported; textures that are: bitmap, checkerboard, and "
                "mesh_attribute as the base colour of diffuse, plastic and principled", ErrorCode::unimplemented);
   return {};

@@ -11,12 +11,26 @@ struct ColorOrTexture {
   TextureSlot texture;
 };
 
+// What a texture is asked for. Mitsuba 3.9.1 swaps the two colours of a checkerboard that is asked for a number.
+enum class TextureUse { color, number };
+
 // The property `name` of `plugin`; `fallback` where it is absent.
 ColorOrTexture read_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
-                          LoadContext& context);
+                          LoadContext& context, TextureUse texture_use = TextureUse::color);
+
+// A property that is a number or a texture: `value` times the texture's luminance, where there is one.
+struct NumberOrTexture {
+  double value = 0;
+  TextureSlot texture;
+};
+
+// The property `name` of `plugin`; `fallback` where it is absent. Of a colour, its luminance.
+NumberOrTexture read_number(const Plugin& plugin, const char* name, double fallback, const Range& range,
+                            LoadContext& context);
 
 // A texture plugin: bitmap or checkerboard. Others are refused by name and absent.
-TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context);
+TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& context,
+                         TextureUse texture_use = TextureUse::color);
 
 // As read_color, of a property that must be a colour: a texture is refused by name.
 Rgb read_plain_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,

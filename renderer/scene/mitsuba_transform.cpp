@@ -1,5 +1,8 @@
 #include "renderer/scene/mitsuba_transform.h"
 
+#include <cmath>
+#include <numbers>
+
 #include "renderer/scene/mitsuba_values.h"
 
 namespace helio::mitsuba {
@@ -17,13 +20,18 @@ std::optional<M44d> matrix_of(const Element& e) {
   return m;
 }
 
+// Rodrigues' formula with the axis as it is given: as in Mitsuba 3, one that is not of unit length scales as well.
 std::optional<M44d> rotation_of(const Element& e) {
   const auto axis = vector_of(e, 0);
   const auto angle = parse_numbers(e.attribute("angle"));
   if (!axis || !angle || angle->size() != 1 || !(length(*axis) > 0)) return std::nullopt;
-  M44d m;
-  m.setAxisAngle(normalize(*axis), angle->front() * std::numbers::pi / 180);
-  return m;
+  const double radians = angle->front() * std::numbers::pi / 180, c = std::cos(radians), s = std::sin(radians);
+  const V3d& a = *axis;
+  const V3d rest = a * (1 - c);
+  return M44d(c + rest.x * a.x, rest.x * a.y + s * a.z, rest.x * a.z - s * a.y, 0,  //
+              rest.y * a.x - s * a.z, c + rest.y * a.y, rest.y * a.z + s * a.x, 0,  //
+              rest.z * a.x + s * a.y, rest.z * a.y - s * a.x, c + rest.z * a.z, 0,  //
+              0, 0, 0, 1);
 }
 
 std::optional<M44d> look_at_of(const Element& e) {
@@ -52,6 +60,12 @@ std::optional<M44d> look_at_of(const Element& e) {
   const V3d true_up = cross(forward, left);
   return M44d(left.x, left.y, left.z, 0, true_up.x, true_up.y, true_up.z, 0, forward.x, forward.y, forward.z, 0,
               origin->x, origin->y, origin->z, 1);
+}
+
+void warn_about_axis(const Element& e, Diagnostics& diagnostics) {
+  const auto axis = vector_of(e, 0);
+  if (axis && std::fabs(length(*axis) - 1) > 1e-4)
+    diagnostics.warn(e.place, "<rotate> has an axis that is not of unit length: as in Mitsuba 3, it scales as well");
 }
 
 std::optional<M44d> step_of(const Element& e) {
@@ -100,6 +114,7 @@ M44d read_transform(const Element& element, Diagnostics& diagnostics) {
       diagnostics.fail(e.place, "<" + e.tag + "> in a transform, allowed: translate, rotate, scale, matrix, lookat");
       continue;
     }
+    if (e.tag == "rotate") warn_about_axis(e, diagnostics);
     if (const std::optional<M44d> step = step_of(e))
       all = all * *step;
     else

@@ -141,6 +141,7 @@ std::optional<Rgb> color_of(const Element& e, SpectrumUse use, Diagnostics& diag
   const auto v = parse_numbers(value);
   if (!v || (v->size() != 1 && v->size() != 3)) return refuse("one finite number or three");
   Rgb color = v->size() == 1 ? Rgb(float((*v)[0])) : Rgb(float((*v)[0]), float((*v)[1]), float((*v)[2]));
+  if (e.tag == "spectrum" && v->size() == 1 && use == SpectrumUse::emission) color *= equal_energy_white();
   if (e.tag == "srgb") color = Rgb(srgb_to_linear(color.x), srgb_to_linear(color.y), srgb_to_linear(color.z));
   const float most = use == SpectrumUse::reflectance ? 1.0f : 1e30f;
   for (int c = 0; c < 3; ++c)

@@ -60,7 +60,8 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text);
 enum class SpectrumUse { reflectance, emission, index };
 
 // The colour of an element <rgb>, <srgb>, <spectrum>, <float> or texture "uniform"; none when it is something else (a
-// texture). Linear sRGB. "400:0.1, 700:0.9" goes through the CIE 1931 observer (mitsuba_spectrum.h).
+// texture). Linear sRGB. Spectra go through the CIE 1931 observer (mitsuba_spectrum.h): emission of one value in
+// <spectrum> is that of equal energy, in the others it is grey.
 std::optional<Rgb> color_of(const Element& element, SpectrumUse use, Diagnostics& diagnostics);
 
 // Lists as unread every property that nobody asked for; plugins that nothing refers to are only named.

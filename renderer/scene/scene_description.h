@@ -113,13 +113,29 @@ struct PrincipledMaterial {
   float clearcoat_gloss = 0;  // [0, 1]
 };
 
+// Numbers of Mitsuba's materials that textures give: the luminance of the texel, clamped to [0, 1], times the number.
+struct NumberTextures {
+  // Microfacet alpha along and across the tangent in place of roughness squared; of principled the perceptual
+  // roughness. Across absent: roughness_across where that is not below 0, else the same as along.
+  TextureSlot roughness, roughness_across;
+  TextureSlot metallic, transmission;  // of principled, as the rest
+  TextureSlot anisotropic, spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss;
+};
+
 // (1 - weight) first + weight second; or the first on the front and the second on the back.
 struct BlendMaterial {
-  int first = -1, second = -1;  // indices into SceneDescription::materials, of materials without maps of their normals
+  int first = -1, second = -1;  // indices into SceneDescription::materials; maps of their normals only with their own
+                                // frames (MapRule other than bend)
   float weight = 0.5f;          // [0, 1]
   TextureSlot weight_texture;   // luminance, times weight
   bool by_side = false;
 };
+
+// What a normal or bump map does. bend: it is the shading normal, bent where it would face away from the viewer or
+// reflect below the surface. own_frame and own_frame_unflipped, Mitsuba's: only the scattering happens in the frame of
+// the mapped normal, on spheres too (trace/surface_map.h); own_frame turns a normal that faces away from the viewer by
+// half a turn about the unmapped one.
+enum class MapRule : std::uint8_t { bend, own_frame, own_frame_unflipped };
 
 struct Material {
   std::string name;
@@ -164,11 +180,17 @@ struct Material {
   float normal_scale = 1;
   TextureSlot bump_texture;  // luminance: height along the normal; on meshes without normal_texture
   float bump_scale = 1;      // scene units per unit of it
-  bool map_shadowing = false;  // Mitsuba: what either map turns towards the light is darkened, see trace/surface_bump.h
+  MapRule map_rule = MapRule::bend;
+  bool map_shadowing = false;  // with a frame of its own: what the map turns towards the light is darkened
+  bool map_mirrored = false;   // the same: from behind the map is seen mirrored in the surface, not from below
 
   MaterialLayers layers;  // of metallic_roughness
   bool nonlinear = false;  // plastic: the base's colour shifts as light goes back and forth below the interface
+  // metallic_roughness that transmits: specular_color is the colour of all that the interface reflects and takes
+  // nothing from what passes, instead of f0's.
+  bool tinted_reflection = false;
   PrincipledMaterial principled;
+  NumberTextures numbers;
   BlendMaterial blend;
 
   AlphaMode alpha_mode = AlphaMode::opaque;

@@ -74,7 +74,7 @@ BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u
   return {};
 }
 
-BsdfValue evaluate_unshadowed(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+BsdfValue evaluate_in_frame(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
   if (params.model == LobeModel::blend) return evaluate_blend(params, wo, wi);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {};
@@ -82,7 +82,7 @@ BsdfValue evaluate_unshadowed(const SurfaceParams& params, const V3f& wo, const 
   return evaluate_from_above(params, mirrored(wo), mirrored(wi), true);
 }
 
-BsdfSample sample_unshadowed(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
+BsdfSample sample_in_frame(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
   if (params.model == LobeModel::blend) return sample_blend(params, wo, u_lobe, u);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {};
@@ -95,22 +95,37 @@ BsdfSample sample_unshadowed(const SurfaceParams& params, const V3f& wo, float u
 // Smith's masking of wi by the facets that a normal map stands for (Conty Estevez, Lecocq and Stein 2019, "A
 // Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
 float map_shadowing(const SurfaceParams& params, const V3f& wi) {
-  const float cosine = dot(params.unmapped_normal, wi), cos2 = cosine * cosine;
+  const float cos2 = wi.z * wi.z;
   if (!(cos2 > 0)) return 0;
   return 2 / (1 + std::sqrt(1 + params.map_alpha2 * std::max(0.0f, 1 - cos2) / cos2));
+}
+
+// The unmapped and the mapped surface agree on the side that a direction lies on.
+bool same_side(const V3f& unmapped, const V3f& mapped) {
+  return unmapped.z * mapped.z > 0;
 }
 
 }  // namespace
 
 BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
-  BsdfValue value = evaluate_unshadowed(params, wo, wi);
+  if (!params.mapped) return evaluate_in_frame(params, wo, wi);
+  const Frame frame(params.map_normal);
+  const V3f own_wi = frame.to_local(wi);
+  if (!same_side(wi, own_wi)) return {};
+  BsdfValue value = evaluate_in_frame(params, frame.to_local(wo), own_wi);
   if (params.map_alpha2 > 0) value.f_cos *= map_shadowing(params, wi);
   return value;
 }
 
 BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
-  BsdfSample sample = sample_unshadowed(params, wo, u_lobe, u);
-  if (params.map_alpha2 > 0 && sample.valid()) sample.weight *= map_shadowing(params, sample.wi);
+  if (!params.mapped) return sample_in_frame(params, wo, u_lobe, u);
+  const Frame frame(params.map_normal);
+  BsdfSample sample = sample_in_frame(params, frame.to_local(wo), u_lobe, u);
+  if (!sample.valid()) return sample;
+  const V3f own_wi = sample.wi;
+  sample.wi = frame.to_world(own_wi);
+  if (!same_side(sample.wi, own_wi)) return {};
+  if (params.map_alpha2 > 0) sample.weight *= map_shadowing(params, sample.wi);
   return sample;
 }
 
@@ -139,7 +154,8 @@ bool is_pure_delta(const SurfaceParams& params) {
   return true;
 }
 
-Rgb surface_albedo(const SurfaceParams& params, const V3f& wo) {
+Rgb surface_albedo(const SurfaceParams& params, const V3f& wo_unmapped) {
+  const V3f wo = params.mapped ? Frame(params.map_normal).to_local(wo_unmapped) : wo_unmapped;
   if (params.model == LobeModel::blend) return blend_albedo(params, wo);
   const Side side = side_of(params, wo);
   if (side == Side::none) return {0, 0, 0};

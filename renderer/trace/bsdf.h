@@ -58,20 +58,23 @@ struct SurfaceParams {
   float ior = 1.5f;              // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
   float specular = 1;            // KHR_materials_specular
   Rgb specular_color{1, 1, 1};   // also the tint of what conductor, plastic and pane reflect
+  bool tinted_reflection = false;  // and of what the interface of metallic_roughness reflects, which keeps its f0
   Rgb f0{0.04f, 0.04f, 0.04f};   // specular_glossiness
   Rgb eta{1, 1, 1}, k{0, 0, 0};  // conductor
   // Anisotropic distributions: alpha along a unit direction of the local frame, and across; `alpha` is their geometric
   // mean.
   float alpha_along = 1, alpha_across = 1;
   V2f along{1, 0};
-  // Shadowing of mapped normals (surface_bump.h): the unmapped normal, local frame, and alpha^2; 0: none.
-  V3f unmapped_normal{0, 0, 1};
+  // Scattering about another normal than the frame's (surface_map.h): that normal, unit, local frame; and alpha^2 of
+  // its shadowing, 0: none. The directions above are in Frame(map_normal), `along` too.
+  bool mapped = false;
+  V3f map_normal{0, 0, 1};
   float map_alpha2 = 0;
+  PrincipledMaterial principled;  // principled
   // Kept alive by whoever made these, and never null for the model that needs them.
   const LayerParams* layers = nullptr;             // stack
-  const PlasticInterface* plastic = nullptr;       // plastic
-  const PrincipledMaterial* principled = nullptr;  // principled
-  const BlendParams* blend = nullptr;              // blend
+  const PlasticInterface* plastic = nullptr;  // plastic
+  const BlendParams* blend = nullptr;         // blend
 };
 
 // Whether light may come out on the far side of the surface.

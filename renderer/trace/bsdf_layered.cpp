@@ -53,7 +53,7 @@ FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
   if (lobes.film) response.reflected = lobes.film->over_opaque(response.reflected, cos_i);
   if (lobes.passage == Passage::none) return response;
   const GlassFresnel glass = glass_fresnel(lobes, cos_i);
-  response.reflected += glass.reflected * lobes.glass;
+  response.reflected += glass.reflected * lobes.reflection_tint * lobes.glass;
   response.transmitted = lobes.tint * (lobes.glass * glass.transmitted);
   response.cos_t = glass.cos_t;
   if (lobes.passage != Passage::straight) {
@@ -89,7 +89,7 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     straight = mean(lobes.tint) * lobes.glass;
   } else if (lobes.passage != Passage::none) {
     const GlassFresnel glass = glass_fresnel(lobes, wo.z);
-    facets += lobes.glass * (mean(glass.reflected) * (terms.a + terms.b) +
+    facets += lobes.glass * (mean(glass.reflected * lobes.reflection_tint) * (terms.a + terms.b) +
                              mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
   const float diffuse = mean(lobes.diffuse) * choice.base_entry, sum = diffuse + facets + straight;
@@ -267,7 +267,7 @@ Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {
     const GlassFresnel glass = glass_fresnel(lobes, wo.z);
-    albedo += (glass.reflected * (terms.a + terms.b) +
+    albedo += (glass.reflected * lobes.reflection_tint * (terms.a + terms.b) +
                lobes.tint * (glass.transmitted * kept_by_transmission(lobes, terms))) *
               lobes.glass;
   }

@@ -54,6 +54,8 @@ struct LayeredLobes {
   Rgb glass_f0{0, 0, 0};
   float glass_f90 = 1, exact_f0 = 0;
 
+  Rgb reflection_tint{1, 1, 1};  // of what the glass reflects; what passes is not changed
+
   const ThinFilm* film = nullptr;  // changes the reflection where there is one; lives as long as the lobes do
 };
 

@@ -37,7 +37,8 @@ LayeredLobes metallic_roughness_lobes(const SurfaceParams& params, bool inside) 
   set_roughness(params, lobes);
   const float metal = params.metallic, glass = (1 - metal) * params.transmission;
   const float opaque = (1 - metal) * (1 - params.transmission);
-  const Rgb tinted = params.specular_color * dielectric_f0(params.ior);
+  const Rgb tinted = (params.tinted_reflection ? Rgb(1, 1, 1) : params.specular_color) * dielectric_f0(params.ior);
+  if (params.tinted_reflection) lobes.reflection_tint = params.specular_color;
   const Rgb f0(std::min(1.0f, tinted.x), std::min(1.0f, tinted.y), std::min(1.0f, tinted.z));
 
   lobes.r0 = params.base_color * metal + f0 * (params.specular * opaque);

@@ -37,7 +37,7 @@ Rgb schlick(const Rgb& f0, float s) {
 class Principled {
  public:
   Principled(const SurfaceParams& params, bool inside)
-      : p_(*params.principled), base_(params.base_color), metal_(params.metallic), inside_(inside) {
+      : p_(params.principled), base_(params.base_color), metal_(params.metallic), inside_(inside) {
     facets_ = microfacet_of(params);
     eta_ = inside ? 1 / params.ior : params.ior;
     glass_ = (1 - metal_) * params.transmission;

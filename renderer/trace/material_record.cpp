@@ -6,6 +6,7 @@
 #include "renderer/trace/bsdf_plastic.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface_layers.h"
+#include "renderer/trace/surface_numbers.h"
 
 namespace helio {
 namespace {
@@ -61,28 +62,6 @@ LayerParams layer_params(const MaterialLayers& m) {
   return p;
 }
 
-// Alphas along and across the tangent; their mean for what knows no direction.
-void set_anisotropy(const Material& m, SurfaceParams& p) {
-  if (m.model == MaterialModel::principled) {
-    const float aspect = std::sqrt(1 - 0.9f * m.principled.anisotropic);
-    p.alpha_along = std::max(p.alpha / aspect, kDeltaAlpha);
-    p.alpha_across = std::max(p.alpha * aspect, kDeltaAlpha);
-    p.alpha = std::max(p.alpha, kDeltaAlpha);
-  } else if (m.roughness_across >= 0) {
-    p.alpha_along = p.alpha;
-    p.alpha_across = sqr(m.roughness_across);
-    if (std::max(p.alpha_along, p.alpha_across) < kDeltaAlpha) return;
-    p.alpha_along = std::max(p.alpha_along, kDeltaAlpha);
-    p.alpha_across = std::max(p.alpha_across, kDeltaAlpha);
-    p.alpha = std::sqrt(p.alpha_along * p.alpha_across);
-  } else {
-    return;
-  }
-  if (p.alpha_along == p.alpha_across) return;
-  p.distribution = p.distribution == MicrofacetDistribution::beckmann ? MicrofacetDistribution::beckmann_anisotropic
-                                                                      : MicrofacetDistribution::ggx_anisotropic;
-}
-
 bool has_layer_texture(const MaterialLayers& m) {
   return m.clearcoat_texture.present() || m.clearcoat_roughness_texture.present() || m.sheen_color_texture.present() ||
          m.sheen_roughness_texture.present() || m.anisotropy_texture.present() || m.iridescence_texture.present() ||
@@ -109,7 +88,9 @@ MaterialRecord make_material_record(const Material& m) {
   p.f0 = m.specular_glossiness_f0;
   p.eta = m.conductor_eta;
   p.k = m.conductor_k;
-  set_anisotropy(m, p);
+  p.tinted_reflection = m.tinted_reflection;
+  p.principled = m.principled;
+  set_alphas(m, p.alpha, m.roughness_across >= 0 ? sqr(m.roughness_across) : p.alpha, p);
 
   r.unlit = m.model == MaterialModel::unlit;
   r.emission = r.unlit ? m.base_color : m.emission;
@@ -118,13 +99,15 @@ MaterialRecord make_material_record(const Material& m) {
   r.one_sided = m.one_sided;
   r.volume = !p.thin;
   r.absorption = r.volume ? absorption_coefficient(m) : Rgb(0, 0, 0);
-  r.normal_mapped = m.normal_texture.present() || m.bump_texture.present();
-  r.map_shadowing = r.normal_mapped && m.map_shadowing;
+  const bool mapped = m.normal_texture.present() || m.bump_texture.present();
+  r.normal_mapped = mapped && m.map_rule == MapRule::bend;
+  r.scatters_mapped = mapped && m.map_rule != MapRule::bend;
   r.specular = p.model != LobeModel::none && p.model != LobeModel::lambert;
   const bool needs_lookup = m.base_color_texture.present() || m.metallic_roughness_texture.present() ||
                             m.specular_texture.present() || m.specular_color_texture.present() ||
                             m.transmission_texture.present() || m.specular_glossiness_texture.present();
-  r.textured = needs_lookup;
+  r.numbers_textured = has_number_texture(m);
+  r.textured = needs_lookup || r.numbers_textured;
   if (p.model == LobeModel::stack) {
     r.layers = layer_params(m.layers);
     r.layers_textured = has_layer_texture(m.layers);
@@ -133,10 +116,6 @@ MaterialRecord make_material_record(const Material& m) {
   if (p.model == LobeModel::plastic) {
     r.plastic = make_plastic_interface(p.distribution, p.alpha, p.ior, m.nonlinear);
     p.plastic = r.plastic.get();
-  }
-  if (p.model == LobeModel::principled) {
-    r.principled = std::make_shared<const PrincipledMaterial>(m.principled);
-    p.principled = r.principled.get();
   }
   r.pure_delta = p.model != LobeModel::blend && is_pure_delta(p);
   p.layers = nullptr;  // records move

@@ -77,7 +77,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     if (surface.part->smooth || material.normal_mapped) {
       interpolate_normal(scene_, hit, wo_world, footprint, surface);
     }
-    params = evaluate_material(scene_, hit, footprint, surface);
+    params = evaluate_material(scene_, hit, wo_world, footprint, surface);
     const bool flip = !surface.front && !material.volume;
     const V3f normal = flip ? -surface.shading_normal : surface.shading_normal;
     const V3f geometric_normal = flip ? -surface.geometric_normal : surface.geometric_normal;
@@ -87,12 +87,13 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
       layers_ = evaluate_layers(scene_, hit, wo_world, footprint, surface, frame);
       params.layers = &layers_;
     }
-    const bool lambert = params.model == LobeModel::lambert;
+    const bool lambert = params.model == LobeModel::lambert && !params.mapped;
 
     const bool black = material.one_sided && !surface.front;
     if (vertex == 1) {
       const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : surface_albedo(params, wo);
-      b.first[i] = {albedo, normal, hit.t, instance_name(hit), hit.primitive};
+      const V3f seen = params.mapped ? frame.to_world(params.map_normal) : normal;
+      b.first[i] = {albedo, seen, hit.t, instance_name(hit), hit.primitive};
     }
     watch_.surface(i, surface, params, normal, geometric_normal, black);
     if (black) return false;

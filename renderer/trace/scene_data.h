@@ -19,14 +19,14 @@ namespace helio {
 struct MaterialRecord {
   SurfaceParams params;     // complete when !textured, but for the pointer to the layers
   LayerParams layers;       // stack: complete when !layers_textured
-  std::shared_ptr<const PlasticInterface> plastic;      // plastic
-  std::shared_ptr<const PrincipledMaterial> principled; // principled
+  std::shared_ptr<const PlasticInterface> plastic;  // plastic
   Rgb emission{0, 0, 0};    // radiance factor
   Rgb absorption{0, 0, 0};  // per unit length inside the volume
   bool textured = false;    // some parameter needs a texture or a vertex colour
   bool layers_textured = false;
-  bool normal_mapped = false;
-  bool map_shadowing = false;
+  bool numbers_textured = false;  // Material::numbers
+  bool normal_mapped = false;     // by MapRule::bend
+  bool scatters_mapped = false;   // by another one
   bool specular = false;  // has a lobe that mirrors, smooth or rough
   bool emissive = false;
   bool double_sided = false;

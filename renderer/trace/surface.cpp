@@ -6,6 +6,8 @@
 #include "renderer/trace/surface_blend.h"
 #include "renderer/trace/surface_bump.h"
 #include "renderer/trace/surface_layers.h"
+#include "renderer/trace/surface_map.h"
+#include "renderer/trace/surface_numbers.h"
 
 namespace helio {
 namespace {
@@ -64,12 +66,13 @@ V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& baryc
   return interpolate(uvs, *part.mesh, primitive, barycentric);
 }
 
+V2f surface_uv_at(const Hit& hit, const Surface& surface, int set) {
+  if (!surface.part->mesh) return sphere_uv(hit.instance == kNoHit ? surface.geometric_normal : hit.normal);
+  return surface_uv(*surface.part, hit.primitive, surface.barycentric, set);
+}
+
 namespace {
 
-V2f uv_at(const Hit& hit, const Surface& surface, const TextureSlot& slot) {
-  if (!surface.part->mesh) return sphere_uv(hit.instance == kNoHit ? surface.geometric_normal : hit.normal);
-  return surface_uv(*surface.part, hit.primitive, surface.barycentric, slot.texcoord);
-}
 
 // Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
 // where there are no texture coordinates.
@@ -91,7 +94,7 @@ float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surfa
 
 V4f lookup_at(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
               float footprint) {
-  const V2f uv = uv_at(hit, surface, slot);
+  const V2f uv = surface_uv_at(hit, surface, slot.texcoord);
   if (!(footprint > 0)) return scene.textures->lookup(slot, uv);
   return scene.textures->lookup(slot, uv, footprint * uv_per_length(scene, hit, surface, slot.texcoord));
 }
@@ -116,6 +119,36 @@ bool surface_tangents(const SceneData& scene, const Hit& hit, const Surface& sur
   tangent = normalize(tangent);
   bitangent = cross(tangent, normal);
   return true;
+}
+
+bool surface_derivatives(const SceneData& scene, const Hit& hit, const Surface& surface, int uv_set, V3f& dp_du,
+                         V3f& dp_dv) {
+  const PartRecord& part = *surface.part;
+  if (part.mesh) {
+    if (uv_set < 0 || uv_set >= kMaxTexcoordSets) return false;
+    const auto& uvs = part.mesh->texcoords[std::size_t(uv_set)];
+    if (uvs.empty()) return false;
+    const std::uint32_t* i = &part.mesh->indices[3 * std::size_t(hit.primitive)];
+    const V2f d1 = uvs[i[1]] - uvs[i[0]], d2 = uvs[i[2]] - uvs[i[0]];
+    const float determinant = d1.x * d2.y - d1.y * d2.x;
+    if (!(std::fabs(determinant) > 1e-20f)) return false;
+    const V3f e1 = part.mesh->positions[i[1]] - part.mesh->positions[i[0]];
+    const V3f e2 = part.mesh->positions[i[2]] - part.mesh->positions[i[0]];
+    dp_du = (e1 * d2.y - e2 * d1.y) / determinant;
+    dp_dv = (e2 * d1.x - e1 * d2.x) / determinant;
+  } else {
+    // sphere_uv(): u a turn about the y axis, v half a turn down from it.
+    const V3f d = hit.instance == kNoHit ? surface.geometric_normal : normalize_any(hit.normal);
+    const float sine = std::sqrt(d.x * d.x + d.z * d.z);
+    if (!(sine > 1e-6f)) return false;
+    dp_du = V3f(-d.z, 0, d.x) * (kTwoPi * part.radius);
+    dp_dv = V3f(d.x * d.y / sine, -sine, d.z * d.y / sine) * (kPi * part.radius);
+  }
+  if (hit.instance != kNoHit) {
+    dp_du = scene.instances[hit.instance].direction(dp_du);
+    dp_dv = scene.instances[hit.instance].direction(dp_dv);
+  }
+  return is_finite(dp_du) && is_finite(dp_dv);
 }
 
 // With z along the geometric normal, the normal in the x-z plane at angle f from z and rho e^(i d) the part of wo in
@@ -196,16 +229,17 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
   s.shading_normal = normal_with_map(scene, hit, wo, footprint, s, map, scale);
 }
 
-SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
+                                const Surface& s) {
   SurfaceParams p = s.material->params;
-  if (s.material->map_shadowing && s.part->mesh)
-    set_map_shadowing(s, vertex_normal(scene, hit, s), shading_frame(s), p);
-  if (is_anisotropic(p.distribution))
-    p.along = anisotropy_direction(scene, hit, s, shading_frame(s), 0, V2f(1, 0));
+  if (s.material->scatters_mapped) set_mapped_normal(scene, hit, wo, footprint, s, p);
   if (p.model == LobeModel::blend) {
-    p.blend = evaluate_blend_parts(scene, hit, footprint, s);
+    p.blend = evaluate_blend_parts(scene, hit, wo, footprint, s);
     return p;
   }
+  if (s.material->numbers_textured) apply_number_textures(scene, hit, footprint, s, p);
+  if (is_anisotropic(p.distribution))
+    p.along = anisotropy_direction(scene, hit, s, scattering_frame(s, p), 0, V2f(1, 0));
   const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
   if (!s.material->textured && !colored) return p;
   const Material& m = scene.description.materials[s.part->material];
@@ -243,7 +277,7 @@ Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& s) {
   const Material& m = scene.description.materials[s.part->material];
   const TextureSlot& slot = s.material->unlit ? m.base_color_texture : m.emission_texture;
   if (slot.present()) {
-    const V4f c = scene.textures->lookup(slot, uv_at(hit, s, slot));
+    const V4f c = scene.textures->lookup(slot, surface_uv_at(hit, s, slot.texcoord));
     emission *= Rgb(c.x, c.y, c.z);
   }
   if (s.material->unlit && s.part->mesh && !s.part->mesh->colors.empty()) {

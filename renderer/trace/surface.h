@@ -77,10 +77,11 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
 // wo on the side of the geometric normal. Keeps dot(result, wo) > 0.
 V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo);
 
-// The material's parameters with textures and vertex colours applied. Textures are looked up bilinearly where
+// The material's parameters with textures and vertex colours applied; `wo`: unit, to the viewer. Lookups are bilinear where
 // `footprint` is 0, else in the level of their pyramids (on meshes, where there are any) that suits a square of this
 // side in scene units.
-SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface);
+SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
+                                const Surface& surface);
 
 // Emitted radiance of an emissive or unlit surface towards the side that was hit, no light sampler involved.
 Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surface);
@@ -94,12 +95,20 @@ V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float
 bool surface_tangents(const SceneData& scene, const Hit& hit, const Surface& surface, int uv_set, const V3f& normal,
                       V3f& tangent, V3f& bitangent);
 
+// How far the surface moves in world space per unit of u and of v of texture coordinates `uv_set`: on triangles, and on
+// spheres but for their poles. False where there are none.
+bool surface_derivatives(const SceneData& scene, const Hit& hit, const Surface& surface, int uv_set, V3f& dp_du,
+                         V3f& dp_dv);
+
 // A texture at a hit; `footprint` as in evaluate_material().
 V4f surface_texel(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
                   float footprint);
 
 // Texture coordinates at a hit; (0, 0) where the mesh has none.
 V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set);
+
+// The same of a surface, of spheres too.
+V2f surface_uv_at(const Hit& hit, const Surface& surface, int set);
 
 // Alpha at a hit. `normal` is that of AlphaHit: where spheres take their texture coordinates from.
 float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, const V2f& barycentric,

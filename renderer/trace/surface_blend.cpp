@@ -24,14 +24,14 @@ float blend_weight(const SceneData& scene, const Hit& hit, float footprint, cons
 }
 
 // The same surface made of another material.
-SurfaceParams evaluate_part(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface,
-                            int material) {
+SurfaceParams evaluate_part(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
+                            const Surface& surface, int material) {
   PartRecord part = *surface.part;
   part.material = std::uint32_t(material);
   Surface own = surface;
   own.part = &part;
   own.material = &scene.materials[part.material];
-  SurfaceParams params = evaluate_material(scene, hit, footprint, own);
+  SurfaceParams params = evaluate_material(scene, hit, wo, footprint, own);
   // Seen from behind, in a frame that was turned to the viewer.
   if (own.material->one_sided && !surface.front) params.model = LobeModel::none;
   return params;
@@ -39,15 +39,15 @@ SurfaceParams evaluate_part(const SceneData& scene, const Hit& hit, float footpr
 
 }  // namespace
 
-const BlendParams* evaluate_blend_parts(const SceneData& scene, const Hit& hit, float footprint,
+const BlendParams* evaluate_blend_parts(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                                         const Surface& surface) {
   if (pool.depth == 0) pool.used = 0;
   BlendParams& params = pool.blends[std::size_t(std::min(pool.used++, kMostBlends - 1))];
   const BlendMaterial& blend = scene.description.materials[surface.part->material].blend;
   ++pool.depth;
   params.weight = blend_weight(scene, hit, footprint, surface, blend);
-  params.first = evaluate_part(scene, hit, footprint, surface, blend.first);
-  params.second = evaluate_part(scene, hit, footprint, surface, blend.second);
+  params.first = evaluate_part(scene, hit, wo, footprint, surface, blend.first);
+  params.second = evaluate_part(scene, hit, wo, footprint, surface, blend.second);
   --pool.depth;
   return &params;
 }

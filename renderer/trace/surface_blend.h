@@ -10,7 +10,7 @@ namespace helio {
 inline constexpr int kMostBlends = 8;
 
 // Arguments as in evaluate_material(). Lives until this thread evaluates its next hit on a blend.
-const BlendParams* evaluate_blend_parts(const SceneData& scene, const Hit& hit, float footprint,
+const BlendParams* evaluate_blend_parts(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                                         const Surface& surface);
 
 }  // namespace helio

@@ -72,7 +72,7 @@ IntegrateFunction general_path_tracer(std::shared_ptr<const RenderScene> scene) 
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin());
     PathSettings settings = path_settings(job.settings);
     settings.general_kernel = true;
-    return trace_window(*scene, camera, settings, job.range, job.window, cancel, film, stats);
+    return trace_window(*scene, camera, settings, job.range, job.window, cancel, film, stats, job.targets);
   };
 }
 

@@ -89,8 +89,64 @@ TEST(MitsubaBsdf, PrincipledSpecularIsAnIor) {
                  "from 0 to 1");
   expect_refused("<bsdf type='principled'><float name='eta' value='1.3'/><float name='specular' value='0.4'/></bsdf>",
                  ErrorCode::invalid_argument, "one of the two");
-  expect_refused("<bsdf type='principled'><texture name='metallic' type='checkerboard'/></bsdf>",
-                 ErrorCode::unimplemented, "metallic");
+}
+
+// Every number that Mitsuba takes a texture for: the texture's luminance times 1.
+TEST(MitsubaBsdf, NumbersMayBeTextures) {
+  const auto slot_of = [](const std::string& type, const std::string& name, TextureSlot NumberTextures::* slot) {
+    const Material m =
+        material_of("<bsdf type='" + type + "'><texture name='" + name + "' type='checkerboard'/></bsdf>");
+    EXPECT_TRUE((m.numbers.*slot).present()) << type << " " << name;
+    return m;
+  };
+  using N = NumberTextures;
+  for (const char* type : {"roughconductor", "roughdielectric"})
+    EXPECT_EQ(slot_of(type, "alpha", &N::roughness).roughness, 1);
+  EXPECT_EQ(slot_of("principled", "roughness", &N::roughness).roughness, 1);
+  EXPECT_EQ(slot_of("principled", "metallic", &N::metallic).metallic, 1);
+  EXPECT_TRUE(bounds_volume(slot_of("principled", "spec_trans", &N::transmission)));
+  EXPECT_EQ(slot_of("principled", "anisotropic", &N::anisotropic).principled.anisotropic, 1);
+  EXPECT_EQ(slot_of("principled", "spec_tint", &N::spec_tint).principled.spec_tint, 1);
+  EXPECT_EQ(slot_of("principled", "sheen", &N::sheen).principled.sheen, 1);
+  EXPECT_EQ(slot_of("principled", "sheen_tint", &N::sheen_tint).principled.sheen_tint, 1);
+  EXPECT_EQ(slot_of("principled", "flatness", &N::flatness).principled.flatness, 1);
+  EXPECT_EQ(slot_of("principled", "clearcoat", &N::clearcoat).principled.clearcoat, 1);
+  EXPECT_EQ(slot_of("principled", "clearcoat_gloss", &N::clearcoat_gloss).principled.clearcoat_gloss, 1);
+
+  const Material brushed = material_of(
+      "<bsdf type='roughconductor'><float name='alpha_u' value='0.04'/><texture name='alpha_v' type='checkerboard'/>"
+      "</bsdf>");
+  EXPECT_FLOAT_EQ(brushed.roughness, 0.2f);
+  EXPECT_TRUE(brushed.numbers.roughness_across.present());
+  EXPECT_FALSE(brushed.numbers.roughness.present());
+
+  expect_refused("<bsdf type='roughplastic'><texture name='alpha' type='checkerboard'/></bsdf>",
+                 ErrorCode::invalid_argument, "allowed: a number");
+  expect_refused("<bsdf type='roughconductor'><float name='alpha_u' value='0.04'/></bsdf>", ErrorCode::invalid_argument,
+                 "alpha_u without alpha_v");
+  expect_refused("<bsdf type='principled'><texture name='roughness' type='volume'/></bsdf>", ErrorCode::unimplemented,
+                 "texture \"volume\" is not supported");
+}
+
+TEST(MitsubaBsdf, GlassMayTintWhatItReflects) {
+  const Material m = material_of(
+      "<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1, 0.2, 0.3'/></bsdf>");
+  EXPECT_TRUE(m.tinted_reflection);
+  EXPECT_EQ(m.specular_color, Rgb(0.1f, 0.2f, 0.3f));
+}
+
+// 0.25 of a bsdf that is there to 0.4, 0.75 of one that is there everywhere: 0.1 + 0.75, of which 0.75 the second.
+TEST(MitsubaBsdf, BlendOfAMaskIsAMaskOfABlend) {
+  const Material m = material_of(
+      "<bsdf type='blendbsdf'><float name='weight' value='0.75'/><bsdf type='mask'><float name='opacity' value='0.4'/>"
+      "<bsdf type='diffuse'/></bsdf><bsdf type='diffuse'/></bsdf>");
+  EXPECT_EQ(m.alpha_mode, AlphaMode::blend);
+  EXPECT_FLOAT_EQ(m.base_alpha, 0.85f);
+  EXPECT_FLOAT_EQ(m.blend.weight, 0.75f / 0.85f);
+  const Material twice = material_of(
+      "<bsdf type='mask'><float name='opacity' value='0.5'/><bsdf type='mask'><float name='opacity' value='0.5'/>"
+      "<bsdf type='diffuse'/></bsdf></bsdf>");
+  EXPECT_FLOAT_EQ(twice.base_alpha, 0.25f);
 }
 
 TEST(MitsubaBsdf, BlendKeepsItsPartsInOrder) {
@@ -151,8 +207,9 @@ TEST(MitsubaBsdf, MapsHaveShadowingUnlessSwitchedOff) {
   EXPECT_FALSE(material_of("<bsdf type='bumpmap'><boolean name='use_shadowing_function' value='false'/>" + map +
                            "</bsdf>")
                    .map_shadowing);
-  expect_refused("<bsdf type='blendbsdf'><bsdf type='diffuse'/><bsdf type='bumpmap'>" + map + "</bsdf></bsdf>",
-                 ErrorCode::unimplemented, "around the whole");
+  expect_refused("<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='blendbsdf'><bsdf type='diffuse'/>"
+                 "<bsdf type='bumpmap'>" + map + "</bsdf></bsdf></bsdf>",
+                 ErrorCode::unimplemented, "normal or bump map already");
   expect_refused("<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", ErrorCode::invalid_argument,
                  "holds 0 textures");
 }

@@ -221,17 +221,41 @@ TEST(Blend, EndsAreTheParts) {
 }
 
 // Conty Estevez et al. 2019: the shadowing is Smith's of alpha^2 = tan^2 / 8 of the angle between the normals, here 45
-// degrees, for light 60 degrees off the unmapped normal: 2 / (1 + sqrt(1 + 3 / 8)).
-TEST(MapShadowing, IsSmithsOfTheUnmappedNormal) {
+// degrees, for light 60 degrees off the unmapped normal: 2 / (1 + sqrt(1 + 3 / 8)). The light is 15 degrees off the
+// mapped normal, whose cosine Lambert's law takes.
+TEST(MappedNormal, TurnsTheFrameAndShadows) {
   SurfaceParams params = lambert_material().params;
-  const V3f wo = direction_at(10, 0), wi = direction_at(15, 0);
-  const float plain = evaluate_bsdf(params, wo, wi).f_cos.x;
-  params.unmapped_normal = direction_at(45, 180);
+  const V3f wo = direction_at(10, 0), wi = direction_at(60, 0);
+  const float plain = evaluate_bsdf(params, wo, V3f(0, 0, 1)).f_cos.x;
+  params.mapped = true;
+  params.map_normal = direction_at(45, 0);
+  const float mapped = evaluate_bsdf(params, wo, wi).f_cos.x;
+  EXPECT_NEAR(mapped / plain, std::cos(15 * kPi / 180), 1e-5);
   params.map_alpha2 = 0.125f;
-  EXPECT_NEAR(evaluate_bsdf(params, wo, wi).f_cos.x / plain, 2 / (1 + std::sqrt(1.375)), 1e-5);
+  EXPECT_NEAR(evaluate_bsdf(params, wo, wi).f_cos.x / mapped, 2 / (1 + std::sqrt(1.375)), 1e-5);
   const BsdfSample sample = sample_bsdf(params, wo, 0.5f, V2f(0.3f, 0.6f));
   const BsdfValue value = evaluate_bsdf(params, wo, sample.wi);
   EXPECT_NEAR(sample.weight.x, value.f_cos.x / value.pdf_w, 1e-5);
+}
+
+// Directions that one of the two normals has above and the other below get nothing, by evaluation and by sampling.
+TEST(MappedNormal, SidesMustAgree) {
+  SurfaceParams params = lambert_material().params;
+  params.mapped = true;
+  params.map_normal = direction_at(60, 0);
+  const V3f wo = direction_at(10, 0);
+  EXPECT_GT(evaluate_bsdf(params, wo, direction_at(80, 0)).f_cos.x, 0);
+  EXPECT_EQ(evaluate_bsdf(params, wo, direction_at(100, 0)).f_cos.x, 0);  // above the mapped one alone
+  EXPECT_EQ(evaluate_bsdf(params, wo, direction_at(40, 180)).f_cos.x, 0);  // above the unmapped one alone
+  Random random(3);
+  int lost = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const BsdfSample sample = sample_bsdf(params, wo, 0.5f, random.next_v2f());
+    lost += !sample.valid();
+    EXPECT_TRUE(!sample.valid() || sample.wi.z > 0);
+  }
+  // Lambert's share beyond a plane tilted by 60 degrees: (1 - cos 60) / 2 = 1 / 4. Three deviations: 41.
+  EXPECT_NEAR(lost, 250, 41);
 }
 
 // Equal roughness both ways is the isotropic distribution, whatever the direction.

@@ -51,12 +51,11 @@ inline SurfaceParams pane(float ior) {
 }
 
 inline SurfaceParams principled(float alpha, float ior, const Rgb& base, const PrincipledMaterial& own) {
-  static std::deque<PrincipledMaterial> kept;
   SurfaceParams params = metallic_roughness(MicrofacetDistribution::ggx, alpha);
   params.model = LobeModel::principled;
   params.base_color = base;
   params.ior = ior;
-  params.principled = &kept.emplace_back(own);
+  params.principled = own;
   return params;
 }
 
@@ -87,6 +86,13 @@ inline std::vector<NamedMaterial> mitsuba_materials(float alpha, bool white) {
   const SurfaceParams brushed_clear = brushed(clear, alpha, 0.3f * alpha + 0.05f);
   list.push_back({"brushed glass", brushed_clear});
   list.push_back({"brushed glass from inside", brushed_clear, true});
+  if (!white) {
+    SurfaceParams stained = glass(ggx, alpha, 1.5f, false);
+    stained.tinted_reflection = true;
+    stained.specular_color = {0.3f, 0.6f, 0.9f};
+    list.push_back({"glass of tinted reflection", stained});
+    list.push_back({"glass of tinted reflection from inside", stained, true});
+  }
   list.push_back({"smooth plastic", plastic(ggx, 0, 1.5f, base)});
   list.push_back({"rough ggx plastic", plastic(ggx, alpha, 1.49f, base)});
   SurfaceParams tinted = plastic(beckmann, alpha, 1.9f, base, true);
