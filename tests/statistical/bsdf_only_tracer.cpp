@@ -32,7 +32,7 @@ Rgb trace_path(const SceneData& scene, Ray ray, int max_segments, Random& random
     // It scatters, seen in the frame of its normal on the side where the path is.
     const V3f back = -ray.direction;
     if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene, hit, back, 0, surface);
-    SurfaceParams params = evaluate_material(scene, hit, 0, surface);
+    SurfaceParams params = evaluate_material(scene, hit, back, 0, surface);
     if (params.model == LobeModel::none || (material.one_sided && !surface.front)) return radiance;
     const Frame frame = shading_frame(surface);
     LayerParams layers;
