@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "renderer/film/sample_targets.h"
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {
@@ -122,6 +123,55 @@ TEST(PathSamples, StratifyThePixelFromTheFirstOn) {
       const Film film = render(*built, pose, 1, 1, samples, settings);
       for (int half = 0; half < kHalves; ++half)
         EXPECT_EQ(film.half(half, 0, 0).sum[0], samples / 2) << "seed " << seed << " half " << half;
+    }
+  }
+}
+
+// With targets every pixel gets the samples that it lacks, of the indices that follow its own, once each; their bits do
+// not depend on how levels and blocks were handed out.
+TEST(PathDeterminism, SampleTargetsAreMetInAnyCut) {
+  const int w = 37, h = 26;
+  constexpr std::uint32_t kHas = 4, kTop = 32;
+  for (const bool mixed : {false, true}) {
+    const auto scene = build(mixed ? mixed_scene() : lambert_room());
+    const Camera camera(kPose, w, h, scene->origin());
+    std::vector<Film> uniform;
+    for (std::uint32_t n = kHas; n <= kTop; n *= 2) uniform.push_back(render(*scene, kPose, w, h, n));
+    std::vector<Film> films;
+    for (const std::uint32_t step : {kTop, 8u, 3u}) {
+      Film& film = films.emplace_back(w, h, FilmState::adaptive);
+      TraceStats stats;
+      for (int half = 0; half < kHalves; ++half) {
+        ASSERT_TRUE(trace_window(*scene, camera, {}, {half, 0, kHas}, film.bounds(), CancelToken(), film, stats));
+        for (int y = 0; y < h; ++y) {
+          for (int x = 0; x < w; ++x) film.targets()->target(half, x, y) = 2u << ((x * 7 + y * 3 + half) % 5);
+        }
+        const std::uint64_t wanted = film.targets()->samples_in(film, half, film.bounds(), 0, kTop);
+        stats = {};
+        for (std::uint32_t s = 0; s < kTop; s += step) {
+          for (int y = 0; y < h; y += kPathGroupSize) {
+            const PixelRect rows{0, y, w, std::min(h, y + kPathGroupSize)};
+            const PixelRect window = step == kTop ? film.bounds() : rows;
+            if (step == kTop && y > 0) break;
+            const SampleRange range{half, s, std::min(step, kTop - s)};
+            ASSERT_TRUE(trace_window(*scene, camera, {}, range, window, CancelToken(), film, stats, film.targets()));
+          }
+        }
+        EXPECT_EQ(stats.paths, wanted);
+      }
+      for (int y = 0; y < h; ++y) {
+        for (int x = 0; x < w; ++x) {
+          for (int half = 0; half < kHalves; ++half) {
+            const std::uint32_t count = std::max(kHas, film.targets()->target(half, x, y));
+            const HalfPixel& got = film.half(half, x, y);
+            ASSERT_EQ(got.count, count) << x << "," << y;
+            // Other paths shared its packets: the last bits may differ.
+            const HalfPixel& same = uniform[std::size_t(std::countr_zero(count / kHas))].half(half, x, y);
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(got.sum[c], same.sum[c], 1e-4 * same.sum[c] + 1e-6);
+          }
+        }
+      }
+      EXPECT_TRUE(same_bits(film, films.front())) << "step " << step;
     }
   }
 }
