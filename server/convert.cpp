@@ -142,6 +142,10 @@ pb::EndReason to_message(FrameEndReason reason) {
   return pb::END_REASON_UNSPECIFIED;
 }
 
+pb::ErrorMeasure to_message(ErrorMeasure measure) {
+  return measure == ErrorMeasure::relmse ? pb::ERROR_MEASURE_RELMSE : pb::ERROR_MEASURE_RMSE;
+}
+
 void write_rect(const PixelRect& rect, pb::Rect& message) {
   message.set_x0(rect.x0);
   message.set_y0(rect.y0);
@@ -325,11 +329,23 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
   return view;
 }
 
+pb::Mode to_message(RenderMode mode) {
+  return mode == RenderMode::adaptive ? pb::MODE_ADAPTIVE : pb::MODE_PT;
+}
+
 pb::RenderSettings to_message(const RenderSettings& settings) {
   pb::RenderSettings message;
   message.set_width(settings.width);
   message.set_height(settings.height);
-  message.set_mode(pb::MODE_PT);
+  message.set_mode(to_message(settings.mode));
+  if (settings.mode == RenderMode::adaptive) {
+    const bool paper = settings.variant == ModeVariant::paper;
+    message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
+    pb::AdaptiveSettings& adaptive = *message.mutable_adaptive();
+    adaptive.set_min_samples(settings.adaptive.min_samples);
+    if (paper) adaptive.set_max_samples(settings.adaptive.max_samples);
+    adaptive.set_measure(to_message(settings.adaptive.measure));
+  }
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -342,8 +358,7 @@ pb::Budget to_message(const Budget& budget) {
   message.set_time_s(budget.time_s.value_or(0));
   message.set_samples(budget.samples.value_or(0));
   message.set_error(budget.error.value_or(0));
-  message.set_error_measure(budget.error_measure == ErrorMeasure::relmse ? pb::ERROR_MEASURE_RELMSE
-                                                                         : pb::ERROR_MEASURE_RMSE);
+  message.set_error_measure(to_message(budget.error_measure));
   message.set_bytes_per_second(budget.bytes_per_second.value_or(0));
   return message;
 }

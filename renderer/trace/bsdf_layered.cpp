@@ -72,7 +72,7 @@ float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) 
 // their approximate albedos; and the base's share of light entering along wo.
 struct LobeChoice {
   float diffuse = 0, facets = 0, straight = 0;
-  float base_entry = 1;
+  Rgb base_entry{1, 1, 1};
 };
 
 LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
@@ -83,7 +83,8 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     return choice;
   }
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  choice.base_entry = terms.entering(lobes.coat_f0, lobes.coat_f90);
+  choice.base_entry = lobes.filmed_base ? lobes.filmed_base->entering(wo.z)
+                                        : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
     straight = mean(lobes.tint) * lobes.glass;
@@ -92,7 +93,7 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     facets += lobes.glass * (mean(glass.reflected * lobes.reflection_tint) * (terms.a + terms.b) +
                              mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
-  const float diffuse = mean(lobes.diffuse) * choice.base_entry, sum = diffuse + facets + straight;
+  const float diffuse = mean(lobes.diffuse * choice.base_entry), sum = diffuse + facets + straight;
   if (!(sum > 0)) return choice;
   choice.diffuse = diffuse / sum;
   choice.straight = straight / sum;
@@ -103,12 +104,8 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
 
 void add_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wi, BsdfValue& value) {
   if (!(choice.diffuse > 0)) return;
-  const MicrofacetDistribution distribution = lobes.microfacet.distribution;
-  const float alpha = lobes.microfacet.alpha;
-  const float exit = directional_albedo(distribution, alpha, wi.z).entering(lobes.coat_f0, lobes.coat_f90);
-  const float entry_mean = mean_albedo(distribution, alpha).entering(lobes.coat_f0, lobes.coat_f90);
   const float cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
-  if (entry_mean > 0) value.f_cos += lobes.diffuse * (choice.base_entry * exit / entry_mean * cosine_pdf);
+  value.f_cos += lobes.diffuse * choice.base_entry * base_exit(lobes, wi.z) * cosine_pdf;
   value.pdf_w += choice.diffuse * cosine_pdf;
 }
 
@@ -221,6 +218,20 @@ BsdfSample sample_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, c
 
 }  // namespace
 
+Rgb base_entry(const LayeredLobes& lobes, float mu) {
+  if (lobes.filmed_base) return lobes.filmed_base->entering(mu);
+  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
+  return Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
+}
+
+Rgb base_exit(const LayeredLobes& lobes, float mu) {
+  if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
+  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
+  const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
+  const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
+  return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
+}
+
 BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
   V3f m;
   if (wi.z > 0) {
@@ -262,7 +273,7 @@ bool is_pure_delta(const LayeredLobes& lobes) {
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
   Rgb albedo =
-      lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * terms.entering(lobes.coat_f0, lobes.coat_f90);
+      lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z);
   if (lobes.passage == Passage::straight) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {

@@ -10,7 +10,8 @@
 // light at grazing angles. Here it is weighted by what the interface lets in and out (Kelemen and Szirmay-Kalos 2001),
 //   f = base / pi T(wo) T(wi) / T_mean,
 // with T = AlbedoTerms::entering of microfacet_albedo.h: reciprocal, and a white base returns all the light that the
-// interface lets in. A white furnace over plain glTF plastic stays within 0.996 and 1.003, the latter from the tables.
+// interface lets in. A white furnace over plain glTF plastic stays within 0.996 and 1.002, the latter from the tables.
+// Under a film T is thin_film_base.h's.
 //
 // Transmission scales radiance by 1 / eta^2 on the way of the camera path from this side to a medium of relative
 // index eta, and so by eta^2 on the way out: these are radiance factors (Veach 1997, 5.2); powers are eta^2 times that.
@@ -24,7 +25,7 @@
 
 #include "renderer/trace/bsdf.h"
 #include "renderer/trace/microfacet.h"
-#include "renderer/trace/thin_film.h"
+#include "renderer/trace/thin_film_base.h"
 
 namespace helio {
 
@@ -56,8 +57,16 @@ struct LayeredLobes {
 
   Rgb reflection_tint{1, 1, 1};  // of what the glass reflects; what passes is not changed
 
-  const ThinFilm* film = nullptr;  // changes the reflection where there is one; lives as long as the lobes do
+  // Changes the reflection where there is one; and what gets through it to a diffuse base. Both live as long as the
+  // lobes do.
+  const ThinFilm* film = nullptr;
+  const FilmedBase* filmed_base = nullptr;
 };
+
+// T(wo) and T(wi) / T_mean above, of cosines in [0, 1]: what of the light from a direction gets to the diffuse base,
+// and what the base sends there, as a factor of Lambert's value.
+Rgb base_entry(const LayeredLobes& lobes, float mu);
+Rgb base_exit(const LayeredLobes& lobes, float mu);
 
 // wo.z > 0 in all of these.
 BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi);

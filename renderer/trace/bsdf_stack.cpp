@@ -1,5 +1,7 @@
 #include "renderer/trace/bsdf_stack.h"
 
+#include <optional>
+
 #include "renderer/trace/bsdf_metallic_roughness.h"
 #include "renderer/trace/bsdf_sheen.h"
 #include "renderer/trace/fresnel.h"
@@ -24,7 +26,7 @@ V3f raised(const V3f& w) {
 class Stack {
  public:
   Stack(const SurfaceParams& params, bool inside);
-  Stack(const Stack&) = delete;  // base_ points to film_
+  Stack(const Stack&) = delete;  // base_ points to film_ and filmed_base_
   Stack& operator=(const Stack&) = delete;
 
   void look_from(const V3f& wo);
@@ -52,14 +54,11 @@ class Stack {
   BsdfSample finish(const V3f& wo, const V3f& wi) const;
   BsdfSample sample_base(const V3f& wo, float u_lobe, const V2f& u) const;
   BsdfSample sample_coat(const V3f& wo, const V2f& u) const;
-  AlbedoTerms interface_terms(float mu) const {
-    return directional_albedo(base_.microfacet.distribution, base_.microfacet.alpha, mu);
-  }
-  float interface_entry(float mu) const { return interface_terms(mu).entering(base_.coat_f0, base_.coat_f90); }
 
   const bool inside_, thin_;
   LayeredLobes base_;
   ThinFilm film_;
+  std::optional<FilmedBase> filmed_base_;
   Rgb far_diffuse_{0, 0, 0};
   float coat_ = 0, coat_alpha_ = 0;
   V3f coat_normal_;
@@ -69,7 +68,7 @@ class Stack {
   // For the current wo.
   Passing from_;
   float choose_coat_ = 0, choose_sheen_ = 0, choose_far_ = 0, choose_base_ = 1;
-  float far_entry_ = 0;
+  Rgb far_entry_{0, 0, 0};
 };
 
 Stack::Stack(const SurfaceParams& params, bool inside)
@@ -110,8 +109,9 @@ Stack::Stack(const SurfaceParams& params, bool inside)
     film_.glass_weight = params.specular;
     base_.film = &film_;
     if (!is_black(base_.diffuse) || !is_black(far_diffuse_)) {
-      const float filmed = params.specular * film_.strongest_f0();
-      base_.coat_f0 = std::max(base_.coat_f0, base_.coat_f0 + (filmed - base_.coat_f0) * film_.cover);
+      filmed_base_.emplace(film_, base_.coat_f0, params.specular, base_.microfacet.distribution,
+                           base_.microfacet.alpha);
+      base_.filmed_base = &*filmed_base_;
     }
   }
 }
@@ -145,8 +145,8 @@ void Stack::look_from(const V3f& wo) {
   const float sheen = has_sheen() ? from_.coat * mean(sheen_) * std::min(1.0f, sheen_albedo(sheen_alpha_, wo.z)) : 0.0f;
   float far = 0;
   if (!is_black(far_diffuse_)) {
-    far_entry_ = interface_entry(wo.z);
-    far = from_.both * mean(far_diffuse_) * far_entry_;
+    far_entry_ = base_entry(base_, wo.z);
+    far = from_.both * mean(far_diffuse_ * far_entry_);
   }
   const bool has_base =
       !is_black(base_.diffuse) || !is_black(base_.r0) || base_.r90 > 0 || base_.passage != Passage::none;
@@ -190,12 +190,9 @@ BsdfValue Stack::sheen_value(const V3f& wo, const V3f& wi) const {
 
 BsdfValue Stack::far_diffuse_value(const V3f& wi) const {
   if (!(choose_far_ > 0) || !(wi.z < 0)) return {};
-  const float entry_mean =
-      mean_albedo(base_.microfacet.distribution, base_.microfacet.alpha).entering(base_.coat_f0, base_.coat_f90);
   const float pdf = cosine_hemisphere_pdf_w(-wi.z);
   BsdfValue value;
-  if (entry_mean > 0)
-    value.f_cos = far_diffuse_ * (far_entry_ * interface_entry(-wi.z) / entry_mean * pdf * shared(wi).both);
+  value.f_cos = far_diffuse_ * far_entry_ * base_exit(base_, -wi.z) * (pdf * shared(wi).both);
   value.pdf_w = choose_far_ * pdf;
   return value;
 }
@@ -285,7 +282,7 @@ bool Stack::pure_delta() const {
 Rgb Stack::albedo(const V3f& wo) {
   look_from(wo);
   Rgb albedo = layered_albedo(base_, wo) * from_.both;
-  if (!is_black(far_diffuse_)) albedo += far_diffuse_ * (from_.both * far_entry_);
+  if (!is_black(far_diffuse_)) albedo += far_diffuse_ * far_entry_ * from_.both;
   if (coated()) albedo += Rgb(coat_ * coat_albedo(wo));
   if (has_sheen()) albedo += sheen_ * (from_.coat * std::min(1.0f, sheen_albedo(sheen_alpha_, wo.z)));
   return {std::min(1.0f, albedo.x), std::min(1.0f, albedo.y), std::min(1.0f, albedo.z)};

@@ -11,7 +11,7 @@
 //   coat          GGX, ior 1.5 (Schlick, f0 0.04), its own normal, no diffuse base
 //   sheen         bsdf_sheen.h
 //   anisotropy    alpha along the direction: mix(alpha, 1, strength^2), across: alpha
-//   iridescence   thin_film.h in place of the Fresnel term of reflection
+//   iridescence   thin_film.h in place of the Fresnel term of reflection, thin_film_base.h over diffuse bases
 //   diffuse transmission: the base's diffuse part goes to the far side by this share: colour / pi, under the same
 //                 interface (bsdf_layered.h) on both sides
 //

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <memory>
+#include <type_traits>
 
+#include "renderer/trace/bsdf.h"
 #include "renderer/trace/fresnel.h"
 #include "renderer/trace/microfacet.h"
 
@@ -10,80 +12,27 @@ namespace helio {
 
 namespace {
 
-// Nodes are equidistant in sqrt(mu) and in sqrt(alpha): the albedo of a smooth surface falls within mu < alpha.
-constexpr int kMuNodes = 64, kAlphaNodes = 32, kQuadraturePoints = 512;
+// Nodes are equidistant in the fourth roots of mu and of alpha: the albedo of a smooth surface falls within mu < alpha,
+// and that by a function of mu / alpha, so that it is ratios of neighbouring nodes that matter. Row 0 is the mirror,
+// row 1 the smoothest rough surface.
+constexpr int kMuNodes = 80, kAlphaNodes = 48;
+// A Fibonacci lattice: 377 points and the step that goes with them.
+constexpr int kLatticePoints = 377, kLatticeStep = 233;
+const float kLeastRoot = std::sqrt(std::sqrt(kDeltaAlpha));
 
 struct AlbedoTable {
   std::array<std::array<AlbedoTerms, kMuNodes>, kAlphaNodes> directional;
   std::array<AlbedoTerms, kAlphaNodes> mean;
+  std::array<std::array<CosineWeights, kMuNodes>, kAlphaNodes> directional_weights;
+  std::array<CosineWeights, kAlphaNodes> mean_weights;
 };
 
-AlbedoTerms mirror_terms(float mu) {
-  const float s = schlick_term(mu);
-  return {1 - s, s, s};
+float fourth_power(float x) {
+  return sqr(sqr(x));
 }
 
-// Mean over visible normals by a rank-1 lattice (golden ratio), whose error is far below that of the interpolation.
-AlbedoTerms integrate_terms(const Microfacet& microfacet, float mu) {
-  constexpr double kGoldenRatio = 0.6180339887498949;
-  const V3f wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
-  double a = 0, b = 0;
-  for (int i = 0; i < kQuadraturePoints; ++i) {
-    const double turn = (i + 0.5) * kGoldenRatio;
-    const V2f u(static_cast<float>((i + 0.5) / kQuadraturePoints), static_cast<float>(turn - std::floor(turn)));
-    const V3f m = microfacet.sample_visible_normal(wo, u);
-    const float cos_m = std::max(0.0f, dot(wo, m));
-    const double kept = microfacet.masking(m * (2 * cos_m) - wo), s = schlick_term(cos_m);
-    a += kept * (1 - s);
-    b += kept * s;
-  }
-  return {static_cast<float>(a / kQuadraturePoints), static_cast<float>(b / kQuadraturePoints),
-          static_cast<float>(b / (a + b))};
-}
-
-AlbedoTerms mix(const AlbedoTerms& p, const AlbedoTerms& q, float t) {
-  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t, p.s + (q.s - p.s) * t};
-}
-
-// 2 int E(mu) mu dmu = 4 int E(x) x^3 dx with x = sqrt(mu), E linear in x within a cell: a polynomial of degree 4,
-// which three Gauss points integrate exactly.
-AlbedoTerms integrate_mean(const std::array<AlbedoTerms, kMuNodes>& row) {
-  constexpr double kNode[3] = {0.112701665379258311, 0.5, 0.887298334620741689};
-  constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  double a = 0, b = 0, s = 0;
-  for (int i = 0; i + 1 < kMuNodes; ++i) {
-    for (int q = 0; q < 3; ++q) {
-      const double x = (i + kNode[q]) / (kMuNodes - 1), weight = 4 * x * x * x * kWeight[q] / (kMuNodes - 1);
-      const AlbedoTerms terms = mix(row[i], row[i + 1], static_cast<float>(kNode[q]));
-      a += weight * terms.a;
-      b += weight * terms.b;
-      s += weight * terms.s;
-    }
-  }
-  return {static_cast<float>(a), static_cast<float>(b), static_cast<float>(s)};
-}
-
-std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distribution) {
-  auto table = std::make_unique<AlbedoTable>();
-  for (int j = 0; j < kAlphaNodes; ++j) {
-    const Microfacet microfacet{distribution, sqr(float(j) / (kAlphaNodes - 1))};
-    for (int i = 0; i < kMuNodes; ++i) {
-      const float mu = sqr(float(i) / (kMuNodes - 1));
-      table->directional[j][i] = j == 0 ? mirror_terms(mu) : integrate_terms(microfacet, mu);
-    }
-    table->mean[j] = integrate_mean(table->directional[j]);
-  }
-  return table;
-}
-
-const AlbedoTable& table_of(MicrofacetDistribution distribution) {
-  if (distribution == MicrofacetDistribution::beckmann ||
-      distribution == MicrofacetDistribution::beckmann_anisotropic) {
-    static const std::unique_ptr<const AlbedoTable> beckmann = build_table(MicrofacetDistribution::beckmann);
-    return *beckmann;
-  }
-  static const std::unique_ptr<const AlbedoTable> ggx = build_table(MicrofacetDistribution::ggx);
-  return *ggx;
+float fourth_root(float x) {
+  return std::sqrt(safe_sqrt(x));
 }
 
 // Cell and position of a coordinate in [0, 1] among `nodes` equidistant nodes.
@@ -98,21 +47,145 @@ CellPosition locate(float coordinate, int nodes) {
   return {index, x - index};
 }
 
+CellPosition locate_alpha(float alpha) {
+  const float root = fourth_root(alpha);
+  if (root < kLeastRoot) return {0, root / kLeastRoot};
+  CellPosition position = locate((root - kLeastRoot) / (1 - kLeastRoot), kAlphaNodes - 1);
+  ++position.index;
+  return position;
+}
+
+// Adds what is kept of light that meets facets under a cosine.
+void add_weight(CosineWeights& weights, float cosine, float kept) {
+  const CellPosition cell = locate(cosine, CosineWeights::kNodes);
+  weights.w[std::size_t(cell.index)] += kept * (1 - cell.t);
+  weights.w[std::size_t(cell.index) + 1] += kept * cell.t;
+}
+
+AlbedoTerms mirror_terms(float mu) {
+  const float s = schlick_term(mu);
+  return {1 - s, s, s};
+}
+
+// Mean over visible normals.
+void integrate(const Microfacet& microfacet, float mu, AlbedoTerms& terms, CosineWeights& weights) {
+  const V3f wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
+  double a = 0, b = 0;
+  for (int i = 0; i < kLatticePoints; ++i) {
+    const V2f u(float((i + 0.5) / kLatticePoints), float((i * kLatticeStep % kLatticePoints + 0.5) / kLatticePoints));
+    const V3f m = microfacet.sample_visible_normal(wo, u);
+    const float cos_m = std::max(0.0f, dot(wo, m));
+    const double kept = microfacet.masking(m * (2 * cos_m) - wo), s = schlick_term(cos_m);
+    a += kept * (1 - s);
+    b += kept * s;
+    add_weight(weights, cos_m, float(kept * (1 - s) / kLatticePoints));
+  }
+  terms = {static_cast<float>(a / kLatticePoints), static_cast<float>(b / kLatticePoints),
+           static_cast<float>(b / (a + b))};
+}
+
+AlbedoTerms mix(const AlbedoTerms& p, const AlbedoTerms& q, float t) {
+  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t, p.s + (q.s - p.s) * t};
+}
+
+CosineWeights mix(const CosineWeights& p, const CosineWeights& q, float t) {
+  CosineWeights mixed;
+  for (std::size_t k = 0; k < CosineWeights::kNodes; ++k) mixed.w[k] = p.w[k] + (q.w[k] - p.w[k]) * t;
+  return mixed;
+}
+
+void add(AlbedoTerms& sum, const AlbedoTerms& terms, float weight) {
+  sum = {sum.a + terms.a * weight, sum.b + terms.b * weight, sum.s + terms.s * weight};
+}
+
+void add(CosineWeights& sum, const CosineWeights& weights, float weight) {
+  for (std::size_t k = 0; k < CosineWeights::kNodes; ++k) sum.w[k] += weights.w[k] * weight;
+}
+
+// 2 int E(mu) mu dmu = 8 int E(x) x^7 dx with x the fourth root of mu, E linear in x within a cell: what its two nodes
+// weigh are integrals of polynomials of degree 8, exact by five Gauss points.
+template <typename Terms>
+Terms integrate_mean(const std::array<Terms, kMuNodes>& row) {
+  constexpr double kNode[5] = {0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332};
+  constexpr double kWeight[5] = {0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
+                                 0.118463442528095};
+  std::array<double, kMuNodes> weights{};
+  for (int i = 0; i + 1 < kMuNodes; ++i) {
+    for (int q = 0; q < 5; ++q) {
+      const double t = kNode[q], weight = 8 * std::pow((i + t) / (kMuNodes - 1), 7) * kWeight[q] / (kMuNodes - 1);
+      weights[std::size_t(i)] += weight * (1 - t);
+      weights[std::size_t(i) + 1] += weight * t;
+    }
+  }
+  Terms mean{};
+  if constexpr (std::is_same_v<Terms, AlbedoTerms>) mean.a = 0;
+  for (std::size_t i = 0; i < kMuNodes; ++i) add(mean, row[i], float(weights[i]));
+  return mean;
+}
+
+std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distribution) {
+  auto table = std::make_unique<AlbedoTable>();
+  for (std::size_t j = 0; j < kAlphaNodes; ++j) {
+    const float root = kLeastRoot + (1 - kLeastRoot) * (float(j) - 1) / (kAlphaNodes - 2);
+    const Microfacet microfacet{distribution, fourth_power(root)};
+    for (std::size_t i = 0; i < kMuNodes; ++i) {
+      const float mu = fourth_power(float(i) / (kMuNodes - 1));
+      AlbedoTerms& terms = table->directional[j][i];
+      CosineWeights& weights = table->directional_weights[j][i];
+      if (j > 0) {
+        integrate(microfacet, mu, terms, weights);
+      } else {
+        terms = mirror_terms(mu);
+        add_weight(weights, mu, terms.a);
+      }
+    }
+    table->mean[j] = integrate_mean(table->directional[j]);
+    table->mean_weights[j] = integrate_mean(table->directional_weights[j]);
+  }
+  return table;
+}
+
+template <typename Terms>
+Terms look_up(const std::array<std::array<Terms, kMuNodes>, kAlphaNodes>& table, float alpha, float mu) {
+  const CellPosition row = locate_alpha(alpha), column = locate(fourth_root(mu), kMuNodes);
+  const std::size_t i = std::size_t(column.index), j = std::size_t(row.index);
+  const auto& low = table[j];
+  const auto& high = table[j + 1];
+  return mix(mix(low[i], low[i + 1], column.t), mix(high[i], high[i + 1], column.t), row.t);
+}
+
+template <typename Terms>
+Terms look_up(const std::array<Terms, kAlphaNodes>& means, float alpha) {
+  const CellPosition row = locate_alpha(alpha);
+  return mix(means[std::size_t(row.index)], means[std::size_t(row.index) + 1], row.t);
+}
+
+const AlbedoTable& table_of(MicrofacetDistribution distribution) {
+  if (distribution == MicrofacetDistribution::beckmann ||
+      distribution == MicrofacetDistribution::beckmann_anisotropic) {
+    static const std::unique_ptr<const AlbedoTable> beckmann = build_table(MicrofacetDistribution::beckmann);
+    return *beckmann;
+  }
+  static const std::unique_ptr<const AlbedoTable> ggx = build_table(MicrofacetDistribution::ggx);
+  return *ggx;
+}
+
 }  // namespace
 
 AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu) {
-  const AlbedoTable& table = table_of(distribution);
-  const CellPosition row = locate(safe_sqrt(alpha), kAlphaNodes), column = locate(safe_sqrt(mu), kMuNodes);
-  const auto& low = table.directional[row.index];
-  const auto& high = table.directional[row.index + 1];
-  return mix(mix(low[column.index], low[column.index + 1], column.t),
-             mix(high[column.index], high[column.index + 1], column.t), row.t);
+  return look_up(table_of(distribution).directional, alpha, mu);
 }
 
 AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha) {
-  const AlbedoTable& table = table_of(distribution);
-  const CellPosition row = locate(safe_sqrt(alpha), kAlphaNodes);
-  return mix(table.mean[row.index], table.mean[row.index + 1], row.t);
+  return look_up(table_of(distribution).mean, alpha);
+}
+
+CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu) {
+  return look_up(table_of(distribution).directional_weights, alpha, mu);
+}
+
+CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha) {
+  return look_up(table_of(distribution).mean_weights, alpha);
 }
 
 void prepare_albedo_tables(MicrofacetDistribution distribution) {

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "renderer/scene/scene_description.h"
 
@@ -35,12 +36,25 @@ struct AlbedoTerms {
   }
 };
 
+// The same for any reflectance of a facet that depends on the cosine c alone, as films have it:
+//   F = f90 s + (1 - s) q(c),   E(mu) = f90 b + sum_k w_k q(k / (kNodes - 1)),
+// exact where q is linear between the nodes. The weights add up to a.
+struct CosineWeights {
+  static constexpr std::size_t kNodes = 32;
+  std::array<float, kNodes> w{};
+};
+
 // mu = cosine of the direction, [0, 1]; alpha in [0, 1], 0 being the mirror. Interpolated from a table; absolute error
-// below 0.003. The table of a distribution is computed on first use (about 50 ms) and then immutable.
+// below 0.002 for alpha 0 and from kDeltaAlpha on. The table of a distribution is computed on first use (about 70 ms)
+// and then immutable.
 AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu);
 
 // Cosine-weighted mean of directional_albedo over the hemisphere, exact for its interpolant.
 AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha);
+
+// Directional and mean as above.
+CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu);
+CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha);
 
 // Computes the tables now, so that no frame waits for them. Thread safe.
 void prepare_albedo_tables(MicrofacetDistribution distribution);

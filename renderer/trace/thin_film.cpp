@@ -72,15 +72,4 @@ Rgb ThinFilm::over_glass(const Rgb& bare, float cos_i) const {
   return bare * (1 - cover) + thin_film_reflectance(cos_i, ior, thickness, dielectric_f0) * (cover * glass_weight);
 }
 
-float ThinFilm::strongest_f0() const {
-  constexpr int kAngles = 8;
-  float strongest = 0;
-  for (int i = 1; i <= kAngles; ++i) {
-    const float cosine = float(i) / kAngles, s = schlick_term(cosine);
-    const float reflected = max_component(thin_film_reflectance(cosine, ior, thickness, dielectric_f0));
-    strongest = std::max(strongest, (reflected - s) / (1 - s));
-  }
-  return strongest;
-}
-
 }  // namespace helio

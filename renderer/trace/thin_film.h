@@ -27,10 +27,6 @@ struct ThinFilm {
   // `bare`: what the metal and the opaque dielectric, or the glass, reflect without film.
   Rgb over_opaque(const Rgb& bare, float cos_i) const;
   Rgb over_glass(const Rgb& bare, float cos_i) const;
-
-  // The Schlick f0 (with f90 = 1) of the strongest reflection off the dielectric over channels and angles: what gets
-  // through to a diffuse base is weighed by it, so that no energy is gained.
-  float strongest_f0() const;
 };
 
 }  // namespace helio

@@ -114,14 +114,14 @@ struct Furnace {
   double largest_deviation() const { return std::max({deviation.x, deviation.y, deviation.z}); }
 };
 
-// Under light of 1 from everywhere.
-inline Furnace light_returned(const SurfaceParams& params, const V3f& wo, int count) {
+// Under light of 1 from everywhere. variates(i): those of sample i, the lobe's in z.
+template <typename Variates>
+Furnace light_returned(const SurfaceParams& params, const V3f& wo, int count, const Variates& variates) {
   Furnace furnace;
   V3d sum(0, 0, 0), squares(0, 0, 0);
-  Random random(23);
   for (int i = 0; i < count; ++i) {
-    const float u_lobe = (i + random.next_float()) / count;
-    const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
+    const V3f u = variates(i);
+    const BsdfSample sample = sample_bsdf(params, wo, u.z, V2f(u.x, u.y));
     if (!sample.valid()) continue;
     const V3d power(sample.weight * (sample.transmitted ? sqr(sample.eta) : 1.0f));
     sum += power;
@@ -134,6 +134,31 @@ inline Furnace light_returned(const SurfaceParams& params, const V3f& wo, int co
     furnace.deviation[c] = std::sqrt(std::max(0.0, squares[c] / count - mean * mean) / count);
   }
   return furnace;
+}
+
+inline Furnace light_returned(const SurfaceParams& params, const V3f& wo, int count) {
+  Random random(23);
+  return light_returned(params, wo, count, [&](int i) {
+    const float u_lobe = (i + random.next_float()) / count;
+    const V2f u = random.next_v2f();
+    return V3f(u.x, u.y, u_lobe);
+  });
+}
+
+// By an additive recurrence in three dimensions (powers of the root of x^4 = x + 1), whose error is a tenth and less of
+// that of random points: below 0.0005 for 131,072. The deviations are those of random points.
+inline Furnace light_returned_evenly(const SurfaceParams& params, const V3f& wo, int count) {
+  constexpr double kRoot = 1.2207440846057595;
+  return light_returned(params, wo, count, [](int i) {
+    double u[3], step = 1;
+    for (double& x : u) {
+      step /= kRoot;
+      x = 0.5 + step * (i + 1);
+      x -= std::floor(x);
+    }
+    return V3f(std::min(float(u[1]), kOneMinusEpsilon), std::min(float(u[2]), kOneMinusEpsilon),
+               std::min(float(u[0]), kOneMinusEpsilon));
+  });
 }
 
 inline bool is_sane(const Rgb& c) {

@@ -13,9 +13,6 @@ namespace {
 constexpr int kSamples = 1'000'000;
 constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
 constexpr double kAngles[] = {0, 50, 80, 89.9};
-// Every lobe of every material gets kSamples at one angle; at the others fewer, so that all take a minute.
-constexpr double kLongAngle = 50;
-constexpr int kShortSamples = 100'000;
 constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
 // Materials x distributions x alphas x angles x parts: an upper bound suffices.
 constexpr int kTests = 13 * 2 * 3 * 4 * 2;
@@ -77,36 +74,54 @@ std::vector<Part> parts_of(const SurfaceParams& params) {
   return {Part::reflected};
 }
 
+// What is compared of one part of the samples: half vectors, and directions where these are smooth enough to integrate.
+struct PartHistograms {
+  PartHistograms(const SurfaceParams& params, const V3f& wo, double angle, Part part)
+      : part(part),
+        up((wo.z > 0) == (part == Part::reflected) ? 1.0f : -1.0f),
+        also_directions(params.alpha > 0.1f && angle < 85),
+        domain(params, wo, part),
+        half_vectors(V3f(0, 0, 1), params.alpha, 16, 32),
+        directions(V3f(0, 0, up), 1, 16, 32) {}
+
+  void add(const BsdfSample& sample) {
+    if (!belongs(sample, part)) {
+      half_vectors.add_elsewhere();
+      directions.add_elsewhere();
+      return;
+    }
+    half_vectors.add(domain.half_vector(sample.wi));
+    if (also_directions) directions.add(sample.wi);
+  }
+
+  Part part;
+  float up;
+  bool also_directions;
+  HalfVectorDomain domain;
+  SphereHistogram half_vectors, directions;
+};
+
 void expect_samples_follow_density(const NamedMaterial& material, double angle) {
   V3f wo = direction_at(angle, 25);
   if (material.from_inside) wo.z = -wo.z;
   const SurfaceParams& params = material.params;
-  for (const Part part : parts_of(params)) {
+  std::vector<PartHistograms> parts;
+  for (const Part part : parts_of(params)) parts.emplace_back(params, wo, angle, part);
+  Random random(17);
+  for (int i = 0; i < kSamples; ++i) {
+    const float u_lobe = random.next_float();
+    const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
+    for (PartHistograms& part : parts) part.add(sample);
+  }
+  for (const PartHistograms& part : parts) {
     SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees, " +
-                 (part == Part::reflected ? "reflected" : "transmitted"));
-    const HalfVectorDomain domain(params, wo, part);
-    const bool also_directions = params.alpha > 0.1f && angle < 85;
-    const float up = (wo.z > 0) == (part == Part::reflected) ? 1.0f : -1.0f;
-    SphereHistogram half_vectors(V3f(0, 0, 1), params.alpha, 16, 32), directions(V3f(0, 0, up), 1, 16, 32);
-    Random random(17);
-    const int samples = angle == kLongAngle ? kSamples : kShortSamples;
-    for (int i = 0; i < samples; ++i) {
-      const float u_lobe = random.next_float();
-      const BsdfSample sample = sample_bsdf(params, wo, u_lobe, random.next_v2f());
-      if (belongs(sample, part)) {
-        half_vectors.add(domain.half_vector(sample.wi));
-        directions.add(sample.wi);
-      } else {
-        half_vectors.add_elsewhere();
-        directions.add_elsewhere();
-      }
-    }
+                 (part.part == Part::reflected ? "reflected" : "transmitted"));
     double mass = 0;
-    ChiSquareResult result = half_vectors.test([&](const V3f& m) { return domain.density(m); }, &mass);
+    ChiSquareResult result = part.half_vectors.test([&](const V3f& m) { return part.domain.density(m); }, &mass);
     EXPECT_TRUE(result.passes(kSignificance, kTests)) << "half vectors: " << result.summary() << ", mass " << mass;
-    if (!also_directions) continue;
-    result = directions.test([&](const V3f& wi) { return wi.z * up > 0 ? evaluate_bsdf(params, wo, wi).pdf_w : 0.0f; },
-                             &mass);
+    if (!part.also_directions) continue;
+    const auto density = [&](const V3f& wi) { return wi.z * part.up > 0 ? evaluate_bsdf(params, wo, wi).pdf_w : 0.0f; };
+    result = part.directions.test(density, &mass);
     EXPECT_TRUE(result.passes(kSignificance, kTests)) << "directions: " << result.summary() << ", mass " << mass;
   }
 }

@@ -10,11 +10,11 @@
 namespace helio::test {
 namespace {
 
-constexpr float kAlphas[] = {0, 1e-3f, 0.01f, 0.1f, 0.4f, 1};
+constexpr float kAlphas[] = {0, 1e-3f, 0.002f, 0.01f, 0.1f, 0.4f, 1};
 constexpr float kCosines[] = {1, 0.6f, 0.2f, 0.05f, 1.75e-5f};
 constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
 // What the tables may add: their interpolation error.
-constexpr double kTableError = 0.003;
+constexpr double kTableError = 0.002;
 constexpr int kSamples = 20'000;
 
 std::vector<NamedMaterial> white_materials(MicrofacetDistribution distribution, float alpha) {

@@ -19,20 +19,6 @@ namespace {
 
 constexpr float kCosines[] = {1, 0.6f, 0.2f, 0.05f, 1.75e-5f};
 
-const std::vector<NamedMaterial>& sampled_materials() {
-  static const std::vector<NamedMaterial> list = mitsuba_materials(0.2f, false);
-  return list;
-}
-
-class MitsubaChiSquare : public testing::TestWithParam<std::size_t> {};
-
-TEST_P(MitsubaChiSquare, SamplesFollowTheDensity) {
-  check_samples_follow_density(sampled_materials()[GetParam()], 67, int(sampled_materials().size()));
-}
-
-INSTANTIATE_TEST_SUITE_P(, MitsubaChiSquare, testing::Range(std::size_t(0), sampled_materials().size()),
-                         [](const auto& info) { return letters_and_digits(sampled_materials()[info.param].name); });
-
 TEST(BsdfMitsuba, WeightIsValueOverDensity) {
   for (const float alpha : {0.05f, 0.3f, 0.5f}) {
     for (const NamedMaterial& material : mitsuba_materials(alpha, false)) {

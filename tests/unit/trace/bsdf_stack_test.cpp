@@ -20,24 +20,16 @@
 namespace helio::test {
 namespace {
 
-constexpr float kCosines[] = {1, 0.6f, 0.2f, 0.05f, 1.75e-5f};
-// What layers scaled by each other's albedo add, measured: a film on smooth plastic returns 1.011 of the light at a
-// cosine of 0.05, all layers on glass from inside 1.044.
-constexpr double kLayerGain = 0.04;
-
-const std::vector<NamedMaterial>& sampled_materials() {
-  static const std::vector<NamedMaterial> list = layered_materials(0.2f, false);
-  return list;
+// At most 1.002 of the light comes back. The nearer to that an estimate is, the finer the next: the third errs by less
+// than 0.0005. Returns the largest weight of the first.
+float expect_no_gain(const SurfaceParams& params, const V3f& wo) {
+  Furnace furnace = light_returned_evenly(params, wo, 4096);
+  const float largest_weight = furnace.largest_weight;
+  if (max_component(furnace.power) > 0.997f) furnace = light_returned_evenly(params, wo, 32'768);
+  if (max_component(furnace.power) > 1.0005f) furnace = light_returned_evenly(params, wo, 131'072);
+  EXPECT_LE(max_component(furnace.power), 1.002f);
+  return largest_weight;
 }
-
-class StackChiSquare : public testing::TestWithParam<std::size_t> {};
-
-TEST_P(StackChiSquare, SamplesFollowTheDensity) {
-  check_samples_follow_density(sampled_materials()[GetParam()], 61, int(sampled_materials().size()));
-}
-
-INSTANTIATE_TEST_SUITE_P(, StackChiSquare, testing::Range(std::size_t(0), sampled_materials().size()),
-                         [](const auto& info) { return letters_and_digits(sampled_materials()[info.param].name); });
 
 TEST(BsdfStack, WeightIsValueOverDensity) {
   for (const float alpha : {0.05f, 0.3f, 1.0f}) {
@@ -85,16 +77,57 @@ TEST(BsdfStack, RefractionIsReciprocalUpToTheSquaredIndex) {
   }
 }
 
+// Roughnesses below 0.01 and angles near to the horizon are where tables of albedos err most.
 TEST(BsdfStack, NoSurfaceReturnsMoreThanItGets) {
-  for (const float alpha : {0.0f, 0.01f, 0.1f, 0.4f, 1.0f}) {
+  for (const float alpha : {0.0f, 0.002f, 0.005f, 0.02f, 0.1f, 1.0f}) {
     for (const NamedMaterial& material : layered_materials(alpha, true)) {
-      for (const float z : kCosines) {
-        V3f wo = direction_with_z(z);
+      for (const double angle : {0.0, 84.0, 88.0, 89.5, 89.999}) {
+        V3f wo = direction_at(angle, 25);
         if (material.from_inside) wo.z = -wo.z;
-        SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha) + " cosine " + std::to_string(z));
-        const Furnace furnace = light_returned(material.params, wo, 10'000);
-        EXPECT_LE(max_component(furnace.power), 1 + kLayerGain + 4 * furnace.largest_deviation());
-        EXPECT_LE(furnace.largest_weight, 12) << "a weight this large is a firefly";
+        SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha) + " angle " + std::to_string(angle));
+        EXPECT_LE(expect_no_gain(material.params, wo), 12) << "a weight this large is a firefly";
+      }
+    }
+  }
+}
+
+// Every layer at random, films of all thicknesses.
+TEST(BsdfStack, NoMixtureOfLayersReturnsMoreThanItGets) {
+  Random random(97);
+  const auto from = [&](float low, float high) { return low + (high - low) * random.next_float(); };
+  const auto decades = [&](float count) { return std::pow(10.0f, -count * random.next_float()); };
+  const auto maybe = [&](float value) { return random.next_float() < 0.4f ? value : 0.0f; };
+  for (int i = 0; i < 60; ++i) {
+    const bool beckmann = random.next_float() < 0.3f;
+    SurfaceParams base =
+        metallic_roughness(beckmann ? MicrofacetDistribution::beckmann : MicrofacetDistribution::ggx,
+                           maybe(decades(3)));
+    base.ior = from(1, 2.5f);
+    base.specular = 1 - maybe(random.next_float());
+    base.metallic = maybe(random.next_float());
+    base.transmission = maybe(random.next_float());
+    base.thin = random.next_float() < 0.5f;
+    LayerParams layers;
+    layers.clearcoat = maybe(from(0.5f, 1));
+    layers.clearcoat_alpha = maybe(decades(3));
+    layers.sheen_color = Rgb(1, 0.6f, 0.3f) * maybe(1);
+    layers.sheen_alpha = decades(2);
+    layers.anisotropy = maybe(random.next_float());
+    layers.iridescence = maybe(from(0.5f, 1));
+    layers.film_ior = from(1, 2.5f);
+    layers.film_thickness = i % 5 == 0 ? 1e6f * decades(6) : from(0, 1200);
+    layers.diffuse_transmission = maybe(random.next_float());
+    // Diffuse and refracted light in one direction: a sample of both has no single factor to make power of radiance.
+    if (!base.thin && base.transmission > 0) layers.diffuse_transmission = 0;
+    const SurfaceParams params = with_layers(base, layers);
+    for (const double angle : {30.0, 80.0, 88.0}) {
+      for (const float side : {1.0f, -1.0f}) {
+        if (base.thin && side < 0) continue;
+        V3f wo = direction_at(angle, 25);
+        wo.z *= side;
+        SCOPED_TRACE("mixture " + std::to_string(i) + " angle " + std::to_string(angle) + " side " +
+                     std::to_string(side));
+        expect_no_gain(params, wo);
       }
     }
   }
@@ -120,8 +153,8 @@ TEST(BsdfStack, LossesAreAsDocumented) {
   constexpr float kCosine[3] = {1, 0.5f, 0.1f};
   const std::map<std::string, std::array<float, 3>> documented = {
       {"smooth coat", {0.959f, 0.964f, 0.997f}},
-      {"rough coat", {0.970f, 0.977f, 0.998f}},
-      {"rough coat on beckmann", {0.971f, 0.978f, 0.998f}},
+      {"rough coat", {0.970f, 0.978f, 0.999f}},
+      {"rough coat on beckmann", {0.971f, 0.978f, 0.999f}},
       {"coat with its own normal", {0.940f, 0.803f, 0.792f}},
       {"sheen 0.5", {0.868f, 0.964f, 0.998f}},
       {"sheen 0.25", {0.915f, 0.946f, 0.990f}},
@@ -133,13 +166,13 @@ TEST(BsdfStack, LossesAreAsDocumented) {
       {"leaf", {1.000f, 1.000f, 0.999f}},
       {"wax", {1.000f, 1.000f, 0.999f}},
       {"wax from inside", {1.000f, 1.000f, 0.999f}},
-      {"film on plastic", {0.836f, 0.840f, 0.866f}},
+      {"film on plastic", {0.998f, 0.997f, 0.997f}},
       {"film on metal", {0.948f, 0.894f, 0.863f}},
       {"film on glass", {0.983f, 0.953f, 0.856f}},
       {"film on glass from inside", {0.941f, 0.870f, 0.799f}},
-      {"everything, thin", {0.800f, 0.858f, 0.970f}},
-      {"everything, volume", {0.908f, 0.925f, 0.979f}},
-      {"everything, volume from inside", {0.862f, 0.830f, 0.849f}}};
+      {"everything, thin", {0.822f, 0.873f, 0.975f}},
+      {"everything, volume", {0.932f, 0.940f, 0.985f}},
+      {"everything, volume from inside", {0.886f, 0.850f, 0.865f}}};
   std::printf("%-34s  mu = 1   mu = 0.5  mu = 0.1\n", "white furnace, base alpha 0.2");
   for (const NamedMaterial& material : layered_materials(0.2f, true)) {
     ASSERT_TRUE(documented.contains(material.name)) << material.name;

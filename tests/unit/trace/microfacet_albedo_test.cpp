@@ -40,6 +40,75 @@ TEST(MicrofacetAlbedo, TableEqualsBruteForce) {
   }
 }
 
+// Mean of kept(c, s) over 256 x 256 strata of visible normals: what facets seen under the cosine c keep of light.
+template <typename Kept>
+double mean_over_visible_normals(const Microfacet& microfacet, float mu, const Kept& reflectance) {
+  constexpr int kStrata = 256;
+  const V3f wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
+  double sum = 0;
+  for (int i = 0; i < kStrata * kStrata; ++i) {
+    const V2f u((float(i % kStrata) + 0.5f) / kStrata, (float(i / kStrata) + 0.5f) / kStrata);
+    const V3f m = microfacet.sample_visible_normal(wo, u);
+    const float c = std::max(0.0f, dot(wo, m));
+    sum += double(microfacet.masking(m * (2 * c) - wo)) * reflectance(c);
+  }
+  return sum / (kStrata * kStrata);
+}
+
+// Where the albedo falls within a hundredth of the cosine.
+TEST(MicrofacetAlbedo, TableIsRightForSmoothSurfacesSeenFromNearTheHorizon) {
+  for (const auto distribution : {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann}) {
+    for (const float alpha : {1e-3f, 0.0013f, 0.0021f, 0.0034f, 0.008f, 0.03f}) {
+      for (const float mu : {0.0087f, 0.013f, 0.02f, 0.04f, 0.1f}) {
+        const AlbedoTerms terms = directional_albedo(distribution, alpha, mu);
+        const Microfacet microfacet{distribution, alpha};
+        const auto schlick = [](float c) { return schlick_term(c); };
+        EXPECT_NEAR(terms.a + terms.b, mean_over_visible_normals(microfacet, mu, [](float) { return 1.0f; }), 0.003)
+            << name_of(distribution) << ' ' << alpha << ' ' << mu;
+        EXPECT_NEAR(terms.b, mean_over_visible_normals(microfacet, mu, schlick), 0.003)
+            << name_of(distribution) << ' ' << alpha << ' ' << mu;
+      }
+    }
+  }
+}
+
+// A reflectance that waves with the cosine, as films' do.
+TEST(MicrofacetAlbedo, WeightsGiveTheAlbedoOfAnyReflectance) {
+  const auto wave = [](float c) { return 0.3f + 0.2f * std::cos(7 * c); };
+  const auto reflectance = [&](float c) { return wave(c) + (1 - wave(c)) * schlick_term(c); };
+  for (const auto distribution : {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann}) {
+    for (const float alpha : {0.005f, 0.1f, 0.5f, 1.0f}) {
+      for (const float mu : {0.02f, 0.1f, 0.4f, 1.0f}) {
+        const AlbedoTerms terms = directional_albedo(distribution, alpha, mu);
+        const CosineWeights weights = directional_weights(distribution, alpha, mu);
+        float albedo = terms.b, sum = 0;
+        for (std::size_t k = 0; k < CosineWeights::kNodes; ++k) {
+          albedo += weights.w[k] * wave(float(k) / float(CosineWeights::kNodes - 1));
+          sum += weights.w[k];
+        }
+        EXPECT_NEAR(sum, terms.a, 1e-5);
+        EXPECT_NEAR(albedo, mean_over_visible_normals({distribution, alpha}, mu, reflectance), 0.004)
+            << name_of(distribution) << ' ' << alpha << ' ' << mu;
+      }
+    }
+  }
+}
+
+// The mean is 2 int E mu dmu of the interpolated albedo.
+TEST(MicrofacetAlbedo, MeansAreThoseOfTheTable) {
+  constexpr int kSteps = 20'000;
+  for (const float alpha : {0.0f, 0.002f, 0.3f}) {
+    double a = 0, first = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const float mu = (float(i) + 0.5f) / kSteps;
+      a += 2 * mu * directional_albedo(MicrofacetDistribution::ggx, alpha, mu).a / kSteps;
+      first += 2 * mu * directional_weights(MicrofacetDistribution::ggx, alpha, mu).w[3] / kSteps;
+    }
+    EXPECT_NEAR(mean_albedo(MicrofacetDistribution::ggx, alpha).a, a, 1e-4) << alpha;
+    EXPECT_NEAR(mean_weights(MicrofacetDistribution::ggx, alpha).w[3], first, 1e-4) << alpha;
+  }
+}
+
 // GGX, alpha = 1, normal incidence: D = 1 / pi, m.z = c, wi.z = 2 c^2 - 1 and G1(wi) = 2 wi.z / (wi.z + 1), G1(wo) = 1:
 // E = int_{c > 1/sqrt 2} D G1 c 2 pi dc = int 2 c (2 c^2 - 1) / c^2 dc = 1 - ln 2.
 TEST(MicrofacetAlbedo, KnownInClosedFormForGgxAtFullRoughness) {
@@ -64,7 +133,7 @@ TEST(MicrofacetAlbedo, EnteringNeverExceedsWhatIsNotReflected) {
         const AlbedoTerms terms = directional_albedo(distribution, a / 50.0f, i / 100.0f);
         ASSERT_LE(terms.a + terms.b, 1.0001f);
         for (const float f0 : {0.0f, 0.04f, 0.5f, 1.0f}) {
-          ASSERT_LE(terms.entering(f0, 1) + terms.albedo(f0, 1), 1.004f) << a << ' ' << i << ' ' << f0;
+          ASSERT_LE(terms.entering(f0, 1) + terms.albedo(f0, 1), 1.002f) << a << ' ' << i << ' ' << f0;
           ASSERT_GE(terms.entering(f0, 1), 0);
         }
         ASSERT_EQ(terms.entering(1, 1), 0);
