@@ -146,14 +146,14 @@ pb::ErrorMeasure to_message(ErrorMeasure measure) {
   return measure == ErrorMeasure::relmse ? pb::ERROR_MEASURE_RELMSE : pb::ERROR_MEASURE_RMSE;
 }
 
+}  // namespace
+
 void write_rect(const PixelRect& rect, pb::Rect& message) {
   message.set_x0(rect.x0);
   message.set_y0(rect.y0);
   message.set_x1(rect.x1);
   message.set_y1(rect.y1);
 }
-
-}  // namespace
 
 void check_id(const std::string& id, const std::string& where, Problems& problems) {
   if (id.empty() || id.size() > kMaxId) {

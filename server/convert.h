@@ -39,6 +39,7 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
 // A required id: 1 to 64 bytes.
 void check_id(const std::string& id, const std::string& where, Problems& problems);
 
+void write_rect(const PixelRect& rect, pb::Rect& message);
 pb::RenderSettings to_message(const RenderSettings& settings);
 pb::Budget to_message(const Budget& budget);
 pb::CameraView to_message(const CameraPose& pose);

@@ -67,7 +67,12 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
     entry.set_name(printable(camera.name, kMaxName));
     *entry.mutable_view() = to_message(camera_pose(camera));
     entry.set_aspect(camera.aspect);
+    entry.set_width(camera.width);
+    entry.set_height(camera.height);
+    if (!camera.crop.empty()) write_rect(camera.crop, *entry.mutable_crop());
   }
+  info.set_max_segments(description.hints.max_segments);
+  info.set_roulette_from(description.hints.roulette_from);
   for (const std::string& name : scene.snapshot->features().names()) info.add_features(name);
   info.set_memory_bytes(stats.memory_bytes);
   if (const Box3d bounds = scene.snapshot->world_bounds(); !bounds.isEmpty()) {

@@ -39,6 +39,8 @@ Json to_json(const pb::SceneCamera& camera) {
     json["vertical_fov"] = camera.view().vertical_fov();
   }
   json["aspect"] = camera.aspect() > 0 ? Json(camera.aspect()) : Json(nullptr);
+  json["width"] = camera.width() > 0 ? Json(camera.width()) : Json(nullptr);
+  json["height"] = camera.height() > 0 ? Json(camera.height()) : Json(nullptr);
   return json;
 }
 

@@ -217,7 +217,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const pb::SceneInfo& scene = loaded.scene->response.scene();
   const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
   if (!camera) return refuse();
-  set_default_size(*request.mutable_settings(), *camera);
+  set_defaults(*request.mutable_settings(), scene, *camera);
   check_region(options.settings, request.settings(), reader);
   if (!problems.empty()) return refuse();
   const PathStart start{camera->view(), pivot.value_or(centre(scene)), cameras_of(scene)};

@@ -195,7 +195,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   const pb::SceneInfo& scene = loaded.scene->response.scene();
   const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
   if (camera) {
-    set_default_size(*request.mutable_settings(), *camera);
+    set_defaults(*request.mutable_settings(), scene, *camera);
     check_region(options.settings, request.settings(), reader);
     *request.mutable_camera() = camera->view();
   }

@@ -26,7 +26,7 @@ const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo"};
 
 void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.size, "--size", "WxH",
-           "Picture size in pixels. Default: 720 rows at the camera's aspect; 1280x720 when it has none");
+           "Picture size in pixels. Default: what the scene file asks for, else 720 rows at the camera's aspect, else 1280x720");
   add_text(app, options.camera, "--camera", "NAME",
            "Camera of the scene, by name or number from 0. Default: the first");
   add_text(app, options.mode, "--mode", "MODE",
@@ -42,9 +42,9 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "Of --mode adaptive: the error that the counts make small, rmse or relmse. Default: relmse");
   add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
   add_text(app, options.max_segments, "--max-segments", "N",
-           "Longest path, in segments with the camera's counted, [1, 65535]. Default: 10");
+           "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
   add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
-           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: 3");
+           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: the scene file's, else 3");
   add_text(app, options.region, "--region", "x0,y0,x1,y1",
            "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
 }
@@ -136,8 +136,16 @@ const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::S
   return nullptr;
 }
 
-void set_default_size(pb::RenderSettings& settings, const pb::SceneCamera& camera) {
+void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, const pb::SceneCamera& camera) {
+  if (settings.max_segments() == 0) settings.set_max_segments(scene.max_segments());
+  if (settings.roulette_from() == 0) settings.set_roulette_from(scene.roulette_from());
   if (settings.width() > 0) return;
+  if (camera.width() > 0 && camera.height() > 0) {
+    settings.set_width(camera.width());
+    settings.set_height(camera.height());
+    if (camera.has_crop() && !settings.has_region()) *settings.mutable_region() = camera.crop();
+    return;
+  }
   settings.set_width(kDefaultWidth);
   settings.set_height(kDefaultHeight);
   // Beyond 8:1 an aspect is more likely a mistake in the file than a wish.

@@ -22,8 +22,10 @@ void check_against_server(const SettingsOptions& options, const heliograph::v1::
 // The camera to look through: --camera, else the scene's first.
 const heliograph::v1::SceneCamera* choose_camera(const SettingsOptions& options, const heliograph::v1::SceneInfo& scene,
                                                  OptionReader& reader);
-// 720 rows at the camera's aspect, 1280x720 when it has none.
-void set_default_size(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneCamera& camera);
+// What was not asked for: the size and crop that the file gives the camera, else 720 rows at its aspect, 1280x720 when it
+// has none; longest path and roulette as the file says.
+void set_defaults(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneInfo& scene,
+                  const heliograph::v1::SceneCamera& camera);
 // A region that leaves the film is a problem; call it once the size is known.
 void check_region(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings, OptionReader& reader);
 

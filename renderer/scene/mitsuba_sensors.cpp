@@ -13,6 +13,7 @@ namespace {
 
 struct FilmSize {
   int width = 768, height = 576;  // Mitsuba's defaults
+  PixelRect crop;                // empty: all of it
   double aspect() const { return double(width) / height; }
 };
 
@@ -26,10 +27,11 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   for (const char* key : {"pixel_format", "component_format", "file_format"}) film.text(key, "");
   for (const char* key : {"banner", "compensate", "sample_border", "attach_log", "high_quality_edges"})
     film.boolean(key, false);
-  for (const char* key : {"crop_offset_x", "crop_offset_y"}) film.has(key);
-  const bool cropped_wide = film.has("crop_width"), cropped_high = film.has("crop_height");
-  if (cropped_wide || cropped_high)
-    film.warn("is cropped: the whole film is what is rendered");
+  const int left = film.integer("crop_offset_x", 0, 0, size.width - 1);
+  const int top = film.integer("crop_offset_y", 0, 0, size.height - 1);
+  const int wide = film.integer("crop_width", size.width - left, 1, size.width - left);
+  const int high = film.integer("crop_height", size.height - top, 1, size.height - top);
+  if (wide < size.width || high < size.height) size.crop = {left, top, left + wide, top + high};
   for (const Element* filter : film.children("rfilter")) {
     const Plugin p = film.other(*filter);
     for (const char* key : {"radius", "stddev", "lobes", "B", "C"}) p.number(key, 0);
@@ -95,6 +97,9 @@ void read_sensor(const Element& element, LoadContext& context) {
   CameraDescription camera;
   camera.name = element.id.empty() ? type : element.id;
   camera.aspect = film.aspect();
+  camera.width = film.width;
+  camera.height = film.height;
+  camera.crop = film.crop;
   const M44d to_world = plugin.transform("to_world");
   if (mirrors(to_world)) plugin.warn("has a transform that mirrors: the picture is not mirrored");
   camera.to_world = camera_to_world(to_world);

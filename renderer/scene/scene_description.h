@@ -281,9 +281,17 @@ struct CameraDescription {
   double vertical_fov = 0.8;        // perspective: full angle, (0, pi)
   double half_height = 1;           // orthographic: half of the view's height
   double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
+  int width = 0, height = 0;        // pixels that the file asks for; 0: none
+  PixelRect crop;                   // of them, what the file wants rendered; empty: all
   M44d to_world;                    // looks along -z, +y up; scale is ignored
   double lens_radius = 0;           // extras.heliograph; 0: pinhole
   double focus_distance = 1;
+};
+
+// What the file says of how it is to be rendered: defaults for whoever renders it. 0: nothing.
+struct RenderHints {
+  int max_segments = 0;   // PathSettings::max_segments, [1, 65535]
+  int roulette_from = 0;  // PathSettings::roulette_from, [1, 65535]
 };
 
 // ---- the whole -----------------------------------------------------------------------------------------------------
@@ -303,6 +311,7 @@ struct SceneDescription {
   std::vector<PunctualLight> lights;
   std::optional<Environment> environment;
   std::vector<CameraDescription> cameras;  // never empty after loading
+  RenderHints hints;
   LoadReport report;
   // Bytes that this and what is built from it (BVH, light tables) may take together, the environment's map aside:
   // what its load was allowed (memory_budget.h).

@@ -50,6 +50,43 @@ TEST_F(CliRender, DefaultsToNameExrSixtyFourSamplesAnd720Rows) {
   EXPECT_TRUE(exists("quad.exr"));
 }
 
+TEST_F(CliRender, AMitsubaFileSaysItsSizeCropAndDepth) {
+  write_file(folder_ / "lamp.xml",
+             "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='1'/></integrator>"
+             "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='48'/><integer name='height' "
+             "value='32'/><integer name='crop_offset_y' value='16'/><integer name='crop_height' value='8'/></film></sensor>"
+             "<emitter type='constant'><rgb name='radiance' value='1'/></emitter><shape type='sphere'><point name='center' x='0' y='0' z='4'/></shape></scene>");
+  auto json = heliograph_json({"render", "lamp.xml", "--samples", "2", "--output", "lamp.exr"});
+  EXPECT_EQ(json["width"], 48);
+  EXPECT_EQ(json["height"], 32);
+  EXPECT_EQ(json["rays_per_path"], 1);  // no segment after the camera's
+  const auto picture = read_exr(folder_ / "lamp.exr", kMaxPixels);
+  ASSERT_TRUE(picture) << picture.error().to_string();
+  EXPECT_EQ(picture->header.data_window, (PixelRect{0, 16, 48, 24}));
+  json = heliograph_json({"render", "lamp.xml", "--samples", "2", "--size", "20x10", "--max-segments", "4"});
+  EXPECT_EQ(json["width"], 20);
+  EXPECT_GT(json["rays_per_path"], 1);
+}
+
+TEST_F(CliRender, AdaptiveCountsDifferAndTheirMeanIsTheBudget) {
+  const auto json = heliograph_json({"render", "quad.gltf", "--environment", "0.1,0.1,0.1", "--size", "64x48", "--mode",
+                                     "adaptive", "--samples", "64", "--output", "a.exr"});
+  const auto picture = read_exr(folder_ / "a.exr", kMaxPixels);
+  ASSERT_TRUE(picture) << picture.error().to_string();
+  const std::vector<float>& samples = *picture->find("samples");
+  double sum = 0;
+  for (const float n : samples) sum += n;
+  const double mean = sum / double(samples.size());
+  EXPECT_EQ(json["samples"], int(mean));
+  EXPECT_NEAR(mean, 64, 3);
+  // Only the square's edges vary: its inside and the sky are one value each.
+  EXPECT_EQ(*std::min_element(samples.begin(), samples.end()), 16);
+  EXPECT_GT(*std::max_element(samples.begin(), samples.end()), 128);
+  const auto paper = heliograph_json({"render", "quad.gltf", "--size", "32x24", "--mode", "adaptive", "--variant",
+                                      "paper", "--adaptive-min", "2", "--samples", "6", "--output", "p.exr"});
+  EXPECT_EQ(paper["ended_by"], "samples");
+}
+
 TEST_F(CliRender, ARegionIsTheSamePixelsAsTheWhole) {
   heliograph_json({"render", "quad.gltf", "--size", "40x30", "--samples", "4", "--output", "whole.exr"});
   heliograph_json(

@@ -79,6 +79,22 @@ TEST(MitsubaLoader, CameraLooksWhereLookatPointsAndXIsToTheRight) {
   EXPECT_LT(length(right - V3d(1, 0, 0)), 1e-12);
 }
 
+TEST(MitsubaLoader, FilmAndDepthsAreDefaultsOfWhoRenders) {
+  const SceneDescription s = loaded(
+      "<integrator type='path'><integer name='max_depth' value='7'/><integer name='rr_depth' value='4'/></integrator>"
+      "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='200'/><integer name='height' "
+      "value='100'/><integer name='crop_offset_x' value='10'/><integer name='crop_width' value='60'/></film></sensor>");
+  EXPECT_EQ(s.hints.max_segments, 7);
+  EXPECT_EQ(s.hints.roulette_from, 4);
+  EXPECT_EQ(s.cameras[0].width, 200);
+  EXPECT_EQ(s.cameras[0].height, 100);
+  EXPECT_EQ(s.cameras[0].crop, (PixelRect{10, 0, 70, 100}));
+  const SceneDescription endless = loaded("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>");
+  EXPECT_EQ(endless.hints.max_segments, 65535);
+  EXPECT_EQ(endless.hints.roulette_from, 0);
+  EXPECT_TRUE(loaded("<sensor type='perspective'/>").cameras[0].crop.empty());
+}
+
 TEST(MitsubaLoader, DefaultsIncludesAndReferencesAreFollowed) {
   const SceneDescription s = loaded(
       "<default name='radius' value='3'/><default name='r' value='9'/><include filename='part.xml'/>"
