@@ -175,6 +175,32 @@ static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeV
   return adaptive;
 }
 
+PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems) {
+  PixelFilter filter;
+  known(pb::PixelFilter_IsValid(kind), kind,
+        "PIXEL_FILTER_BOX (1), PIXEL_FILTER_TENT (2), PIXEL_FILTER_GAUSSIAN (3), or 0 for PIXEL_FILTER_BOX",
+        at(where, "filter"), problems);
+  if (kind == pb::PIXEL_FILTER_TENT) filter.kind = PixelFilterKind::tent;
+  if (kind == pb::PIXEL_FILTER_GAUSSIAN) filter.kind = PixelFilterKind::gaussian;
+  filter.scale = scale != 0 ? scale : default_pixel_filter_scale(filter.kind);
+  if ((kind == pb::PIXEL_FILTER_UNSPECIFIED || kind == pb::PIXEL_FILTER_BOX) && scale != 0) {
+    refuse(problems, at(where, "filter_scale"), scale, "0 with the box filter");
+  }
+  return filter;
+}
+
+pb::PixelFilter to_message(PixelFilterKind kind) {
+  switch (kind) {
+    case PixelFilterKind::box:
+      return pb::PIXEL_FILTER_BOX;
+    case PixelFilterKind::tent:
+      return pb::PIXEL_FILTER_TENT;
+    case PixelFilterKind::gaussian:
+      return pb::PIXEL_FILTER_GAUSSIAN;
+  }
+  return pb::PIXEL_FILTER_UNSPECIFIED;
+}
+
 RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
                              Problems& problems) {
   RenderSettings settings;
@@ -190,6 +216,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
   if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
+  settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   if (message.has_region()) {
     const pb::Rect& region = message.region();
     settings.region = PixelRect{region.x0(), region.y0(), region.x1(), region.y1()};
@@ -349,6 +376,8 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
+  message.set_filter(to_message(settings.filter.kind));
+  if (settings.filter.kind != PixelFilterKind::box) message.set_filter_scale(settings.filter.scale);
   if (settings.region) write_rect(*settings.region, *message.mutable_region());
   return message;
 }

@@ -21,6 +21,9 @@ namespace pb = heliograph::v1;
 
 RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
                              Problems& problems);
+// `scale`: 0 stands for the filter's default. `where` is that of the message that holds filter and filter_scale.
+PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems);
+pb::PixelFilter to_message(PixelFilterKind kind);
 // resource_exhausted, naming max_film_pixels, for a film that is too large. Call it with settings without problems.
 Status check_film_size(const RenderSettings& settings, const RenderLimits& limits, const std::string& where);
 Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems);

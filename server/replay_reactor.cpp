@@ -29,7 +29,8 @@ Error no_scene(const pb::SampleReplay& sample, const std::string& where) {
 
 Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& loaded, const CancelToken& cancel) {
   const RenderScene& scene = *loaded.snapshot;
-  const Camera camera(replay.camera, replay.settings.width, replay.settings.height, scene.origin());
+  const Camera camera(replay.camera, replay.settings.width, replay.settings.height, scene.origin(),
+                      replay.settings.filter);
   const PathSettings settings = path_settings(replay.settings);
   SampleTrace told;
   told.width = replay.settings.width;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "server/build_info.h"
+#include "server/convert.h"
 #include "server/message_check.h"
 
 namespace helio {
@@ -138,6 +139,10 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
+  if (settings.filter.kind != PixelFilterKind::box) {
+    message.set_filter(to_message(settings.filter.kind));
+    message.set_filter_scale(settings.filter.scale);
+  }
   const CameraPose& pose = frame.camera;
   write_vector(pose.position, *message.mutable_position());
   write_vector(pose.right, *message.mutable_right());
@@ -181,6 +186,7 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   settings.seed = message.seed();
   settings.max_segments = message.max_segments();
   settings.roulette_from = message.roulette_from();
+  settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   // No film is made: only its sides matter.
   validate(settings, RenderLimits{limits.max_film_side, std::numeric_limits<std::uint64_t>::max()}, where, problems);
   replay.camera = read_pose(message);

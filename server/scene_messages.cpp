@@ -70,6 +70,10 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
     entry.set_width(camera.width);
     entry.set_height(camera.height);
     if (!camera.crop.empty()) write_rect(camera.crop, *entry.mutable_crop());
+    if (camera.filter) {
+      entry.set_filter(to_message(camera.filter->kind));
+      if (camera.filter->kind != PixelFilterKind::box) entry.set_filter_scale(camera.filter->scale);
+    }
   }
   info.set_max_segments(description.hints.max_segments);
   info.set_roulette_from(description.hints.roulette_from);

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -18,6 +19,7 @@ namespace {
 constexpr std::uint32_t kDefaultSamples = 64;
 constexpr int kDefaultWidth = 1280, kDefaultHeight = 720;
 constexpr std::uint64_t kMaxSegments = 65535;  // the protocol's range
+constexpr double kMaxFilterScale = 16;         // likewise
 constexpr double kHuge = std::numeric_limits<double>::max();
 
 const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo"};
@@ -45,6 +47,10 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
   add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
            "First vertex at which Russian roulette may end a path, [1, 65535]. Default: the scene file's, else 3");
+  add_text(app, options.filter, "--filter", "FILTER[:R]",
+           "Reconstruction filter of a pixel: " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
+               ". R in pixels, (0, 16]: the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
+               "Default: the scene file's, else box");
   add_text(app, options.region, "--region", "x0,y0,x1,y1",
            "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
 }
@@ -75,6 +81,33 @@ void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings,
     settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
 }
 
+void read_filter(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  if (!options.filter.given()) return;
+  const std::string& text = options.filter.text;
+  const std::size_t colon = text.find(':');
+  const auto kind = from_short_name<pb::PixelFilter>(text.substr(0, colon));
+  if (!kind) {
+    reader.problem(options.filter,
+                   "'" + text + "' is none of " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
+                       ", with :R behind tent or gaussian");
+    return;
+  }
+  settings.set_filter(*kind);
+  if (colon == std::string::npos) return;
+  if (*kind == pb::PIXEL_FILTER_BOX) {
+    reader.problem(options.filter, "'" + text + "': the box has no R; allowed: box");
+    return;
+  }
+  double scale = 0;
+  const char *first = text.data() + colon + 1, *last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(first, last, scale);
+  if (error != std::errc() || end != last || !(scale > 0 && scale <= kMaxFilterScale)) {
+    reader.problem(options.filter, fmt::format("'{}': R is not a number in (0, {}]", text, kMaxFilterScale));
+    return;
+  }
+  settings.set_filter_scale(scale);
+}
+
 }  // namespace
 
 pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader) {
@@ -91,6 +124,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
   settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));
   settings.set_roulette_from(static_cast<int>(reader.integer(options.roulette_from, 1, kMaxSegments).value_or(0)));
+  read_filter(options, settings, reader);
   if (const auto rect = reader.rect(options.region)) {
     pb::Rect& region = *settings.mutable_region();
     region.set_x0(rect->x0);
@@ -139,6 +173,10 @@ const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::S
 void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, const pb::SceneCamera& camera) {
   if (settings.max_segments() == 0) settings.set_max_segments(scene.max_segments());
   if (settings.roulette_from() == 0) settings.set_roulette_from(scene.roulette_from());
+  if (settings.filter() == pb::PIXEL_FILTER_UNSPECIFIED) {
+    settings.set_filter(camera.filter());
+    settings.set_filter_scale(camera.filter_scale());
+  }
   if (settings.width() > 0) return;
   if (camera.width() > 0 && camera.height() > 0) {
     settings.set_width(camera.width());

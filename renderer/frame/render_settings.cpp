@@ -61,6 +61,20 @@ void check_adaptive(const RenderSettings& settings, const std::string& where, Pr
   check_measure(adaptive.measure, field(where, "measure"), problems);
 }
 
+void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
+  switch (filter.kind) {
+    case PixelFilterKind::box: return;
+    case PixelFilterKind::tent:
+    case PixelFilterKind::gaussian:
+      if (!(filter.scale > 0 && filter.scale <= kMaxPixelFilterScale))
+        problems.add(field(where, "filter_scale"),
+                     text(filter.scale) + " is outside (0, " + text(kMaxPixelFilterScale) + "] pixels");
+      return;
+  }
+  problems.add(field(where, "filter"),
+               std::to_string(int(filter.kind)) + " is not a filter; allowed: box, tent, gaussian");
+}
+
 void check_region(const PixelRect& region, int width, int height, const std::string& where, Problems& problems) {
   if (region.empty()) {
     problems.add(where, text(region) + " is empty; x0 < x1 and y0 < y1 are needed");
@@ -117,6 +131,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   if (settings.mode == RenderMode::adaptive) check_adaptive(settings, field(where, "adaptive"), problems);
   check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
   check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);
+  check_filter(settings.filter, where, problems);
 }
 
 void validate(const Budget& budget, const std::string& where, Problems& problems) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "renderer/base/math.h"
+#include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/roulette.h"
@@ -48,6 +49,7 @@ struct RenderSettings {
   int max_segments = 10;                // [1, 65535]
   int roulette_from = 3;                // [1, 65535]
   RouletteRule roulette = RouletteRule::root;
+  PixelFilter filter;
   std::optional<PixelRect> region;      // of interest; inside the film; none: the whole film
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }

@@ -14,6 +14,7 @@ namespace {
 struct FilmSize {
   int width = 768, height = 576;  // Mitsuba's defaults
   PixelRect crop;                // empty: all of it
+  std::optional<PixelFilter> filter;
   double aspect() const { return double(width) / height; }
 };
 
@@ -32,11 +33,19 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   const int wide = film.integer("crop_width", size.width - left, 1, size.width - left);
   const int high = film.integer("crop_height", size.height - top, 1, size.height - top);
   if (wide < size.width || high < size.height) size.crop = {left, top, left + wide, top + high};
+  size.filter = {PixelFilterKind::gaussian, default_pixel_filter_scale(PixelFilterKind::gaussian)};  // Mitsuba's default
   for (const Element* filter : film.children("rfilter")) {
     const Plugin p = film.other(*filter);
-    for (const char* key : {"radius", "stddev", "lobes", "B", "C"}) p.number(key, 0);
-    if (filter->type != "box")
-      film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
+    if (filter->type == "tent") {
+      size.filter = {PixelFilterKind::tent, p.number("radius", 1, {0, kMaxPixelFilterScale, true})};
+    } else if (filter->type == "gaussian") {
+      size.filter = {PixelFilterKind::gaussian, p.number("stddev", 0.5, {0, kMaxPixelFilterScale, true})};
+    } else {
+      for (const char* key : {"radius", "lobes", "B", "C"}) p.number(key, 0);
+      size.filter = PixelFilter{};
+      if (filter->type != "box")
+        film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
+    }
   }
   context.diagnostics.notice(fmt::format("the file's film has {} x {} pixels", size.width, size.height));
   return size;
@@ -100,6 +109,7 @@ void read_sensor(const Element& element, LoadContext& context) {
   camera.width = film.width;
   camera.height = film.height;
   camera.crop = film.crop;
+  camera.filter = film.filter;
   const M44d to_world = plugin.transform("to_world");
   if (mirrors(to_world)) plugin.warn("has a transform that mirrors: the picture is not mirrored");
   camera.to_world = camera_to_world(to_world);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/base/pixel_filter.h"
 
 namespace helio {
 
@@ -283,6 +284,7 @@ struct CameraDescription {
   double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
   int width = 0, height = 0;        // pixels that the file asks for; 0: none
   PixelRect crop;                   // of them, what the file wants rendered; empty: all
+  std::optional<PixelFilter> filter;  // that the file asks for
   M44d to_world;                    // looks along -z, +y up; scale is ignored
   double lens_radius = 0;           // extras.heliograph; 0: pinhole
   double focus_distance = 1;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "renderer/base/camera_limits.h"
+#include "renderer/trace/pixel_filter_sampling.h"
 #include "renderer/trace/warp.h"
 
 namespace helio {
@@ -105,7 +106,8 @@ void validate(const CameraPose& pose, const std::string& where, Problems& proble
         problems);
 }
 
-Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin) {
+Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin, const PixelFilter& filter)
+    : filter_(filter), width_(width), height_(height) {
   orthographic_ = pose.projection == Projection::orthographic;
   const double half_height = orthographic_ ? pose.half_height : std::tan(0.5 * pose.vertical_fov);
   const double step = 2 * half_height / height;
@@ -123,7 +125,13 @@ Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_o
 }
 
 CameraRay Camera::generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const {
-  const V3f offset(corner_ + step_x_ * (x + double(in_pixel.x)) + step_y_ * (y + double(in_pixel.y)));
+  double film_x = x + double(in_pixel.x), film_y = y + double(in_pixel.y);
+  if (filter_.kind != PixelFilterKind::box) {
+    const double x_centre = x + 0.5, y_centre = y + 0.5;
+    film_x = x_centre + sample_pixel_filter(filter_, in_pixel.x, -x_centre, width_ - x_centre);
+    film_y = y_centre + sample_pixel_filter(filter_, in_pixel.y, -y_centre, height_ - y_centre);
+  }
+  const V3f offset(corner_ + step_x_ * film_x + step_y_ * film_y);
   CameraRay ray;
   if (orthographic_) {
     ray.origin = origin_ + offset;

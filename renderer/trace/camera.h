@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/trace/ray_cone.h"
@@ -35,14 +36,15 @@ struct CameraRay {
   V3f origin, direction;  // rebased scene coordinates; direction is unit
 };
 
-// A pose bound to a film size and to the scene's origin. Immutable, cheap to copy.
+// A pose bound to a film with its filter and to the scene's origin. Immutable, cheap to copy.
 class Camera {
  public:
-  Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin);
+  Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin, const PixelFilter& filter = {});
 
   // Pixel (x right, y down), position in it in [0,1]^2 (its centre at .5), lens sample in [0,1)^2. Pixel and position
   // come apart because their float sum would have steps of 1 / 256 pixel at the far side of the largest films, and
-  // would round up into the next pixel.
+  // would round up into the next pixel. With another filter than the box, in_pixel is a uniform sample from which the
+  // position is drawn (pixel_filter_sampling.h), in this pixel or another of the film.
   CameraRay generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const;
 
   bool pinhole() const { return lens_radius_ == 0; }
@@ -55,6 +57,8 @@ class Camera {
   float lens_radius_ = 0, focus_distance_ = 1;
   bool orthographic_ = false;
   RayCone cone_;
+  PixelFilter filter_;
+  int width_ = 0, height_ = 0;
 };
 
 }  // namespace helio

@@ -32,6 +32,7 @@ void read(const pb::RenderSettings& message) {
   (void)check_film_size(settings, limits, "settings");
   demand(settings.width >= 1 && settings.width <= limits.max_film_side && settings.height >= 1 &&
          settings.max_segments >= 1 && settings.roulette_from >= 1);
+  demand(settings.filter.scale > 0 && settings.filter.scale <= kMaxPixelFilterScale);
 }
 
 void read(const pb::Budget& message) {

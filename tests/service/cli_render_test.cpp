@@ -102,6 +102,27 @@ TEST_F(CliRender, ARegionIsTheSamePixelsAsTheWhole) {
   }
 }
 
+// The square's sides are inside one column each. The box greys these two at most, a wide Gaussian many around them, and
+// tent:0.001, which sees pixels' centres alone, none.
+TEST_F(CliRender, AFilterSpreadsEdges) {
+  const auto grey_columns = [&](const char* filter) {
+    heliograph_json({"render", "quad.gltf", "--environment", "0,0,0", "--size", "41x31", "--samples", "64", "--filter",
+                     filter, "--output", "f.exr"});
+    const auto picture = read_exr(folder_ / "f.exr", kMaxPixels);
+    EXPECT_TRUE(picture) << filter;
+    int grey = 0;
+    for (int x = 0; picture && x < 41; ++x) {
+      const float value = (*picture->find("R"))[15 * 41 + x];
+      grey += value > 0 && value < 2;
+    }
+    return grey;
+  };
+  EXPECT_EQ(grey_columns("tent:0.001"), 0);
+  EXPECT_LE(grey_columns("box"), 2);
+  EXPECT_GE(grey_columns("gaussian:1.5"), 8);
+  EXPECT_GE(grey_columns("tent"), 2);
+}
+
 TEST_F(CliRender, LayersAreAddedOnRequest) {
   heliograph_json({"render", "quad.gltf", "--environment", "0,0,0", "--size", "16x16", "--samples", "4", "--layers",
                    "alpha,depth,normal,albedo", "--output", "q.exr"});

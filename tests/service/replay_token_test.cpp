@@ -26,6 +26,7 @@ FrameBegin frame() {
   begin.settings.seed = 0xfedcba9876543210ull;
   begin.settings.max_segments = 77;
   begin.settings.roulette_from = 5;
+  begin.settings.filter = {PixelFilterKind::gaussian, 1.0 / 3};
   begin.settings.region = PixelRect{10, 10, 20, 20};
   begin.camera = *look_at({0.1, 1.0 / 3, 1e7}, {0.2, 0.3, 0}, {0, 1, 0}, 0.7);
   begin.camera.lens_radius = 0.01;

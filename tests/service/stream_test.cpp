@@ -424,6 +424,20 @@ TEST_F(StreamTest, BadSettingsAndBudgetsAreRefusedByName) {
       {[&](auto& r) { settings(r).set_mode(pb::Mode(99)); }, invalid, {"settings.mode: unknown value 99", "MODE_PT"}},
       {[&](auto& r) { settings(r).set_max_segments(-2); }, invalid, {"settings.max_segments", "-2", "[1, 65535]"}},
       {[&](auto& r) { settings(r).set_roulette_from(70000); }, invalid, {"settings.roulette_from", "70000"}},
+      {[&](auto& r) { settings(r).set_filter(pb::PixelFilter(9)); }, invalid, {"settings.filter: unknown value 9"}},
+      {[&](auto& r) { settings(r).set_filter_scale(1); }, invalid, {"settings.filter_scale: 1", "0 with the box"}},
+      {[&](auto& r) {
+         settings(r).set_filter(pb::PIXEL_FILTER_TENT);
+         settings(r).set_filter_scale(-3);
+       },
+       invalid,
+       {"settings.filter_scale: -3", "(0, 16]"}},
+      {[&](auto& r) {
+         settings(r).set_filter(pb::PIXEL_FILTER_GAUSSIAN);
+         settings(r).set_filter_scale(kNan);
+       },
+       invalid,
+       {"settings.filter_scale: nan", "(0, 16]"}},
       {[&](auto& r) { settings(r).mutable_region()->set_x1(5); }, invalid, {"settings.region", "empty"}},
       {[&](auto& r) {
          settings(r).mutable_region()->set_x1(5000);

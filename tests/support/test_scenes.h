@@ -97,9 +97,9 @@ inline CameraPose camera_at(const V3d& position, const V3d& target, double fov_d
 
 // Renders `samples` in each half, in one call per half.
 inline Film render(const RenderScene& scene, const CameraPose& pose, int width, int height, std::uint32_t samples,
-                   const PathSettings& settings = {}, TraceStats* stats = nullptr) {
+                   const PathSettings& settings = {}, TraceStats* stats = nullptr, const PixelFilter& filter = {}) {
   Film film(width, height);
-  const Camera camera(pose, width, height, scene.origin());
+  const Camera camera(pose, width, height, scene.origin(), filter);
   const CancelToken never;
   TraceStats local;
   for (int half = 0; half < kHalves; ++half) {

@@ -70,6 +70,27 @@ TEST(RenderSettings, ModesByName) {
   EXPECT_EQ(parse_render_mode("adaptive").value(), RenderMode::adaptive);
 }
 
+TEST(RenderSettings, FilterScalesAreChecked) {
+  RenderSettings s;
+  s.filter.scale = -1;  // the box has none
+  EXPECT_EQ(problems_of(s), "");
+  for (const PixelFilterKind kind : {PixelFilterKind::tent, PixelFilterKind::gaussian}) {
+    s.filter.kind = kind;
+    for (const double scale : {16.0, 0.5, std::numeric_limits<double>::denorm_min()}) {
+      s.filter.scale = scale;
+      EXPECT_EQ(problems_of(s), "");
+    }
+    for (const auto& [scale, shown] : {std::pair(0.0, "0"), {-2.5, "-2.5"}, {16.01, "16.01"},
+                                       {std::numeric_limits<double>::infinity(), "inf"},
+                                       {std::numeric_limits<double>::quiet_NaN(), "nan"}}) {
+      s.filter.scale = scale;
+      EXPECT_EQ(problems_of(s), std::string("settings.filter_scale: ") + shown + " is outside (0, 16] pixels");
+    }
+  }
+  s.filter.kind = PixelFilterKind(7);
+  EXPECT_EQ(problems_of(s), "settings.filter: 7 is not a filter; allowed: box, tent, gaussian");
+}
+
 TEST(RenderSettings, AdaptiveCountsAreChecked) {
   RenderSettings s;
   s.adaptive.min_samples = 1;  // of no meaning in mode pt

@@ -91,6 +91,20 @@ TEST(TracedFrame, ThreadsTilesAndPassesDoNotChangeABit) {
   }
 }
 
+TEST(TracedFrame, TheSettingsFilterIsTheCameras) {
+  const auto scene = test::build(room());
+  RenderSettings settings = settings_of({});
+  settings.filter = {PixelFilterKind::tent, 1.5};
+  const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf, {}, nullptr, settings.filter);
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  const WatchedTracer tracer;
+  RenderLoop loop(engine, tracer.function(scene), settings, samples(2 * kSamplesPerHalf), RenderRank::job, sink);
+  ASSERT_TRUE(sink->wait_for_end(loop.update(view_of(kPose))));
+  EXPECT_TRUE(test::same_bits(expected, **tracer.film));
+  EXPECT_FALSE(test::same_bits(expected, test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf)));
+}
+
 TEST(TracedFrame, InterruptionsDoNotChangeABit) {
   const auto scene = test::build(room());
   const Film expected = test::render(*scene, kPose, kWidth, kHeight, kSamplesPerHalf);

@@ -89,6 +89,15 @@ TEST(MitsubaLoader, FilmAndDepthsAreDefaultsOfWhoRenders) {
   EXPECT_EQ(s.cameras[0].width, 200);
   EXPECT_EQ(s.cameras[0].height, 100);
   EXPECT_EQ(s.cameras[0].crop, (PixelRect{10, 0, 70, 100}));
+  EXPECT_EQ(s.cameras[0].filter, (PixelFilter{PixelFilterKind::gaussian, 0.5}));  // Mitsuba's own default
+  const auto filter = [](const std::string& text) {
+    return *loaded("<sensor type='perspective'><film type='hdrfilm'><rfilter " + text + "</film></sensor>").cameras[0].filter;
+  };
+  EXPECT_EQ(filter("type='box'/>"), PixelFilter{});
+  EXPECT_EQ(filter("type='tent'><float name='radius' value='2'/></rfilter>"), (PixelFilter{PixelFilterKind::tent, 2}));
+  EXPECT_EQ(filter("type='gaussian'><float name='stddev' value='0.7'/></rfilter>"),
+            (PixelFilter{PixelFilterKind::gaussian, 0.7}));
+  EXPECT_EQ(filter("type='mitchell'/>"), PixelFilter{});
   const SceneDescription endless = loaded("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>");
   EXPECT_EQ(endless.hints.max_segments, 65535);
   EXPECT_EQ(endless.hints.roulette_from, 0);

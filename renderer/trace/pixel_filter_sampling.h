@@ -1,0 +1,19 @@
+// Positions in the picture drawn from a pixel's reconstruction filter (Ernst, Stamminger and Greiner 2006, "Filter
+// Importance Sampling").
+//
+// Every sample counts with weight one, in its own pixel alone, so that the errors of neighbours stay independent; where
+// a renderer adds each sample to all pixels whose filters reach it they are correlated, which looks smoother and
+// averages out no faster. The expected picture is the same. Nothing is sampled beyond the film: a pixel near its edge
+// is the mean over the part of its filter that lies on the film.
+#pragma once
+
+#include "renderer/base/pixel_filter.h"
+
+namespace helio {
+
+// Along one axis: distance from the pixel's centre in pixels, drawn from the filter cut off at [low, high], low < 0 <
+// high, and normalised there. u in [0, 1]; the result never falls as u grows. box: u - 0.5, whatever low and high are.
+// The density of the Gaussian is that of 1024 linear pieces to each side, within 2e-6 of its peak.
+double sample_pixel_filter(const PixelFilter& filter, double u, double low, double high);
+
+}  // namespace helio
