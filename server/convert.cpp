@@ -162,8 +162,8 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
   }
 }
 
-static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeVariant variant, const std::string& where,
-                                      Problems& problems) {
+static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeVariant variant,
+                                      const std::string& where, Problems& problems) {
   AdaptiveSettings adaptive;
   if (variant == ModeVariant::paper) adaptive.min_samples = kPaperMinSamples;
   if (message.min_samples() != 0) adaptive.min_samples = message.min_samples();

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "renderer/base/clock.h"
+#include "renderer/frame/passes/allocate.h"
 #include "server/replay_token.h"
 
 namespace helio {
@@ -17,7 +18,7 @@ std::uint64_t pixels(const RenderSettings& settings) {
 }  // namespace
 
 std::uint64_t film_bytes(const RenderSettings& settings) {
-  return pixels(settings) * Film::kBytesPerPixel;
+  return pixels(settings) * Film::bytes_per_pixel(film_state(settings));
 }
 
 Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,

@@ -28,16 +28,18 @@ const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo"};
 
 void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.size, "--size", "WxH",
-           "Picture size in pixels. Default: what the scene file asks for, else 720 rows at the camera's aspect, else 1280x720");
+           "Picture size in pixels. Default: what the scene file asks for, else 720 rows at the camera's aspect, else "
+           "1280x720");
   add_text(app, options.camera, "--camera", "NAME",
            "Camera of the scene, by name or number from 0. Default: the first");
   add_text(app, options.mode, "--mode", "MODE",
            "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") + ". Default: pt, path tracing");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of --mode adaptive: bounded, or paper for the published rule, which is biased. Default: bounded");
-  add_text(app, options.adaptive_min, "--adaptive-min", "N",
-           "Of --mode adaptive: samples that every pixel gets before counts differ, even, [4, 65536]; paper: [2, 65536]. "
-           "Default: 16, paper 4");
+  add_text(
+      app, options.adaptive_min, "--adaptive-min", "N",
+      "Of --mode adaptive: samples that every pixel gets before counts differ, even, [4, 65536]; paper: [2, 65536]. "
+      "Default: 16, paper 4");
   add_text(app, options.adaptive_max, "--adaptive-max", "N",
            "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
   add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",
@@ -87,9 +89,9 @@ void read_filter(const SettingsOptions& options, pb::RenderSettings& settings, O
   const std::size_t colon = text.find(':');
   const auto kind = from_short_name<pb::PixelFilter>(text.substr(0, colon));
   if (!kind) {
-    reader.problem(options.filter,
-                   "'" + text + "' is none of " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
-                       ", with :R behind tent or gaussian");
+    reader.problem(options.filter, "'" + text + "' is none of " +
+                                       join(short_names(*pb::PixelFilter_descriptor()), ", ") +
+                                       ", with :R behind tent or gaussian");
     return;
   }
   settings.set_filter(*kind);

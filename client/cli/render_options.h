@@ -10,8 +10,8 @@
 namespace helio::cli {
 
 struct SettingsOptions {
-  TextOption size, camera, mode, variant, adaptive_min, adaptive_max, adaptive_measure, seed, max_segments, roulette_from,
-      filter, region;
+  TextOption size, camera, mode, variant, adaptive_min, adaptive_max, adaptive_measure, seed, max_segments,
+      roulette_from, filter, region;
 };
 void add_settings_options(CLI::App& app, SettingsOptions& options);
 // Width and height stay 0 when --size is absent: see default_size.
@@ -23,8 +23,8 @@ void check_against_server(const SettingsOptions& options, const heliograph::v1::
 // The camera to look through: --camera, else the scene's first.
 const heliograph::v1::SceneCamera* choose_camera(const SettingsOptions& options, const heliograph::v1::SceneInfo& scene,
                                                  OptionReader& reader);
-// What was not asked for: the size and crop that the file gives the camera, else 720 rows at its aspect, 1280x720 when it
-// has none; filter, longest path and roulette as the file says.
+// What was not asked for: the size and crop that the file gives the camera, else 720 rows at its aspect, 1280x720 when
+// it has none; filter, longest path and roulette as the file says.
 void set_defaults(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneInfo& scene,
                   const heliograph::v1::SceneCamera& camera);
 // A region that leaves the film is a problem; call it once the size is known.

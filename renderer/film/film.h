@@ -72,8 +72,8 @@ struct PixelFeatures {
   }
 };
 
-// What one half's samples of a block of kFilmBlock x kFilmBlock pixels have cost. Rays are counted, not seconds: the same on
-// every machine and in every run.
+// What one half's samples of a block of kFilmBlock x kFilmBlock pixels have cost. Rays are counted, not seconds: the
+// same on every machine and in every run.
 struct BlockWork {
   std::uint64_t rays = 0, paths = 0;
 };
@@ -88,8 +88,11 @@ enum class FilmState {
 
 class Film {
  public:
-  static constexpr std::size_t kBytesPerPixel =
-      kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
+  // 132 where counts are uniform; adaptive: 16 more, for a target and a demand of each half.
+  static constexpr std::size_t bytes_per_pixel(FilmState state) {
+    const std::size_t of_targets = state == FilmState::adaptive ? kHalves * (sizeof(std::uint32_t) + sizeof(float)) : 0;
+    return kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures) + of_targets;
+  }
 
   explicit Film(int width, int height, FilmState state = FilmState::uniform);
   ~Film();

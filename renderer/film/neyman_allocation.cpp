@@ -77,10 +77,14 @@ NeymanAllocation::Sweep NeymanAllocation::kind(int sweep) const {
 
 void NeymanAllocation::run(int sweep, std::size_t part) {
   switch (kind(sweep)) {
-    case Sweep::means: return add_means(part);
-    case Sweep::demand: return find_demand(part);
-    case Sweep::histogram: return count_pixels(part);
-    case Sweep::assign: return assign(part);
+    case Sweep::means:
+      return add_means(part);
+    case Sweep::demand:
+      return find_demand(part);
+    case Sweep::histogram:
+      return count_pixels(part);
+    case Sweep::assign:
+      return assign(part);
   }
 }
 
@@ -94,12 +98,16 @@ void NeymanAllocation::finish_sweep(int sweep) {
         epsilon_[h] = settings_.measure == AllocationMeasure::relative ? kRelativeEpsilon * mean * mean : 1;
       }
       return;
-    case Sweep::demand: choose_exponent(); return;
+    case Sweep::demand:
+      choose_exponent();
+      return;
     case Sweep::histogram:
       film_.targets()->demand_known = true;
       solve();
       return;
-    case Sweep::assign: finish_round(); return;
+    case Sweep::assign:
+      finish_round();
+      return;
   }
 }
 

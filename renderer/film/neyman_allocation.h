@@ -1,8 +1,8 @@
 // Sample counts from the other half's pilot: see sample_allocation.h.
 //
-// demand() holds, per half, log2 of s / sqrt(c); to the power g, times a dither of [1, 2) that is the pixel's own, times a
-// scale, rounded down to a power of two, it is the count. The scale sets the mean; it is found in a histogram, so that later
-// rounds need one sweep only.
+// demand() holds, per half, log2 of s / sqrt(c); to the power g, times a dither of [1, 2) that is the pixel's own,
+// times a scale, rounded down to a power of two, it is the count. The scale sets the mean; it is found in a histogram,
+// so that later rounds need one sweep only.
 #pragma once
 
 #include "renderer/film/sample_allocation.h"

@@ -13,8 +13,9 @@ namespace helio {
 class PixelRow {
  public:
   // Columns [x0, x1) of row y. Terms of a film whose counts differ are those of a single sample: times n of 1 / n =
-  // (1 / n_A + 1 / n_B) / 4, so that neighbours can be pooled. Terms are four floats a pixel, the fourth 1 where they are defined; pixels without are
-  // four zeroes. Null: not wanted. They are left alone where no pixel of the row has any.
+  // (1 / n_A + 1 / n_B) / 4, so that neighbours can be pooled. Terms are four floats a pixel, the fourth 1 where they
+  // are defined; pixels without are four zeroes. Null: not wanted. They are left alone where no pixel of the row has
+  // any.
   void look(const Film& film, int y, int x0, int x1, float* differences = nullptr, float* spreads = nullptr);
 
   bool any_paired() const { return any_paired_; }      // some pixel has samples in both halves, and so a difference

@@ -1,8 +1,8 @@
 // Decides how many samples each pixel gets next: fills a film's SampleTargets for one round.
 //
 // Work is cut into sweeps over parts, for callers that share it between threads or must be able to stop on the way:
-// for each sweep, run() of every part in any order, then finish_sweep(). The targets have the same bits however that was
-// done. Two rules:
+// for each sweep, run() of every part in any order, then finish_sweep(). The targets have the same bits however that
+// was done. Two rules:
 //
 // NeymanAllocation (ours, `variant=bounded`). A pilot of m samples of each half everywhere; then n ~ s / sqrt(c), which
 // minimises the sum of s^2 / n at a given sum of c n (Neyman 1934, with costs), s: deviation of a sample in the measure
@@ -13,8 +13,8 @@
 // bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g, g = 0, 1/4, ... 1, the one is
 // taken under which the variance that each half has seen, at the counts that the other decides, times the cost is
 // smallest; where a pilot says nothing (light that few paths find) that is uniform counts. It is one number for the
-// picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the mean count, and counts are powers of two, which Sobol points like
-// best (a dither of one octave keeps their mean smooth).
+// picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the mean
+// count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean smooth).
 //
 // ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
 // is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
@@ -87,7 +87,6 @@ class SampleAllocation {
 // Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request, and
 // what the round before asked for at every later one.
 std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
-                                                  const AllocationSettings& settings,
-                                                  const AllocationRequest& request);
+                                                  const AllocationSettings& settings, const AllocationRequest& request);
 
 }  // namespace helio

@@ -2,8 +2,8 @@
 // Algorithm 1, with tau -= 1 / (max_spp - min_spp), which the text means where the algorithm prints an assignment.
 //
 // A pixel's samples go to half A and half B in turn, so that the mean, the variance and the error of the picture are
-// those of every other mode. What Algorithm 1 calls P_variance (eq. 11 and 12) is taken over both. At iteration max_spp,
-// demand() of half A becomes the probability n / max_spp that it draws from then on.
+// those of every other mode. What Algorithm 1 calls P_variance (eq. 11 and 12) is taken over both. At iteration
+// max_spp, demand() of half A becomes the probability n / max_spp that it draws from then on.
 #pragma once
 
 #include "renderer/film/sample_allocation.h"

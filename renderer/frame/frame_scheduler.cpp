@@ -70,8 +70,7 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   if (state.republish) return true;
   if (!policy_.passes) return false;
   if (!state.published) return true;
-  if (state.round.number > 0 ? state.round.published == state.round.samples
-                             : state.total() == state.published_samples)
+  if (state.round.number > 0 ? state.round.published == state.round.samples : state.total() == state.published_samples)
     return false;
 
   const double since = now_s - state.published_s;
@@ -87,7 +86,8 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
 }
 
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  return allocation_ && (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
+  return allocation_ &&
+         (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
 
 // The next round: the mean count that it aims at, per half.
@@ -129,15 +129,16 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
     if (state.done[h] < round.top[h]) level = std::min(level, state.done[h]);
   }
   if (state.sample_seconds > 0) {
-    const double left = std::min(longest_plan_s(view_age_s), plan.deadline_s - now_s);
+    const double left = std::clamp(plan.deadline_s - now_s, 0.0, longest_plan_s(view_age_s));
     double samples = left / state.sample_seconds * double(state.round.pixels);  // that can be had
     const std::uint32_t first = level;
     while (level < top) {
       const int octave = level == 0 ? 0 : std::bit_width(level) - 1;
       const std::uint32_t begin = octave == 0 ? 0 : 1u << octave;
       const auto end = std::uint32_t(std::min<std::uint64_t>(top, std::uint64_t(2) << octave));
-      const double per_level = double(round.by_octave[0][std::size_t(octave)] + round.by_octave[1][std::size_t(octave)]) /
-                               double((std::uint64_t(2) << octave) - begin);
+      const double per_level =
+          double(round.by_octave[0][std::size_t(octave)] + round.by_octave[1][std::size_t(octave)]) /
+          double((std::uint64_t(2) << octave) - begin);
       const double affordable = std::floor(samples / std::max(per_level, 1e-9));
       if (affordable < double(end - level)) {
         level += std::uint32_t(affordable);

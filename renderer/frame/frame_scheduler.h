@@ -36,9 +36,9 @@ struct RoundState {
   std::uint32_t number = 0;  // 0: the pilot, in which all pixels have the same count
   double mean = 0;           // per half, that the round was asked for; bounded variant
   RoundSummary summary;
-  std::uint64_t samples = 0;  // pixel samples of the film, both halves
+  std::uint64_t samples = 0;                  // pixel samples of the film, both halves
   std::uint64_t measured = 0, published = 0;  // `samples` at the newest estimate | publication
-  std::uint64_t pixels = 0;   // of the region
+  std::uint64_t pixels = 0;                   // of the region
 };
 
 // What the scheduler knows of a frame. Times in seconds of wall time, points in time on the now_s() clock.
@@ -64,7 +64,8 @@ struct FrameState {
 
   // Samples per pixel, both halves: of every pixel; in a round: the mean, rounded down.
   std::uint32_t total() const {
-    return round.number == 0 ? done[0] + done[1] : std::uint32_t(round.samples / std::max<std::uint64_t>(round.pixels, 1));
+    return round.number == 0 ? done[0] + done[1]
+                             : std::uint32_t(round.samples / std::max<std::uint64_t>(round.pixels, 1));
   }
   // Whether the newest estimate is of all samples that there are.
   bool measured_now() const {

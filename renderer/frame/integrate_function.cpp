@@ -17,8 +17,7 @@ PathSettings path_settings(const RenderSettings& settings) {
 
 IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene) {
   return [scene = std::move(scene)](const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
-    const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(),
-                        job.settings.filter);
+    const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
     return trace_window(*scene, camera, path_settings(job.settings), job.range, job.window, cancel, film, stats,
                         job.targets);
   };

@@ -8,9 +8,9 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
+#include "renderer/film/sample_targets.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
-#include "renderer/film/sample_targets.h"
 #include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"

@@ -63,7 +63,8 @@ void check_adaptive(const RenderSettings& settings, const std::string& where, Pr
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
   switch (filter.kind) {
-    case PixelFilterKind::box: return;
+    case PixelFilterKind::box:
+      return;
     case PixelFilterKind::tent:
     case PixelFilterKind::gaussian:
       if (!(filter.scale > 0 && filter.scale <= kMaxPixelFilterScale))
@@ -87,16 +88,20 @@ void check_region(const PixelRect& region, int width, int height, const std::str
 
 const char* to_string(RenderMode mode) {
   switch (mode) {
-    case RenderMode::pt: return "pt";
-    case RenderMode::adaptive: return "adaptive";
+    case RenderMode::pt:
+      return "pt";
+    case RenderMode::adaptive:
+      return "adaptive";
   }
   return "unknown";
 }
 
 const char* to_string(ModeVariant variant) {
   switch (variant) {
-    case ModeVariant::bounded: return "bounded";
-    case ModeVariant::paper: return "paper";
+    case ModeVariant::bounded:
+      return "bounded";
+    case ModeVariant::paper:
+      return "paper";
   }
   return "unknown";
 }

@@ -65,8 +65,10 @@ void make_opaque(Material& m) {
 Material blend_of(const Plugin& plugin, Material first, Material second, LoadContext& context) {
   for (const Material* part : {&first, &second})
     if (part->alpha_mode != AlphaMode::opaque)
-      plugin.fail("holds a mask or null, allowed: one of constant opacity mixed by a constant weight, or a mask around "
-                  "the whole", ErrorCode::unimplemented);
+      plugin.fail(
+          "holds a mask or null, allowed: one of constant opacity mixed by a constant weight, or a mask around "
+          "the whole",
+          ErrorCode::unimplemented);
   if (context.reads_vertex_color)
     plugin.fail("holds a bsdf with mesh_attribute, allowed: one that is not mixed", ErrorCode::unimplemented);
   const bool volume = bounds_volume(first) || bounds_volume(second);
@@ -182,8 +184,7 @@ Material read_bump_map(const Plugin& plugin, LoadContext& context) {
     return m;
   }
   if (has_map(plugin, m, context)) return m;
-  m.bump_texture =
-      read_texture(plugin.other(*textures.front()), SpectrumUse::reflectance, context, TextureUse::number);
+  m.bump_texture = read_texture(plugin.other(*textures.front()), SpectrumUse::reflectance, context, TextureUse::number);
   m.bump_scale = float(plugin.number("scale", 1, {-1e30, 1e30}));
   read_map_options(plugin, m);
   return m;

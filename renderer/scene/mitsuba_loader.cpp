@@ -20,17 +20,20 @@ void read_integrator(const Element& element, LoadContext& context) {
   const Plugin plugin(element, context.document, context.diagnostics);
   for (const Element* inner : plugin.children("integrator")) read_integrator(*inner, context);
   RenderHints& hints = context.scene.hints;
-  const auto depth_of = [&](const char* key) { return int(std::clamp(plugin.number(key, -1, {-1, 1e9}), -1.0, kMostSegments)); };
+  const auto depth_of = [&](const char* key) {
+    return int(std::clamp(plugin.number(key, -1, {-1, 1e9}), -1.0, kMostSegments));
+  };
   if (plugin.has("rr_depth")) hints.roulette_from = std::max(depth_of("rr_depth"), 1);
   // How the work is cut and spread.
-  for (const char* key : {"block_size", "samples_per_pass", "timeout", "emitter_samples", "bsdf_samples",
-                          "shading_samples"})
+  for (const char* key :
+       {"block_size", "samples_per_pass", "timeout", "emitter_samples", "bsdf_samples", "shading_samples"})
     plugin.number(key, 0);
   if (plugin.has("max_depth")) {
     const int depth = depth_of("max_depth");
     hints.max_segments = depth < 0 ? int(kMostSegments) : std::max(depth, 1);
-    context.diagnostics.notice(depth < 0 ? "the file's integrator has no longest path"
-                                         : "the file's integrator ends paths after " + std::to_string(depth) + " segments");
+    context.diagnostics.notice(depth < 0
+                                   ? "the file's integrator has no longest path"
+                                   : "the file's integrator ends paths after " + std::to_string(depth) + " segments");
   }
   if (plugin.boolean("hide_emitters", false)) plugin.warn("hides emitters: here the camera sees them");
   if (plugin.type() != "path" && plugin.type() != "moment")

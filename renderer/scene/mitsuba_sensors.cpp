@@ -13,7 +13,7 @@ namespace {
 
 struct FilmSize {
   int width = 768, height = 576;  // Mitsuba's defaults
-  PixelRect crop;                // empty: all of it
+  PixelRect crop;                 // empty: all of it
   std::optional<PixelFilter> filter;
   double aspect() const { return double(width) / height; }
 };
@@ -33,7 +33,8 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   const int wide = film.integer("crop_width", size.width - left, 1, size.width - left);
   const int high = film.integer("crop_height", size.height - top, 1, size.height - top);
   if (wide < size.width || high < size.height) size.crop = {left, top, left + wide, top + high};
-  size.filter = {PixelFilterKind::gaussian, default_pixel_filter_scale(PixelFilterKind::gaussian)};  // Mitsuba's default
+  size.filter = {PixelFilterKind::gaussian,
+                 default_pixel_filter_scale(PixelFilterKind::gaussian)};  // Mitsuba's default
   for (const Element* filter : film.children("rfilter")) {
     const Plugin p = film.other(*filter);
     if (filter->type == "tent") {

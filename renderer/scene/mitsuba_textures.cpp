@@ -44,8 +44,8 @@ TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
   else if (wrap != "repeat")
     plugin.fail("has wrap_mode \"" + wrap + "\", allowed: repeat, clamp, mirror");
   slot.uv_transform = uv_rows(plugin.transform("to_uv"));
-  plugin.text("format", "");        // how Mitsuba keeps the texels
-  plugin.boolean("accel", true);    // and looks them up
+  plugin.text("format", "");      // how Mitsuba keeps the texels
+  plugin.boolean("accel", true);  // and looks them up
   const bool raw = plugin.boolean("raw", false) || plugin.number("gamma", 0) == 1;
   if (slot.image >= 0) {
     const TexelFormat format = context.scene.images[std::size_t(slot.image)].format;

@@ -24,8 +24,8 @@ RoughnessRange roughness_range(const Material& m) {
   if (m.model == MaterialModel::specular_glossiness) {
     return {1 - m.glossiness, m.specular_glossiness_texture.present() ? 1.0f : 1 - m.glossiness};
   }
-  const bool textured = m.metallic_roughness_texture.present() || m.numbers.roughness.present() ||
-                        m.numbers.roughness_across.present();
+  const bool textured =
+      m.metallic_roughness_texture.present() || m.numbers.roughness.present() || m.numbers.roughness_across.present();
   return {textured ? 0.0f : m.roughness, m.roughness};
 }
 

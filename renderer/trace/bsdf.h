@@ -73,8 +73,8 @@ struct SurfaceParams {
   PrincipledMaterial principled;  // principled
   // Kept alive by whoever made these, and never null for the model that needs them.
   const LayerParams* layers = nullptr;             // stack
-  const PlasticInterface* plastic = nullptr;  // plastic
-  const BlendParams* blend = nullptr;         // blend
+  const PlasticInterface* plastic = nullptr;       // plastic
+  const BlendParams* blend = nullptr;              // blend
 };
 
 // Whether light may come out on the far side of the surface.

@@ -83,8 +83,8 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     return choice;
   }
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  choice.base_entry = lobes.filmed_base ? lobes.filmed_base->entering(wo.z)
-                                        : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
+  choice.base_entry =
+      lobes.filmed_base ? lobes.filmed_base->entering(wo.z) : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
     straight = mean(lobes.tint) * lobes.glass;
@@ -272,8 +272,7 @@ bool is_pure_delta(const LayeredLobes& lobes) {
 
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  Rgb albedo =
-      lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z);
+  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z);
   if (lobes.passage == Passage::straight) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {

@@ -25,8 +25,8 @@ struct PathSettings {
 // waste nothing.
 inline constexpr int kPathGroupSize = kFilmBlock;
 
-// Samples [first, first + count) of one half; with SampleTargets, those of the levels in this range that pixels take part
-// in.
+// Samples [first, first + count) of one half; with SampleTargets, those of the levels in this range that pixels take
+// part in.
 struct SampleRange {
   int half = 0;
   std::uint32_t first = 0, count = 0;

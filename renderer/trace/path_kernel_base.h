@@ -1,10 +1,11 @@
 // The path loop that the kernels share: each is a class of its own on top of it, in one .cpp per kernel.
 //
 // Paths advance together, a group at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
-// rays. A group is one sample of one half of every pixel of a 16x16 block of the film; with sample targets, of those that
-// take it. Without, it is always traced whole, even where the window ends inside the block (those results are dropped), because rays that are traced together influence
-// each other in the last bit: so what a pixel gets depends neither on the window nor on how the work was cut. Random
-// numbers are drawn for a whole round in loops that vectorise.
+// rays. A group is one sample of one half of every pixel of a 16x16 block of the film; with sample targets, of those
+// that take it. Without, it is always traced whole, even where the window ends inside the block (those results are
+// dropped), because rays that are traced together influence each other in the last bit: so what a pixel gets depends
+// neither on the window nor on how the work was cut. Random numbers are drawn for a whole round in loops that
+// vectorise.
 #pragma once
 
 #include <limits>
@@ -27,7 +28,8 @@ struct SampleLevels {
 // Kernel derives from this and has
 //   void prepare_paths(int count)                               what paths 0 to count start with, beyond PathState
 //   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
-//   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that go
+//   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that
+//   go
 //                                                               on in group_.active and returns their number
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   std::uint32_t instance_name(const Hit&) const

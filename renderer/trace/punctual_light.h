@@ -23,8 +23,8 @@ PunctualSource make_punctual_source(const PunctualLight& light);
 struct PunctualArrival {
   V3f direction{0, 0, 0};  // unit, towards the light
   float distance = 0;      // +inf: directional
-  // Irradiance on a surface that faces the light; black: nothing arrives. Infinite where the point is nearer to the light
-  // than a float can say: the film counts such a sample as invalid.
+  // Irradiance on a surface that faces the light; black: nothing arrives. Infinite where the point is nearer to the
+  // light than a float can say: the film counts such a sample as invalid.
   Rgb radiance{0, 0, 0};
 };
 

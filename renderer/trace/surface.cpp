@@ -73,7 +73,6 @@ V2f surface_uv_at(const Hit& hit, const Surface& surface, int set) {
 
 namespace {
 
-
 // Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
 // where there are no texture coordinates.
 float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surface, int set) {

@@ -77,9 +77,9 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
 // wo on the side of the geometric normal. Keeps dot(result, wo) > 0.
 V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo);
 
-// The material's parameters with textures and vertex colours applied; `wo`: unit, to the viewer. Lookups are bilinear where
-// `footprint` is 0, else in the level of their pyramids (on meshes, where there are any) that suits a square of this
-// side in scene units.
+// The material's parameters with textures and vertex colours applied; `wo`: unit, to the viewer. Lookups are bilinear
+// where `footprint` is 0, else in the level of their pyramids (on meshes, where there are any) that suits a square of
+// this side in scene units.
 SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                                 const Surface& surface);
 

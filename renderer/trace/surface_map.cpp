@@ -13,15 +13,13 @@ V3f mirrored_in(const V3f& normal, const V3f& v) {
 // In the frame (u, n x u, n); `normal` itself where the map says nothing.
 V3f map_lookup(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface, const Material& m,
                const V3f& normal) {
-  if (!m.normal_texture.present())
-    return bumped_normal(scene, hit, surface, m.bump_texture, m.bump_scale, normal);
+  if (!m.normal_texture.present()) return bumped_normal(scene, hit, surface, m.bump_texture, m.bump_scale, normal);
   V3f dp_du, dp_dv;
   if (!surface_derivatives(scene, hit, surface, m.normal_texture.texcoord, dp_du, dp_dv)) return normal;
   const V3f u = normalize_any(dp_du - normal * dot(normal, dp_du));
   if (!(length_squared(u) > 0.5f)) return normal;
   const V4f texel = surface_texel(scene, hit, surface, m.normal_texture, footprint);
-  const V3f mapped =
-      u * (2 * texel.x - 1) + cross(normal, u) * (2 * texel.y - 1) + normal * (2 * texel.z - 1);
+  const V3f mapped = u * (2 * texel.x - 1) + cross(normal, u) * (2 * texel.y - 1) + normal * (2 * texel.z - 1);
   const V3f unit = normalize_any(mapped);
   return is_finite(unit) && length_squared(unit) > 0.5f ? unit : normal;
 }

@@ -112,8 +112,8 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions
   figures.add({name + ".share_of_ceiling", median(gain[0]) / *most, "1", goal, Better::higher});
   for (int k = 0; k < 2; ++k) {
     const std::string kind = name + "." + kinds[k].name;
-    figures.add({kind + ".error_over_uniform", 1 / median(gain[k]), "x",
-                 k == 0 ? std::optional(1.05) : std::nullopt, Better::lower});
+    figures.add({kind + ".error_over_uniform", 1 / median(gain[k]), "x", k == 0 ? std::optional(1.05) : std::nullopt,
+                 Better::lower});
     figures.add({kind + ".seconds_per_ray", median(ray_cost[k]), "x", std::nullopt, Better::lower});
     figures.add({kind + ".mean_over_uniform", median(bias[k]), "%", std::nullopt, Better::lower});
   }

@@ -51,11 +51,13 @@ TEST_F(CliRender, DefaultsToNameExrSixtyFourSamplesAnd720Rows) {
 }
 
 TEST_F(CliRender, AMitsubaFileSaysItsSizeCropAndDepth) {
-  write_file(folder_ / "lamp.xml",
-             "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='1'/></integrator>"
-             "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='48'/><integer name='height' "
-             "value='32'/><integer name='crop_offset_y' value='16'/><integer name='crop_height' value='8'/></film></sensor>"
-             "<emitter type='constant'><rgb name='radiance' value='1'/></emitter><shape type='sphere'><point name='center' x='0' y='0' z='4'/></shape></scene>");
+  write_file(
+      folder_ / "lamp.xml",
+      "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='1'/></integrator>"
+      "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='48'/><integer name='height' "
+      "value='32'/><integer name='crop_offset_y' value='16'/><integer name='crop_height' value='8'/></film></sensor>"
+      "<emitter type='constant'><rgb name='radiance' value='1'/></emitter><shape type='sphere'><point name='center' "
+      "x='0' y='0' z='4'/></shape></scene>");
   auto json = heliograph_json({"render", "lamp.xml", "--samples", "2", "--output", "lamp.exr"});
   EXPECT_EQ(json["width"], 48);
   EXPECT_EQ(json["height"], 32);

@@ -61,15 +61,16 @@ TEST_F(SessionTest, FiltersHaveTheirDefaultScales) {
   start();
   pb::CreateSessionRequest request;
   request.set_scene_id(load_quad());
-  for (const auto& [filter, asked, scale] :
-       {std::tuple(pb::PIXEL_FILTER_UNSPECIFIED, 0.0, 0.0), {pb::PIXEL_FILTER_BOX, 0.0, 0.0},
-        {pb::PIXEL_FILTER_TENT, 0.0, 1.0}, {pb::PIXEL_FILTER_GAUSSIAN, 0.0, 0.5}, {pb::PIXEL_FILTER_TENT, 2.5, 2.5}}) {
+  for (const auto& [filter, asked, scale] : {std::tuple(pb::PIXEL_FILTER_UNSPECIFIED, 0.0, 0.0),
+                                             {pb::PIXEL_FILTER_BOX, 0.0, 0.0},
+                                             {pb::PIXEL_FILTER_TENT, 0.0, 1.0},
+                                             {pb::PIXEL_FILTER_GAUSSIAN, 0.0, 0.5},
+                                             {pb::PIXEL_FILTER_TENT, 2.5, 2.5}}) {
     request.mutable_settings()->set_filter(filter);
     request.mutable_settings()->set_filter_scale(asked);
     pb::CreateSessionResponse response;
     ASSERT_TRUE(create(request, &response).ok());
-    EXPECT_EQ(response.settings().filter(),
-              filter == pb::PIXEL_FILTER_UNSPECIFIED ? pb::PIXEL_FILTER_BOX : filter);
+    EXPECT_EQ(response.settings().filter(), filter == pb::PIXEL_FILTER_UNSPECIFIED ? pb::PIXEL_FILTER_BOX : filter);
     EXPECT_EQ(response.settings().filter_scale(), scale);
   }
 }

@@ -26,7 +26,7 @@ constexpr double kRounding = 1e-4;
 // and a number that cuts nets short.
 struct Way {
   const char* name;
-  bool general;          // the general kernel in robust mode; else kernels and rays as SceneFeatures choose
+  bool general;  // the general kernel in robust mode; else kernels and rays as SceneFeatures choose
   RouletteRule roulette;
   int roulette_from;
   double samples;  // times those of the scene
@@ -83,9 +83,9 @@ MeanOfPicture render_mean(RenderEngine& engine, const std::shared_ptr<const Rend
   budget.samples = samples;
   RenderLoopOptions options;
   options.tile_size = kSide;
-  RenderLoop loop = way.general ? RenderLoop(engine, general_path_tracer(scene), settings, budget, RenderRank::job,
-                                             sink, options)
-                                : RenderLoop(engine, scene, settings, budget, RenderRank::job, sink, options);
+  RenderLoop loop =
+      way.general ? RenderLoop(engine, general_path_tracer(scene), settings, budget, RenderRank::job, sink, options)
+                  : RenderLoop(engine, scene, settings, budget, RenderRank::job, sink, options);
   RenderLoop::Update update;
   update.view = View{1, pose, 0, 0};
   loop.update(update);

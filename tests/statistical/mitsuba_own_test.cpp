@@ -1,5 +1,5 @@
-// Our own scenes in Mitsuba's format, for what the shared ones do not show, against their renderings by Mitsuba 3.9.1, per
-// pixel and per tile by z-test: references/make says how those were made. A reference that is missing fails.
+// Our own scenes in Mitsuba's format, for what the shared ones do not show, against their renderings by Mitsuba 3.9.1,
+// per pixel and per tile by z-test: references/make says how those were made. A reference that is missing fails.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,8 +26,7 @@ std::vector<std::string> scene_names() {
 class MitsubaOwn : public testing::TestWithParam<std::string> {};
 
 TEST_P(MitsubaOwn, PassesTheZTests) {
-  Result<SceneDescription> description =
-      load_scene(*make_directory_source(kFolder.string()), GetParam() + ".xml", {});
+  Result<SceneDescription> description = load_scene(*make_directory_source(kFolder.string()), GetParam() + ".xml", {});
   ASSERT_TRUE(description.ok()) << description.error().to_string();
   EXPECT_TRUE(description->report.unread.empty()) << description->report.unread.front();
   const test::Estimate reference = test::read_estimate(kFolder, GetParam());

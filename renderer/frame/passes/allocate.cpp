@@ -6,8 +6,8 @@ std::optional<AllocationSettings> allocation_settings(const RenderSettings& sett
   if (settings.mode != RenderMode::adaptive) return std::nullopt;
   AllocationSettings allocation;
   allocation.paper = settings.variant == ModeVariant::paper;
-  allocation.measure = settings.adaptive.measure == ErrorMeasure::rmse ? AllocationMeasure::absolute
-                                                                       : AllocationMeasure::relative;
+  allocation.measure =
+      settings.adaptive.measure == ErrorMeasure::rmse ? AllocationMeasure::absolute : AllocationMeasure::relative;
   allocation.min_samples = settings.adaptive.min_samples;
   allocation.max_samples = settings.adaptive.max_samples;
   allocation.seed = settings.seed;

@@ -24,9 +24,9 @@ struct IntegratePiece {
   std::uint32_t tile = 0;
   int column = 0, row = 0, cells = 0;
   PixelRect window;
-  SampleRange range;          // levels; count == 0: the pixels are only cleared
-  bool clear = false;         // the film holds an older picture there
-  std::uint64_t samples = 0;  // of all its pixels
+  SampleRange range;                       // levels; count == 0: the pixels are only cleared
+  bool clear = false;                      // the film holds an older picture there
+  std::uint64_t samples = 0;               // of all its pixels
   const SampleTargets* targets = nullptr;  // who takes part in the levels; null: everyone
 };
 

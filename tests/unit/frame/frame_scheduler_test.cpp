@@ -327,5 +327,106 @@ TEST(FrameScheduler, BudgetUsedIsTheLargestShare) {
   EXPECT_EQ(FrameScheduler(budget, {}).budget_used(state, 50), 1);
 }
 
+// ---- mode adaptive
+// ---------------------------------------------------------------------------------------------------
+
+AllocationSettings pilot_of(std::uint32_t samples) {
+  AllocationSettings settings;
+  settings.min_samples = samples;
+  return settings;
+}
+
+// A round of 100 pixels, half of which go from 8 to 16 samples of each half, the others to 64.
+FrameState in_round(std::uint32_t level) {
+  FrameState state = at(level, level);
+  state.round.number = 1;
+  state.round.pixels = 100;
+  state.round.mean = 40;
+  for (int h = 0; h < kHalves; ++h) {
+    RoundSummary& round = state.round.summary;
+    round.first[h] = 8;
+    round.top[h] = 64;
+    round.by_octave[h][3] = 800;      // levels 8 to 15: everyone
+    round.by_octave[h][4] = 50 * 16;  // 16 to 31: half of them
+    round.by_octave[h][5] = 50 * 32;
+    round.samples[h] = 3200;
+  }
+  state.round.samples = 2 * 100 * 8;
+  state.round.measured = state.round.published = state.round.samples;
+  return state;
+}
+
+TEST(AdaptiveScheduler, CountsAreUniformUntilThePilotIsDone) {
+  const FrameScheduler scheduler({}, {.passes = false}, pilot_of(16));
+  EXPECT_PLAN(scheduler.plan_next(at(4, 4), 0, 0, 0), integrate(8, 8, true));
+  const FramePlan plan = scheduler.plan_next(at(8, 8), 0, 0, 0);
+  ASSERT_TRUE(plan.allocate.has_value());
+  EXPECT_EQ(plan.allocate->mean, 16);
+  EXPECT_EQ(plan.target[0] + plan.target[1], 0u);
+}
+
+TEST(AdaptiveScheduler, ARoundStopsAtTheBudget) {
+  Budget budget;
+  budget.samples = 20;
+  EXPECT_EQ(FrameScheduler(budget, {.passes = false}, pilot_of(16)).plan_next(at(8, 8), 0, 0, 0).allocate->mean, 10);
+  budget.samples = 16;
+  EXPECT_EQ(FrameScheduler(budget, {.passes = false}, pilot_of(16)).plan_next(at(8, 8), 0, 0, 0).end,
+            FrameEndReason::samples);
+  // 4 s are left, a sample of one half everywhere takes 1 s: two more of each half.
+  Budget time;
+  time.time_s = 20;
+  FrameState state = at(8, 8);
+  state.sample_seconds = 1;
+  EXPECT_EQ(FrameScheduler(time, {.passes = false}, pilot_of(16)).plan_next(state, 0, 0, 16).allocate->mean, 10);
+  // The error has to come down by a tenth in variance.
+  Budget error;
+  error.error = 1;
+  const FrameState close = with_error(at(8, 8), std::sqrt(1.1), 0);
+  EXPECT_NEAR(FrameScheduler(error, {.passes = false}, pilot_of(16)).plan_next(close, 0, 0, 0).allocate->mean,
+              8 * 1.1 * 1.02, 1e-9);
+}
+
+TEST(AdaptiveScheduler, LevelsOfARoundAreCutByTime) {
+  const FrameScheduler scheduler({}, {.passes = false}, pilot_of(16));
+  FrameState state = in_round(8);
+  FramePlan plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_TRUE(plan.round);
+  EXPECT_EQ(plan.target[0], 64u);  // nothing is known of the cost
+  EXPECT_TRUE(plan.measure);
+  // 100 samples take 0.05 s, a plan lasts 1 s: 2,000 of the 6,400; both halves of levels 8 to 15 are 1,600, of 16 to 31
+  // 100 a level.
+  state.sample_seconds = 0.05;
+  plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_EQ(plan.target[0], 20u);
+  EXPECT_EQ(plan.target[1], 20u);
+  EXPECT_FALSE(plan.measure);
+  // However slow, a level at a time.
+  state.sample_seconds = 1e6;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).target[0], 9u);
+}
+
+TEST(AdaptiveScheduler, ADoneRoundIsFollowedByTheNextOrTheEnd) {
+  FrameState state = in_round(64);
+  state.round.samples = state.round.measured = state.round.published = 2 * 100 * 40;
+  FramePlan plan = FrameScheduler({}, {.passes = false}, pilot_of(16)).plan_next(state, 0, 0, 0);
+  ASSERT_TRUE(plan.allocate.has_value());
+  EXPECT_EQ(plan.allocate->mean, 80);
+  Budget budget;
+  budget.samples = 80;
+  state.round.samples -= 1;  // rounded down, the mean is 79
+  EXPECT_EQ(FrameScheduler(budget, {.passes = false}, pilot_of(16)).plan_next(state, 0, 0, 0).end,
+            FrameEndReason::samples);
+}
+
+TEST(AdaptiveScheduler, ThePaperVariantCountsIterations) {
+  AllocationSettings paper = pilot_of(4);
+  paper.paper = true;
+  const FrameScheduler scheduler({}, {.passes = false}, paper);
+  EXPECT_EQ(scheduler.plan_next(at(2, 2), 0, 0, 0).allocate->iteration, 4u);
+  FrameState state = in_round(64);
+  state.round.number = 3;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).allocate->iteration, 7u);
+}
+
 }  // namespace
 }  // namespace helio

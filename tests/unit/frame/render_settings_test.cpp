@@ -80,7 +80,9 @@ TEST(RenderSettings, FilterScalesAreChecked) {
       s.filter.scale = scale;
       EXPECT_EQ(problems_of(s), "");
     }
-    for (const auto& [scale, shown] : {std::pair(0.0, "0"), {-2.5, "-2.5"}, {16.01, "16.01"},
+    for (const auto& [scale, shown] : {std::pair(0.0, "0"),
+                                       {-2.5, "-2.5"},
+                                       {16.01, "16.01"},
                                        {std::numeric_limits<double>::infinity(), "inf"},
                                        {std::numeric_limits<double>::quiet_NaN(), "nan"}}) {
       s.filter.scale = scale;
@@ -96,9 +98,10 @@ TEST(RenderSettings, AdaptiveCountsAreChecked) {
   s.adaptive.min_samples = 1;  // of no meaning in mode pt
   EXPECT_EQ(problems_of(s), "");
   s.mode = RenderMode::adaptive;
-  EXPECT_EQ(problems_of(s),
-            "settings.adaptive.min_samples: 1 is outside [4, 65536]; settings.adaptive.min_samples: 1 is odd; each of the "
-            "two halves gets the same number of samples");
+  EXPECT_EQ(
+      problems_of(s),
+      "settings.adaptive.min_samples: 1 is outside [4, 65536]; settings.adaptive.min_samples: 1 is odd; each of the "
+      "two halves gets the same number of samples");
   s.adaptive.min_samples = 2;
   s.variant = ModeVariant::paper;
   EXPECT_EQ(problems_of(s), "");
@@ -107,9 +110,10 @@ TEST(RenderSettings, AdaptiveCountsAreChecked) {
   s.adaptive.max_samples = 3;
   s.variant = ModeVariant(7);
   s.adaptive.measure = ErrorMeasure(5);
-  EXPECT_EQ(problems_of(s),
-            "settings.variant: 7 is not a variant; allowed: bounded, paper; settings.adaptive.min_samples: 2 is outside "
-            "[4, 65536]; settings.adaptive.measure: 5 is not a measure; allowed: rmse, relmse");
+  EXPECT_EQ(
+      problems_of(s),
+      "settings.variant: 7 is not a variant; allowed: bounded, paper; settings.adaptive.min_samples: 2 is outside "
+      "[4, 65536]; settings.adaptive.measure: 5 is not a measure; allowed: rmse, relmse");
 }
 
 TEST(Budget, EveryProblemIsReported) {

@@ -245,12 +245,14 @@ TEST(Variance, FollowsTheCountsOfPixels) {
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) {
         for (int h = 0; h < kHalves; ++h) {
-          for (int k = 0; k < ((x + y) % 2 ? many : few); ++k) film.half(h, x, y).add(Rgb(test::exponential(1, random)));
+          for (int k = 0; k < ((x + y) % 2 ? many : few); ++k)
+            film.half(h, x, y).add(Rgb(test::exponential(1, random)));
         }
       }
     }
     const std::vector<float> variance = test::variance_of(film);
-    for (int i = 0; i < side * side; ++i) reported[(i % side + i / side) % 2] += variance[std::size_t(i)] / (4 * side * side);
+    for (int i = 0; i < side * side; ++i)
+      reported[(i % side + i / side) % 2] += variance[std::size_t(i)] / (4 * side * side);
   }
   EXPECT_NEAR(reported[0], 1.0 / (2 * few), 0.1 / (2 * few));
   EXPECT_NEAR(reported[1], 1.0 / (2 * many), 0.1 / (2 * many));

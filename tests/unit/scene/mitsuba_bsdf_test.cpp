@@ -93,7 +93,7 @@ TEST(MitsubaBsdf, PrincipledSpecularIsAnIor) {
 
 // Every number that Mitsuba takes a texture for: the texture's luminance times 1.
 TEST(MitsubaBsdf, NumbersMayBeTextures) {
-  const auto slot_of = [](const std::string& type, const std::string& name, TextureSlot NumberTextures::* slot) {
+  const auto slot_of = [](const std::string& type, const std::string& name, TextureSlot NumberTextures::*slot) {
     const Material m =
         material_of("<bsdf type='" + type + "'><texture name='" + name + "' type='checkerboard'/></bsdf>");
     EXPECT_TRUE((m.numbers.*slot).present()) << type << " " << name;
@@ -129,8 +129,8 @@ TEST(MitsubaBsdf, NumbersMayBeTextures) {
 }
 
 TEST(MitsubaBsdf, GlassMayTintWhatItReflects) {
-  const Material m = material_of(
-      "<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1, 0.2, 0.3'/></bsdf>");
+  const Material m =
+      material_of("<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1, 0.2, 0.3'/></bsdf>");
   EXPECT_TRUE(m.tinted_reflection);
   EXPECT_EQ(m.specular_color, Rgb(0.1f, 0.2f, 0.3f));
 }
@@ -207,9 +207,11 @@ TEST(MitsubaBsdf, MapsHaveShadowingUnlessSwitchedOff) {
   EXPECT_FALSE(material_of("<bsdf type='bumpmap'><boolean name='use_shadowing_function' value='false'/>" + map +
                            "</bsdf>")
                    .map_shadowing);
-  expect_refused("<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='blendbsdf'><bsdf type='diffuse'/>"
-                 "<bsdf type='bumpmap'>" + map + "</bsdf></bsdf></bsdf>",
-                 ErrorCode::unimplemented, "normal or bump map already");
+  expect_refused(
+      "<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='blendbsdf'><bsdf type='diffuse'/>"
+      "<bsdf type='bumpmap'>" +
+          map + "</bsdf></bsdf></bsdf>",
+      ErrorCode::unimplemented, "normal or bump map already");
   expect_refused("<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>", ErrorCode::invalid_argument,
                  "holds 0 textures");
 }

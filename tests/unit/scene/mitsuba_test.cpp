@@ -91,14 +91,17 @@ TEST(MitsubaLoader, FilmAndDepthsAreDefaultsOfWhoRenders) {
   EXPECT_EQ(s.cameras[0].crop, (PixelRect{10, 0, 70, 100}));
   EXPECT_EQ(s.cameras[0].filter, (PixelFilter{PixelFilterKind::gaussian, 0.5}));  // Mitsuba's own default
   const auto filter = [](const std::string& text) {
-    return *loaded("<sensor type='perspective'><film type='hdrfilm'><rfilter " + text + "</film></sensor>").cameras[0].filter;
+    return *loaded("<sensor type='perspective'><film type='hdrfilm'><rfilter " + text + "</film></sensor>")
+                .cameras[0]
+                .filter;
   };
   EXPECT_EQ(filter("type='box'/>"), PixelFilter{});
   EXPECT_EQ(filter("type='tent'><float name='radius' value='2'/></rfilter>"), (PixelFilter{PixelFilterKind::tent, 2}));
   EXPECT_EQ(filter("type='gaussian'><float name='stddev' value='0.7'/></rfilter>"),
             (PixelFilter{PixelFilterKind::gaussian, 0.7}));
   EXPECT_EQ(filter("type='mitchell'/>"), PixelFilter{});
-  const SceneDescription endless = loaded("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>");
+  const SceneDescription endless =
+      loaded("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>");
   EXPECT_EQ(endless.hints.max_segments, 65535);
   EXPECT_EQ(endless.hints.roulette_from, 0);
   EXPECT_TRUE(loaded("<sensor type='perspective'/>").cameras[0].crop.empty());
@@ -201,8 +204,8 @@ TEST(MitsubaLoader, OrthographicFilmIsTwoWide) {
 
 // Mitsuba 3 does not bring the axis of a rotation to unit length: its matrix for 40 degrees about (1, 1, 0).
 TEST(MitsubaLoader, RotationsTakeTheAxisAsItIs) {
-  const SceneDescription s = loaded(
-      "<shape type='cube'><transform name='to_world'><rotate x='1' y='1' angle='40'/></transform></shape>");
+  const SceneDescription s =
+      loaded("<shape type='cube'><transform name='to_world'><rotate x='1' y='1' angle='40'/></transform></shape>");
   const M44d& m = s.instances[0].to_world;
   constexpr double kExpected[3][3] = {
       {1, 0.233956, 0.642788}, {0.233956, 1, -0.642788}, {-0.642788, 0.642788, 0.766044}};

@@ -231,7 +231,7 @@ TEST(MappedNormal, SidesMustAgree) {
   params.map_normal = direction_at(60, 0);
   const V3f wo = direction_at(10, 0);
   EXPECT_GT(evaluate_bsdf(params, wo, direction_at(80, 0)).f_cos.x, 0);
-  EXPECT_EQ(evaluate_bsdf(params, wo, direction_at(100, 0)).f_cos.x, 0);  // above the mapped one alone
+  EXPECT_EQ(evaluate_bsdf(params, wo, direction_at(100, 0)).f_cos.x, 0);   // above the mapped one alone
   EXPECT_EQ(evaluate_bsdf(params, wo, direction_at(40, 180)).f_cos.x, 0);  // above the unmapped one alone
   Random random(3);
   int lost = 0;

@@ -99,9 +99,8 @@ TEST(BsdfStack, NoMixtureOfLayersReturnsMoreThanItGets) {
   const auto maybe = [&](float value) { return random.next_float() < 0.4f ? value : 0.0f; };
   for (int i = 0; i < 60; ++i) {
     const bool beckmann = random.next_float() < 0.3f;
-    SurfaceParams base =
-        metallic_roughness(beckmann ? MicrofacetDistribution::beckmann : MicrofacetDistribution::ggx,
-                           maybe(decades(3)));
+    SurfaceParams base = metallic_roughness(beckmann ? MicrofacetDistribution::beckmann : MicrofacetDistribution::ggx,
+                                            maybe(decades(3)));
     base.ior = from(1, 2.5f);
     base.specular = 1 - maybe(random.next_float());
     base.metallic = maybe(random.next_float());

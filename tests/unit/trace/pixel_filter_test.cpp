@@ -42,7 +42,7 @@ struct Cut {
 
 // In the middle of a film; in its first and last pixel; in a film of one pixel; two pixels from one edge.
 constexpr Cut kCuts[] = {{-1000, 1000}, {-0.5, 1000}, {-1000, 0.5}, {-0.5, 0.5}, {-2.5, 1000}};
-const std::vector<PixelFilter> kFilters = {{Kind::tent, 0.3},     {Kind::tent, 1},     {Kind::tent, 16},
+const std::vector<PixelFilter> kFilters = {{Kind::tent, 0.3},     {Kind::tent, 1},       {Kind::tent, 16},
                                            {Kind::gaussian, 0.1}, {Kind::gaussian, 0.5}, {Kind::gaussian, 16}};
 
 TEST(PixelFilter, PositionsFollowTheFilter) {
@@ -151,18 +151,15 @@ TEST(PixelFilter, AnEdgeIsFilteredAsByItsIntegral) {
   add_mesh(scene, quad({float(-0.5 * kWidth - 2), float(0.5 * kHeight - kRow), 0}, {float(kColumn + 2), 0, 0},
                        {0, float(kRow + 2), 0}, 0));
   const auto sheet = build(std::move(scene));
-  for (const PixelFilter& filter : std::vector<PixelFilter>{{},
-                                                            {Kind::tent, 1},
-                                                            {Kind::tent, 2.5},
-                                                            {Kind::gaussian, 0.5},
-                                                            {Kind::gaussian, 3}}) {
+  for (const PixelFilter& filter :
+       std::vector<PixelFilter>{{}, {Kind::tent, 1}, {Kind::tent, 2.5}, {Kind::gaussian, 0.5}, {Kind::gaussian, 3}}) {
     const Film film = render(*sheet, flat_pose(kHeight), kWidth, kHeight, kSamplesPerHalf, {}, nullptr, filter);
     int grey = 0;
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const double cx = x + 0.5, cy = y + 0.5;
-        const double p = share_below(filter, -cx, kWidth - cx, kColumn - cx) *
-                         share_below(filter, -cy, kHeight - cy, kRow - cy);
+        const double p =
+            share_below(filter, -cx, kWidth - cx, kColumn - cx) * share_below(filter, -cy, kHeight - cy, kRow - cy);
         const double error = std::sqrt(p * (1 - p) / (kHalves * kSamplesPerHalf));
         EXPECT_NEAR(moments_of(film, x, y).mean[0], p, 3 * error + kRounding)
             << int(filter.kind) << ' ' << filter.scale << ": pixel " << x << ' ' << y;
