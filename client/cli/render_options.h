@@ -14,7 +14,7 @@ struct SettingsOptions {
       roulette_from, filter, region;
 };
 void add_settings_options(CLI::App& app, SettingsOptions& options);
-// Width and height stay 0 when --size is absent: see default_size.
+// Width and height stay 0 when --size is absent: see set_defaults.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);
 // What the daemon's limits add to the rules for --size, --mode and --region.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,

@@ -11,6 +11,8 @@
 
 namespace helio {
 
+inline constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
+
 class ErrorEstimate {
  public:
   // The film must outlive the estimate, and its pixels in `roi` must not change between the sweeps.

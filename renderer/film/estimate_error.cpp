@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kTileSide = 32;
 constexpr int kTilesPerBlock = 16;         // columns of tiles looked at together, to bound the scratch memory
-constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
 
 bool reflects(const PixelFeatures& features) {
   return features.hits > 0 && (features.albedo[0] > 0 || features.albedo[1] > 0 || features.albedo[2] > 0);

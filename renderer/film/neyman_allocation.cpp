@@ -8,12 +8,13 @@
 #include <cmath>
 
 #include "renderer/film/box_rows.h"
+#include "renderer/film/error_estimate.h"
+#include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
 namespace {
 
-constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
 // Every pixel gets this share of the mean: what a pilot has missed is found, if late. It costs at most as much.
 constexpr double kLeastShare = 1.0 / 8;
 // And no more than this many times the mean, lest a pilot's single bright sample take the round.
@@ -34,10 +35,7 @@ constexpr double kLeastGain = 1.03;
 
 // In [0, 1), of the pixel.
 float dither(int x, int y, std::uint64_t seed) {
-  std::uint64_t z = (std::uint64_t(std::uint32_t(y)) << 32 | std::uint32_t(x)) + seed * 0x9e3779b97f4a7c15u;
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;  // splitmix64's finaliser (Steele et al. 2014)
-  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-  return float((z ^ z >> 31) >> 40) * 0x1p-24f;
+  return float(mix_bits(pixel_bits(x, y) + seed * 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f;
 }
 
 // The count that a bin shifted by the scale stands for, between `least` and `most`, both powers of two.

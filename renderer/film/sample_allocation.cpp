@@ -48,7 +48,6 @@ void SampleAllocation::note_targets(std::size_t part) {
   SampleTargets& targets = *film_.targets();
   RoundSummary& round = sums_[part];
   const PixelRect& w = windows_[part];
-  for (int h = 0; h < kHalves; ++h) round.first[h] = ~0u;
   for (int by = w.y0; by < w.y1; by = next_edge(by, kFilmBlock)) {
     for (int bx = w.x0; bx < w.x1; bx = next_edge(bx, kFilmBlock)) {
       const PixelRect block = intersect({bx, by, next_edge(bx, kFilmBlock), next_edge(by, kFilmBlock)}, w);
@@ -61,13 +60,11 @@ void SampleAllocation::note_targets(std::size_t part) {
             if (wants <= has) continue;
             first = std::min(first, has);
             top = std::max(top, wants);
-            round.samples[h] += wants - has;
             add_levels(has, wants, round.by_octave[h]);
           }
         }
         levels.first[h] = std::min(first, top);
         levels.top[h] = top;
-        round.first[h] = std::min(round.first[h], first);
         round.top[h] = std::max(round.top[h], top);
       }
     }
@@ -77,14 +74,10 @@ void SampleAllocation::note_targets(std::size_t part) {
 void SampleAllocation::finish_round() {
   RoundSummary total;
   for (int h = 0; h < kHalves; ++h) {
-    total.first[h] = ~0u;
     for (const RoundSummary& round : sums_) {
-      total.first[h] = std::min(total.first[h], round.first[h]);
       total.top[h] = std::max(total.top[h], round.top[h]);
-      total.samples[h] += round.samples[h];
       for (std::size_t k = 0; k < total.by_octave[h].size(); ++k) total.by_octave[h][k] += round.by_octave[h][k];
     }
-    total.first[h] = std::min(total.first[h], total.top[h]);
   }
   film_.targets()->round = total;
 }

@@ -23,9 +23,8 @@ struct BlockLevels {
 
 // What a round is, in sums.
 struct RoundSummary {
-  std::uint32_t first[kHalves] = {0, 0}, top[kHalves] = {0, 0};
-  std::uint64_t samples[kHalves] = {0, 0};  // that the round adds, over all pixels
-  // Of these, those whose level lies in [2^k, 2^(k+1)), at k; level 0 counts at 0.
+  std::uint32_t top[kHalves] = {0, 0};  // no pixel takes part in this level and those above it
+  // Samples that the round adds, over all pixels, whose level lies in [2^k, 2^(k+1)), at k; level 0 counts at 0.
   std::array<std::uint64_t, 32> by_octave[kHalves] = {};
 
   bool operator==(const RoundSummary&) const = default;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
@@ -15,11 +16,8 @@ constexpr double kEpsilon = 1e-3;
 
 // In [0, 1), of pixel and iteration.
 double coin(int x, int y, std::uint32_t iteration, std::uint64_t seed) {
-  std::uint64_t z = (std::uint64_t(std::uint32_t(y)) << 32 | std::uint32_t(x)) * 0x9e3779b97f4a7c15u + seed;
-  z += std::uint64_t(iteration) * 0xd1342543de82ef95u;
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-  return double((z ^ z >> 31) >> 11) * 0x1p-53;
+  const std::uint64_t key = pixel_bits(x, y) * 0x9e3779b97f4a7c15u + seed;
+  return double(mix_bits(key + std::uint64_t(iteration) * 0xd1342543de82ef95u) >> 11) * 0x1p-53;
 }
 
 }  // namespace

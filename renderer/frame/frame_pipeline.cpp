@@ -42,7 +42,6 @@ void FramePipeline::begin_integration() {
 void FramePipeline::leave_finished_stages(double now_s) {
   const auto seconds = [&] { return stage_began_s_ > 0 ? now_s - stage_began_s_ : 0.0; };
   if (stage_ == Stage::allocate && allocate_.finished()) {
-    seconds_.allocate = seconds();
     grid_.begin_round(*film_->targets());
     begin_integration();
   }

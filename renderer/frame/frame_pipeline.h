@@ -22,7 +22,7 @@ using Piece = std::variant<IntegratePiece, AllocatePiece, MeasurePiece, ResolveP
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
-  double allocate = 0, integrate = 0, measure = 0, publish = 0;
+  double integrate = 0, measure = 0, publish = 0;
 };
 
 class FramePipeline {

@@ -12,7 +12,7 @@ namespace helio::bench {
 
 namespace {
 
-constexpr double kRelativeEpsilon = 1e-2;  // of relMSE, times mean(r)^2
+const double kRelativeEpsilon = RelativeEpsilon::image_mean().value;  // of relMSE, times mean(r)^2
 
 // mean(s^2) mean(c) / mean(s sqrt(c))^2: the gain of n ~ s / sqrt(c) over uniform counts at equal cost. s: deviation of
 // a sample over the denominator of relMSE, from this many samples a pixel; c: rays of a sample of the pixel's block.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "fake_integrator.h"
 #include "recording_sink.h"
@@ -102,19 +103,29 @@ TEST(AdaptiveFrame, AsPublishedItIsTooDark) {
   EXPECT_LT(bias, -0.2);
 }
 
-// Of a picture whose right tenth is ten times as noisy: mean square error over that of uniform counts, and the ceiling.
-TEST(AdaptiveFrame, SamplesGoWhereTheNoiseIs) {
-  FakeIntegrator fake;
-  fake.noise = 0.05f;
-  fake.noisy_from = 0.9f;
-  RenderSettings settings = adaptive(160, 96);
-  settings.adaptive.measure = ErrorMeasure::rmse;
+// A picture whose right tenth is ten times as noisy: squared error and samples, summed over pixels.
+struct NoisyTenth {
   double error = 0, taken = 0, pixels = 0;
-  render(fake, settings, samples(256), 2, [&](int, int, double mean, double n) {
-    error += (mean - 0.5) * (mean - 0.5);
-    taken += n;
-    ++pixels;
-  });
+  FrameEnd end;
+
+  explicit NoisyTenth(const Budget& budget) {
+    FakeIntegrator fake;
+    fake.noise = 0.05f;
+    fake.noisy_from = 0.9f;
+    RenderSettings settings = adaptive(160, 96);
+    settings.adaptive.measure = ErrorMeasure::rmse;
+    end = render(fake, settings, budget, 2, [&](int, int, double mean, double n) {
+      error += (mean - 0.5) * (mean - 0.5);
+      taken += n;
+      ++pixels;
+    });
+  }
+};
+
+// Of that picture: mean square error over that of uniform counts, and the ceiling.
+TEST(AdaptiveFrame, SamplesGoWhereTheNoiseIs) {
+  const NoisyTenth picture(samples(256));
+  const auto [error, taken, pixels] = std::tuple(picture.error, picture.taken, picture.pixels);
   const double sigma2 = 0.05 * 0.05 / 3, mean_s2 = 0.9 * sigma2 + 0.1 * 100 * sigma2;
   const double mean_s = std::sqrt(sigma2) * (0.9 + 0.1 * 10);
   const double ceiling = mean_s2 / (mean_s * mean_s);
@@ -156,19 +167,11 @@ TEST(AdaptiveFrame, EndsAtItsBudgetEvenWithOnePixel) {
 }
 
 TEST(AdaptiveFrame, ATargetErrorIsReached) {
-  FakeIntegrator fake;
-  fake.noise = 0.05f;
-  fake.noisy_from = 0.9f;
-  RenderSettings settings = adaptive(160, 96);
-  settings.adaptive.measure = ErrorMeasure::rmse;
   Budget budget;
   budget.error = 0.004;
-  double error = 0, pixels = 0, taken = 0;
-  const FrameEnd end = render(fake, settings, budget, 2, [&](int, int, double mean, double n) {
-    error += (mean - 0.5) * (mean - 0.5);
-    taken += n;
-    ++pixels;
-  });
+  const NoisyTenth picture(budget);
+  const auto [error, taken, pixels] = std::tuple(picture.error, picture.taken, picture.pixels);
+  const FrameEnd& end = picture.end;
   EXPECT_EQ(end.reason, FrameEndReason::error);
   std::printf("error %.5f at %.1f samples\n", std::sqrt(error / pixels), taken / pixels);
   EXPECT_NEAR(std::sqrt(error / pixels), 0.004, 0.1 * 0.004);

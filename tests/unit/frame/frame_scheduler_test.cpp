@@ -344,12 +344,10 @@ FrameState in_round(std::uint32_t level) {
   state.round.mean = 40;
   for (int h = 0; h < kHalves; ++h) {
     RoundSummary& round = state.round.summary;
-    round.first[h] = 8;
     round.top[h] = 64;
     round.by_octave[h][3] = 800;      // levels 8 to 15: everyone
     round.by_octave[h][4] = 50 * 16;  // 16 to 31: half of them
     round.by_octave[h][5] = 50 * 32;
-    round.samples[h] = 3200;
   }
   state.round.samples = 2 * 100 * 8;
   state.round.measured = state.round.published = state.round.samples;
