@@ -12,6 +12,7 @@
 
 #include "renderer/film/box_rows.h"
 #include "renderer/film/error_estimate.h"
+#include "renderer/film/film_history.h"
 #include "renderer/film/pixel_row.h"
 #include "renderer/film/resolve.h"
 
@@ -59,10 +60,11 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
         tile.unproven_samples += samples;
         tile.unproven_inverse += 1 / samples;
       }
+      const double bias2 = film.history() ? film.history()->bias2(x, y, a.count, b.count) : 0;
       for (int c = 0; c < 3; ++c) {
         const double half_difference = 0.5 * (a.sum[c] * inv_a - b.sum[c] * inv_b);
         const double r = double(sum[c]) / sum[3];
-        const double squared = half_difference * half_difference;
+        const double squared = half_difference * half_difference + bias2;
         tile.squared += squared;
         tile.relative += squared / std::max(r * r + epsilon, DBL_MIN);
       }

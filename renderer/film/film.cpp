@@ -4,11 +4,12 @@
 #include <atomic>
 #include <cassert>
 
+#include "renderer/film/film_history.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
 
-Film::Film(int width, int height, FilmState state)
+Film::Film(int width, int height, const FilmState& state)
     : width_(width), height_(height), block_columns_((width + kFilmBlock - 1) / kFilmBlock) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
@@ -17,7 +18,19 @@ Film::Film(int width, int height, FilmState state)
   features_.resize(pixels);
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
-  if (state == FilmState::adaptive) targets_ = std::make_unique<SampleTargets>(width, height);
+  if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height);
+  if (state.history) history_ = std::make_unique<FilmHistory>(width, height);
+}
+
+std::size_t Film::bytes_per_pixel(const FilmState& state) {
+  std::size_t bytes = kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
+  if (state.targets) bytes += kHalves * (sizeof(std::uint32_t) + sizeof(float));
+  if (state.history) bytes += FilmHistory::bytes_per_pixel();
+  return bytes;
+}
+
+std::uint32_t Film::carried(int x, int y) const {
+  return history_->carried(x, y).count;
 }
 
 Film::~Film() = default;
@@ -25,7 +38,8 @@ Film::Film(Film&&) noexcept = default;
 Film& Film::operator=(Film&&) noexcept = default;
 
 std::size_t Film::bytes() const {
-  std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0);
+  std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0) +
+                      (history_ ? history_->bytes() : 0);
   for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
   for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
@@ -72,6 +86,7 @@ void Film::clear(const PixelRect& window) {
       if (any_invalid) std::fill_n(invalid_[h].begin() + std::ptrdiff_t(first), window.width(), 0u);
     }
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
+    if (history_) std::fill_n(&history_->carried(window.x0, y), window.width(), CarriedPixel{});
   }
   for (int y = window.y0; y < window.y1; y = (y / kFilmBlock + 1) * kFilmBlock) {
     for (int x = window.x0; x < window.x1; x = (x / kFilmBlock + 1) * kFilmBlock) {

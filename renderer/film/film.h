@@ -78,23 +78,24 @@ struct BlockWork {
   std::uint64_t rays = 0, paths = 0;
 };
 
+class FilmHistory;
 class SampleTargets;
 
 // What a film holds beside its halves and features.
-enum class FilmState {
-  uniform,   // nothing: every pixel gets the same number of samples
-  adaptive,  // SampleTargets
+struct FilmState {
+  bool targets = false;  // SampleTargets: fresh samples differ from pixel to pixel
+  bool history = false;  // FilmHistory: samples of earlier pictures are among the pixels'
+
+  bool counts_differ() const { return targets || history; }
+  bool operator==(const FilmState&) const = default;
 };
 
 class Film {
  public:
-  // 132 where counts are uniform; adaptive: 16 more, for a target and a demand of each half.
-  static constexpr std::size_t bytes_per_pixel(FilmState state) {
-    const std::size_t of_targets = state == FilmState::adaptive ? kHalves * (sizeof(std::uint32_t) + sizeof(float)) : 0;
-    return kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures) + of_targets;
-  }
+  // 132, with targets 16 more (a target and a demand of each half), with history 184 more (48 and two sources of 68).
+  static std::size_t bytes_per_pixel(const FilmState& state);
 
-  explicit Film(int width, int height, FilmState state = FilmState::uniform);
+  explicit Film(int width, int height, const FilmState& state = {});
   ~Film();
   Film(Film&&) noexcept;
   Film& operator=(Film&&) noexcept;
@@ -112,10 +113,11 @@ class Film {
   // Samples of one half of a pixel that were not finite. Apart, for they are rare.
   std::uint32_t invalid(int h, int x, int y) const { return invalid_[h][index(x, y)]; }
   void add_invalid(int h, int x, int y, std::uint32_t samples = 1);
-  // Valid and invalid ones: the index of the pixel's next sample of this half.
+  // Valid and invalid ones that were traced for this picture: the index of the pixel's next sample of this half.
   std::uint32_t attempted(int h, int x, int y) const {
     const std::size_t i = index(x, y);
-    return halves_[h][i].count + invalid_[h][i];
+    const std::uint32_t count = halves_[h][i].count + invalid_[h][i];
+    return history_ ? count - carried(x, y) : count;
   }
   std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
 
@@ -123,9 +125,11 @@ class Film {
   void add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths);
   BlockWork work(int h, int x, int y) const;
 
-  FilmState state() const { return targets_ ? FilmState::adaptive : FilmState::uniform; }
-  SampleTargets* targets() { return targets_.get(); }  // null: FilmState::uniform
+  FilmState state() const { return {targets_ != nullptr, history_ != nullptr}; }
+  SampleTargets* targets() { return targets_.get(); }  // null: none
   const SampleTargets* targets() const { return targets_.get(); }
+  FilmHistory* history() { return history_.get(); }  // null: none
+  const FilmHistory* history() const { return history_.get(); }
 
   void clear();
   // Only a window, which must lie inside.
@@ -133,6 +137,8 @@ class Film {
 
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
+
+  std::uint32_t carried(int x, int y) const;
 
   BlockWork& block(int h, int x, int y) {
     return work_[h][std::size_t(y / kFilmBlock) * std::size_t(block_columns_) + std::size_t(x / kFilmBlock)];
@@ -144,6 +150,7 @@ class Film {
   std::vector<std::uint32_t> invalid_[kHalves];
   std::vector<BlockWork> work_[kHalves];
   std::unique_ptr<SampleTargets> targets_;
+  std::unique_ptr<FilmHistory> history_;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

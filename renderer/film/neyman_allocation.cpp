@@ -4,12 +4,11 @@
 #include <atomic>
 #include <bit>
 #include <cassert>
-#include <cfloat>
 #include <cmath>
 
-#include "renderer/film/box_rows.h"
 #include "renderer/film/error_estimate.h"
 #include "renderer/film/pixel_hash.h"
+#include "renderer/film/sample_demand.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
@@ -110,17 +109,7 @@ void NeymanAllocation::finish_sweep(int sweep) {
 }
 
 void NeymanAllocation::add_means(std::size_t part) {
-  const PixelRect& w = windows_[part];
-  for (int h = 0; h < kHalves; ++h) {
-    double sum = 0;
-    for (int y = w.y0; y < w.y1; ++y) {
-      for (int x = w.x0; x < w.x1; ++x) {
-        const HalfPixel& pixel = film_.half(h, x, y);
-        if (pixel.count > 0) sum += (pixel.sum[0] + pixel.sum[1] + pixel.sum[2]) / pixel.count;
-      }
-    }
-    part_sums_[h][part] = sum;
-  }
+  for (int h = 0; h < kHalves; ++h) part_sums_[h][part] = sum_of_means(film_, windows_[part], h);
 }
 
 void NeymanAllocation::find_demand(std::size_t part) {
@@ -130,62 +119,18 @@ void NeymanAllocation::find_demand(std::size_t part) {
 // Of half h, from what the other one has seen.
 void NeymanAllocation::find_demand_of(int h, const PixelRect& window, Outlook& outlook) {
   SampleTargets& targets = *film_.targets();
-  const int seen = 1 - h;
-  thread_local BoxRows means, deviations;
-  thread_local std::vector<float> mean_sums, deviation_sums;
-  means.begin(window.width());
-  deviations.begin(window.width());
-  const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
-  mean_sums.resize(padded);
-  deviation_sums.resize(padded);
-
-  const PixelRect border = with_box_border(window);
-  const PixelRect read = intersect(border, region_);
-  for (int below = border.y0; below < border.y1; ++below) {
-    const bool inside = below >= read.y0 && below < read.y1;
-    for (int x = read.x0; inside && x < read.x1; ++x) {
-      const HalfPixel& pixel = film_.half(seen, x, below);
-      float* mean = means.input() + (x - border.x0) * kLanes;
-      float* deviation = deviations.input() + (x - border.x0) * kLanes;
-      const bool known = pixel.count > 1;
-      mean[3] = deviation[3] = known ? 1.0f : 0.0f;
-      for (int c = 0; c < 3; ++c) {
-        constexpr double kLargest = 1e36;  // times 49 it is a float
-        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count, -kLargest, kLargest)) : 0.0f;
-        deviation[c] = known ? float(std::sqrt(pixel.deviations[c] / (pixel.count - 1.0))) : 0.0f;
-      }
-    }
-    means.push(inside);
-    deviations.push(inside);
-
-    const int y = below - kBoxRadius;
-    if (y < window.y0) continue;
-    means.sum(mean_sums.data());
-    deviations.sum(deviation_sums.data());
-    for (int x = window.x0; x < window.x1; ++x) {
-      const std::size_t i = std::size_t(x - window.x0) * kLanes;
-      const double n = std::max(deviation_sums[i + 3], 1.0f);
-      const HalfPixel& own = film_.half(h, x, y);
-      double squared = 0, own_squared = 0;  // s^2, of the neighbourhood and of the pixel's own half
-      for (int c = 0; c < 3; ++c) {
-        const double deviation = deviation_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
-        const bool relative = settings_.measure == AllocationMeasure::relative;
-        const double scale = relative ? std::max(mean * mean + epsilon_[seen], DBL_MIN) : 1;
-        squared += deviation * deviation / scale;
-        if (own.count > 1) own_squared += own.deviations[c] / (own.count - 1.0) / scale;
-      }
-      const BlockWork work = film_.work(seen, x, y);
-      const double cost = std::max(1.0, work.paths > 0 ? double(work.rays) / double(work.paths) : 1.0);
-      const double demand = 0.5 * std::log2(std::clamp(squared / cost, 0x1p-90, 0x1p90));
-      targets.demand(h, x, y) = float(demand);
-      const double step = std::exp2(demand / (kExponents - 1));
-      double count = 1;
-      for (int g = 0; g < kExponents; ++g, count *= step) {
-        outlook.variance[g] += own_squared / count;
-        outlook.cost[g] += cost * count;
-      }
-    }
-  }
+  helio::find_demand(film_, region_, window, h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
+                     [&](int x, int y, const PixelDemand& pixel) {
+                       const double ratio = std::clamp(pixel.squared / pixel.cost, 0x1p-90, 0x1p90);
+                       const double demand = 0.5 * std::log2(ratio);
+                       targets.demand(h, x, y) = float(demand);
+                       const double step = std::exp2(demand / (kExponents - 1));
+                       double count = 1;
+                       for (int g = 0; g < kExponents; ++g, count *= step) {
+                         outlook.variance[g] += pixel.own_squared / count;
+                         outlook.cost[g] += pixel.cost * count;
+                       }
+                     });
 }
 
 void NeymanAllocation::choose_exponent() {

@@ -112,8 +112,8 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
 void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences, float* spreads) {
   x0_ = x0;
   x1_ = x1;
-  if (counts_differ_ != (film.state() == FilmState::adaptive)) weights_ = {};
-  counts_differ_ = film.state() == FilmState::adaptive;
+  if (counts_differ_ != film.state().counts_differ()) weights_ = {};
+  counts_differ_ = film.state().counts_differ();
   next_row_ = y + 1 < film.height() ? film.width() : 0;
   means_.resize(std::size_t(round_up_to_vectors(x1 - x0) + kPixelsAtOnce) * kLanes);
   const HalfPixel* a = &film.half(0, x0, y);

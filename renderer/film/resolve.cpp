@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cfloat>
 
+#include "renderer/film/film_history.h"
 #include "renderer/film/variance_pool.h"
 
 namespace helio {
@@ -18,6 +19,17 @@ void fill(const PixelRect& window, std::vector<float>& out, const Value& value) 
   std::size_t i = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) out[i++] = value(x, y);
+  }
+}
+
+// What reuse may have added to the error counts as variance.
+void add_bias(const Film& film, const PixelRect& window, std::vector<float> (&variance)[3]) {
+  std::size_t i = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++i) {
+      const double bias2 = film.history()->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count);
+      for (std::vector<float>& channel : variance) channel[i] += to_float(bias2);
+    }
   }
 }
 
@@ -48,6 +60,7 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
   };
   if (channels & kResolveVariance) {
     pool_variance(film, window, intersect(roi, film.bounds()), visit_row, tile.variance);
+    if (film.history()) add_bias(film, window, tile.variance);
   } else {
     thread_local PixelRow row;
     for (int y = window.y0; y < window.y1; ++y) {

@@ -16,8 +16,10 @@ Rgb resolve_mean(const Film& film, int x, int y);
 struct ResolvedTile {
   PixelRect window;
   std::vector<float> radiance[3];
-  std::vector<float> variance[3];  // variance of the mean, per channel, from differences of the halves, pooled
-  std::vector<float> samples;      // valid samples, both halves
+  // Variance of the mean, per channel, from differences of the halves, pooled; of a film with history the square of
+  // what reuse may have added is in it (FilmHistory::bias2).
+  std::vector<float> variance[3];
+  std::vector<float> samples;  // valid samples, both halves, carried ones included
   std::vector<float> alpha, depth, normal[3], albedo[3];
   std::uint64_t invalid_samples = 0;
 };

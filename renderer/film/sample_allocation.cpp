@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 
+#include "renderer/film/fill_allocation.h"
 #include "renderer/film/neyman_allocation.h"
 #include "renderer/film/threshold_allocation.h"
 
@@ -86,6 +87,7 @@ std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& r
                                                   const AllocationSettings& settings,
                                                   const AllocationRequest& request) {
   if (settings.paper) return std::make_unique<ThresholdAllocation>(film, region, settings, request);
+  if (request.fill) return std::make_unique<FillAllocation>(film, region, settings, request);
   return std::make_unique<NeymanAllocation>(film, region, settings, request);
 }
 

@@ -16,6 +16,12 @@
 // picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the mean
 // count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean smooth).
 //
+// FillAllocation (ours, with history). Pixels hold N samples of earlier pictures, and get n = max(1/8 of the mean,
+// l s / sqrt(c) - N), as a power of two; l is what the round can afford. s comes from history, at once; where nothing
+// is known in 7x7 pixels, s / sqrt(c) is the geometric mean of the picture's. Once pixels that carry nothing have four
+// samples of each half, these say what s is there: edges between surfaces, which nothing is carried over, are noisier
+// than both.
+//
 // ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
 // is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
 #pragma once
@@ -40,6 +46,8 @@ struct AllocationRequest {
   double mean = 0;
   // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. Paper variant.
   std::uint32_t iteration = 0;
+  // Bounded variant: what pixels have carried counts. The film has history.
+  bool fill = false;
 
   bool operator==(const AllocationRequest&) const = default;
 };

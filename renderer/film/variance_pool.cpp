@@ -65,7 +65,7 @@ class Pool {
     spatial_.begin(film, window, roi);
     difference_sums_.resize(pixels * kLanes);
     spread_sums_.resize(pixels * kLanes);
-    counts_differ_ = film.state() == FilmState::adaptive;
+    counts_differ_ = film.state().counts_differ();
     for (Row& row : rows_) {
       row.spreads.assign(pixels * kLanes, 0.0f);
       row.inverse_counts.resize(counts_differ_ ? pixels : 0);

@@ -12,8 +12,8 @@
 // neighbour saw it), and is zero only where all d of the neighbourhood are zero. Where some pixel of the neighbourhood
 // has a half with fewer than two samples, q is unknown and the estimate is D.
 //
-// Where counts differ from pixel to pixel (FilmState::adaptive), d and q are first made those of a single sample, times
-// n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n.
+// Where counts differ from pixel to pixel (FilmState::counts_differ), d and q are first made those of a single sample,
+// times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n.
 //
 // A pixel with samples in one half only gets the mean over the neighbourhood of (x_i - x_j)^2 / 2 over right and lower
 // neighbours (von Neumann 1941): the variance of one sampled half where the picture is flat, more where it is not. A

@@ -11,20 +11,24 @@ void FramePipeline::enter(Stage stage) {
   stage_began_s_ = 0;
 }
 
-void FramePipeline::start(const FramePlan& plan, const Film& film, std::shared_ptr<SampleAllocation> allocation) {
-  assert(in_flight_ == 0 && bool(allocation) == plan.allocate.has_value());
+void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& works) {
+  assert(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
+         bool(works.reproject) == plan.reproject);
   plan_ = plan;
   film_ = &film;
   cut_ = false;
   seconds_ = {};
   measured_.reset();
   measure_.stop();
-  allocate_.begin(std::move(allocation));
-  if (plan.allocate) {
+  reproject_.begin(works.reproject);
+  allocate_.begin(works.allocate);
+  if (plan.reproject) {
+    enter(Stage::reproject);
+  } else if (plan.allocate) {
     enter(Stage::allocate);
-    return;
+  } else {
+    begin_integration();
   }
-  begin_integration();
 }
 
 void FramePipeline::begin_integration() {
@@ -41,8 +45,15 @@ void FramePipeline::begin_integration() {
 
 void FramePipeline::leave_finished_stages(double now_s) {
   const auto seconds = [&] { return stage_began_s_ > 0 ? now_s - stage_began_s_ : 0.0; };
+  if (stage_ == Stage::reproject && reproject_.finished()) {
+    if (plan_.reproject) {
+      seconds_.reproject = seconds();
+      grid_.mark_prepared();
+    }
+    enter(Stage::allocate);
+  }
   if (stage_ == Stage::allocate && allocate_.finished()) {
-    grid_.begin_round(*film_->targets());
+    if (plan_.allocate) grid_.begin_round(*film_->targets());
     begin_integration();
   }
   if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
@@ -72,6 +83,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   std::optional<Piece> piece;
   if (room && resolve_.any_open()) {
     piece = resolve_.next(grid_);
+  } else if (stage_ == Stage::reproject) {
+    if (auto next = reproject_.next()) piece = *next;
   } else if (stage_ == Stage::allocate) {
     if (auto next = allocate_.next()) piece = *next;
   } else if (stage_ == Stage::integrate) {
@@ -88,8 +101,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
-  return (stage_ == Stage::allocate && allocate_.any_open()) || (stage_ == Stage::integrate && integrate_.any_open()) ||
-         (stage_ == Stage::measure && measure_.any_open());
+  return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::allocate && allocate_.any_open()) ||
+         (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
 }
 
 void FramePipeline::finish(const Piece& piece, bool done, double seconds, double now_s) {
@@ -98,6 +111,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     integrate_.finish(*integrate, done, seconds, grid_);
     if (stage_ == Stage::integrate && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
       resolve_.tile_ready(integrate->tile);
+  } else if (const auto* reproject = std::get_if<ReprojectPiece>(&piece)) {
+    reproject_.finish(*reproject);
   } else if (const auto* allocate = std::get_if<AllocatePiece>(&piece)) {
     allocate_.finish(*allocate);
   } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
@@ -109,6 +124,7 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
 }
 
 void FramePipeline::stop() {
+  reproject_.stop();
   allocate_.stop();
   integrate_.stop();
   measure_.stop();

@@ -1,5 +1,5 @@
-// Carries out one plan after another: allocate, integrate, measure, resolve, in this order, each cut into pieces that
-// workers take.
+// Carries out one plan after another: reproject, allocate, integrate, measure, resolve, in this order, each cut into
+// pieces that workers take.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -13,16 +13,17 @@
 #include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/passes/integrate.h"
 #include "renderer/frame/passes/measure.h"
+#include "renderer/frame/passes/reproject.h"
 #include "renderer/frame/passes/resolve.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, AllocatePiece, MeasurePiece, ResolvePiece>;
+using Piece = std::variant<IntegratePiece, ReprojectPiece, AllocatePiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
-  double integrate = 0, measure = 0, publish = 0;
+  double reproject = 0, integrate = 0, measure = 0, publish = 0;
 };
 
 class FramePipeline {
@@ -33,8 +34,12 @@ class FramePipeline {
   void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
   void forget_samples() { grid_.clear(); }
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
-  // allocation: that plan.allocate asks for, of this film; null: none.
-  void start(const FramePlan& plan, const Film& film, std::shared_ptr<SampleAllocation> allocation = nullptr);
+  // Those of the works that the plan asks for, on this film.
+  struct Works {
+    std::shared_ptr<HistoryTransfer> reproject;
+    std::shared_ptr<SampleAllocation> allocate;
+  };
+  void start(const FramePlan& plan, const Film& film, const Works& works = {});
 
   // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
   // flight, waits for room, or the plan is over.
@@ -58,7 +63,7 @@ class FramePipeline {
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { allocate, integrate, measure, publish, over };
+  enum class Stage { reproject, allocate, integrate, measure, publish, over };
   void enter(Stage stage);
   void begin_integration();
   void leave_finished_stages(double now_s);
@@ -66,6 +71,7 @@ class FramePipeline {
   FramePlan plan_;
   const Film* film_ = nullptr;
   TileGrid grid_;
+  ReprojectPass reproject_;
   AllocatePass allocate_;
   IntegratePass integrate_;
   MeasurePass measure_;

@@ -85,7 +85,9 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
   return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
 }
 
+// With history every pixel gets one sample of the first half, for its features; the rest is for the rounds.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
+  if (allocation_ && state.carried && state.done[0] > 0) return true;
   return allocation_ &&
          (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
@@ -113,6 +115,7 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
     goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
   }
   plan.allocate->mean = std::max(goal, mean);
+  plan.allocate->fill = state.carried;
   return plan;
 }
 
@@ -168,7 +171,19 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   FramePlan plan;
   plan.revision = state.revision;
   plan.deadline_s = deadline_s(state);
+  plan.reproject = state.reproject_due;
+  if (state.reproject_due) {
+    // What it finds decides what comes next.
+    if (policy_.passes) plan.target[0] = 1;
+    plan.publish = policy_.passes ? Publish::early : Publish::none;
+    plan.final = policy_.passes && sample_limit() == 1;
+    return plan;
+  }
 
+  if (state.done[0] == 0 && state.carried && allocation_) {
+    plan.target[0] = 1;
+    return plan;
+  }
   if (state.done[0] == 0 && policy_.passes) {
     plan.target[0] = 1;
     plan.publish = Publish::early;

@@ -48,6 +48,8 @@ struct FrameState {
   // Samples that every pixel of the region has; in a round: levels that are done.
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
+  bool reproject_due = false;              // before the first sample, what earlier pictures know is to be carried over
+  bool carried = false;                    // something was
   ErrorAtCount measured;                   // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown

@@ -44,7 +44,7 @@ const char* to_string(FrameEndReason reason);
 
 struct PassTime {
   std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
-                       // "allocate" (mode adaptive)
+                       // "allocate" (modes with adaptive counts), "reproject" (modes that reuse pictures)
   double seconds = 0;  // of processor time, summed over workers
 };
 
@@ -53,6 +53,10 @@ struct FrameProgress {
   double seconds = 0;                   // wall time since the frame began
   std::uint32_t samples_per_pixel = 0;  // completed everywhere in the region, both halves; or the mean
   double samples_per_second = 0;        // pixel samples over the frame's wall time
+  // Modes that reuse pictures: share of the picture's effective samples that came from earlier ones, [0, 1], and the
+  // rays that verified it.
+  double reuse_share = 0;
+  std::uint64_t verification_rays = 0;
   TraceStats trace;                     // since the film was cleared: earlier frames of a kept film included
   FilmError error;                      // newest estimate
   double budget_used = 0;               // [0, 1]: the largest share among the budgets given; 0 when unlimited

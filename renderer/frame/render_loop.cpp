@@ -8,6 +8,8 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
+#include "renderer/film/film_history.h"
+#include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
@@ -32,6 +34,11 @@ int channel_count(unsigned channels) {
   return count;
 }
 
+// Samples of a picture that draws on others must not repeat theirs.
+std::uint64_t picture_seed(std::uint64_t seed, std::uint64_t generation) {
+  return generation == 0 ? seed : mix_bits(seed ^ mix_bits(generation));
+}
+
 void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
@@ -42,8 +49,9 @@ void blend(double& mean, double value) {
 // pixels are touched; the film is written and read by pieces, and replaced or given to another picture only while none
 // is in flight.
 struct RenderLoop::Impl final : PieceSource {
-  Impl(RenderEngine::Impl& engine, IntegrateFunction integrate, const RenderSettings& settings, const Budget& budget,
-       RenderRank rank, std::shared_ptr<FrameSink> sink, const RenderLoopOptions& options);
+  Impl(RenderEngine::Impl& engine, std::shared_ptr<const RenderScene> scene, IntegrateFunction integrate,
+       const RenderSettings& settings, const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
+       const RenderLoopOptions& options);
   ~Impl() override;
 
   bool run_piece() override;
@@ -67,6 +75,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
 
   RenderEngine::Impl& engine;
+  const std::shared_ptr<const RenderScene> scene;  // null: another source of radiance, whose pictures are not reused
   const IntegrateFunction integrate;
   const std::shared_ptr<FrameSink> sink;
   const RenderLoopOptions options;
@@ -83,18 +92,22 @@ struct RenderLoop::Impl final : PieceSource {
   double accepted_s = 0, view_accepted_s = 0;
   // What has to happen before pieces are handed out again; carried out once none is in flight.
   enum class Next { nothing, render, show_again } next = Next::nothing;
-  bool another_picture = false;  // the film's samples are of no use to it
+  bool another_picture = false;  // the film's samples are of no use to it as they are
+  bool another_kind = false;     // and to no later picture
   bool another_grid = true;
   std::unique_ptr<Film> next_film;  // null: the same film
 
   // What is.
   std::unique_ptr<Film> film;
+  PictureHistory history;                     // of the film, in modes that reuse pictures
+  std::shared_ptr<HistoryTransfer> transfer;  // the newest; null: none of this picture
   FramePipeline pipeline;
   FrameScheduler scheduler;
   FrameState state;
   TraceStats trace;                                   // since the film was cleared
   std::uint64_t invalid_samples = 0;                  // since the loop was made
   std::uint64_t film_samples = 0, frame_samples = 0;  // pixel samples, since the film was cleared | the frame began
+  std::uint64_t left_samples = 0;                     // film_samples of the picture before
   bool planned = false;                               // the pipeline carries out a plan of this frame
   std::shared_ptr<FrameRecord> frame;                 // in flight; null: none
   std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
@@ -106,10 +119,11 @@ struct RenderLoop::Impl final : PieceSource {
   bool delivering = false;
 };
 
-RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_, const RenderSettings& settings_,
-                       const Budget& budget_, RenderRank rank, std::shared_ptr<FrameSink> sink_,
-                       const RenderLoopOptions& options_)
+RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, std::shared_ptr<const RenderScene> scene_,
+                       IntegrateFunction integrate_, const RenderSettings& settings_, const Budget& budget_,
+                       RenderRank rank, std::shared_ptr<FrameSink> sink_, const RenderLoopOptions& options_)
     : engine(engine_),
+      scene(std::move(scene_)),
       integrate(std::move(integrate_)),
       sink(std::move(sink_)),
       options(options_),
@@ -164,7 +178,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   const double now = now_s();
   if (update.settings && *update.settings != settings) {
     if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
-    another_picture = true;
+    another_picture = another_kind = true;
     settings = *update.settings;
   }
   if (fresh) {
@@ -246,6 +260,11 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.samples_per_pixel = state.total();
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
+  if (transfer && state.carried) {
+    const double carried = transfer->stats().samples, fresh = double(film_samples);
+    p.reuse_share = carried / (carried + fresh);
+    p.verification_rays = transfer->stats().rays;
+  }
   p.error = state.measured.error;
   p.budget_used = scheduler.budget_used(state, now);
   return p;
@@ -281,6 +300,7 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"measure", record->measure_seconds},
                     {"resolve", record->resolve_seconds},
                     {"publish", record->publish_seconds}};
+      if (record->reproject_seconds > 0) end.passes.push_back({"reproject", record->reproject_seconds});
       if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
     }
     lock.unlock();
@@ -303,21 +323,34 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
     film = std::move(next_film);
   }
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
+  const bool reuse = film->history() && scene;
+  if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
   if (another_picture || another_grid) {
+    if (another_kind || another_grid) {
+      history.forget();
+    } else if (reuse) {
+      ++history.generation;
+    }
     trace = {};
+    // A transfer that was stopped before it overwrote the film has left it as it was.
+    if (!state.reproject_due || !history.film_usable()) left_samples = film_samples;
     film_samples = 0;
+    transfer.reset();
+    state.carried = false;
+    state.reproject_due = reuse;
     state.measured = {};
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
   }
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
-  another_picture = another_grid = false;
+  another_picture = another_grid = another_kind = false;
 
   frame = std::make_shared<FrameRecord>();
   frame->begin.tag = {revision, view->id, ++frames};
   frame->begin.settings = settings;
+  frame->begin.settings.seed = picture_seed(settings.seed, history.generation);
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = view->camera;
   frame->accepted_s = accepted_s;
@@ -354,6 +387,10 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   pipeline.grid().done_everywhere(state.done);
 
   const StageSeconds& seconds = pipeline.seconds();
+  if (plan.reproject) {
+    state.reproject_due = false;
+    state.carried = transfer->stats().carried > 0;
+  }
   if (plan.allocate) {
     ++state.round.number;
     state.round.mean = plan.allocate->mean;
@@ -392,10 +429,15 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     }
   }
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
-  std::shared_ptr<SampleAllocation> allocation;
-  if (plan.allocate)
-    allocation = make_allocation(*film, pipeline.grid().region(), *allocation_settings(settings), *plan.allocate);
-  pipeline.start(plan, *film, std::move(allocation));
+  FramePipeline::Works works;
+  const PixelRect& region = pipeline.grid().region();
+  if (plan.reproject) {
+    const double samples = double(left_samples) / double(region.area());
+    transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter, samples);
+    works.reproject = transfer;
+  }
+  if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
+  pipeline.start(plan, *film, works);
   planned = true;
 }
 
@@ -436,8 +478,10 @@ bool RenderLoop::Impl::run_piece() {
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
       done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
+    } else if (const auto* p = std::get_if<ReprojectPiece>(&*piece)) {
+      run_sweep(*p);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
-      run_allocate(*p);
+      run_sweep(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
       run_measure(*p);
     } else {
@@ -461,6 +505,8 @@ bool RenderLoop::Impl::run_piece() {
       film_samples += p->samples;
       if (current) frame_samples += p->samples;
     }
+  } else if (std::holds_alternative<ReprojectPiece>(*piece)) {
+    mine->reproject_seconds += cpu_seconds;
   } else if (std::holds_alternative<AllocatePiece>(*piece)) {
     mine->allocate_seconds += cpu_seconds;
   } else if (std::holds_alternative<MeasurePiece>(*piece)) {
@@ -470,7 +516,7 @@ bool RenderLoop::Impl::run_piece() {
     if (current && !failure) waiting.push({mine, std::move(tile)});
   }
   if (failure) {
-    another_picture = true;  // the film may hold half a piece
+    another_picture = another_kind = true;  // the film may hold half a piece
     if (current) {
       token->cancel();
       pipeline.stop();
@@ -485,13 +531,14 @@ bool RenderLoop::Impl::run_piece() {
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : RenderLoop(engine, path_tracer(std::move(scene)), settings, budget, rank, std::move(sink), options) {}
+    : impl_(std::make_unique<Impl>(engine.impl(), scene, path_tracer(scene), settings, budget, rank, std::move(sink),
+                                   options)) {}
 
 RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), std::move(integrate), settings, budget, rank, std::move(sink),
-                                   options)) {}
+    : impl_(std::make_unique<Impl>(engine.impl(), nullptr, std::move(integrate), settings, budget, rank,
+                                   std::move(sink), options)) {}
 
 RenderLoop::~RenderLoop() = default;
 std::uint64_t RenderLoop::update(const Update& update) {

@@ -53,7 +53,7 @@ class RenderLoop {
   RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
              const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
              const RenderLoopOptions& options = {});
-  // With another source of radiance than a scene.
+  // With another source of radiance than a scene, whose pictures are not reused.
   RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings, const Budget& budget,
              RenderRank rank, std::shared_ptr<FrameSink> sink, const RenderLoopOptions& options = {});
   ~RenderLoop();

@@ -37,6 +37,8 @@ void check_range(T value, T low, T high, const std::string& where, Problems& pro
                  std::to_string(value) + " is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]");
 }
 
+const std::string kModeNames = "pt, adaptive, reproject, combined";
+
 void check_positive(const std::optional<double>& value, const std::string& where, Problems& problems) {
   if (value && !(std::isfinite(*value) && *value > 0))
     problems.add(where, text(*value) + " is not a finite number above 0");
@@ -92,6 +94,10 @@ const char* to_string(RenderMode mode) {
       return "pt";
     case RenderMode::adaptive:
       return "adaptive";
+    case RenderMode::reproject:
+      return "reproject";
+    case RenderMode::combined:
+      return "combined";
   }
   return "unknown";
 }
@@ -107,10 +113,10 @@ const char* to_string(ModeVariant variant) {
 }
 
 Result<RenderMode> parse_render_mode(const std::string& name) {
-  for (const RenderMode mode : {RenderMode::pt, RenderMode::adaptive}) {
+  for (const RenderMode mode : kEveryRenderMode) {
     if (name == to_string(mode)) return mode;
   }
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not a mode; allowed: pt, adaptive", "mode"};
+  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not a mode; allowed: " + kModeNames, "mode"};
 }
 
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where,
@@ -128,12 +134,15 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
     if (settings.region)
       check_region(*settings.region, settings.width, settings.height, field(where, "region"), problems);
   }
-  if (settings.mode != RenderMode::pt && settings.mode != RenderMode::adaptive)
-    problems.add(field(where, "mode"), std::to_string(int(settings.mode)) + " is not a mode; allowed: pt, adaptive");
+  if (std::find(std::begin(kEveryRenderMode), std::end(kEveryRenderMode), settings.mode) == std::end(kEveryRenderMode))
+    problems.add(field(where, "mode"), std::to_string(int(settings.mode)) + " is not a mode; allowed: " + kModeNames);
   if (settings.variant != ModeVariant::bounded && settings.variant != ModeVariant::paper)
     problems.add(field(where, "variant"),
                  std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
-  if (settings.mode == RenderMode::adaptive) check_adaptive(settings, field(where, "adaptive"), problems);
+  if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
+    problems.add(field(where, "variant"),
+                 "paper is not there for mode " + std::string(to_string(settings.mode)) + " yet; allowed: bounded");
+  if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);
   check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
   check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);
   check_filter(settings.filter, where, problems);

@@ -14,9 +14,21 @@
 namespace helio {
 
 enum class RenderMode {
-  pt,        // every pixel gets the same number of samples
-  adaptive,  // pixels get as many as their noise and cost ask for (film/sample_allocation.h)
+  pt,         // every pixel gets the same number of samples
+  adaptive,   // pixels get as many as their noise and cost ask for (film/sample_allocation.h)
+  reproject,  // pt, and what is still true of earlier pictures is carried into each new one (trace/reprojection.h)
+  combined,   // both
 };
+inline constexpr RenderMode kEveryRenderMode[] = {RenderMode::pt, RenderMode::adaptive, RenderMode::reproject,
+                                                  RenderMode::combined};
+// Counts differ from pixel to pixel.
+constexpr bool allocates(RenderMode mode) {
+  return mode == RenderMode::adaptive || mode == RenderMode::combined;
+}
+// Pictures draw on those before.
+constexpr bool reuses(RenderMode mode) {
+  return mode == RenderMode::reproject || mode == RenderMode::combined;
+}
 const char* to_string(RenderMode mode);
 Result<RenderMode> parse_render_mode(const std::string& name);
 
@@ -31,7 +43,7 @@ const char* to_string(ModeVariant variant);
 // Schalk's own setting, best with 2 or 4.
 inline constexpr std::uint32_t kPaperMinSamples = 4;
 
-// Mode adaptive.
+// Modes adaptive and combined.
 struct AdaptiveSettings {
   std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; even, [4, 65536]; paper: [2, 65536]
   std::uint32_t max_samples = 32;  // paper: iterations until the threshold is 0; (min_samples, 2^20]

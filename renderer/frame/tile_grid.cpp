@@ -53,6 +53,10 @@ void TileGrid::clear() {
   }
 }
 
+void TileGrid::mark_prepared() {
+  for (Cell& cell : cells_) cell.rendered = true;
+}
+
 void TileGrid::begin_round(const SampleTargets& targets) {
   for (const Tile& tile : tiles_) {
     for (int row = 0; row < tile.rows; ++row) {

@@ -52,6 +52,9 @@ class TileGrid {
   // Forgets all samples. Cells stay busy: pieces in flight still hold them.
   void clear();
 
+  // The film's pixels are of this picture, whatever they hold. No piece is in flight.
+  void mark_prepared();
+
   // Takes over what a round of sample targets asks of the cells. No piece is in flight.
   void begin_round(const SampleTargets& targets);
 

@@ -3,7 +3,7 @@
 namespace helio {
 
 std::optional<AllocationSettings> allocation_settings(const RenderSettings& settings) {
-  if (settings.mode != RenderMode::adaptive) return std::nullopt;
+  if (!allocates(settings.mode)) return std::nullopt;
   AllocationSettings allocation;
   allocation.paper = settings.variant == ModeVariant::paper;
   allocation.measure =
@@ -15,15 +15,7 @@ std::optional<AllocationSettings> allocation_settings(const RenderSettings& sett
 }
 
 FilmState film_state(const RenderSettings& settings) {
-  return allocation_settings(settings) ? FilmState::adaptive : FilmState::uniform;
-}
-
-void AllocatePass::finish(const AllocatePiece& piece) {
-  if (piece.allocation != allocation_) return;  // stopped meanwhile
-  if (++done_ < allocation_->parts()) return;
-  allocation_->finish_sweep(sweep_++);
-  done_ = 0;
-  next_ = sweep_ < allocation_->sweeps() ? 0 : allocation_->parts();
+  return {.targets = allocates(settings.mode), .history = reuses(settings.mode)};
 }
 
 }  // namespace helio

@@ -40,7 +40,8 @@ TEST(RenderSettings, EveryProblemIsReportedWithFieldValueAndRange) {
   s.roulette_from = 65536;
   EXPECT_EQ(problems_of(s),
             "settings.width: 0 is outside [1, 65536]; settings.height: 65537 is outside [1, 65536]; "
-            "settings.mode: 9 is not a mode; allowed: pt, adaptive; settings.max_segments: 0 is outside [1, 65535]; "
+            "settings.mode: 9 is not a mode; allowed: pt, adaptive, reproject, combined; settings.max_segments: 0 is "
+            "outside [1, 65535]; "
             "settings.roulette_from: 65536 is outside [1, 65535]");
 }
 
@@ -66,8 +67,8 @@ TEST(RenderSettings, ModesByName) {
   EXPECT_EQ(parse_render_mode("pt").value(), RenderMode::pt);
   const auto unknown = parse_render_mode("bdpt");
   ASSERT_FALSE(unknown.ok());
-  EXPECT_EQ(unknown.error().to_string(), "mode: \"bdpt\" is not a mode; allowed: pt, adaptive");
-  EXPECT_EQ(parse_render_mode("adaptive").value(), RenderMode::adaptive);
+  EXPECT_EQ(unknown.error().to_string(), "mode: \"bdpt\" is not a mode; allowed: pt, adaptive, reproject, combined");
+  for (const RenderMode mode : kEveryRenderMode) EXPECT_EQ(parse_render_mode(to_string(mode)).value(), mode);
 }
 
 TEST(RenderSettings, FilterScalesAreChecked) {

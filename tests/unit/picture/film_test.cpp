@@ -12,8 +12,9 @@ namespace {
 TEST(Film, StartsEmptyAndClearsToEmpty) {
   Film film(7, 13);
   EXPECT_EQ(film.bounds(), (PixelRect{0, 0, 7, 13}));
-  EXPECT_GE(film.bytes(), 7 * 13 * Film::bytes_per_pixel(FilmState::uniform));
-  EXPECT_GE(Film(7, 13, FilmState::adaptive).bytes(), 7 * 13 * Film::bytes_per_pixel(FilmState::adaptive));
+  EXPECT_GE(film.bytes(), 7 * 13 * Film::bytes_per_pixel({}));
+  EXPECT_GE(Film(7, 13, FilmState{.targets = true}).bytes(),
+            7 * 13 * Film::bytes_per_pixel(FilmState{.targets = true}));
   film.half(1, 6, 12).add(Rgb(1, 2, 3));
   film.features(6, 12).instance = 4;
   EXPECT_EQ(film.half(1, 6, 12).count, 1u);

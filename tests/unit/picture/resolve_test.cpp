@@ -240,7 +240,7 @@ TEST(Variance, FollowsTheCountsOfPixels) {
   const int side = 48, few = 8, many = 128;
   double reported[2] = {0, 0};
   for (int run = 0; run < 8; ++run) {
-    Film film(side, side, FilmState::adaptive);
+    Film film(side, side, FilmState{.targets = true});
     test::Random random(std::uint64_t(run + 1));
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) {

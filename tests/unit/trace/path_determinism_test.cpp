@@ -139,7 +139,7 @@ TEST(PathDeterminism, SampleTargetsAreMetInAnyCut) {
     for (std::uint32_t n = kHas; n <= kTop; n *= 2) uniform.push_back(render(*scene, kPose, w, h, n));
     std::vector<Film> films;
     for (const std::uint32_t step : {kTop, 8u, 3u}) {
-      Film& film = films.emplace_back(w, h, FilmState::adaptive);
+      Film& film = films.emplace_back(w, h, FilmState{.targets = true});
       TraceStats stats;
       for (int half = 0; half < kHalves; ++half) {
         ASSERT_TRUE(trace_window(*scene, camera, {}, {half, 0, kHas}, film.bounds(), CancelToken(), film, stats));

@@ -1,0 +1,79 @@
+#include "renderer/film/sample_demand.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <vector>
+
+#include "renderer/film/box_rows.h"
+#include "renderer/film/film_history.h"
+
+namespace helio {
+
+void find_demand(const Film& film, const PixelRect& region, const PixelRect& window, int h, AllocationMeasure measure,
+                 double epsilon, DemandPixels pixels,
+                 const std::function<void(int x, int y, const PixelDemand& demand)>& visit) {
+  const int seen = 1 - h;
+  thread_local BoxRows means, deviations;
+  thread_local std::vector<float> mean_sums, deviation_sums;
+  means.begin(window.width());
+  deviations.begin(window.width());
+  const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
+  mean_sums.resize(padded);
+  deviation_sums.resize(padded);
+
+  const PixelRect border = with_box_border(window);
+  const PixelRect read = intersect(border, region);
+  for (int below = border.y0; below < border.y1; ++below) {
+    const bool inside = below >= read.y0 && below < read.y1;
+    for (int x = read.x0; inside && x < read.x1; ++x) {
+      const HalfPixel& pixel = film.half(seen, x, below);
+      float* mean = means.input() + (x - border.x0) * kLanes;
+      float* deviation = deviations.input() + (x - border.x0) * kLanes;
+      const bool left_out = pixels == DemandPixels::fresh && film.history()->carried(x, below).count > 0;
+      const bool known = pixel.count > 1 && !left_out;
+      mean[3] = deviation[3] = known ? 1.0f : 0.0f;
+      for (int c = 0; c < 3; ++c) {
+        constexpr double kLargest = 1e36;  // times 49 it is a float
+        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count, -kLargest, kLargest)) : 0.0f;
+        deviation[c] = known ? float(std::sqrt(pixel.deviations[c] / (pixel.count - 1.0))) : 0.0f;
+      }
+    }
+    means.push(inside);
+    deviations.push(inside);
+
+    const int y = below - kBoxRadius;
+    if (y < window.y0) continue;
+    means.sum(mean_sums.data());
+    deviations.sum(deviation_sums.data());
+    for (int x = window.x0; x < window.x1; ++x) {
+      const std::size_t i = std::size_t(x - window.x0) * kLanes;
+      const double n = std::max(deviation_sums[i + 3], 1.0f);
+      const HalfPixel& own = film.half(h, x, y);
+      PixelDemand demand;
+      demand.known = deviation_sums[i + 3] > 0;
+      for (int c = 0; c < 3; ++c) {
+        const double deviation = deviation_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
+        const double scale = measure == AllocationMeasure::relative ? std::max(mean * mean + epsilon, DBL_MIN) : 1;
+        demand.squared += deviation * deviation / scale;
+        if (own.count > 1) demand.own_squared += own.deviations[c] / (own.count - 1.0) / scale;
+      }
+      const BlockWork work = film.work(seen, x, y);
+      if (work.paths > 0) demand.cost = std::max(1.0, double(work.rays) / double(work.paths));
+      visit(x, y, demand);
+    }
+  }
+}
+
+double sum_of_means(const Film& film, const PixelRect& window, int half) {
+  double sum = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      const HalfPixel& pixel = film.half(half, x, y);
+      if (pixel.count > 0) sum += (pixel.sum[0] + pixel.sum[1] + pixel.sum[2]) / pixel.count;
+    }
+  }
+  return sum;
+}
+
+}  // namespace helio

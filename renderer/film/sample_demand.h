@@ -1,0 +1,32 @@
+// How much each pixel of a half wants samples, from what the other half has seen: s^2 / c, s: deviation of a sample in
+// the measure of the picture's error, c: its cost in rays.
+#pragma once
+
+#include <functional>
+
+#include "renderer/film/sample_allocation.h"
+
+namespace helio {
+
+struct PixelDemand {
+  bool known = false;      // some pixel of the 7x7 neighbourhood has two samples in the other half
+  double squared = 0;      // s^2, s: mean deviation of the neighbourhood in the other half
+  double own_squared = 0;  // the same of the pixel's own half, with the other's means
+  double cost = 1;         // rays a path, >= 1
+};
+
+enum class DemandPixels {
+  all,
+  fresh,  // a neighbourhood is those of its pixels that carry nothing
+};
+
+// epsilon: what is added to the squared mean under a relative error. Calls visit for every pixel of the window, row by
+// row; pixels outside the region are not read.
+void find_demand(const Film& film, const PixelRect& region, const PixelRect& window, int half,
+                 AllocationMeasure measure, double epsilon, DemandPixels pixels,
+                 const std::function<void(int x, int y, const PixelDemand& demand)>& visit);
+
+// Sum over a window's pixels of one half's means, all channels.
+double sum_of_means(const Film& film, const PixelRect& window, int half);
+
+}  // namespace helio

@@ -1,0 +1,88 @@
+// Pass: what the film knew is kept as a source, and what the sources know is carried into the film of a new camera
+// (trace/reprojection.h).
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "renderer/frame/passes/sweeps.h"
+#include "renderer/trace/reprojection.h"
+
+namespace helio {
+
+// Which pictures a film's sources are, and whether the film itself is one.
+//
+// Two sources: the anchor is a picture that took many samples; the newest is the one before this. Every lookup takes
+// what knows more. So a camera that moves on and on with a sample or two a step keeps drawing on the anchor, not on a
+// copy of a copy, and one that returns finds it as it was; and where the anchor saw nothing, the newest helps. A
+// picture that has got a quarter of the anchor's fresh samples becomes the anchor.
+class PictureHistory {
+ public:
+  struct Slot {
+    bool valid = false;
+    CameraPose pose;
+    double samples = 0;  // fresh ones, per pixel, both halves
+  };
+
+  // The film's pixels are of no use to any later picture: other settings, another scene.
+  void forget();
+  // The film holds a picture of this camera, all of its pixels in a defined state.
+  void film_complete(const CameraPose& pose) { film_ = {true, pose, 0}; }
+  bool film_usable() const { return film_.valid; }
+  const CameraPose& film_pose() const { return film_.pose; }
+
+  // The source to overwrite with the film, which has had so many fresh samples per pixel; that source holds nothing
+  // from now on.
+  int take_slot(double samples);
+  void slot_complete(int slot);
+  void film_overwritten() { film_.valid = false; }
+  const Slot& slot(int i) const { return slots_[i]; }
+
+  // How many pictures have been begun with what earlier ones knew. Samples of each are drawn with another seed.
+  std::uint64_t generation = 0;
+
+ private:
+  static constexpr double kAnchorShare = 0.25;
+
+  int anchor_ = 0;
+  Slot slots_[FilmHistory::kSources], film_;
+};
+
+// The sweeps of one move: gather (film to source, unless the film is of no use), centre hits, carry.
+class HistoryTransfer {
+ public:
+  // film_samples: fresh ones per pixel, both halves. Scene, film and history outlive this.
+  HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
+                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples);
+
+  std::size_t parts() const { return windows_.size(); }
+  int sweeps() const { return slot_ >= 0 ? 3 : 2; }
+  void run(int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+
+  // Of what has been done so far.
+  ReprojectionStats stats() const;
+
+ private:
+  enum class Sweep { gather, centres, carry };
+  Sweep kind(int sweep) const { return Sweep(sweep + 3 - sweeps()); }
+  void prepare_reprojection();
+
+  std::shared_ptr<const RenderScene> scene_;
+  Film& film_;
+  PixelRect region_;
+  PictureHistory& history_;
+  CameraPose pose_;
+  PixelFilter filter_;
+  int slot_ = -1;  // that the film goes to; -1: none
+  std::vector<PixelRect> windows_;
+  std::unique_ptr<Reprojection> reprojection_;
+  mutable std::mutex mutex_;  // of stats_
+  ReprojectionStats stats_;
+};
+
+using ReprojectPiece = SweepPiece<HistoryTransfer>;
+using ReprojectPass = SweepPass<HistoryTransfer>;
+
+}  // namespace helio

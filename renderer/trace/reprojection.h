@@ -1,0 +1,77 @@
+// Carries what earlier pictures know into a film that a new camera looks through.
+//
+// Reverse mapping (Nehab et al. 2007): the ray through the centre of each new pixel finds its surface; where an earlier
+// camera saw that point, the four pixels around it are looked up, those that show the same surface (same instance,
+// similar normal, the point within half a pixel of the plane through what the pixel's centre met), bilinearly, their
+// radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
+// anything, for Sobol points find out about edges sooner than interpolation is right about them. The rays of the new
+// picture are the verification: a point that another surface hid from the earlier camera finds no pixel that shows it.
+//
+// What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
+//   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
+//     (2/3) (f (1 - f))^2 of its squared second differences, f: how far between two pixels; boxes of sizes 1 and 1/s
+//     by (1 - 1/s)^2 / 12, or s (1/s - 1)^2 / 12 for s < 1, together by e f (1 - f) / 4 more (integrals over the
+//     edge's place; the last one fitted),
+//   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
+//   - change of view (CentreHits::at) where the camera has moved and not merely turned,
+//   - what was carried before.
+// Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
+// lookup. That is the weight against fresh samples that makes the squared error smallest.
+//
+// Halves draw on their own halves alone, so they stay independent. Cameras with a lens do not take part.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "renderer/film/history_source.h"
+#include "renderer/trace/camera.h"
+#include "renderer/trace/path_integrator.h"
+
+namespace helio {
+
+// A picture that was left, and the camera that saw it.
+struct PictureSource {
+  CameraPose pose;
+  const HistorySource* pixels = nullptr;
+};
+
+struct ReprojectionStats {
+  std::uint64_t rays = 0;     // through pixel centres: of the verification
+  std::uint64_t carried = 0;  // pixels that drew on history
+  double samples = 0;         // that they got, both halves
+  void add(const ReprojectionStats& other);
+};
+
+// Whether pictures of such a camera can be drawn on, and drawn from others.
+inline bool can_reproject(const CameraPose& pose) {
+  return pose.lens_radius == 0;
+}
+
+// Two sweeps over windows of a film, to be shared between threads: run() of every window of the first, then of the
+// second. Windows are disjoint and lie in the region. The bits do not depend on how it was cut.
+class Reprojection {
+ public:
+  // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
+  // know equally much. At most three. All have the film's size.
+  Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
+               const PixelFilter& filter, std::vector<PictureSource> sources);
+
+  // Clears the window, finds its centre hits, and leaves how they change with the view in carried().mean.
+  void find_centres(const PixelRect& window, ReprojectionStats& stats);
+  // Fills it with what the sources know. Precondition: find_centres() of everything.
+  void carry(const PixelRect& window, ReprojectionStats& stats);
+
+ private:
+  std::shared_ptr<const RenderScene> scene_;
+  Film& film_;
+  PixelRect region_;
+  CameraPose pose_;
+  Camera camera_;
+  std::vector<PictureSource> sources_;
+  std::vector<V3f> viewpoints_;      // of the sources whose camera stood elsewhere, rebased
+  std::vector<int> viewpoint_slot_;  // of a source; -1: the same viewpoint
+};
+
+}  // namespace helio
