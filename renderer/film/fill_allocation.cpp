@@ -131,7 +131,8 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
   for (int h = 0; h < kHalves; ++h) {
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::fresh,
                        [&](int x, int y, const PixelDemand& pixel) {
-                         if (film_.history()->carried(x, y).count > 0 || !pixel.known || !(pixel.squared > 0)) return;
+                         if (film_.history()->carried(x, y).count[h] > 0 || !pixel.known || !(pixel.squared > 0))
+                           return;
                          targets.demand(h, x, y) = log_demand(pixel);
                        });
   }
@@ -141,7 +142,7 @@ FillAllocation::Pixel FillAllocation::pixel(int h, int x, int y) const {
   const SampleTargets& targets = *film_.targets();
   const float demand = targets.demand(h, x, y);
   return {std::exp2(double(std::isnan(demand) ? targets.usual_demand[h] : demand)),
-          double(film_.history()->carried(x, y).count), dither(x, y, settings_.seed)};
+          double(film_.history()->carried(x, y).count[h]), dither(x, y, settings_.seed)};
 }
 
 // Fresh samples that bring the pixel to its share of `level`, a power of two; between 0 and 1 and between two powers

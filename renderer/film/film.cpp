@@ -29,8 +29,8 @@ std::size_t Film::bytes_per_pixel(const FilmState& state) {
   return bytes;
 }
 
-std::uint32_t Film::carried(int x, int y) const {
-  return history_->carried(x, y).count;
+std::uint32_t Film::carried(int h, int x, int y) const {
+  return history_->carried(x, y).count[h];
 }
 
 Film::~Film() = default;

@@ -92,7 +92,7 @@ struct FilmState {
 
 class Film {
  public:
-  // 132, with targets 16 more (a target and a demand of each half), with history 184 more (48 and two sources of 68).
+  // 132, with targets 16 more (a target and a demand of each half), with history 200 more (56 and two sources of 72).
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -117,7 +117,7 @@ class Film {
   std::uint32_t attempted(int h, int x, int y) const {
     const std::size_t i = index(x, y);
     const std::uint32_t count = halves_[h][i].count + invalid_[h][i];
-    return history_ ? count - carried(x, y) : count;
+    return history_ ? count - carried(h, x, y) : count;
   }
   std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
 
@@ -138,7 +138,7 @@ class Film {
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
 
-  std::uint32_t carried(int x, int y) const;
+  std::uint32_t carried(int h, int x, int y) const;
 
   BlockWork& block(int h, int x, int y) {
     return work_[h][std::size_t(y / kFilmBlock) * std::size_t(block_columns_) + std::size_t(x / kFilmBlock)];

@@ -11,6 +11,17 @@ FilmHistory::FilmHistory(int width, int height)
 
 FilmHistory::~FilmHistory() = default;
 
+bool FilmHistory::on_border(int x, int y, const PixelRect& region) const {
+  const CentreHit& here = centre(x, y);
+  const PixelRect around = intersect({x - 1, y - 1, x + 2, y + 2}, region);
+  for (int py = around.y0; py < around.y1; ++py) {
+    for (int px = around.x0; px < around.x1; ++px) {
+      if (!same_surface(here, centre(px, py))) return true;
+    }
+  }
+  return false;
+}
+
 std::size_t FilmHistory::bytes_per_pixel() {
   return sizeof(CarriedPixel) + sizeof(CentreHit) + kSources * HistorySource::kBytesPerPixel;
 }

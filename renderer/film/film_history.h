@@ -8,16 +8,17 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/film/packed_values.h"
 
 namespace helio {
 
 // The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `mean`
 // before the first fresh one.
 struct CarriedPixel {
-  float mean[2][3] = {};         // per half
-  float bias2 = 0;               // square of what reuse may have added to `mean`, mean over the channels, radiance^2
-  std::uint32_t count : 24 = 0;  // effective samples of each half; 0: nothing is carried
-  std::uint32_t age : 8 = 0;     // moves since they were traced, weighted mean, rounded up; 255: that or more
+  float mean[2][3] = {};            // per half
+  float bias2 = 0;                  // square of what reuse may have added to them, mean over the channels, radiance^2
+  std::uint32_t count[2] = {0, 0};  // effective samples, per half; 0: nothing is carried
+  float age = 0;                    // moves since they were traced, weighted mean
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 };
@@ -28,10 +29,19 @@ struct CentreHit {
   float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene
   std::uint32_t instance = ~0u;                          // ~0: it leaves the scene
   std::uint32_t normal = 0;                              // geometric, towards the viewer; pack_direction()
-  std::uint32_t albedo = 0;                              // pack_reflectance()
+  std::uint32_t albedo : 31 = 0;                         // pack_reflectance()
+  std::uint32_t border : 1 = 0;                          // a neighbour shows another surface, so it may show both
 
   bool hit() const { return instance != ~0u; }
 };
+
+// Whether neighbouring pixels show one surface: both leave the scene, or their centres meet the same instance under
+// normals less than 37 degrees apart.
+inline bool same_surface(const CentreHit& a, const CentreHit& b) {
+  if (a.instance != b.instance) return false;
+  if (a.normal == b.normal || !a.hit()) return true;
+  return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > 0.8f;
+}
 
 class HistorySource;
 
@@ -45,20 +55,29 @@ class FilmHistory {
   CentreHit& centre(int x, int y) { return centres_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
 
-  // Expected square of the error that reuse left in the pixel's mean, per channel (mean over the channels), given the
-  // samples that the halves hold now, the carried ones among them.
-  double bias2(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
+  // Share of the pixel's mean that was carried, [0, 1], given the samples that the halves hold now, the carried ones
+  // among them. Halves weigh alike when both have samples.
+  double share(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
     const CarriedPixel& c = carried(x, y);
-    if (c.count == 0) return 0;
-    const double share = 0.5 * (double(c.count) / std::max<std::uint32_t>(count_a, 1) +
-                                double(c.count) / std::max<std::uint32_t>(count_b, 1));
-    return share * share * c.bias2;
+    const double share_a = count_a > 0 ? double(c.count[0]) / count_a : 0;
+    const double share_b = count_b > 0 ? double(c.count[1]) / count_b : 0;
+    return count_a > 0 && count_b > 0 ? 0.5 * (share_a + share_b) : share_a + share_b;
+  }
+  // Expected square of the error that reuse left in the pixel's mean, mean over the channels.
+  double bias2(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
+    const float whole = carried(x, y).bias2;
+    if (whole == 0) return 0;
+    const double part = share(x, y, count_a, count_b);
+    return part * part * double(whole);
   }
 
   // Earlier pictures that later ones draw on: what they are is their user's to know.
   static constexpr int kSources = 2;
   HistorySource& source(int i) { return *sources_[i]; }
   const HistorySource& source(int i) const { return *sources_[i]; }
+
+  // Whether some pixel next to (x, y), inside the region, shows another surface.
+  bool on_border(int x, int y, const PixelRect& region) const;
 
   static std::size_t bytes_per_pixel();
   std::size_t bytes() const;

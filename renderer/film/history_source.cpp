@@ -15,7 +15,7 @@ constexpr float kLargest = 1e18f;  // squares of differences stay floats
 struct Means {
   int x0 = 0, y0 = 0, width = 0;
   std::vector<float> values;       // six a pixel: half A, half B
-  std::vector<std::uint8_t> kind;  // 0: nothing is known, 1: inside a surface, 2: on its border
+  std::vector<std::uint8_t> kind;  // 0: nothing is known, or on a surface's border; 1: one half is known; 2: both are
 
   std::size_t at(int x, int y) const { return std::size_t(y - y0) * std::size_t(width) + std::size_t(x - x0); }
   const float* of(int x, int y) const { return values.data() + at(x, y) * 6; }
@@ -28,20 +28,29 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
   out.values.resize(std::size_t(border.area()) * 6);
   out.kind.assign(std::size_t(border.area()), 0);
   const PixelRect known = intersect(border, region);
+  std::uint32_t packed_albedo = ~0u;
+  Rgb factor(1, 1, 1);
   for (int y = known.y0; y < known.y1; ++y) {
     for (int x = known.x0; x < known.x1; ++x) {
       const std::size_t i = out.at(x, y);
-      if (film.half(0, x, y).count == 0 || film.half(1, x, y).count == 0) continue;
-      const Rgb albedo = demodulation(unpack_reflectance(film.history()->centre(x, y).albedo));
+      const CentreHit& centre = film.history()->centre(x, y);
+      const int halves = (film.half(0, x, y).count > 0) + (film.half(1, x, y).count > 0);
+      if (halves == 0 || centre.border) continue;
+      out.kind[i] = std::uint8_t(halves);
+      if (halves < kHalves) continue;
+      if (centre.albedo != packed_albedo) {
+        packed_albedo = centre.albedo;
+        const Rgb divisor = demodulation(unpack_reflectance(packed_albedo));
+        factor = Rgb(1 / divisor.x, 1 / divisor.y, 1 / divisor.z);
+      }
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = film.half(h, x, y);
         const double inverse = 1.0 / half.count;
         for (int c = 0; c < 3; ++c) {
-          const double mean = std::clamp(half.sum[c] * inverse, -double(kLargest), double(kLargest));
-          out.values[i * 6 + std::size_t(3 * h + c)] = float(mean / albedo[c]);
+          const auto mean = float(std::clamp(half.sum[c] * inverse, -double(kLargest), double(kLargest)));
+          out.values[i * 6 + std::size_t(3 * h + c)] = mean * factor[c];
         }
       }
-      out.kind[i] = on_border(*film.history(), x, y, region) ? 2 : 1;
     }
   }
 }
@@ -56,7 +65,7 @@ struct Products {
 // Between pixels inside a surface.
 Products products_at(const Means& means, int x, int y) {
   Products out;
-  const auto inside = [&](int px, int py) { return means.kind[means.at(px, py)] == 1; };
+  const auto inside = [&](int px, int py) { return means.kind[means.at(px, py)] == 2; };
   if (!inside(x, y)) return out;
   const float* here = means.of(x, y);
   for (int axis = 0; axis < 2; ++axis) {
@@ -107,23 +116,6 @@ float mean_product(float sum, float count) {
 
 }  // namespace
 
-bool same_surface(const CentreHit& a, const CentreHit& b) {
-  if (a.instance != b.instance) return false;
-  if (!a.hit() || a.normal == b.normal) return true;
-  return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > 0.8f;
-}
-
-bool on_border(const FilmHistory& history, int x, int y, const PixelRect& region) {
-  const CentreHit& here = history.centre(x, y);
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (!region.contains(x + dx, y + dy)) continue;
-      if (!same_surface(here, history.centre(x + dx, y + dy))) return true;
-    }
-  }
-  return false;
-}
-
 void HistorySource::gather(const Film& film, const PixelRect& window, const PixelRect& region) {
   thread_local Means means;
   thread_local std::vector<Products> sums;
@@ -139,13 +131,12 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& b = film.half(1, x, y);
       centres_[index(x, y)] = history.centre(x, y);
       to = {};
-      const std::uint32_t count = std::min(a.count, b.count);
-      if (means.kind[means.at(x, y)] != 1) continue;
-      to.count = float(count);
+      if (means.kind[means.at(x, y)] == 0) continue;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;
-        const double inverse = 1.0 / half.count;
+        const double inverse = half.count > 0 ? 1.0 / half.count : 0;
+        to.inverse_count[h] = float(inverse);
         for (int c = 0; c < 3; ++c) {
           to.mean[h][c] = float(std::clamp(half.sum[c] * inverse, -double(FLT_MAX), double(FLT_MAX)));
           const float spread = half.count > 1 ? half.deviations[c] / (float(half.count) - 1) : 0.0f;
@@ -156,9 +147,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
           pack_short_float(mean_product(products->sum[0] + products->sum[1], products->count[0] + products->count[1]));
       for (int axis = 0; axis < 2; ++axis)
         to.bend2[axis] = pack_short_float(mean_product(products->sum[2 + axis], products->count[2 + axis]));
-      const CarriedPixel& carried = history.carried(x, y);
-      const double share = 2.0 * carried.count / (double(a.count) + b.count);
-      to.age = std::uint8_t(std::min(255.0, std::ceil(share * carried.age)));
+      to.age = pack_short_float(float(history.share(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }
 }

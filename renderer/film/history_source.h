@@ -1,4 +1,4 @@
-// A picture that later ones can draw on: what a film knew when its camera left, in 68 bytes a pixel.
+// A picture that later ones can draw on: what a film knew when its camera left, in 72 bytes a pixel.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +9,23 @@
 
 namespace helio {
 
+// In lanes of eight, as lookups add them up.
 struct SourcePixel {
   float mean[kHalves][3] = {};
-  // Effective samples of each half: the smaller of theirs. 0: the pixel knows nothing, or may show two surfaces.
-  float count = 0;
-  float bias2 = 0;  // CarriedPixel::bias2 as far as it is still in the means
-  // Variance of one sample, per half and channel: pack_short_float().
+  // 1 / effective samples of each half. 0: the half knows nothing, or the pixel may show two surfaces.
+  float inverse_count[kHalves] = {0, 0};
+  // All of these: pack_short_float(). Variance of one sample, per half and channel.
   std::uint16_t spread[kHalves][3] = {};
   // Squared differences of the picture over its albedo between neighbours, 3x3 mean, mean over the channels, noise
-  // taken out (the product of the halves' differences): pack_short_float(). Second differences along x and y, and
-  // first differences: what looking the picture up between its pixels, or next to them, may cost. Only of neighbours
-  // that lie inside a surface.
+  // taken out (the product of the halves' differences). Second differences along x and y, and first differences: what
+  // looking the picture up between its pixels, or next to them, may cost. Only of neighbours that lie inside a surface.
   std::uint16_t bend2[2] = {};
   std::uint16_t slope2 = 0;
-  std::uint8_t age = 0;  // moves, as CarriedPixel::age
-};
+  std::uint16_t age = 0;  // moves, as CarriedPixel::age
+  float bias2 = 0;        // CarriedPixel::bias2 as far as it is still in the means
 
-// Whether neighbouring pixels show one surface: both leave the scene, or their centres meet the same instance under
-// normals less than 37 degrees apart.
-bool same_surface(const CentreHit& a, const CentreHit& b);
-// Whether some pixel next to (x, y), inside the region, shows another one.
-bool on_border(const FilmHistory& history, int x, int y, const PixelRect& region);
+  bool known(int h) const { return inverse_count[h] > 0; }
+};
 
 // What radiance is divided by for a lookup, so that textures do not count as differences: the albedo, but 1 where it is
 // too dark to divide by.

@@ -30,7 +30,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
       const HalfPixel& pixel = film.half(seen, x, below);
       float* mean = means.input() + (x - border.x0) * kLanes;
       float* deviation = deviations.input() + (x - border.x0) * kLanes;
-      const bool left_out = pixels == DemandPixels::fresh && film.history()->carried(x, below).count > 0;
+      const bool left_out = pixels == DemandPixels::fresh && film.history()->carried(x, below).count[seen] > 0;
       const bool known = pixel.count > 1 && !left_out;
       mean[3] = deviation[3] = known ? 1.0f : 0.0f;
       for (int c = 0; c < 3; ++c) {

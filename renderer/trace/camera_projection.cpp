@@ -55,9 +55,4 @@ V3d CameraProjection::direction_at(double film_x, double film_y) const {
   return orthographic_ ? forward_ : (corner_ + step_x_ * film_x + step_y_ * film_y).normalized();
 }
 
-V3d CameraProjection::position_at(double film_x, double film_y, double depth) const {
-  if (orthographic_) return origin_ + corner_ + step_x_ * film_x + step_y_ * film_y + forward_ * depth;
-  return origin_ + (corner_ + step_x_ * film_x + step_y_ * film_y) * depth;
-}
-
 }  // namespace helio

@@ -18,13 +18,23 @@ class CameraProjection {
   FilmPoint point(const V3d& position) const;     // rebased scene coordinates
   FilmPoint direction(const V3d& towards) const;  // of something infinitely far away
 
+  // Side of a pixel at a depth along the view axis, > 0.
+  double footprint(double depth) const { return orthographic_ ? step_ : step_ * depth; }
+
   // Rebased; the lens's centre. Orthographic cameras look at everything from infinity along direction_at().
   const V3d& origin() const { return origin_; }
   bool orthographic() const { return orthographic_; }
   // Unit, through a point of the film given in pixels; orthographic: the same everywhere.
   V3d direction_at(double film_x, double film_y) const;
   // What is seen through that point of the film at `depth`, along the view axis.
-  V3d position_at(double film_x, double film_y, double depth) const;
+  V3d position_at(double film_x, double film_y, double depth) const {
+    return origin_ + offset_at(film_x, film_y, depth);
+  }
+  // The same from the origin.
+  V3d offset_at(double film_x, double film_y, double depth) const {
+    const V3d across = corner_ + step_x_ * film_x + step_y_ * film_y;
+    return orthographic_ ? across + forward_ * depth : across * depth;
+  }
 
  private:
   FilmPoint project(const V3d& offset) const;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cfloat>
 #include <cmath>
+#include <cstring>
 #include <optional>
 
 #include "renderer/film/film_history.h"
@@ -16,33 +17,71 @@ namespace helio {
 namespace {
 
 // Of a lookup's four pixels: the share of the weight that must be usable.
-constexpr double kLeastWeight = 0.1;
+constexpr float kLeastWeight = 0.1f;
 // How far off the plane of a pixel's centre hit a point may lie, in its pixels.
 constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
 
+using Float8 = float __attribute__((vector_size(32)));
+using Short8 = std::uint16_t __attribute__((vector_size(16)));
+using Int8 = std::uint32_t __attribute__((vector_size(32)));
+
 struct Tap {
   int x = 0, y = 0;
-  double weight = 0;
+  float weight = 0;
   Rgb modulation;  // new albedo over old
 };
 
 // What a source says of a pixel.
 struct Lookup {
-  double count = 0;  // effective samples of each half after the bias has its say; 0: nothing
-  double mean[kHalves][3] = {};
-  double spread[kHalves][3] = {};  // variance of one sample
-  double bias2 = 0;
-  double age = 0;
+  float count[kHalves] = {0, 0};  // effective samples after the bias has its say; 0: nothing
+  float mean[kHalves][3] = {};
+  float spread[kHalves][3] = {};  // variance of one sample
+  float bias2 = 0;
+  float age = 0;
+
+  float total() const { return count[0] + count[1]; }
 };
+
+// Sums over the pixels of a lookup, each times its weight.
+struct LookupSums {
+  float mean[kHalves][3] = {}, inverse_count[kHalves] = {0, 0};
+  float spread[kHalves][3] = {}, bend2[2] = {0, 0};
+  float weight[kHalves] = {0, 0};
+  float slope2 = 0, bias2 = 0, age = 0;
+};
+
+static_assert(offsetof(SourcePixel, inverse_count) == 24 && offsetof(SourcePixel, spread) == 32 &&
+              offsetof(SourcePixel, bend2) == 44);
+
+void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
+  const auto add8 = [](float* to, const Float8& terms) {
+    Float8 sum;
+    std::memcpy(&sum, to, sizeof(sum));
+    sum += terms;
+    std::memcpy(to, &sum, sizeof(sum));
+  };
+  const Float8 modulation = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
+  Float8 means;
+  std::memcpy(&means, &pixel.mean, sizeof(means));
+  add8(sums.mean[0], means * modulation * w);
+  Short8 packed;
+  std::memcpy(&packed, &pixel.spread, sizeof(packed));
+  const auto spreads = (Float8)(__builtin_convertvector(packed, Int8) << 16);
+  add8(sums.spread[0], spreads * (modulation * modulation) * w);
+  for (int h = 0; h < kHalves; ++h) sums.weight[h] += pixel.known(h) ? w : 0.0f;
+  sums.slope2 += w * unpack_short_float(pixel.slope2);
+  sums.age += w * unpack_short_float(pixel.age);
+  sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2;
+}
 
 // Squared error of resampling a step edge whose squared second differences sum to one, along one axis. `zoom`: size of
 // an old pixel over that of a new one.
-double resampling_error2(double between, double zoom) {
-  const double off = between * (1 - between);
-  const double shrink = zoom >= 1 ? 1 - 1 / zoom : (1 / zoom - 1) * std::sqrt(zoom);
-  return 2.0 / 3 * off * off + shrink * shrink / 12 + (zoom > 1 ? 0.25 * shrink * off : 0);
+float resampling_error2(float between, float zoom) {
+  const float off = between * (1 - between);
+  const float shrink = zoom >= 1 ? 1 - 1 / zoom : (1 / zoom - 1) * std::sqrt(zoom);
+  return 2.0f / 3 * off * off + shrink * shrink / 12 + (zoom > 1 ? 0.25f * shrink * off : 0);
 }
 
 // One source as seen from the new picture.
@@ -53,79 +92,86 @@ class SourceView {
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
-  Lookup look(const CentreHit& here, const V3d& position, double footprint, double view_change) const {
+  Lookup look(const CentreHit& here, const V3d& position, double footprint, float view_change) const {
     Lookup result;
     const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
     if (!p.in_front) return result;
     const double u = p.x - 0.5, v = p.y - 0.5;
     if (!(u > -1 && v > -1 && u < pixels_.width() && v < pixels_.height())) return result;
-    const double fx = u - std::floor(u), fy = v - std::floor(v);
+    const int x0 = int(u + 1) - 1, y0 = int(v + 1) - 1;  // rounded down
+    const auto fx = float(u - x0), fy = float(v - y0);
     Tap taps[4];
     int count = 0;
-    double total = 0;
-    const int x0 = int(std::floor(u)), y0 = int(std::floor(v));
+    float total = 0;
     find_taps(here, position, p, x0, y0, fx, fy, taps, count, total);
     if (total < kLeastWeight) return result;
 
-    double inverse_count = 0, bias2 = 0, bend2[2] = {0, 0}, slope2 = 0, off_x = -u, off_y = -v;
-    const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
-    const double albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
+    LookupSums sums;
+    double off_x = -u, off_y = -v;
     for (int i = 0; i < count; ++i) {
       const Tap& tap = taps[i];
-      const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
-      const double w = tap.weight / total;
-      inverse_count += w / double(pixel.count);
-      off_x += w * tap.x;
-      off_y += w * tap.y;
-      for (int axis = 0; axis < 2; ++axis) bend2[axis] += w * double(unpack_short_float(pixel.bend2[axis]));
-      slope2 += w * double(unpack_short_float(pixel.slope2));
-      result.age += w * pixel.age;
-      double scale2 = 0;
+      const float w = tap.weight / total;
+      off_x += double(w) * tap.x;
+      off_y += double(w) * tap.y;
+      add(pixels_.pixel(tap.x, tap.y), w, tap.modulation, sums);
+    }
+    const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
+    const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
+    const auto zoom = float(p.footprint / std::max(footprint, DBL_MIN));
+    float bias2 = sums.bias2;
+    bias2 += albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom));
+    bias2 += albedo2 * sums.slope2 * float(off_x * off_x + off_y * off_y);
+    float squared = 0, variance = 0, halves = 0;
+    for (int h = 0; h < kHalves; ++h) {
+      if (sums.weight[h] < kLeastWeight) continue;
+      ++halves;
+      const float scale = 1 / sums.weight[h];
       for (int c = 0; c < 3; ++c) {
-        const double m = tap.modulation[c];
-        scale2 += m * m / 3;
-        for (int h = 0; h < kHalves; ++h) {
-          result.mean[h][c] += w * m * double(pixel.mean[h][c]);
-          result.spread[h][c] += w * m * m * double(unpack_short_float(pixel.spread[h][c]));
-        }
+        result.mean[h][c] = sums.mean[h][c] * scale;
+        result.spread[h][c] = sums.spread[h][c] * scale;
+        variance += result.spread[h][c] / 3;
       }
-      bias2 += w * scale2 * double(pixel.bias2);
     }
-    const double zoom = p.footprint / std::max(footprint, DBL_MIN);
-    bias2 += albedo2 * (bend2[0] * resampling_error2(fx, zoom) + bend2[1] * resampling_error2(fy, zoom));
-    bias2 += albedo2 * slope2 * (off_x * off_x + off_y * off_y);
-    double squared = 0, variance = 0;
-    for (int c = 0; c < 3; ++c) {
-      squared += std::max(0.0, result.mean[0][c] * result.mean[1][c]) / 3;
-      variance += (result.spread[0][c] + result.spread[1][c]) / 6;
-    }
+    const int a = sums.weight[0] >= kLeastWeight ? 0 : 1, b = sums.weight[1] >= kLeastWeight ? 1 : 0;
+    for (int c = 0; c < 3; ++c) squared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
     bias2 += view_change * view_change * squared;
+    // Of a single sample nothing is known about its variance: taken as its square.
+    variance = variance > 0 ? variance / halves : squared;
+    if (!(bias2 <= FLT_MAX && squared <= FLT_MAX)) return {};
+    const float inverse = bias2 > 0 ? (variance > 0 ? bias2 / variance : FLT_MAX) : 0;
     result.bias2 = bias2;
-    if (!(bias2 < DBL_MAX) || !(squared < DBL_MAX)) return {};
-    const double inverse = inverse_count + (bias2 > 0 ? (variance > 0 ? bias2 / variance : DBL_MAX) : 0);
-    result.count = std::min(1 / inverse, double(CarriedPixel::kMostCount));
+    result.age = sums.age;
+    for (int h = 0; h < kHalves; ++h) {
+      if (sums.weight[h] < kLeastWeight) continue;
+      const float all = sums.inverse_count[h] / sums.weight[h] + inverse;
+      result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
+    }
     return result;
   }
 
  private:
   // The pixels around a point inside a surface that show that surface, and nothing else.
-  void find_taps(const CentreHit& here, const V3d& position, const FilmPoint& p, int x0, int y0, double fx, double fy,
-                 Tap (&taps)[4], int& count, double& total) const {
-    const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
+  void find_taps(const CentreHit& here, const V3d& position, const FilmPoint& p, int x0, int y0, float fx, float fy,
+                 Tap (&taps)[4], int& count, float& total) const {
+    const V3d from_camera = position - projection_.origin();
     for (int k = 0; k < 4; ++k) {
       Tap tap;
-      if (!place(k, x0, y0, fx, fy, tap)) continue;
+      tap.x = x0 + (k & 1);
+      tap.y = y0 + (k >> 1);
+      tap.weight = (k & 1 ? fx : 1 - fx) * (k & 2 ? fy : 1 - fy);
+      if (!(tap.weight > 0) || tap.x < 0 || tap.y < 0 || tap.x >= pixels_.width() || tap.y >= pixels_.height())
+        continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
-      if (!(pixel.count > 0) || !same_surface(here, there)) continue;
+      if (!(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
       if (here.hit()) {
-        const V3d met = projection_.position_at(tap.x + 0.5, tap.y + 0.5, there.depth);
         const V3d normal(unpack_direction(there.normal));
-        if (!(std::abs(dot(position - met, normal)) <= kPlaneTolerance * p.footprint)) continue;
+        const V3d met = projection_.offset_at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
+        if (!(std::abs(dot(from_camera - met, normal)) <= kPlaneTolerance * p.footprint)) continue;
       }
       tap.modulation = Rgb(1, 1, 1);
       if (there.albedo != here.albedo) {
-        tap.modulation = albedo / demodulation(unpack_reflectance(there.albedo));
+        tap.modulation = demodulation(unpack_reflectance(here.albedo)) / demodulation(unpack_reflectance(there.albedo));
         const float most = max_component(tap.modulation);
         const float least = std::min(tap.modulation.x, std::min(tap.modulation.y, tap.modulation.z));
         if (!(most <= kMostAlbedoRatio && least >= 1 / kMostAlbedoRatio)) continue;
@@ -133,14 +179,6 @@ class SourceView {
       total += tap.weight;
       taps[count++] = tap;
     }
-  }
-
-  // The k-th of the four; false: beyond the picture or without weight.
-  bool place(int k, int x0, int y0, double fx, double fy, Tap& tap) const {
-    tap.x = x0 + (k & 1);
-    tap.y = y0 + (k >> 1);
-    tap.weight = (k & 1 ? fx : 1 - fx) * (k & 2 ? fy : 1 - fy);
-    return tap.weight > 0 && tap.x >= 0 && tap.y >= 0 && tap.x < pixels_.width() && tap.y < pixels_.height();
   }
 
   const HistorySource& pixels_;
@@ -169,22 +207,28 @@ void for_each_block(const PixelRect& window, const Visit& visit) {
   }
 }
 
-void fill(const Lookup& lookup, std::uint32_t count, Film& film, int x, int y) {
+// swap: the source's first half is of the lineage of the film's second.
+std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
   carried = {};
-  if (count == 0) return;
-  carried.count = count;
-  carried.bias2 = float(std::min(lookup.bias2, double(FLT_MAX)));
-  carried.age = std::uint32_t(std::min(255.0, std::ceil(lookup.age) + 1));
   for (int h = 0; h < kHalves; ++h) {
+    const int from = swap ? 1 - h : h;
+    const auto count = std::uint32_t(lookup.count[from] + 0.5f);
+    carried.count[h] = count;
+    if (count == 0) continue;
     HalfPixel& half = film.half(h, x, y);
     half.count = count;
     for (int c = 0; c < 3; ++c) {
-      carried.mean[h][c] = float(lookup.mean[h][c]);
+      carried.mean[h][c] = lookup.mean[from][c];
       half.sum[c] = double(carried.mean[h][c]) * count;
-      half.deviations[c] = float(std::min(lookup.spread[h][c] * (count - 1.0), 0x1p127));
+      half.deviations[c] = std::min(lookup.spread[from][c] * (float(count) - 1), 0x1p127f);
     }
   }
+  const std::uint32_t total = carried.count[0] + carried.count[1];
+  if (total == 0) return 0;
+  carried.bias2 = lookup.bias2;
+  carried.age = lookup.age + 1;
+  return total;
 }
 
 }  // namespace
@@ -226,31 +270,32 @@ void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stat
 }
 
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
-  if (sources_.empty()) return;
   const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
   std::vector<SourceView> views;
   for (std::size_t i = 0; i < sources_.size(); ++i)
     views.emplace_back(sources_[i], film_.width(), film_.height(), scene_->origin());
-  const FilmHistory& history = *film_.history();
+  FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      const CentreHit& here = history.centre(x, y);
+      CentreHit& here = history.centre(x, y);
+      here.border = history.on_border(x, y, region_);
       const V3d position =
           here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
-      const double footprint = (here.hit() ? now.point(position) : now.direction(position)).footprint;
+      const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
       Lookup best;
-      const bool border = on_border(history, x, y, region_);  // it may show several surfaces
-      for (std::size_t i = 0; !border && i < views.size(); ++i) {
+      bool swap = false;
+      for (std::size_t i = 0; !here.border && i < views.size(); ++i) {
         const int slot = viewpoint_slot_[i];
-        const double change = slot < 0 ? 0.0 : double(history.carried(x, y).mean[0][slot]);
+        const float change = slot < 0 ? 0.0f : history.carried(x, y).mean[0][slot];
         const Lookup lookup = views[i].look(here, position, footprint, change);
-        if (lookup.count > best.count) best = lookup;
+        if (lookup.total() <= best.total()) continue;
+        best = lookup;
+        swap = sources_[i].swap;
       }
-      const auto count = std::uint32_t(best.count + 0.5);
-      fill(best, count, film_, x, y);
+      const std::uint32_t count = fill(best, swap, film_, x, y);
       if (count == 0) continue;
       ++stats.carried;
-      stats.samples += kHalves * double(count);
+      stats.samples += double(count);
     }
   }
 }

@@ -18,7 +18,9 @@
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest.
 //
-// Halves draw on their own halves alone, so they stay independent. Cameras with a lens do not take part.
+// What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
+// film's first half alternates from picture to picture: a camera that moves on after every sample, which is always one
+// of the first half, feeds both. Cameras with a lens do not take part.
 #pragma once
 
 #include <memory>
@@ -35,6 +37,7 @@ namespace helio {
 struct PictureSource {
   CameraPose pose;
   const HistorySource* pixels = nullptr;
+  bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
 };
 
 struct ReprojectionStats {

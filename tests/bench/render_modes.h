@@ -5,6 +5,6 @@
 
 namespace helio::bench {
 
-inline constexpr RenderMode kRenderModes[] = {RenderMode::pt, RenderMode::adaptive};
+inline constexpr const auto& kRenderModes = kEveryRenderMode;
 
 }  // namespace helio::bench

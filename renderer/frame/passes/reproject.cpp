@@ -24,7 +24,7 @@ int PictureHistory::take_slot(double samples) {
   // The new anchor holds what the old one knew, as far as it was seen.
   const int i = anchors ? anchor_ : 1 - anchor_;
   if (anchors) slots_[1 - anchor_].valid = false;
-  slots_[i] = {false, film_.pose, samples};
+  slots_[i] = {false, film_.pose, samples, film_.swapped};
   return i;
 }
 
@@ -52,7 +52,8 @@ void HistoryTransfer::prepare_reprojection() {
   std::vector<PictureSource> sources;
   for (int i = 0; i < FilmHistory::kSources; ++i) {
     const PictureHistory::Slot& slot = history_.slot(i);
-    if (slot.valid && can_reproject(pose_)) sources.push_back({slot.pose, &film_.history()->source(i)});
+    if (slot.valid && can_reproject(pose_))
+      sources.push_back({slot.pose, &film_.history()->source(i), slot.swapped != history_.film_swapped()});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
 }

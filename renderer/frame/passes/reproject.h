@@ -22,13 +22,15 @@ class PictureHistory {
   struct Slot {
     bool valid = false;
     CameraPose pose;
-    double samples = 0;  // fresh ones, per pixel, both halves
+    double samples = 0;    // fresh ones, per pixel, both halves
+    bool swapped = false;  // its first half is of the second lineage
   };
 
   // The film's pixels are of no use to any later picture: other settings, another scene.
   void forget();
   // The film holds a picture of this camera, all of its pixels in a defined state.
-  void film_complete(const CameraPose& pose) { film_ = {true, pose, 0}; }
+  void film_complete(const CameraPose& pose) { film_ = {true, pose, 0, film_swapped()}; }
+  bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
 

@@ -1,0 +1,114 @@
+// One view after the other through a render loop, as a session that moves.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <vector>
+
+#include "renderer/base/clock.h"
+#include "renderer/base/picture_view.h"
+#include "renderer/frame/render_loop.h"
+
+namespace helio::test {
+
+struct ViewPicture {
+  FrameEnd end;
+  double seconds = 0;  // the update -> the end of the frame, whose final tiles are resolved by then
+  int width = 0, height = 0;
+  std::vector<float> radiance[3], variance[3], samples;  // row-major, top row first
+
+  PictureView view() const { return {width, height, {radiance[0].data(), radiance[1].data(), radiance[2].data()}}; }
+};
+
+class LoopViews {
+ public:
+  LoopViews(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
+            RenderLoopOptions options = {})
+      : sink_(std::make_shared<Sink>(settings.width, settings.height)) {
+    if (!options.publish_passes) options.publish_passes = false;
+    loop_.emplace(engine, std::move(scene), settings, Budget{}, RenderRank::interactive, sink_, options);
+  }
+
+  // A view, or the same one with more samples (both halves together, fresh ones).
+  const ViewPicture& render(const CameraPose& camera, std::uint32_t samples) {
+    Budget budget;
+    budget.samples = samples;
+    return render(camera, budget);
+  }
+  const ViewPicture& render(const CameraPose& camera, const Budget& budget) {
+    RenderLoop::Update update;
+    View view;
+    view.id = ++views_;
+    view.camera = camera;
+    update.view = view;
+    update.budget = budget;
+    const double started = now_s();
+    const std::uint64_t revision = loop_->update(update);
+    sink_->picture.seconds = sink_->wait_for(revision) - started;
+    return sink_->picture;
+  }
+
+  RenderLoop& loop() { return *loop_; }
+
+ private:
+  struct Sink final : FrameSink {
+    Sink(int width, int height) {
+      picture.width = width;
+      picture.height = height;
+      for (int c = 0; c < 3; ++c) {
+        picture.radiance[c].resize(std::size_t(width) * std::size_t(height));
+        picture.variance[c].resize(picture.radiance[c].size());
+      }
+      picture.samples.resize(picture.radiance[0].size());
+    }
+    void frame_begun(const FrameBegin&) override {}
+    void tile_ready(FrameTile tile) override {
+      const std::lock_guard lock(mutex);
+      const PixelRect& w = tile.pixels.window;
+      std::size_t i = 0;
+      for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x, ++i) {
+          const std::size_t to = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
+          for (int c = 0; c < 3; ++c) {
+            picture.radiance[c][to] = tile.pixels.radiance[c][i];
+            if (!tile.pixels.variance[c].empty()) picture.variance[c][to] = tile.pixels.variance[c][i];
+          }
+          if (!tile.pixels.samples.empty()) picture.samples[to] = tile.pixels.samples[i];
+        }
+      }
+    }
+    void frame_ended(const FrameEnd& end) override {
+      const std::lock_guard lock(mutex);
+      picture.end = end;
+      ended_s = now_s();
+      changed.notify_all();
+    }
+    double wait_for(std::uint64_t revision) {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return picture.end.tag.revision >= revision; });
+      return ended_s;
+    }
+
+    ViewPicture picture;
+    double ended_s = 0;
+    std::mutex mutex;
+    std::condition_variable changed;
+  };
+
+  std::shared_ptr<Sink> sink_;
+  std::optional<RenderLoop> loop_;
+  std::uint64_t views_ = 0;
+};
+
+// About the camera's own up vector, positive to the left; then along its own right axis.
+inline CameraPose turned_and_shifted(CameraPose pose, double degrees, double shift) {
+  const double a = degrees * std::numbers::pi / 180, cosine = std::cos(a), sine = std::sin(a);
+  const V3d right = pose.right, forward = pose.forward;
+  pose.position += right * shift;
+  if (degrees == 0) return pose;
+  pose.forward = forward * cosine - right * sine;
+  pose.right = right * cosine + forward * sine;
+  return pose;
+}
+
+}  // namespace helio::test

@@ -1,0 +1,168 @@
+// Modes that reuse pictures, through the render loop.
+#include <gtest/gtest.h>
+
+#include "renderer/film/film.h"
+#include "renderer/metrics/error_metrics.h"
+#include "tests/support/loop_views.h"
+#include "tests/support/small_rooms.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kWidth = 61, kHeight = 45;
+
+RenderSettings settings_of(RenderMode mode) {
+  RenderSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.mode = mode;
+  settings.seed = 5;
+  return settings;
+}
+
+CameraPose home() {
+  return camera_at({0.1, 0.1, 0.9}, {0, -0.2, -1}, 60);
+}
+
+bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
+  for (int c = 0; c < 3; ++c) {
+    if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
+  }
+  return a.samples == b.samples;
+}
+
+double mse(const ViewPicture& a, const ViewPicture& b) {
+  return squared_error(a.view(), b.view())->mse;
+}
+
+const auto kReusing = testing::Values(RenderMode::reproject, RenderMode::combined);
+
+class ReuseFrame : public testing::TestWithParam<RenderMode> {
+ protected:
+  RenderEngine engine{2};
+  std::shared_ptr<const RenderScene> room = build(lambert_room()), mixed = build(mixed_scene());
+};
+
+TEST_P(ReuseFrame, TheFirstPictureIsThatOfTheModeWithoutReuse) {
+  const RenderMode plain = allocates(GetParam()) ? RenderMode::adaptive : RenderMode::pt;
+  for (const auto& scene : {room, mixed}) {
+    LoopViews reusing(engine, scene, settings_of(GetParam())), other(engine, scene, settings_of(plain));
+    const ViewPicture& picture = reusing.render(home(), 32);
+    EXPECT_EQ(picture.end.progress.reuse_share, 0);
+    const ViewPicture expected = other.render(home(), 32);
+    EXPECT_EQ(picture.radiance[1], expected.radiance[1]);
+    EXPECT_EQ(picture.samples, expected.samples);
+  }
+}
+
+TEST_P(ReuseFrame, ATurnKeepsWhatIsStillTrue) {
+  LoopViews views(engine, room, settings_of(GetParam())), fresh(engine, room, settings_of(RenderMode::pt));
+  views.render(turned_and_shifted(home(), 4, 0), 256);
+  const ViewPicture& moved = views.render(home(), 2);
+  EXPECT_GT(moved.end.progress.reuse_share, 0.9);
+  EXPECT_EQ(moved.end.progress.verification_rays, std::uint64_t(kWidth * kHeight));
+  const ViewPicture truth = fresh.render(home(), 4096);
+  LoopViews restarted(engine, room, settings_of(RenderMode::pt));
+  const double without = mse(restarted.render(home(), 2), truth);
+  EXPECT_LT(mse(moved, truth), 0.25 * without);  // edges and what has come into view are as noisy as ever
+}
+
+TEST_P(ReuseFrame, TheSameViewKeepsItsBits) {
+  LoopViews views(engine, mixed, settings_of(GetParam()));
+  views.render(turned_and_shifted(home(), 3, 0.02), 16);
+  const ViewPicture moved = views.render(home(), 16);
+  EXPECT_TRUE(same_pixels(views.render(home(), 16), moved));
+}
+
+TEST_P(ReuseFrame, BitsDependNeitherOnThreadsNorOnTiles) {
+  std::vector<ViewPicture> pictures;
+  for (const auto& [threads, tile] : {std::pair(1, 128), std::pair(2, 128), std::pair(2, 16)}) {
+    RenderEngine own(threads);
+    RenderLoopOptions options;
+    options.tile_size = tile;
+    LoopViews views(own, mixed, settings_of(GetParam()), options);
+    for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home(), 2.0 * step, 0.01 * step), 3);
+    pictures.push_back(views.render(home(), 20));
+  }
+  EXPECT_GT(pictures[0].end.progress.reuse_share, 0.1);
+  EXPECT_TRUE(same_pixels(pictures[0], pictures[1]));
+  EXPECT_TRUE(same_pixels(pictures[0], pictures[2]));
+}
+
+TEST_P(ReuseFrame, SingleSamplesAddUpWhileTheCameraMoves) {
+  LoopViews views(engine, room, settings_of(GetParam()));
+  for (int step = 40; step > 0; --step) views.render(turned_and_shifted(home(), 0.01 * step, 0), 1);
+  const ViewPicture& picture = views.render(home(), 1);
+  double samples = 0;
+  for (const float n : picture.samples) samples += n;
+  EXPECT_GT(samples / double(picture.samples.size()), 20);
+}
+
+TEST_P(ReuseFrame, AJumpCarriesNothing) {
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(home(), 16);
+  const ViewPicture& behind = views.render(turned_and_shifted(home(), 180, 0), 16);
+  EXPECT_EQ(behind.end.progress.reuse_share, 0);
+  EXPECT_EQ(behind.end.progress.samples_per_pixel, 16u);
+}
+
+TEST_P(ReuseFrame, SettingsAndRegionsBeginAnew) {
+  LoopViews views(engine, room, settings_of(GetParam()));
+  const ViewPicture first = views.render(home(), 32);
+  RenderSettings deeper = settings_of(GetParam());
+  deeper.max_segments = 3;
+  RenderLoop::Update update;
+  update.settings = deeper;
+  views.loop().update(update);
+  EXPECT_EQ(views.render(turned_and_shifted(home(), 1, 0), 32).end.progress.reuse_share, 0);
+  update.settings = settings_of(GetParam());
+  views.loop().update(update);
+  EXPECT_TRUE(same_pixels(views.render(home(), 32), first));
+}
+
+TEST_P(ReuseFrame, ALensTakesNoPart) {
+  CameraPose lens = home();
+  lens.lens_radius = 0.05;
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(lens, 16);
+  EXPECT_EQ(views.render(turned_and_shifted(lens, 1, 0), 16).end.progress.reuse_share, 0);
+}
+
+TEST_P(ReuseFrame, ViewsInterruptedAnywhereLoseNothing) {
+  // Views that supersede one another before they are done, at every stage; then one that may finish. What was there
+  // before them is carried to it, and no pixel is left without samples.
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(home(), 256);
+  for (int i = 0; i < 60; ++i) {
+    RenderLoop::Update update;
+    View view;
+    view.id = 1000 + std::uint64_t(i);
+    view.camera = turned_and_shifted(home(), 0.05 * (i + 1), 0);
+    update.view = view;
+    views.loop().update(update);
+    const double until = now_s() + 1e-4 * i;
+    while (now_s() < until) {
+    }
+  }
+  const ViewPicture& picture = views.render(turned_and_shifted(home(), 2, 0), 2);
+  EXPECT_EQ(picture.end.reason, FrameEndReason::samples);
+  double samples = 0;
+  for (const float n : picture.samples) {
+    EXPECT_GE(n, 2);
+    samples += n;
+  }
+  EXPECT_GT(samples / double(picture.samples.size()), 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, ReuseFrame, kReusing, [](const auto& test) { return to_string(test.param); });
+
+TEST(ReuseMemory, IsAsDocumented) {
+  const auto bytes = [](const FilmState& state) { return Film::bytes_per_pixel(state); };
+  EXPECT_EQ(bytes({}), 132u);
+  EXPECT_EQ(bytes({.targets = true}), 148u);
+  EXPECT_EQ(bytes({.history = true}), 132u + 200u);
+  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 200u);
+}
+
+}  // namespace
+}  // namespace helio::test

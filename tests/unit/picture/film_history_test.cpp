@@ -1,0 +1,168 @@
+// What a film keeps for reuse: encodings, shares, and what a source gathers of it.
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "renderer/film/film_history.h"
+#include "renderer/film/history_source.h"
+#include "renderer/film/packed_values.h"
+#include "renderer/film/resolve.h"
+
+namespace helio {
+namespace {
+
+TEST(PackedValues, ShortFloatsKeepTheRangeAndTwoDigits) {
+  for (const float x : {0.0f, 1e-38f, 3e-9f, 0.7f, 1.0f, 12345.0f, 1e30f, 3e38f})
+    EXPECT_NEAR(unpack_short_float(pack_short_float(x)), x, x / 256);
+  EXPECT_EQ(unpack_short_float(pack_short_float(0)), 0);
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(unpack_short_float(pack_short_float(infinity)), infinity);
+  EXPECT_EQ(unpack_short_float(pack_short_float(FLT_MAX)), infinity);  // rounded up, and so no NaN
+}
+
+TEST(PackedValues, DirectionsKeepAFractionOfAMilliradian) {
+  for (const V3f& v : {V3f(0, 0, 1), V3f(0, 0, -1), V3f(1, 0, 0), V3f(-1, 0, 0), V3f(0, -1, 0), V3f(0.3f, -0.5f, -0.8f),
+                       V3f(-0.6f, 0.6f, 0.01f)}) {
+    EXPECT_LT(length(unpack_direction(pack_direction(v.normalized())) - v.normalized()), 1e-4f);
+  }
+}
+
+TEST(PackedValues, ReflectancesKeepTheirDarkEnd) {
+  for (const float x : {0.0f, 0.001f, 0.02f, 0.18f, 0.5f, 1.0f}) {
+    const Rgb c = unpack_reflectance(pack_reflectance(Rgb(x, 0.5f, 1)));
+    EXPECT_NEAR(c.x, x, 1e-3f * std::sqrt(x) + 1e-6f);
+    EXPECT_EQ(c.z, 1);
+  }
+  const Rgb odd = unpack_reflectance(pack_reflectance(Rgb(-1, 7, std::numeric_limits<float>::quiet_NaN())));
+  EXPECT_EQ(odd, Rgb(0, 1, 0));
+}
+
+// A film whose halves have `count` samples of the radiance that `value` gives, less or more by `noise` in turn.
+template <class Value>
+Film film_with(int width, int height, std::uint32_t count, float noise, const Value& value) {
+  Film film(width, height, {.history = true});
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      CentreHit& centre = film.history()->centre(x, y);
+      centre.instance = 1;
+      centre.depth = 2;
+      centre.albedo = pack_reflectance(Rgb(1, 1, 1));
+      for (int h = 0; h < kHalves; ++h) {
+        for (std::uint32_t i = 0; i < count; ++i) {
+          const float v = value(x, y) + ((i + std::uint32_t(x + h)) % 2 ? noise : -noise);
+          film.half(h, x, y).add(Rgb(v, v, v));
+        }
+      }
+    }
+  }
+  return film;
+}
+
+TEST(HistorySource, GathersMeansCountsAndSpreads) {
+  const Film film = film_with(20, 9, 8, 0.25f, [](int x, int) { return 1.0f + float(x); });
+  HistorySource source(20, 9);
+  source.gather(film, film.bounds(), film.bounds());
+  for (int x = 0; x < 20; ++x) {
+    const SourcePixel& pixel = source.pixel(x, 4);
+    for (int h = 0; h < kHalves; ++h) {
+      EXPECT_FLOAT_EQ(pixel.mean[h][1], 1.0f + float(x));
+      EXPECT_FLOAT_EQ(pixel.inverse_count[h], 1.0f / 8);
+      EXPECT_NEAR(unpack_short_float(pixel.spread[h][0]), 0.0625f * 8 / 7, 1e-3f);
+    }
+    EXPECT_EQ(pixel.bias2, 0);
+    // A ramp does not bend, and rises by one a pixel along x.
+    EXPECT_EQ(unpack_short_float(pixel.bend2[0]), 0);
+    EXPECT_EQ(unpack_short_float(pixel.bend2[1]), 0);
+    if (x >= 2 && x < 18) EXPECT_EQ(unpack_short_float(pixel.slope2), 0.5f);  // of x and y; fewer pairs at the ends
+  }
+}
+
+TEST(HistorySource, AStepBendsAsMuchAsItsHeightSquared) {
+  const Film film = film_with(20, 9, 2, 0, [](int x, int) { return x < 10 ? 1.0f : 3.0f; });
+  HistorySource source(20, 9);
+  source.gather(film, film.bounds(), film.bounds());
+  double sum = 0;
+  for (int x = 0; x < 20; ++x) {
+    sum += double(unpack_short_float(source.pixel(x, 4).bend2[0]));
+    EXPECT_EQ(source.pixel(x, 4).bend2[1], 0);
+  }
+  EXPECT_NEAR(sum, 2 * 2.0 * 2.0, 0.05);  // on a pixel's edge both neighbours bend by the step; 3x3 means keep the sum
+}
+
+TEST(HistorySource, NoiseOfTheHalvesIsNoStructure) {
+  // Halves that differ by noise of opposite signs: their products are negative, and count as nothing.
+  Film film(12, 12, {.history = true});
+  for (int y = 0; y < 12; ++y) {
+    for (int x = 0; x < 12; ++x) {
+      film.history()->centre(x, y).instance = 1;
+      const float noise = (x + y) % 2 ? 0.5f : -0.5f;
+      film.half(0, x, y).add(Rgb(1 + noise, 1 + noise, 1 + noise));
+      film.half(1, x, y).add(Rgb(1 - noise, 1 - noise, 1 - noise));
+    }
+  }
+  HistorySource source(12, 12);
+  source.gather(film, film.bounds(), film.bounds());
+  EXPECT_EQ(source.pixel(5, 5).bend2[0], 0);
+  EXPECT_EQ(source.pixel(5, 5).slope2, 0);
+}
+
+TEST(HistorySource, KnowsNothingOnBordersAndWithoutSamples) {
+  Film film = film_with(8, 8, 4, 0, [](int, int) { return 1.0f; });
+  film.history()->centre(3, 3).border = 1;
+  for (int h = 0; h < kHalves; ++h) film.half(h, 6, 6) = {};
+  film.half(1, 1, 1) = {};  // one half only
+  HistorySource source(8, 8);
+  source.gather(film, film.bounds(), film.bounds());
+  EXPECT_FALSE(source.pixel(3, 3).known(0) || source.pixel(3, 3).known(1));
+  EXPECT_FALSE(source.pixel(6, 6).known(0) || source.pixel(6, 6).known(1));
+  EXPECT_TRUE(source.pixel(1, 1).known(0));
+  EXPECT_FALSE(source.pixel(1, 1).known(1));
+}
+
+TEST(HistorySource, WindowsAndTheWholeGiveTheSame) {
+  const Film film = film_with(40, 30, 4, 0.3f, [](int x, int y) { return 1.0f + float((x * 7 + y * 13) % 11); });
+  HistorySource whole(40, 30), cut(40, 30);
+  whole.gather(film, film.bounds(), film.bounds());
+  for (const PixelRect& window : {PixelRect{0, 0, 16, 16}, PixelRect{16, 0, 40, 16}, PixelRect{0, 16, 40, 30}})
+    cut.gather(film, window, film.bounds());
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) EXPECT_EQ(std::memcmp(&whole.pixel(x, y), &cut.pixel(x, y), sizeof(SourcePixel)), 0);
+  }
+}
+
+TEST(FilmHistory, CarriedSamplesAreNoAttempts) {
+  Film film(4, 4, {.history = true});
+  CarriedPixel& carried = film.history()->carried(2, 1);
+  carried.count[0] = 5;
+  carried.count[1] = 3;
+  film.half(0, 2, 1).count = 5;
+  film.half(1, 2, 1).count = 3;
+  EXPECT_EQ(film.attempted(0, 2, 1), 0u);
+  film.half(0, 2, 1).add(Rgb(1, 1, 1));
+  EXPECT_EQ(film.attempted(0, 2, 1), 1u);
+  EXPECT_EQ(film.attempted(1, 2, 1), 0u);
+  film.clear();
+  EXPECT_EQ(film.history()->carried(2, 1).count[0], 0u);
+}
+
+TEST(FilmHistory, BiasFadesAsFreshSamplesArriveAndCountsAsVariance) {
+  Film film = film_with(9, 9, 16, 0, [](int, int) { return 1.0f; });
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 9; ++x) {
+      film.history()->carried(x, y).count[0] = film.history()->carried(x, y).count[1] = 4;
+      film.history()->carried(x, y).bias2 = 0.8f;
+    }
+  }
+  EXPECT_DOUBLE_EQ(film.history()->share(4, 4, 16, 16), 0.25);
+  EXPECT_NEAR(film.history()->bias2(4, 4, 16, 16), 0.8 / 16, 1e-8);
+  const ResolvedTile tile = resolve_tile(film, film.bounds(), film.bounds(), kResolveVariance);
+  EXPECT_NEAR(tile.variance[1][40], 0.8f / 16, 1e-6f);  // nothing else: the halves agree
+  const FilmError error = estimate_error(film, film.bounds());
+  EXPECT_NEAR(error.rmse, std::sqrt(0.8 / 16), 1e-6);
+}
+
+}  // namespace
+}  // namespace helio
