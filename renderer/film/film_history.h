@@ -29,7 +29,7 @@ struct CentreHit {
   float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene
   std::uint32_t instance = ~0u;                          // ~0: it leaves the scene
   std::uint32_t normal = 0;                              // geometric, towards the viewer; pack_direction()
-  std::uint32_t albedo : 31 = 0;                         // pack_reflectance()
+  std::uint32_t albedo : 31 = 0;                         // pack_reflectance(), white where textures vary inside pixels
   std::uint32_t border : 1 = 0;                          // a neighbour shows another surface, so it may show both
 
   bool hit() const { return instance != ~0u; }

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <initializer_list>
 
 #include "renderer/film/packed_values.h"
 
 namespace helio {
 namespace {
 
-constexpr float kLargest = 1e18f;  // squares of differences stay floats
+constexpr float kLargest = 1e9f;  // squares of products of differences stay floats
+// What mean_product() takes off a mean of nine equal products, given back.
+constexpr float kKept = 1.5f;
 
 // The halves' means over the albedo, of a window and two pixels around it.
 struct Means {
@@ -59,7 +62,7 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
 // y, bend along x and y.
 constexpr int kProducts = 4;
 struct Products {
-  float sum[kProducts] = {}, count[kProducts] = {};
+  float sum[kProducts] = {}, squares[kProducts] = {}, count[kProducts] = {};
 };
 
 // Between pixels inside a surface.
@@ -82,12 +85,14 @@ Products products_at(const Means& means, int x, int y) {
     }
     out.count[2 + axis] = 1;
   }
+  for (int i = 0; i < kProducts; ++i) out.squares[i] = out.sum[i] * out.sum[i];
   return out;
 }
 
 void add(const Products& from, Products& to) {
   for (int i = 0; i < kProducts; ++i) {
     to.sum[i] += from.sum[i];
+    to.squares[i] += from.squares[i];
     to.count[i] += from.count[i];
   }
 }
@@ -110,8 +115,16 @@ void sum_products(const Means& means, const PixelRect& window, std::vector<Produ
   }
 }
 
-float mean_product(float sum, float count) {
-  return count > 0 ? std::max(sum, 0.0f) / count : 0.0f;
+// Mean of some products, less the standard error that it has: what fireflies make of them is mostly noise of either
+// sign, and weights must not follow it.
+float mean_product(const Products& products, std::initializer_list<int> kinds) {
+  float sum = 0, squares = 0, count = 0;
+  for (const int i : kinds) {
+    sum += products.sum[i];
+    squares += products.squares[i];
+    count += products.count[i];
+  }
+  return count > 0 ? std::max(sum - std::sqrt(squares), 0.0f) * (kKept / count) : 0.0f;
 }
 
 }  // namespace
@@ -140,13 +153,11 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
         for (int c = 0; c < 3; ++c) {
           to.mean[h][c] = float(std::clamp(half.sum[c] * inverse, -double(FLT_MAX), double(FLT_MAX)));
           const float spread = half.count > 1 ? half.deviations[c] / (float(half.count) - 1) : 0.0f;
-          to.spread[h][c] = pack_short_float(std::min(spread, kLargest * kLargest));
+          to.spread[h][c] = pack_short_float(std::min(spread, 1e36f));
         }
       }
-      to.slope2 =
-          pack_short_float(mean_product(products->sum[0] + products->sum[1], products->count[0] + products->count[1]));
-      for (int axis = 0; axis < 2; ++axis)
-        to.bend2[axis] = pack_short_float(mean_product(products->sum[2 + axis], products->count[2 + axis]));
+      to.slope2 = pack_short_float(mean_product(*products, {0, 1}));
+      for (int axis = 0; axis < 2; ++axis) to.bend2[axis] = pack_short_float(mean_product(*products, {2 + axis}));
       to.age = pack_short_float(float(history.share(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }

@@ -133,7 +133,11 @@ CentreHit CentreHits::at(int x, int y, std::span<const V3f> viewpoints, float* v
   const V3f wo = shading.frame.to_local(-ray.direction);
   centre.normal = pack_direction(facing(shading.surface));
   if (shading.black) return centre;
-  centre.albedo = pack_reflectance(surface_albedo(shading.params, wo));
+  // A point of a texture is not the mean over a pixel, and the mean of ratios of points not that of their means (+1.5 %
+  // in Sponza): only where textures are filtered does their albedo count.
+  const bool point_of_texture = shading.surface.material->textured && !scene_.mip_mapped;
+  const Rgb albedo = point_of_texture ? Rgb(1, 1, 1) : surface_albedo(shading.params, wo);
+  centre.albedo = pack_reflectance(albedo);
   for (std::size_t k = 0; k < viewpoints.size(); ++k) {
     const V3f from = shading.frame.to_local(normalize_any(viewpoints[k] - shading.surface.position));
     view_changes[k] = view_change(shading.params, wo, from, pixel_key(x, y, 0, 0));

@@ -121,28 +121,28 @@ class SourceView {
     float bias2 = sums.bias2;
     bias2 += albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom));
     bias2 += albedo2 * sums.slope2 * float(off_x * off_x + off_y * off_y);
-    float squared = 0, variance = 0, halves = 0;
+    float squared = 0, variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight[h] < kLeastWeight) continue;
-      ++halves;
       const float scale = 1 / sums.weight[h];
       for (int c = 0; c < 3; ++c) {
         result.mean[h][c] = sums.mean[h][c] * scale;
         result.spread[h][c] = sums.spread[h][c] * scale;
-        variance += result.spread[h][c] / 3;
+        variance[h] += result.spread[h][c] / 3;
       }
     }
     const int a = sums.weight[0] >= kLeastWeight ? 0 : 1, b = sums.weight[1] >= kLeastWeight ? 1 : 0;
     for (int c = 0; c < 3; ++c) squared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
     bias2 += view_change * view_change * squared;
-    // Of a single sample nothing is known about its variance: taken as its square.
-    variance = variance > 0 ? variance / halves : squared;
     if (!(bias2 <= FLT_MAX && squared <= FLT_MAX)) return {};
-    const float inverse = bias2 > 0 ? (variance > 0 ? bias2 / variance : FLT_MAX) : 0;
     result.bias2 = bias2;
     result.age = sums.age;
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight[h] < kLeastWeight) continue;
+      // The weight of a half must not follow its own samples: a bright one would raise the variance, and so the weight
+      // that it gets itself (+1.5 % in Sponza). Of a single sample nothing is known about its variance: its square.
+      const float v = variance[1 - h] > 0 ? variance[1 - h] : squared;
+      const float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
       const float all = sums.inverse_count[h] / sums.weight[h] + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
     }
