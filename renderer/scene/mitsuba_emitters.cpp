@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "renderer/scene/environment.h"
+#include "renderer/scene/mitsuba_fov.h"
 #include "renderer/scene/mitsuba_textures.h"
 #include "renderer/scene/texture.h"
 
@@ -58,6 +59,45 @@ void read_directional(const Plugin& plugin, LoadContext& context) {
   context.scene.lights.push_back(light);
 }
 
+// Width over height of the picture that a projector shows.
+double picture_aspect(const TextureSlot& picture, const LoadContext& context) {
+  if (!picture.present()) return 1;
+  const Image& image = context.scene.images[std::size_t(picture.image)];
+  return double(image.width) / image.height;
+}
+
+// As Mitsuba 3.9.1's projector.cpp: directions of its perspective sensor (along +z, +x to the left), and the irradiance
+// pi times the picture at depth 1. Depths count in the projector's own space, the cosine to the image of its z axis
+// by a normal that keeps that axis' length: a projector scaled by s is s times as bright.
+void read_projector(const Plugin& plugin, LoadContext& context) {
+  PunctualLight light;
+  light.name = plugin.element().id.empty() ? plugin.type() : plugin.element().id;
+  light.kind = PunctualKind::projector;
+  const ColorOrTexture irradiance = read_color(plugin, "irradiance", Rgb(1), SpectrumUse::emission, context);
+  light.projection.picture = irradiance.texture;
+  const double scale = plugin.number("scale", 1, {0, 1e30});
+  const double aspect = picture_aspect(light.projection.picture, context);
+  const double half_height = std::tan(vertical_fov(plugin, aspect) / 2);
+  const M44d to_world = plugin.transform("to_world");
+  light.position = V3d(to_world[3][0], to_world[3][1], to_world[3][2]);
+
+  const V3d x(to_world[0][0], to_world[0][1], to_world[0][2]), y(to_world[1][0], to_world[1][1], to_world[1][2]);
+  const V3d z(to_world[2][0], to_world[2][1], to_world[2][2]);
+  const double determinant = dot(x, cross(y, z)), box = length(x) * length(y) * length(z);
+  if (!(std::abs(determinant) > 1e-9 * box) || !(std::abs(determinant) >= 1e-60) || !(box <= 1e60))
+    return plugin.fail("has a transform that flattens it or scales it by more than 1e20");
+  // Coordinates of the projector's space, as functions of the world's.
+  const V3d depth = cross(x, y) / determinant;
+  const double unit = length(depth);
+  light.direction = normalize(z);
+  light.projection.depth = depth / unit;
+  light.projection.across = cross(y, z) * (-0.5 / (half_height * aspect * determinant * unit));
+  light.projection.down = cross(z, x) * (-0.5 / (half_height * determinant * unit));
+  light.intensity = Rgb(V3d(irradiance.color) * (std::numbers::pi * scale / (unit * unit * length(z))));
+  if (!is_finite(light.intensity)) return plugin.fail("is brighter than a float can say, allowed: below 3.4e38");
+  context.scene.lights.push_back(light);
+}
+
 // Mitsuba puts the first and last rows of a map on the poles (row = v (height - 1)); ours have their centres at
 // (j + 0.5) / height. The same function at ours: every row split in `factor`, which leaves only the kinks of the
 // piecewise linear function a little rounded.
@@ -96,8 +136,7 @@ void read_envmap(const Plugin& plugin, LoadContext& context) {
     return context.diagnostics.fail(plugin.place(), s.error());
   Image fine = rows_from_poles(map, TextureTable(context.scene.images), image,
                                integer ? TexelEncoding::srgb : TexelEncoding::linear, factor);
-  if (Status s = prepare_environment_image(fine); !s.ok())
-    return context.diagnostics.fail(plugin.place(), s.error());
+  if (Status s = prepare_environment_image(fine); !s.ok()) return context.diagnostics.fail(plugin.place(), s.error());
   plugin.boolean("mis_compensation", false);  // how it is sampled
   Environment environment;
   environment.image = int(context.scene.images.size());
@@ -125,9 +164,12 @@ void read_emitter(const Element& element, bool own_environment, LoadContext& con
   if (type == "point") return read_point(plugin, context);
   if (type == "spot") return read_spot(plugin, context);
   if (type == "directional") return read_directional(plugin, context);
+  if (type == "projector") return read_projector(plugin, context);
   if (type == "constant" || type == "envmap") return read_environment(plugin, own_environment, context);
-  plugin.fail("is not supported; emitters that are: area (of a shape), point, spot, directional, constant, envmap",
-              ErrorCode::unimplemented);
+  plugin.fail(
+      "is not supported; emitters that are: area (of a shape), point, spot, directional, projector, constant, "
+      "envmap",
+      ErrorCode::unimplemented);
 }
 
 }  // namespace helio::mitsuba

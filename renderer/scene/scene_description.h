@@ -249,22 +249,33 @@ struct Instance {
 
 // ---- lights, environment, cameras ----------------------------------------------------------------------------------
 
-enum class PunctualKind : std::uint8_t { point, spot, directional };
+enum class PunctualKind : std::uint8_t { point, spot, directional, projector };
 
 // From the inner cone to the outer one: KHR_lights_punctual's square of a ramp in the cosine, or Mitsuba's ramp in the
 // angle.
 enum class SpotFalloff : std::uint8_t { squared_cosine, linear_in_angle };
 
+// What a projector shows where. Of a direction d from its position, in picture coordinates: u = 1/2 + across.d / depth.d,
+// v = 1/2 + down.d / depth.d; nothing outside [0, 1]^2 and where depth.d <= 0. The three are independent, across and
+// down of any length.
+struct PictureProjection {
+  V3d across{0.5, 0, 0}, down{0, -0.5, 0};
+  V3d depth{0, 0, -1};  // unit
+  TextureSlot picture;  // rgb times the light's intensity; absent: white
+};
+
 struct PunctualLight {
   std::string name;
   PunctualKind kind = PunctualKind::point;
   V3d position{0, 0, 0};
-  V3d direction{0, 0, -1};  // unit, the way light travels (spot axis, directional)
-  // point, spot: radiant intensity, W / sr; directional: irradiance on a facing surface, W / m^2.
+  V3d direction{0, 0, -1};  // unit, the way light travels (spot axis, directional, projector axis)
+  // point, spot: radiant intensity, W / sr; directional: irradiance on a facing surface, W / m^2. projector: irradiance
+  // at depth 1 (in the scene's unit) on surfaces whose normal is the axis: the same all over the picture.
   Rgb intensity{1, 1, 1};
   float range = std::numeric_limits<float>::infinity();  // KHR_lights_punctual "range": windowing distance
   float inner_cone_angle = 0, outer_cone_angle = kPi / 4;  // spot, half angles
   SpotFalloff falloff = SpotFalloff::squared_cosine;
+  PictureProjection projection;  // projector
 };
 
 struct Environment {

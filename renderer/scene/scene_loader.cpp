@@ -64,7 +64,7 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
     scene.environment = *environment;
   } else if (!has_light(scene)) {
     scene.environment = Environment{};
-    scene.report.notices.push_back("no light in the file: a constant environment of radiance 1 is used");
+    scene.report.notices.emplace_back("no light in the file: a constant environment of radiance 1 is used");
   }
   const bool mapped = scene.environment && scene.environment->image >= 0;
   const std::uint64_t map_bytes = mapped ? scene.images[std::size_t(scene.environment->image)].bytes() : 0;
@@ -72,7 +72,7 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
       std::min(options.max_memory_bytes - std::min(options.max_memory_bytes, map_bytes), budget.limit());
   if (scene.cameras.empty()) {
     scene.cameras.push_back(frame_bounds(scene_bounds(scene)));
-    scene.report.notices.push_back("no camera in the file: the bounding box is framed");
+    scene.report.notices.emplace_back("no camera in the file: the bounding box is framed");
   }
   return loaded;
 }

@@ -141,6 +141,8 @@ double punctual_flux(const PunctualLight& light, double scene_radius) {
              (1 - 0.5 * (std::cos(double(light.inner_cone_angle)) + std::cos(double(light.outer_cone_angle))));
     case PunctualKind::directional:
       return kPiD * scene_radius * scene_radius * intensity;
+    case PunctualKind::projector:
+      break;
   }
   return 0;
 }

@@ -21,7 +21,7 @@ std::vector<double> mean_radiances(const AreaLights& lights, const std::vector<A
 // Luminance of the flux in W. For directional lights and an environment (whose `mean_radiance` is the mean luminance
 // over the sphere): the flux through the cross section of a sphere of radius `scene_radius`.
 double area_flux(const AreaLight& light, double mean_radiance);
-double punctual_flux(const PunctualLight& light, double scene_radius);
+double punctual_flux(const PunctualLight& light, double scene_radius);  // but of projectors: projector_power()
 double environment_flux(double mean_radiance, double scene_radius);
 
 }  // namespace helio

@@ -145,12 +145,31 @@ void LightSampler::add_punctual(const std::vector<PunctualLight>& lights, double
       if ((light.kind == PunctualKind::directional) != infinite || !(strength > 0) || !std::isfinite(strength))
         continue;
       if (!infinite && !is_finite(V3f(light.position))) continue;
+      if (light.kind == PunctualKind::projector) {
+        add_projector(light, flux, bounds);
+        continue;
+      }
       punctual_.push_back(make_punctual_source(light));
       flux.push_back(punctual_flux(light, scene_radius));
       if (!infinite) bounds.push_back(punctual_bounds(light));
     }
     if (!infinite) finite_count_ = std::uint32_t(areas_.size() + punctual_.size());
   }
+}
+
+void LightSampler::add_projector(const PunctualLight& light, std::vector<double>& flux,
+                                 std::vector<LightBounds>& bounds) {
+  const ProjectorPower power = projector_power(light, textures_);
+  if (!(power.flux > 0) || !std::isfinite(power.flux) || !std::isfinite(power.intensity)) return;
+  PunctualSource& source = punctual_.emplace_back(make_punctual_source(light));
+  source.projector = std::uint32_t(projectors_.size());
+  projectors_.push_back(make_projector(light));
+  flux.push_back(power.flux);
+  LightBounds& bound = bounds.emplace_back();
+  bound.box = Box3f(V3f(light.position));
+  bound.axis = V3f(light.direction);
+  bound.theta_e = power.half_angle;
+  bound.intensity = power.intensity;
 }
 
 void LightSampler::add_environment(const Input& input, double scene_radius, std::vector<double>& flux) {
@@ -170,9 +189,9 @@ void LightSampler::add_environment(const Input& input, double scene_radius, std:
 
 std::size_t LightSampler::memory_bytes() const {
   return sizeof(*this) + areas_.capacity() * sizeof(AreaLight) + punctual_.capacity() * sizeof(PunctualSource) +
-         light_of_emitter_.capacity() * sizeof(std::uint32_t) + emitters_.capacity() * sizeof(AreaEmitter) +
-         alphas_.capacity() * sizeof(LightAlpha) + power_.memory_bytes() + tree_.memory_bytes() +
-         (env_distribution_ ? env_distribution_->memory_bytes() : 0);
+         projectors_.capacity() * sizeof(Projector) + light_of_emitter_.capacity() * sizeof(std::uint32_t) +
+         emitters_.capacity() * sizeof(AreaEmitter) + alphas_.capacity() * sizeof(LightAlpha) + power_.memory_bytes() +
+         tree_.memory_bytes() + (env_distribution_ ? env_distribution_->memory_bytes() : 0);
 }
 
 LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal, float u) const {
@@ -206,14 +225,22 @@ LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float 
   if (selected.light < areas_.size()) {
     sample = sample_area(areas_[selected.light], point, u);
   } else if (selected.light < areas_.size() + punctual_.size()) {
-    const PunctualArrival arrival = arrive(punctual_[selected.light - areas_.size()], point);
-    if (is_black(arrival.radiance)) return {};
-    sample = {arrival.direction, arrival.distance, arrival.radiance, 1.0f, true};
+    sample = sample_punctual(punctual_[selected.light - areas_.size()], point);
   } else {
     sample = sample_environment(normal, u);
   }
   sample.pdf_w *= selected.probability;
   return sample;
+}
+
+LightSample LightSampler::sample_punctual(const PunctualSource& source, const V3f& point) const {
+  const PunctualArrival arrival = arrive(source, point);
+  if (is_black(arrival.radiance)) return {};
+  if (source.kind != PunctualKind::projector)
+    return {arrival.direction, arrival.distance, arrival.radiance, 1.0f, true};
+  const Rgb picture = projected(projectors_[source.projector], -arrival.direction, textures_);
+  if (is_black(picture)) return {};
+  return {arrival.direction, arrival.distance, arrival.radiance * picture, 1.0f, true};
 }
 
 LightSample LightSampler::sample_area(const AreaLight& light, const V3f& point, const V2f& u) const {

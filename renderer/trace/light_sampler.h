@@ -17,6 +17,7 @@
 #include "renderer/trace/area_emitter.h"
 #include "renderer/trace/light_groups.h"
 #include "renderer/trace/light_tree.h"
+#include "renderer/trace/projector.h"
 #include "renderer/trace/punctual_light.h"
 
 namespace helio {
@@ -104,9 +105,12 @@ class LightSampler {
   void add_areas(Input& input, std::vector<double>& flux, std::vector<LightBounds>& bounds);
   void add_punctual(const std::vector<PunctualLight>& lights, double scene_radius, std::vector<double>& flux,
                     std::vector<LightBounds>& bounds);
+  // Leaves out one that gives no light.
+  void add_projector(const PunctualLight& light, std::vector<double>& flux, std::vector<LightBounds>& bounds);
   void add_environment(const Input& input, double scene_radius, std::vector<double>& flux);
 
   LightSample sample_any(const V3f& point, const V3f& normal, float u_select, const V2f& u) const;
+  LightSample sample_punctual(const PunctualSource& source, const V3f& point) const;
   LightSample sample_area(const AreaLight& light, const V3f& point, const V2f& u) const;
   LightSample sample_environment(const V3f& normal, const V2f& u) const;
   float environment_density(const V3f& normal, const V3f& direction) const;
@@ -121,6 +125,7 @@ class LightSampler {
   // Lights are numbered: areas, punctual lights at a place, directional lights, environment.
   std::vector<AreaLight> areas_;
   std::vector<PunctualSource> punctual_;
+  std::vector<Projector> projectors_;
   std::uint32_t finite_count_ = 0;  // lights before the first directional one
   std::vector<std::uint32_t> light_of_emitter_;
   std::vector<AreaEmitter> emitters_;

@@ -1,5 +1,5 @@
 // Point, spot and directional lights: what arrives at a point, as KHR_lights_punctual recommends or, where
-// PunctualLight::falloff says so, as Mitsuba has it.
+// PunctualLight::falloff says so, as Mitsuba has it. Projectors: as a point light; projector.h has the rest.
 #pragma once
 
 #include "renderer/base/math.h"
@@ -16,6 +16,7 @@ struct PunctualSource {
   float inverse_range = 0;                // 1 / range; 0: no windowing
   float cone_scale = 0, cone_offset = 1;  // spot: attenuation = clamp(cos * scale + offset)^2
   bool linear_cone = false;               // spot: attenuation = clamp(angle * scale + offset)
+  std::uint32_t projector = 0;            // projector: which one of the sampler's
 };
 
 PunctualSource make_punctual_source(const PunctualLight& light);

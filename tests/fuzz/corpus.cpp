@@ -129,6 +129,11 @@ void write_mitsuba(const std::filesystem::path& folder) {
           "<shape type='rectangle'><bsdf type='mask'><bsdf type='principled'><float name='spec_trans' value='0.5'/>"
           "</bsdf></bsdf></shape><shape type='cube'><bsdf type='bumpmap'><texture type='checkerboard'/>"
           "<bsdf type='roughdielectric'/></bsdf></shape><shape type='disk'><bsdf type='null'/></shape>"));
+  write(folder / "projector.xml",
+        scene("<emitter type='projector'><texture name='irradiance' type='checkerboard'/><float name='fov' value='40'/>"
+              "<string name='fov_axis' value='y'/><transform name='to_world'><matrix value='1 0 0 0 0 2 0 0 0.5 0 1 3 "
+              "0 0 0 1'/></transform></emitter><emitter type='projector'><rgb name='irradiance' value='1 2 3'/>"
+              "<float name='scale' value='0.1'/></emitter><shape type='rectangle'/>"));
   write(
       folder / "group.xml",
       scene("<shape type='shapegroup' id='g'><shape type='cube'/></shape><shape type='instance'><ref id='g'/></shape>"

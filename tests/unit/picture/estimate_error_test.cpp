@@ -72,6 +72,29 @@ TEST(EstimateError, IsCalibratedForStratifiedSamples) {
   EXPECT_NEAR(mse * 24.0 * kSamples * kSamples * kSamples, 1.0, 0.03);  // 1 / (24 n^3): resolve_test.cpp
 }
 
+// One column in 16 shows half a small light, 1e4 times as bright as the rest: its noise is relative to what it shows.
+// The mean M of a pixel, whose relative variance is 1 / (2 n) with n samples in each half, weighs by
+// E[1 / M^2] = (1 + 3 / (2 n)) / r^2 to first order.
+TEST(EstimateError, RelativeErrorOfLonelyBrightPixelsIsTheirOwn) {
+  const auto mean = [](int x) { return x % 16 == 8 ? 500.0 : 0.05; };
+  for (const int samples : {32, 128}) {
+    double relmse = 0, true_relmse = 0;
+    for (int seed = 0; seed < 10; ++seed) {
+      Film film(128, 96);
+      Random random(std::uint64_t(seed) + 1);
+      for (int half = 0; half < 2; ++half) {
+        test::add_samples(film, half, samples, random, [&](int x, int, int, Random& r) {
+          if (x % 16 == 8) return r.next_float() < 0.5f ? 1000.0f : 0.0f;
+          return float(mean(x)) * (0.5f + r.next_float());
+        });
+      }
+      relmse += estimate_error(film, film.bounds()).relmse;
+      true_relmse += true_error(film, mean).relmse;
+    }
+    EXPECT_NEAR(relmse / true_relmse, 1 + 1.5 / samples, 0.07) << samples;
+  }
+}
+
 // Halves differ by 2 in one 32x32 tile, by 0.02 elsewhere: errors of 1 and 0.01.
 TEST(EstimateError, NamesTheWorstTile) {
   Film film(96, 80);

@@ -95,6 +95,12 @@ struct EveryKind {
     light.kind = PunctualKind::spot;
     light.direction = normalize(V3d(-1, -1, -1));
     in.punctual.push_back(light);
+    light.kind = PunctualKind::projector;
+    light.projection.depth = light.direction;
+    light.projection.across = normalize(V3d(1, -1, 0)) * 0.5;
+    light.projection.down = normalize(V3d(1, 1, -2)) * 0.5;
+    light.projection.picture.image = 0;
+    in.punctual.push_back(light);
     if (infinite) {
       light.kind = PunctualKind::directional;
       in.punctual.push_back(light);
@@ -112,7 +118,7 @@ TEST(LightSampler, HitAndSampleAgreeOnDensityAndRadiance) {
   EveryKind scene;
   for (const bool use_tree : {false, true}) {
     const LightSampler lights(scene.input(use_tree));
-    EXPECT_EQ(lights.light_count(), 12u);  // 8 areas, 3 punctual, environment
+    EXPECT_EQ(lights.light_count(), 13u);  // 8 areas, 4 punctual, environment
     Random random(1);
     std::vector<int> found(lights.emitters().size());
     int environment = 0, delta = 0;

@@ -1,0 +1,33 @@
+// What a projector adds to a point light: a picture in its light, and the cosine by which a wall is lit evenly.
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/scene/scene_description.h"
+
+namespace helio {
+
+class TextureTable;  // renderer/scene/texture.h
+
+// A PictureProjection in floats.
+struct Projector {
+  V3f across{0, 0, 0}, down{0, 0, 0}, depth{0, 0, -1}, axis{0, 0, -1};
+  TextureSlot picture;
+};
+
+Projector make_projector(const PunctualLight& light);
+
+// Factor on the light that a point source of PunctualLight::intensity in every direction sends along the unit
+// `direction`: picture / (z^2 cos), z = depth.direction and cos that to the axis. Black beside the picture.
+// `textures` may be null where there is no picture.
+Rgb projected(const Projector& projector, const V3f& direction, const TextureTable* textures);
+
+// For selection: what the light gives, and where.
+struct ProjectorPower {
+  double flux = 0;       // W, luminance; a picture that is dark but for a spot keeps a hundredth of its image's mean
+  double intensity = 0;  // W / sr, luminance, mean over the cone
+  float half_angle = 0;  // of the cone around the axis that holds the picture, [0, pi / 2]
+};
+
+ProjectorPower projector_power(const PunctualLight& light, const TextureTable* textures);
+
+}  // namespace helio
