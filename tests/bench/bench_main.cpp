@@ -57,7 +57,7 @@ int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, b
   return done ? 0 : 1;
 }
 
-// Default of --cache.
+// Default of --cache where HELIO_BENCH_CACHE names none.
 std::string cache_folder() {
   const std::string home = from_environment("HOME", ".");
   return from_environment("XDG_CACHE_HOME", home + "/.cache") + "/heliograph/references";
@@ -71,7 +71,9 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--samples", options.samples, "Samples a pixel; of curves: of the last point, after 1, 2, 4, ...")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  command.add_option("--cache", options.cache, "Folder that keeps references made here")->capture_default_str();
+  command
+      .add_option("--cache", options.cache, "Folder that keeps references and scenes made here; also HELIO_BENCH_CACHE")
+      ->capture_default_str();
 }
 
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
@@ -103,7 +105,7 @@ int main(int argc, char** argv) {
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
   options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
-  options.cache = cache_folder();
+  options.cache = from_environment("HELIO_BENCH_CACHE", cache_folder());
   bool as_json = false;
 
   CLI::App app("Measures Heliograph against the figures of tests/bench/README.md. Notes go to stderr.", "helio_bench");
