@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "error_curves.h"
+#include "study.h"
 #include "subcommands.h"
 
 namespace {
@@ -54,6 +55,14 @@ int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, b
   const auto curves = subcommand.run(context);
   const Status done = curves ? publish_curves(*curves, as_json, options.output) : Status(curves.error());
   if (!done) note(std::string(subcommand.name) + " failed: " + done.error().to_string());
+  return done ? 0 : 1;
+}
+
+int run_and_publish_study(const BenchOptions& options, bool as_json) {
+  BenchContext context(options);
+  const auto report = run_study(context);
+  const Status done = report ? publish_study(*report, as_json, options.output) : Status(report.error());
+  if (!done) note("study failed: " + done.error().to_string());
   return done ? 0 : 1;
 }
 
@@ -145,6 +154,10 @@ int main(int argc, char** argv) {
     add_scene_options(*command, options);
     command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
   }
+  CLI::App* study = app.add_subcommand("study", "settings of adaptive sampling on the scenes of the paper's study");
+  study->callback([&chosen] { chosen = "study"; });
+  add_scene_options(*study, options);
+  study->add_option("--output", options.output, "Folder for study.json and study.md");
   app.add_subcommand("all", "all that give figures and take no scenes")->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);
@@ -158,5 +171,6 @@ int main(int argc, char** argv) {
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     if (chosen == subcommand.name) return run_curves(options, subcommand, as_json);
   }
+  if (chosen == "study") return run_and_publish_study(options, as_json);
   return run(options, chosen, as_json);
 }
