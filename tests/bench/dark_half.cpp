@@ -1,6 +1,7 @@
 #include "dark_half.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "renderer/base/math.h"
