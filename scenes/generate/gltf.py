@@ -67,7 +67,8 @@ class Scene:
     # ---- materials --------------------------------------------------------------------------------------------------
 
     def add_material(self, name, base_color=(0, 0, 0), metallic=0, roughness=1, specular=None, ior=None,
-                     transmission=None, thickness=None, emission=None, heliograph=None, layers=None):
+                     transmission=None, thickness=None, emission=None, heliograph=None, layers=None,
+                     double_sided=False):
         """emission: radiance per channel, W / (sr m^2). heliograph: the material's extras.heliograph.
         layers: further KHR_materials_ extensions by their name without that prefix."""
         material = {
@@ -78,6 +79,8 @@ class Scene:
                 "roughnessFactor": roughness,
             },
         }
+        if double_sided:
+            material["doubleSided"] = True
         extensions = {}
         if specular is not None:
             extensions["KHR_materials_specular"] = {"specularFactor": specular}
@@ -134,6 +137,13 @@ class Scene:
         self.lights.append({"name": name, "type": "directional", "color": list(color), "intensity": irradiance})
         matrix = look_at((0, 0, 0), toward)
         return self.add_node(name, matrix=matrix,
+                             extensions={"KHR_lights_punctual": {"light": len(self.lights) - 1}})
+
+    def add_point_light(self, name, position, color, intensity):
+        """Radiant intensity in W / sr times the color."""
+        self.extensions.add("KHR_lights_punctual")
+        self.lights.append({"name": name, "type": "point", "color": list(color), "intensity": intensity})
+        return self.add_node(name, translation=list(position),
                              extensions={"KHR_lights_punctual": {"light": len(self.lights) - 1}})
 
     def set_environment(self, **environment):

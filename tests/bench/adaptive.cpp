@@ -1,6 +1,7 @@
 // Mode adaptive against uniform counts: gain at equal time, as a share of what any allocation can gain.
 #include <cmath>
 
+#include "dark_half.h"
 #include "error_scenes.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/metrics/error_metrics.h"
@@ -54,6 +55,7 @@ Result<double> ceiling(const ErrorScene& scene, const RenderSettings& settings, 
 
 struct Measured {
   double seconds = 0, relmse = 0, rays = 0, mean = 0;
+  double dark_bias = 0;  // of the dark half, against the reference
 };
 
 Result<Measured> render(RenderEngine& engine, const ErrorScene& scene, RenderSettings settings, RenderMode mode,
@@ -69,7 +71,8 @@ Result<Measured> render(RenderEngine& engine, const ErrorScene& scene, RenderSet
   for (const auto& channel : picture->channels) {
     for (const float value : channel) mean += value;
   }
-  return Measured{picture->seconds, error->relmse, double(picture->end.progress.trace.rays), mean};
+  return Measured{picture->seconds, error->relmse, double(picture->end.progress.trace.rays), mean,
+                  compare_dark_half(picture->view(), scene.reference.view()).bias};
 }
 
 // relMSE of uniform counts at `seconds`, between or beyond two measured points, as a power of time.
@@ -90,7 +93,7 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions
     ModeVariant variant;
   } kinds[] = {{"bounded", RenderMode::adaptive, ModeVariant::bounded},
                {"paper", RenderMode::adaptive, ModeVariant::paper}};
-  std::vector<double> gain[2], ray_cost[2], bias[2];
+  std::vector<double> gain[2], ray_cost[2], bias[2], dark_bias[2];
   for (int seed = 0; seed <= options.seeds; ++seed) {  // 0: the warm-up
     settings.seed = std::uint64_t(seed);
     const auto half = render(engine, scene, settings, RenderMode::pt, ModeVariant::bounded, options.samples / 2);
@@ -104,6 +107,7 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions
       gain[k].push_back(uniform_error_at(*half, *whole, adaptive->seconds) / adaptive->relmse);
       ray_cost[k].push_back(adaptive->seconds / adaptive->rays * whole->rays / whole->seconds);
       bias[k].push_back(100 * (adaptive->mean / whole->mean - 1));
+      dark_bias[k].push_back(100 * (adaptive->dark_bias - whole->dark_bias));
     }
   }
   const std::string name = scene.name + ".adaptive";
@@ -116,6 +120,8 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions
                  Better::lower});
     figures.add({kind + ".seconds_per_ray", median(ray_cost[k]), "x", std::nullopt, Better::lower});
     figures.add({kind + ".mean_over_uniform", median(bias[k]), "%", std::nullopt, Better::lower});
+    const double dark = median(dark_bias[k]);  // NaN where half of the picture is black
+    if (std::isfinite(dark)) figures.add({kind + ".dark_half_over_uniform", dark, "%", std::nullopt, Better::lower});
   }
   return ok_status();
 }
@@ -125,7 +131,8 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions
 Status run_adaptive(BenchContext& context, Figures& figures) {
   const BenchOptions& options = context.options();
   RenderEngine engine(options.threads);
-  const std::vector<std::string> defaults = {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"};
+  const std::vector<std::string> defaults = {"cornell",        "covered",      "glass",
+                                             "cornell-glossy", "veach-plates", "box-directional"};
   for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
     const auto file = find_error_scene(options, name, SceneKind::any);
     if (!file) return file.error();

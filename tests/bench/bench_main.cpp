@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "error_curves.h"
+#include "study.h"
 #include "subcommands.h"
 
 namespace {
@@ -57,7 +58,15 @@ int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, b
   return done ? 0 : 1;
 }
 
-// Default of --cache.
+int run_and_publish_study(const BenchOptions& options, bool as_json) {
+  BenchContext context(options);
+  const auto report = run_study(context);
+  const Status done = report ? publish_study(*report, as_json, options.output) : Status(report.error());
+  if (!done) note("study failed: " + done.error().to_string());
+  return done ? 0 : 1;
+}
+
+// Default of --cache where HELIO_BENCH_CACHE names none.
 std::string cache_folder() {
   const std::string home = from_environment("HOME", ".");
   return from_environment("XDG_CACHE_HOME", home + "/.cache") + "/heliograph/references";
@@ -71,7 +80,9 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--samples", options.samples, "Samples a pixel; of curves: of the last point, after 1, 2, 4, ...")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  command.add_option("--cache", options.cache, "Folder that keeps references made here")->capture_default_str();
+  command
+      .add_option("--cache", options.cache, "Folder that keeps references and scenes made here; also HELIO_BENCH_CACHE")
+      ->capture_default_str();
 }
 
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
@@ -103,7 +114,7 @@ int main(int argc, char** argv) {
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
   options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
-  options.cache = cache_folder();
+  options.cache = from_environment("HELIO_BENCH_CACHE", cache_folder());
   bool as_json = false;
 
   CLI::App app("Measures Heliograph against the figures of tests/bench/README.md. Notes go to stderr.", "helio_bench");
@@ -143,6 +154,10 @@ int main(int argc, char** argv) {
     add_scene_options(*command, options);
     command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
   }
+  CLI::App* study = app.add_subcommand("study", "settings of adaptive sampling on the scenes of the paper's study");
+  study->callback([&chosen] { chosen = "study"; });
+  add_scene_options(*study, options);
+  study->add_option("--output", options.output, "Folder for study.json and study.md");
   app.add_subcommand("all", "all that give figures and take no scenes")->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);
@@ -156,5 +171,6 @@ int main(int argc, char** argv) {
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     if (chosen == subcommand.name) return run_curves(options, subcommand, as_json);
   }
+  if (chosen == "study") return run_and_publish_study(options, as_json);
   return run(options, chosen, as_json);
 }

@@ -2,10 +2,11 @@
 
 #include <cstdio>
 
+#include "dark_half.h"
 #include "error_plot.h"
-#include "renderer/codec/atomic_file.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
+#include "report_files.h"
 
 namespace helio::bench {
 
@@ -21,7 +22,10 @@ Result<PictureError> compare(const LoopPicture& picture, const LoopPicture& refe
   if (!structural) return structural.error();
   const auto bias = estimate_bias({&view, 1}, reference.view());
   if (!bias) return bias.error();
-  return PictureError{picture.seconds, squared->mse, relative->relmse, structural->dssim, bias->bias};
+  const DarkHalf dark = compare_dark_half(view, reference.view());
+  return PictureError{picture.seconds,   squared->mse, relative->relmse,
+                      structural->dssim, bias->bias,   squared->distance_variance,
+                      dark.relmse,       dark.bias};
 }
 
 }  // namespace
@@ -60,19 +64,9 @@ Result<std::vector<CurveReport>> measure_curves(const ErrorScene& scene, const s
 
 Status publish_curves(const std::vector<CurveReport>& curves, bool as_json, const std::string& folder) {
   std::printf("%s\n", (as_json ? to_json(curves) : to_table(curves)).c_str());
-  if (folder.empty()) return ok_status();
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return Error{ErrorCode::permission_denied, "cannot be made: " + error.message(), folder};
-  const std::pair<const char*, std::string> files[] = {
-      {"curves.json", to_json(curves) + "\n"}, {"curves.csv", to_csv(curves)}, {"curves.svg", to_svg(curves)}};
-  for (const auto& [name, text] : files) {
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
-    const Status written =
-        write_file_atomically((std::filesystem::path(folder) / name).string(), {bytes, text.size()});
-    if (!written) return written;
-  }
-  return ok_status();
+  return write_reports(
+      folder,
+      {{"curves.json", to_json(curves) + "\n"}, {"curves.csv", to_csv(curves)}, {"curves.svg", to_svg(curves)}});
 }
 
 }  // namespace helio::bench

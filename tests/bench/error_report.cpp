@@ -79,11 +79,27 @@ CurvePointReport summarise(int samples, std::span<const PictureError> seeds) {
   point.mse = mean_interval(values_of(seeds, &PictureError::mse));
   point.relmse = mean_interval(values_of(seeds, &PictureError::relmse));
   point.dssim = mean_interval(values_of(seeds, &PictureError::dssim));
+  point.distance_variance = mean_interval(values_of(seeds, &PictureError::distance_variance));
+  point.dark_relmse = mean_interval(values_of(seeds, &PictureError::dark_relmse));
+  point.dark_bias = mean_interval(values_of(seeds, &PictureError::dark_bias));
   const Interval bias = mean_interval(values_of(seeds, &PictureError::bias));
   point.bias = bias.mean;
   point.bias_standard_error = seeds.size() > 1 ? (bias.high - bias.mean) / student_t_95(int(seeds.size()) - 1)
                                                : std::numeric_limits<double>::infinity();
   return point;
+}
+
+double value_at(const CurveReport& curve, Interval CurvePointReport::*measure, double seconds) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  if (curve.points.size() < 2) return kNan;
+  std::size_t next = 1;
+  while (next + 1 < curve.points.size() && curve.points[next].seconds.mean < seconds) ++next;
+  const CurvePointReport &a = curve.points[next - 1], &b = curve.points[next];
+  const double value_a = (a.*measure).mean, value_b = (b.*measure).mean;
+  if (!(value_a > 0 && value_b > 0 && a.seconds.mean > 0 && b.seconds.mean > a.seconds.mean && seconds > 0))
+    return kNan;
+  return value_b *
+         std::pow(seconds / b.seconds.mean, std::log(value_b / value_a) / std::log(b.seconds.mean / a.seconds.mean));
 }
 
 std::string to_json(std::span<const CurveReport> curves) {
@@ -97,6 +113,9 @@ std::string to_json(std::span<const CurveReport> curves) {
                         {"mse", to_json(p.mse)},
                         {"relmse", to_json(p.relmse)},
                         {"dssim", to_json(p.dssim)},
+                        {"distance_variance", to_json(p.distance_variance)},
+                        {"dark_relmse", to_json(p.dark_relmse)},
+                        {"dark_bias", to_json(p.dark_bias)},
                         {"bias", number(p.bias)},
                         {"bias_standard_error", number(p.bias_standard_error)}});
     }
@@ -111,13 +130,16 @@ std::string to_json(std::span<const CurveReport> curves) {
 
 std::string to_csv(std::span<const CurveReport> curves) {
   std::string text = "scene,renderer,mode,reference_mse,samples,seeds";
-  for (const char* name : {"seconds", "mse", "relmse", "dssim"}) text += fmt::format(",{0},{0}_low,{0}_high", name);
+  for (const char* name : {"seconds", "mse", "relmse", "dssim", "distance_variance", "dark_relmse", "dark_bias"}) {
+    text += fmt::format(",{0},{0}_low,{0}_high", name);
+  }
   text += ",bias,bias_standard_error\n";
   for (const CurveReport& curve : curves) {
     for (const CurvePointReport& p : curve.points) {
       text += fmt::format("{},{},{},{},{},{}", csv_text(curve.scene), csv_text(curve.renderer), csv_text(curve.mode),
                           csv_number(curve.reference_mse), p.samples, p.seeds);
-      for (const Interval* i : {&p.seconds, &p.mse, &p.relmse, &p.dssim}) {
+      for (const Interval* i :
+           {&p.seconds, &p.mse, &p.relmse, &p.dssim, &p.distance_variance, &p.dark_relmse, &p.dark_bias}) {
         text += fmt::format(",{},{},{}", csv_number(i->mean), csv_number(i->low), csv_number(i->high));
       }
       text += fmt::format(",{},{}\n", csv_number(p.bias), csv_number(p.bias_standard_error));
@@ -135,10 +157,10 @@ std::string to_table(std::span<const CurveReport> curves) {
     text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds", "seconds",
                         "mse", "relmse", "95 % of relmse", "dssim", "bias +- its error");
     for (const CurvePointReport& p : curve.points) {
-      text += fmt::format(
-          "{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>+11.3g} {:>10.2g}\n", p.samples,
-          p.seeds, p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low, p.relmse.high, p.dssim.mean, p.bias,
-          p.bias_standard_error);
+      text +=
+          fmt::format("{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>+11.3g} {:>10.2g}\n",
+                      p.samples, p.seeds, p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low, p.relmse.high,
+                      p.dssim.mean, p.bias, p.bias_standard_error);
     }
     text += "\n";
   }

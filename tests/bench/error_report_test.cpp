@@ -119,7 +119,7 @@ TEST(ErrorReport, CsvHasAFieldForEveryColumn) {
   std::string line;
   std::getline(lines, line);
   const std::vector<std::string> columns = csv_fields(line);
-  ASSERT_EQ(columns.size(), 20u);
+  ASSERT_EQ(columns.size(), 29u);
   const auto column = [&](const char* name) {
     return std::size_t(std::find(columns.begin(), columns.end(), name) - columns.begin());
   };
@@ -145,8 +145,8 @@ TEST(ErrorPlot, DrawsEveryCurveInBothPanelsAndEscapesText) {
   EXPECT_EQ(svg.rfind("<svg ", 0), 0u);
   EXPECT_EQ(svg.substr(svg.size() - 7), "</svg>\n");
   EXPECT_EQ(count_of(svg, "class=\"curve\""), 4);
-  EXPECT_EQ(count_of(svg, "<circle"), 6);             // three points, twice
-  EXPECT_EQ(count_of(svg, "class=\"band\""), 2);      // one seed alone has no interval
+  EXPECT_EQ(count_of(svg, "<circle"), 6);         // three points, twice
+  EXPECT_EQ(count_of(svg, "class=\"band\""), 2);  // one seed alone has no interval
   EXPECT_EQ(count_of(svg, "box &lt;A&amp;B&gt;"), 1);
   EXPECT_EQ(count_of(svg, "<A"), 0);
   EXPECT_EQ(count_of(svg, "nan") + count_of(svg, "inf"), 0);

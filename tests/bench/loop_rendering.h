@@ -9,6 +9,9 @@ using test::LoopPicture;
 
 // As test::render_through_loop. internal: the frame failed or did not end by its samples.
 Result<LoopPicture> render_picture(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
+                                   const RenderSettings& settings, std::uint32_t samples, const CameraPose& camera);
+// The scene's first camera.
+Result<LoopPicture> render_picture(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
                                    const RenderSettings& settings, std::uint32_t samples);
 
 }  // namespace helio::bench

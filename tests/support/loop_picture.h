@@ -49,10 +49,10 @@ class LoopPictureSink final : public FrameSink {
 
 }  // namespace detail
 
-// The scene's first camera to the end of the budget. The loop, and with it the film, is made before the clock starts,
-// as for a resident session.
+// A view to the end of the budget. The loop, and with it the film, is made before the clock starts, as for a resident
+// session.
 inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
-                                       const RenderSettings& settings, const Budget& budget) {
+                                       const RenderSettings& settings, const Budget& budget, const CameraPose& camera) {
   LoopPicture picture;
   picture.width = settings.width;
   picture.height = settings.height;
@@ -61,7 +61,7 @@ inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_p
   RenderLoop loop(engine, scene, settings, budget, RenderRank::job, sink);
   View view;
   view.id = 1;
-  view.camera = camera_pose(scene->description().cameras.at(0));
+  view.camera = camera;
   RenderLoop::Update update;
   update.view = view;
   const double started = now_s();
@@ -70,6 +70,12 @@ inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_p
   picture.end = std::move(end);
   picture.seconds = ended - started;
   return picture;
+}
+
+// The scene's first camera.
+inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
+                                       const RenderSettings& settings, const Budget& budget) {
+  return render_through_loop(engine, scene, settings, budget, camera_pose(scene->description().cameras.at(0)));
 }
 
 }  // namespace helio::test

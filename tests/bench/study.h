@@ -1,0 +1,31 @@
+// `helio_bench study`: the scenes and settings of Schalk's study (2018, chapter 4.2), the paper's rule beside ours.
+#pragma once
+
+#include "bench_context.h"
+#include "renderer/frame/render_settings.h"
+#include "study_report.h"
+
+namespace helio::bench {
+
+// The scenes that are measured when none is named.
+const std::vector<StudyScene>& study_scenes();
+
+// A setting with what it sets.
+struct StudyMode {
+  StudySetting setting;
+  RenderMode mode;
+  ModeVariant variant = ModeVariant::bounded;
+  AdaptiveSettings adaptive;
+};
+
+// Every mode of render_modes.h, plain path tracing first: mode adaptive by the settings of the paper's table 1 and, in
+// our variant, by the same minima where it allows them; any other mode once in each variant.
+std::vector<StudyMode> study_modes();
+
+Result<StudyReport> run_study(BenchContext& context);
+
+// Prints the report (`as_json`: JSON, else markdown) and writes study.json and study.md into `folder`, which is made;
+// empty: nothing is written.
+Status publish_study(const StudyReport& report, bool as_json, const std::string& folder);
+
+}  // namespace helio::bench
