@@ -54,12 +54,10 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
   info.set_name(printable(description.name, kMaxName));
   info.set_triangles(stats.triangles);
   info.set_instanced_triangles(stats.instanced_triangles);
-  std::uint32_t meshes = 0;
-  for (const Object& object : description.objects) meshes += std::uint32_t(object.meshes.size());
-  info.set_meshes(meshes);
+  info.set_meshes(std::uint32_t(stats.meshes));
   info.set_instances(std::uint32_t(description.instances.size()));
   info.set_materials(std::uint32_t(description.materials.size()));
-  info.set_textures(std::uint32_t(description.images.size()));
+  info.set_textures(std::uint32_t(stats.images));
   info.set_lights(scene.snapshot->features().light_count);
   for (const CameraDescription& camera : description.cameras) {
     if (info.cameras_size() == kMaxCameras) break;

@@ -76,50 +76,73 @@ bool lets_light_pass(const Material& m, const TriangleMesh* mesh, const TextureT
 
 }  // namespace
 
-SceneFeatures find_scene_features(const SceneDescription& scene) {
-  SceneFeatures f;
-  f.only_lambert = true;
-  const TextureTable textures(scene.images);
-  std::vector<std::uint32_t> uses(scene.objects.size(), 0);
-  for (const Instance& instance : scene.instances) ++uses[std::size_t(instance.object)];
-
-  std::uint64_t lights = 0;
-  std::vector<bool> used_material(scene.materials.size(), false);
-  const auto use_material = [&](const auto& self, int index) -> void {
-    used_material[std::size_t(index)] = true;
+std::vector<MaterialUse> find_material_uses(const SceneDescription& scene) {
+  std::vector<MaterialUse> uses(scene.materials.size());
+  std::vector<std::uint64_t> placed(scene.objects.size(), 0);
+  for (const Instance& instance : scene.instances) ++placed[std::size_t(instance.object)];
+  const auto use = [&](const auto& self, int index) -> void {
+    uses[std::size_t(index)].used = true;
     const Material& material = scene.materials[std::size_t(index)];
     if (material.model != MaterialModel::blend) return;
     self(self, material.blend.first);
     self(self, material.blend.second);
   };
-  const auto add_part = [&](int material_index, const TriangleMesh* mesh, std::uint64_t primitives) {
-    const Material& material = scene.materials[std::size_t(material_index)];
-    use_material(use_material, material_index);
-    f.alpha |= lets_light_pass(material, mesh, textures);
-    if (emits(material)) lights += primitives;
+  const auto add = [&](int material, std::uint64_t primitives) {
+    use(use, material);
+    uses[std::size_t(material)].primitives += primitives;
   };
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    if (uses[i] == 0) continue;
-    const Object& object = scene.objects[i];
-    f.instances |= uses[i] > 1;
-    f.spheres |= !object.spheres.empty();
-    for (const TriangleMesh& mesh : object.meshes) {
-      f.smooth_normals |= !mesh.normals.empty();
-      f.vertex_colors |= !mesh.colors.empty();
-      add_part(mesh.material, &mesh, std::uint64_t(uses[i]) * mesh.triangle_count());
-    }
-    for (const Sphere& sphere : object.spheres) add_part(sphere.material, nullptr, uses[i]);
+    if (placed[i] == 0) continue;
+    for (const TriangleMesh& mesh : scene.objects[i].meshes) add(mesh.material, placed[i] * mesh.triangle_count());
+    for (const Sphere& sphere : scene.objects[i].spheres) add(sphere.material, placed[i]);
   }
-  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    if (used_material[i]) add_material(scene.materials[i], f);
-  }
+  return uses;
+}
 
+void update_features(const SceneDescription& scene, const std::vector<MaterialUse>& uses, SceneFeatures& features) {
+  SceneFeatures f;
+  f.only_lambert = true;
+  f.instances = features.instances;
+  f.spheres = features.spheres;
+  f.smooth_normals = features.smooth_normals;
+  f.vertex_colors = features.vertex_colors;
+  f.alpha = features.alpha;
+  f.fast_rays = features.fast_rays;
+  std::uint64_t lights = 0;
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    if (!uses[i].used) continue;
+    add_material(scene.materials[i], f);
+    if (emits(scene.materials[i])) lights += uses[i].primitives;
+  }
   f.environment = scene.environment && !is_black(scene.environment->radiance);
   f.delta_lights = !scene.lights.empty();
   lights += scene.lights.size();
   lights += f.environment ? 1 : 0;
   f.light_tree = lights >= kLightTreeThreshold;
   f.light_count = std::uint32_t(std::min<std::uint64_t>(lights, std::numeric_limits<std::uint32_t>::max()));
+  features = f;
+}
+
+SceneFeatures find_scene_features(const SceneDescription& scene) {
+  SceneFeatures f;
+  const TextureTable textures(scene.images);
+  std::vector<std::uint32_t> placed(scene.objects.size(), 0);
+  for (const Instance& instance : scene.instances) ++placed[std::size_t(instance.object)];
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (placed[i] == 0) continue;
+    const Object& object = scene.objects[i];
+    f.instances |= placed[i] > 1;
+    f.spheres |= !object.spheres.empty();
+    for (const TriangleMesh& mesh : object.meshes) {
+      f.smooth_normals |= !mesh.normals.empty();
+      f.vertex_colors |= !mesh.colors.empty();
+      f.alpha |= lets_light_pass(scene.materials[std::size_t(mesh.material)], &mesh, textures);
+    }
+    for (const Sphere& sphere : object.spheres) {
+      f.alpha |= lets_light_pass(scene.materials[std::size_t(sphere.material)], nullptr, textures);
+    }
+  }
+  update_features(scene, find_material_uses(scene), f);
   return f;
 }
 

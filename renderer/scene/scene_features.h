@@ -45,6 +45,18 @@ struct SceneFeatures {
   bool operator==(const SceneFeatures&) const = default;
 };
 
+// How a scene uses one of its materials.
+struct MaterialUse {
+  bool used = false;             // by a surface, or by a blend that is
+  std::uint64_t primitives = 0;  // triangles and spheres that have it, instances counted
+};
+// By material.
+std::vector<MaterialUse> find_material_uses(const SceneDescription& scene);
+
+// Works the bits that depend on materials and lights out anew, for a scene of which only these have changed. Those of
+// geometry, fast_rays and alpha stay as they are.
+void update_features(const SceneDescription& scene, const std::vector<MaterialUse>& uses, SceneFeatures& features);
+
 // Pure function of the description, so without fast_rays (light_count counts emissive triangles of all instances).
 SceneFeatures find_scene_features(const SceneDescription& scene);
 

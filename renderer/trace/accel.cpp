@@ -8,6 +8,7 @@
 #include <atomic>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include "renderer/trace/accel_impl.h"
 #include "renderer/trace/build_arena.h"
@@ -63,7 +64,8 @@ void alpha_filter(const RTCFilterFunctionNArguments* arguments) {
     const std::uint32_t instance = RTCHitN_instID(arguments->hit, n, i, 0);
     AlphaHit hit;
     hit.part = RTCHitN_geomID(arguments->hit, n, i);
-    hit.instance = instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - context->flat_count;
+    const bool placed = instance != RTC_INVALID_GEOMETRY_ID && instance != context->rest_id;
+    hit.instance = placed ? instance - context->flat_count : kNoHit;
     hit.primitive = RTCHitN_primID(arguments->hit, n, i);
     hit.u = RTCHitN_u(arguments->hit, n, i);
     hit.v = RTCHitN_v(arguments->hit, n, i);
@@ -133,33 +135,60 @@ RTCGeometry make_geometry(const AccelPart& part, double margin) {
   return geometry;
 }
 
-RTCScene make_scene(const AccelInput& input) {
+RTCScene make_scene(bool robust, const CancelToken* cancel) {
   RTCScene scene = rtcNewScene(device());
-  rtcSetSceneFlags(scene, input.widening_radius > 0 ? RTC_SCENE_FLAG_NONE : RTC_SCENE_FLAG_ROBUST);
-  if (input.cancel) rtcSetSceneProgressMonitorFunction(scene, go_on, const_cast<CancelToken*>(input.cancel));
+  rtcSetSceneFlags(scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  if (cancel) rtcSetSceneProgressMonitorFunction(scene, go_on, const_cast<CancelToken*>(cancel));
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   return scene;
 }
 
+void commit(RTCScene scene) {
+  rtcCommitScene(scene);
+  // The token ends with the build, the scene does not.
+  rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+}
+
 // Stops where memory runs out; Embree keeps the error.
-void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts, double margin = 0) {
+void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    RTCGeometry geometry = make_geometry(parts[i], margin);
+    RTCGeometry geometry = make_geometry(parts[i], 0);
     if (!geometry) return;
     rtcAttachGeometryByID(scene, geometry, unsigned(i));
     rtcReleaseGeometry(geometry);
   }
 }
 
+// As above.
+void make_geometries(FlatGeometry& flat, double margin) {
+  for (const AccelPart& part : flat.parts) {
+    RTCGeometry geometry = make_geometry(part, margin);
+    if (!geometry) return;
+    flat.geometries.push_back(geometry);
+  }
+}
+
+// The flat parts that are there, under their own numbers.
+void attach_flat(RTCScene scene, const FlatGeometry& flat, const std::vector<bool>& taken_out) {
+  for (std::size_t i = 0; i < flat.geometries.size(); ++i) {
+    if (taken_out.empty() || !taken_out[i]) rtcAttachGeometryByID(scene, flat.geometries[i], unsigned(i));
+  }
+}
+
+void attach_instance(RTCScene scene, RTCScene object, const float* to_world, unsigned id) {
+  RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, object);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, to_world);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
 // Instances share the id space of the top level with the flat parts; they follow them.
-void attach_instances(RTCScene scene, const AccelInput& input, const std::vector<RTCScene>& objects) {
-  for (std::size_t i = 0; i < input.instances.size(); ++i) {
-    RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(geometry, objects[input.instances[i].object]);
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, input.instances[i].to_world);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, unsigned(input.flat.size() + i));
-    rtcReleaseGeometry(geometry);
+void attach_instances(RTCScene scene, const std::vector<AccelInstance>& instances, const std::vector<RTCScene>& objects,
+                      std::uint32_t flat_count) {
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    attach_instance(scene, objects[instances[i].object], instances[i].to_world, unsigned(flat_count + i));
   }
 }
 
@@ -179,9 +208,74 @@ double ray_limit(const AccelInstance& instance) {
 
 }  // namespace
 
-Accel::Impl::~Impl() {
-  if (top) rtcReleaseScene(top);
-  for (RTCScene object : objects) rtcReleaseScene(object);
+namespace {
+
+double reach_limit(const std::vector<AccelInstance>& instances) {
+  double limit = kMaxRayReach;
+  for (const AccelInstance& instance : instances) limit = std::min(limit, ray_limit(instance));
+  return limit;
+}
+
+// Calls `build` in an arena of `threads` with a limit on what it may allocate. One build at a time: builds use every
+// core by themselves, and the memory monitor counts for the whole device.
+template <class Build>
+Status run_build(int threads, std::size_t max_bytes, const CancelToken* cancel, const Build& build) {
+  RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
+  static std::mutex build_mutex;
+  const std::lock_guard lock(build_mutex);
+  const std::ptrdiff_t bytes_before = g_device_bytes, no_limit = std::numeric_limits<std::ptrdiff_t>::max();
+  const auto limit = std::ptrdiff_t(std::min(max_bytes, std::size_t(no_limit)));
+  g_device_limit = limit < no_limit - bytes_before ? bytes_before + limit : no_limit;
+  tbb::task_arena arena(build_concurrency(threads));
+  arena.execute([&] {
+    rtcGetDeviceError(device());
+    build();
+    error = rtcGetDeviceError(device());
+  });
+  g_device_limit = no_limit;
+  if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, max_bytes);
+  if (error != RTC_ERROR_NONE) return build_error(error, max_bytes);
+  return ok_status();
+}
+
+// By how much the device's memory has grown while it lived.
+class BytesTaken {
+ public:
+  std::size_t operator()() const { return std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - before_)); }
+
+ private:
+  const std::ptrdiff_t before_ = g_device_bytes;
+};
+
+std::shared_ptr<const AccelScenes> build_objects(const std::vector<AccelObject>& objects, bool robust,
+                                                 const CancelToken* cancel) {
+  auto built = std::make_shared<AccelScenes>();
+  const BytesTaken bytes;
+  for (const AccelObject& object : objects) {
+    if (cancel && cancel->cancelled()) break;
+    RTCScene scene = make_scene(robust, cancel);
+    built->scenes.push_back(scene);
+    attach_parts(scene, object.parts);
+    commit(scene);
+  }
+  built->bytes = bytes();
+  return built;
+}
+
+}  // namespace
+
+FlatGeometry::~FlatGeometry() {
+  for (RTCGeometry geometry : geometries) rtcReleaseGeometry(geometry);
+}
+
+AccelScenes::~AccelScenes() {
+  for (RTCScene scene : scenes) rtcReleaseScene(scene);
+}
+
+std::vector<RTCScene> Accel::Impl::object_scenes() const {
+  std::vector<RTCScene> scenes;
+  for (const auto& built : objects) scenes.insert(scenes.end(), built->scenes.begin(), built->scenes.end());
+  return scenes;
 }
 
 Accel::Accel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -196,43 +290,119 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   for (const AccelPart& part : input.flat) {
     if (part.kind != AccelPart::Kind::triangles) impl->triangles_only = false;
   }
-  double limit = kMaxRayReach;
-  for (const AccelInstance& instance : input.instances) limit = std::min(limit, ray_limit(instance));
-  impl->ray_limit = float(limit);
+  impl->ray_limit = float(reach_limit(input.instances));
   impl->widening_radius = input.widening_radius;
-  RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
-  const auto build = [&] {
-    rtcGetDeviceError(device());
-    for (const AccelObject& object : input.objects) {
-      if (input.cancel && input.cancel->cancelled()) return;
-      RTCScene scene = make_scene(input);
-      impl->objects.push_back(scene);
-      attach_parts(scene, object.parts);
-      rtcCommitScene(scene);
-    }
-    impl->top = make_scene(input);
-    attach_parts(impl->top, input.flat, double(input.widening_radius) * double(input.widening));
-    attach_instances(impl->top, input, impl->objects);
-    rtcCommitScene(impl->top);
-    error = rtcGetDeviceError(device());
-  };
-  // One build at a time: builds use every core by themselves, and the memory monitor counts for the whole device.
-  static std::mutex build_mutex;
-  const std::lock_guard lock(build_mutex);
-  const std::ptrdiff_t bytes_before = g_device_bytes, no_limit = std::numeric_limits<std::ptrdiff_t>::max();
-  const auto max_bytes = std::ptrdiff_t(std::min(input.max_bytes, std::size_t(no_limit)));
-  g_device_limit = max_bytes < no_limit - bytes_before ? bytes_before + max_bytes : no_limit;
-  tbb::task_arena arena(build_concurrency(input.threads));
-  arena.execute(build);
-  g_device_limit = no_limit;
-  if (input.cancel && input.cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
-  if (error != RTC_ERROR_NONE) return build_error(error, input.max_bytes);
-  impl->memory_bytes = std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - bytes_before));
+  const bool robust = !(input.widening_radius > 0);
+  const Status built = run_build(input.threads, input.max_bytes, input.cancel, [&] {
+    if (!input.objects.empty()) impl->objects.push_back(build_objects(input.objects, robust, input.cancel));
+    if (input.cancel && input.cancel->cancelled()) return;
+    const BytesTaken flat_bytes;
+    auto flat = std::make_shared<FlatGeometry>();
+    flat->parts = input.flat;
+    flat->widening_radius = input.widening_radius;
+    make_geometries(*flat, double(input.widening_radius) * double(input.widening));
+    flat->bytes = flat_bytes();
+    const BytesTaken top_bytes;
+    auto top = std::make_shared<AccelScenes>();
+    impl->top = top->scenes.emplace_back(make_scene(robust, input.cancel));
+    attach_flat(impl->top, *flat, {});
+    attach_instances(impl->top, input.instances, impl->object_scenes(), impl->flat_count);
+    commit(impl->top);
+    top->bytes = top_bytes();
+    impl->flat = std::move(flat);
+    impl->top_level = std::move(top);
+  });
+  if (!built) return built.error();
   return std::unique_ptr<Accel>(new Accel(std::move(impl)));
 }
 
+std::unique_ptr<Accel> Accel::share(const Accel& base, const AlphaTest* alpha_test) {
+  auto impl = std::make_unique<Impl>(*base.impl_);
+  impl->alpha_test = alpha_test;
+  return std::unique_ptr<Accel>(new Accel(std::move(impl)));
+}
+
+Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& edit, const AlphaTest* alpha_test) {
+  auto impl = std::make_unique<Impl>(*base.impl_);
+  impl->alpha_test = alpha_test;
+  impl->top = nullptr;
+  impl->top_level.reset();
+  impl->taken_out = edit.taken_out;
+  impl->triangles_only = false;
+  impl->ray_limit = float(reach_limit(edit.instances));
+  const Impl& before = *base.impl_;
+  const bool give_up = edit.robust && impl->widening_radius > 0, restore = !edit.robust && impl->widened;
+  const bool same_rest = before.rest && before.taken_out == edit.taken_out && !give_up && !restore;
+  if (give_up) impl->widened = before.flat;
+  if (restore) impl->flat = std::exchange(impl->widened, nullptr);
+  impl->widening_radius = edit.robust ? 0 : impl->flat->widening_radius;
+  const bool any_flat = std::find(edit.taken_out.begin(), edit.taken_out.end(), false) != edit.taken_out.end();
+  const Status built = run_build(edit.threads, edit.max_bytes, edit.cancel, [&] {
+    if (!edit.new_objects.empty()) impl->objects.push_back(build_objects(edit.new_objects, true, edit.cancel));
+    if (edit.cancel && edit.cancel->cancelled()) return;
+    if (give_up) {
+      auto flat = std::make_shared<FlatGeometry>();
+      flat->parts = before.flat->parts;
+      make_geometries(*flat, 0);
+      impl->flat = std::move(flat);
+    }
+    if (!same_rest) impl->rest.reset();
+    if (!same_rest && any_flat) {
+      const BytesTaken rest_bytes;
+      auto rest = std::make_shared<AccelScenes>();
+      rest->scenes.push_back(make_scene(!(impl->widening_radius > 0), edit.cancel));
+      attach_flat(rest->scenes[0], *impl->flat, edit.taken_out);
+      commit(rest->scenes[0]);
+      rest->bytes = rest_bytes();
+      impl->rest = std::move(rest);
+    }
+    if (edit.cancel && edit.cancel->cancelled()) return;
+    const BytesTaken top_bytes;
+    auto top = std::make_shared<AccelScenes>();
+    impl->top = top->scenes.emplace_back(make_scene(true, edit.cancel));
+    attach_instances(impl->top, edit.instances, impl->object_scenes(), impl->flat_count);
+    impl->rest_id = RTC_INVALID_GEOMETRY_ID;
+    if (impl->rest) {
+      static constexpr float kIdentity[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+      impl->rest_id = std::uint32_t(impl->flat_count + edit.instances.size());
+      attach_instance(impl->top, impl->rest->scenes[0], kIdentity, impl->rest_id);
+    }
+    commit(impl->top);
+    top->bytes = top_bytes();
+    impl->top_level = std::move(top);
+  });
+  if (!built) return built.error();
+  return std::unique_ptr<Accel>(new Accel(std::move(impl)));
+}
+
+std::vector<AccelShare> Accel::shares() const {
+  std::vector<AccelShare> shares;
+  shares.push_back({impl_->top_level, impl_->top_level->bytes});
+  shares.push_back({impl_->flat, impl_->flat->bytes});
+  if (impl_->widened) shares.push_back({impl_->widened, impl_->widened->bytes});
+  if (impl_->rest) shares.push_back({impl_->rest, impl_->rest->bytes});
+  for (const auto& objects : impl_->objects) shares.push_back({objects, objects->bytes});
+  return shares;
+}
+
 std::size_t Accel::memory_bytes() const {
-  return impl_->memory_bytes;
+  std::size_t bytes = 0;
+  for (const AccelShare& share : shares()) bytes += share.bytes;
+  return bytes;
+}
+
+std::size_t Accel::object_count() const {
+  std::size_t count = 0;
+  for (const auto& objects : impl_->objects) count += objects->scenes.size();
+  return count;
+}
+
+float Accel::widening_radius() const {
+  return impl_->widening_radius;
+}
+
+float Accel::built_widening_radius() const {
+  return (impl_->widened ? impl_->widened : impl_->flat)->widening_radius;
 }
 
 const char* Accel::version() {
@@ -255,6 +425,7 @@ AlphaContext make_context(const Accel::Impl& impl, const Ray* rays) {
   context.test = impl.alpha_test;
   context.rays = rays;
   context.flat_count = impl.flat_count;
+  context.rest_id = impl.rest_id;
   return context;
 }
 
@@ -266,7 +437,7 @@ void store_hit(const Accel::Impl& impl, Hit& out, float t, float u, float v, flo
   out.normal = V3f(nx, ny, nz);
   out.part = geometry;  // RTC_INVALID_GEOMETRY_ID == kNoHit
   out.primitive = primitive;
-  out.instance = instance == RTC_INVALID_GEOMETRY_ID ? kNoHit : instance - impl.flat_count;
+  out.instance = impl.instance(instance);
 }
 
 void fill_lane(RTCRay16& out, int lane, const Ray& ray, unsigned id) {

@@ -85,6 +85,24 @@ struct AccelInput {
   const CancelToken* cancel = nullptr;                              // looked at during the build; null: never
 };
 
+// What an edited scene asks of the Accel of the scene that it was made from. Flat parts keep their numbers.
+struct AccelEdit {
+  std::vector<bool> taken_out;           // by flat part: not there any more; none that was so before comes back
+  std::vector<AccelObject> new_objects;  // bottom levels that the base has not; numbered after its own
+  std::vector<AccelInstance> instances;  // all that there are
+  // Flat parts that were widened when they were built are replaced by robust ones: the scene has outgrown its widening.
+  bool robust = false;
+  int threads = 0;
+  std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
+  const CancelToken* cancel = nullptr;
+};
+
+// Bytes of what Accels may share, and a key that is the same for all that do.
+struct AccelShare {
+  std::shared_ptr<const void> what;
+  std::size_t bytes = 0;
+};
+
 // What is known about rays that follow one another.
 enum class RayOrder {
   camera,     // they share an origin or nearly so, and run side by side
@@ -95,6 +113,13 @@ class Accel {
  public:
   // Errors: resource_exhausted (max_bytes, or the machine's memory), cancelled.
   static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
+  // The BVH of `base`, all of it, for a scene that differs in materials and lights only.
+  static std::unique_ptr<Accel> share(const Accel& base, const AlphaTest* alpha_test);
+  // A new top level over what is shared with `base`: its bottom levels, and one more bottom level of all flat parts
+  // that are left, which is built where the base has none of just these parts. Where no flat part is taken out that was
+  // not before, only the top level and new_objects are built: as many nodes as there are instances. Rays find in it
+  // what they find in the base, numbers of hits included. Errors: as build().
+  static Result<std::unique_ptr<Accel>> edit(const Accel& base, const AccelEdit& edit, const AlphaTest* alpha_test);
   ~Accel();
 
   // Rays of one call are traced together, sixteen at a time. They influence each other in the last
@@ -110,8 +135,12 @@ class Accel {
   void occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const;
 
   Box3f bounds() const;
-  std::size_t memory_bytes() const;
-  static const char* version();  // "Embree 4.3.3"
+  std::size_t memory_bytes() const;        // what is shared with other Accels included
+  std::vector<AccelShare> shares() const;  // they add up to memory_bytes()
+  std::size_t object_count() const;        // bottom levels, that of the flat parts aside
+  float widening_radius() const;           // as in AccelInput
+  float built_widening_radius() const;     // that of the scene as loaded, whatever an edit has made of it
+  static const char* version();            // "Embree 4.3.3"
 
   struct Impl;
   const Impl& impl() const { return *impl_; }

@@ -63,6 +63,16 @@ bool emits(const Material& material) {
 
 }  // namespace
 
+std::uint64_t instance_bytes(const SceneDescription& scene) {
+  std::uint64_t bytes = 0;
+  for (const Instance& instance : scene.instances) bytes += sizeof(Instance) + instance.name.size();
+  return bytes;
+}
+
+std::uint64_t emitter_bytes(std::uint64_t count) {
+  return multiply(count, kBytesPerEmitter);
+}
+
 BuildMemory estimate_build_memory(const SceneDescription& scene, std::span<const TextureSlot> mip_mapped) {
   BuildMemory memory;
   std::vector<std::uint64_t> emitters;  // of each object
@@ -81,12 +91,12 @@ BuildMemory estimate_build_memory(const SceneDescription& scene, std::span<const
     if (int(i) != map) memory.description += scene.images[i].bytes();
   }
   for (const Instance& instance : scene.instances) {
-    memory.description += sizeof(Instance) + instance.name.size();
     memory.emitter_count = add(memory.emitter_count, emitters[std::size_t(instance.object)]);
   }
+  memory.description += instance_bytes(scene);
   memory.pyramids = pyramid_bytes(scene, mip_mapped);
   memory.instances = multiply(scene.instances.size(), kBytesPerInstance);
-  memory.emitters = multiply(memory.emitter_count, kBytesPerEmitter);
+  memory.emitters = emitter_bytes(memory.emitter_count);
   return memory;
 }
 

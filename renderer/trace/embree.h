@@ -31,6 +31,7 @@ struct AlphaContext {
   const AlphaTest* test = nullptr;
   const Ray* rays = nullptr;  // indexed by the ray's id
   std::uint32_t flat_count = 0;
+  std::uint32_t rest_id = RTC_INVALID_GEOMETRY_ID;  // Accel::Impl::rest_id
 };
 
 // `coherent`: Embree's frustum traversal. Embree 3.13 never returns from it for packets that meet both an instance and

@@ -180,7 +180,7 @@ void LightSampler::add_environment(const Input& input, double scene_radius, std:
   if (mapped) {
     env_distribution_ = input.env_distribution;
     if (!env_distribution_) env_distribution_ = std::make_shared<EnvironmentDistribution>(*environment_);
-    mean = env_distribution_->total_luminance() / (4 * std::numbers::pi);
+    mean = env_distribution_->total_luminance() * input.env_brightness / (4 * std::numbers::pi);
   }
   if (!(mean > 0)) return;
   environment_light_ = true;

@@ -44,7 +44,8 @@ class LightSampler {
     std::vector<PunctualLight> punctual;                              // positions already rebased
     const Environment* environment = nullptr;                         // null: black
     std::shared_ptr<const EnvironmentDistribution> env_distribution;  // null for constant environments
-    const TextureTable* textures = nullptr;                           // outlives the sampler
+    double env_brightness = 1;  // of the environment over that of the map which env_distribution was made for
+    const TextureTable* textures = nullptr;  // outlives the sampler
     Box3f scene_bounds;
     bool use_tree = false;  // SceneFeatures::light_tree
   };

@@ -2,17 +2,19 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <cstring>
+#include <algorithm>
 #include <limits>
 
-#include "renderer/base/camera_limits.h"
 #include "renderer/base/clock.h"
+#include "renderer/scene/environment.h"
 #include "renderer/scene/material_slots.h"
 #include "renderer/trace/bsdf_sheen.h"
 #include "renderer/trace/build_memory.h"
 #include "renderer/trace/float_resolution.h"
 #include "renderer/trace/leak_probe.h"
+#include "renderer/trace/light_gathering.h"
 #include "renderer/trace/microfacet_albedo.h"
+#include "renderer/trace/placement.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface.h"
@@ -21,81 +23,9 @@
 namespace helio {
 namespace {
 
-V3d transform_point(const M44d& m, const V3d& p) {
-  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
-          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
-          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
-}
-
-// Rows are the images of the axes.
-struct Linear {
-  V3d x, y, z;
-  explicit Linear(const M44d& m)
-      : x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]) {}
-  double determinant() const { return dot(x, cross(y, z)); }
-  V3d apply(const V3f& v) const { return x * double(v.x) + y * double(v.y) + z * double(v.z); }
-  // Inverse transpose up to a positive factor: cofactors, with the sign of the determinant.
-  Linear normal_transform() const {
-    Linear r = *this;
-    const double sign = determinant() < 0 ? -1 : 1;
-    r.x = cross(y, z) * sign;
-    r.y = cross(z, x) * sign;
-    r.z = cross(x, y) * sign;
-    return r;
-  }
-  // The factor by which all lengths grow, or 0 when there is no single one.
-  double uniform_scale() const {
-    const double a = length(x), b = length(y), c = length(z), tolerance = 1e-6 * a;
-    const bool equal = std::abs(a - b) <= tolerance && std::abs(a - c) <= tolerance;
-    const bool orthogonal = std::abs(dot(x, y)) <= tolerance * a && std::abs(dot(x, z)) <= tolerance * a &&
-                            std::abs(dot(y, z)) <= tolerance * a;
-    return equal && orthogonal ? a : 0;
-  }
-};
-
-// Whether the axes of what is transformed no longer point where they did.
-bool turns(const Linear& l) {
-  const double tolerance = 1e-9 * (length(l.x) + length(l.y) + length(l.z));
-  const auto off = [&](double a, double b) { return std::abs(a) > tolerance || std::abs(b) > tolerance; };
-  return off(l.x.y, l.x.z) || off(l.y.x, l.y.z) || off(l.z.x, l.z.y) || l.x.x < 0 || l.y.y < 0 || l.z.z < 0;
-}
-
-bool usable(const M44d& m) {
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (!std::isfinite(m[i][j])) return false;
-    }
-  }
-  const Linear linear(m);
-  const double volume = length(linear.x) * length(linear.y) * length(linear.z);
-  return volume > 0 && std::abs(linear.determinant()) > 1e-12 * volume;
-}
-
 V3f unit_or_zero(const V3d& v) {
   const double l = length(v);
   return l > 0 && std::isfinite(l) ? V3f(v / l) : V3f(0, 0, 0);
-}
-
-Box3d object_box(const Object& object) {
-  Box3d box;
-  for (const TriangleMesh& mesh : object.meshes) {
-    for (const V3f& p : mesh.positions) box.extendBy(V3d(p));
-  }
-  for (const Sphere& s : object.spheres) {
-    box.extendBy(V3d(s.center) - V3d(s.radius));
-    box.extendBy(V3d(s.center) + V3d(s.radius));
-  }
-  return box;
-}
-
-Box3d transform_box(const Box3d& box, const M44d& m) {
-  Box3d out;
-  if (box.isEmpty()) return out;
-  for (int corner = 0; corner < 8; ++corner) {
-    out.extendBy(transform_point(m, V3d(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                                        corner & 4 ? box.max.z : box.min.z)));
-  }
-  return out;
 }
 
 // World space, rebased. The identity with a zero origin leaves every bit as it was.
@@ -116,15 +46,15 @@ void bake(TriangleMesh& mesh, const M44d& to_world, const V3d& origin) {
   }
 }
 
-// Numbers of materials are kept in 16 bits along a path (MediumStack), those of lights in 28 (LightTree).
+// Numbers of materials are kept in 16 bits along a path (MediumStack).
 constexpr std::size_t kMaxMaterials = 65535;
-constexpr std::uint64_t kMaxEmitters = std::uint64_t(1) << 28;
-// Extent of the scene in the space of an instanced object: far enough below what can be traced to leave cameras room.
-constexpr double kMaxObjectReach = 1e17;
 
 class Builder {
  public:
-  explicit Builder(SceneData& data) : data_(data), scene_(data.description) {}
+  explicit Builder(SceneData& data)
+      : data_(data), scene_(data.description), assets_(std::make_shared<SceneAssets>()) {
+    data.assets = assets_;
+  }
 
   Status run(const RenderSceneOptions& options) {
     const auto cancelled = [&] { return options.cancel && options.cancel->cancelled(); };
@@ -137,24 +67,22 @@ class Builder {
     if (Status fits = check_size(texture_options); !fits) return fits;
     if (cancelled()) return cancelled_error();
     data_.mip_mapped = !texture_options.mip_mapped.empty();
-    data_.textures.emplace(std::span<const Image>(scene_.images), texture_options);
+    assets_->material_uses = find_material_uses(scene_);
+    assets_->images = std::move(scene_.images);
+    assets_->objects = std::move(scene_.objects);
+    assets_->textures.emplace(std::span<const Image>(assets_->images), texture_options);
+    data_.textures = &*assets_->textures;
     for (const Material& m : scene_.materials) {
       data_.materials.push_back(make_material_record(m));
-      // Now, not on the first sample that needs them.
-      if (!data_.features.only_lambert) prepare_albedo_tables(m.distribution);
-      if (data_.features.layers) {
-        prepare_albedo_tables(MicrofacetDistribution::ggx);
-        prepare_sheen_table();
-      }
+      prepare_material_tables(m, data_.features);
     }
     split_objects();
     // Worth an attempt; make_flat_parts() gives it up for meshes that are too fine.
     widen_ = options.rays == RayMode::measured && data_.radius > 0 && all_baked();
-    light_input_.areas.reserve(memory_.emitter_count);
     make_flat_parts();
     make_instances();
     if (cancelled()) return cancelled_error();
-    make_lights();
+    gather_lights(data_, memory_.emitter_count);
     if (cancelled()) return cancelled_error();
 
     if (Status traced = make_accel(options); !traced) return traced;
@@ -218,12 +146,7 @@ class Builder {
         data_.features.fast_rays = estimate_leaks(data_, options.threads).rate_limit <= kMaxLeakRate;
       }
       if (data_.features.fast_rays) {
-        // Past what a widened neighbour may stand out by; on the other side, where two sides meet at 30 degrees.
-        const double margin = kWidening * double(data_.radius);
-        for (PartRecord& part : data_.flat) {
-          part.through = std::max(part.offset, float(0.5 * margin));
-          part.offset = std::max(part.offset, float(1.0625 * margin));
-        }
+        set_flat_offsets(data_, data_.radius);
         return ok_status();
       }
       data_.accel.reset();
@@ -239,12 +162,11 @@ class Builder {
   void drop_unusable_instances() {
     std::vector<Instance> kept;
     kept.reserve(scene_.instances.size());
-    for (const Object& object : scene_.objects) boxes_.push_back(object_box(object));
+    for (const Object& object : scene_.objects) assets_->boxes.push_back(object_box(object));
     for (Instance& instance : scene_.instances) {
-      const Box3d& box = boxes_[std::size_t(instance.object)];
-      if (!usable(instance.to_world)) {
+      if (!is_usable_transform(instance.to_world)) {
         scene_.report.notices.push_back(instance.name + ": its transform flattens it to nothing; not rendered");
-      } else if (!in_range(box) || !in_range(transform_box(box, instance.to_world))) {
+      } else if (!is_in_range(assets_->boxes[std::size_t(instance.object)], instance.to_world)) {
         scene_.report.notices.push_back(instance.name + ": it reaches beyond 1e12 units; not rendered");
       } else {
         kept.push_back(std::move(instance));
@@ -253,18 +175,10 @@ class Builder {
     scene_.instances = std::move(kept);
   }
 
-  static bool in_range(const Box3d& box) {
-    return box.isEmpty() || (in_coordinate_range(box.min) && in_coordinate_range(box.max));
-  }
-
-  // Inside an instance the ray is in the object's space: there, too, its numbers must be floats that can be traced.
   // True when there were any.
   bool drop_untraceable_instances() {
-    const double reach = 4.0 * double(data_.radius);
     return std::erase_if(scene_.instances, [&](const Instance& instance) {
-      const Linear linear(instance.to_world), cofactors = linear.normal_transform();
-      const double largest = std::max({length(cofactors.x), length(cofactors.y), length(cofactors.z)});
-      if (reach * largest <= kMaxObjectReach * std::abs(linear.determinant())) return false;
+      if (is_traceable(instance.to_world, double(data_.radius))) return false;
       scene_.report.notices.push_back(instance.name + ": it is too small for a scene of this extent; not rendered");
       return true;
     }) > 0;
@@ -273,7 +187,7 @@ class Builder {
   void place() {
     Box3d world;
     for (const Instance& instance : scene_.instances) {
-      const Box3d box = transform_box(boxes_[std::size_t(instance.object)], instance.to_world);
+      const Box3d box = transform_box(assets_->boxes[std::size_t(instance.object)], instance.to_world);
       if (!box.isEmpty()) world.extendBy(box);
     }
     data_.world_bounds = world;
@@ -283,21 +197,21 @@ class Builder {
 
   // Objects that are placed once are baked into the top level; the others stay instances.
   void split_objects() {
-    uses_.assign(scene_.objects.size(), 0);
-    for (const Instance& instance : scene_.instances) ++uses_[instance.object];
-    baked_.assign(scene_.objects.size(), false);
+    uses_.assign(assets_->objects.size(), 0);
+    for (const Instance& instance : scene_.instances) ++uses_[std::size_t(instance.object)];
+    assets_->baked.assign(assets_->objects.size(), false);
     for (const Instance& instance : scene_.instances) {
-      const Object& object = scene_.objects[instance.object];
+      const Object& object = assets_->objects[std::size_t(instance.object)];
       const Linear linear(instance.to_world);
-      baked_[instance.object] =
-          uses_[instance.object] == 1 &&
+      assets_->baked[std::size_t(instance.object)] =
+          uses_[std::size_t(instance.object)] == 1 &&
           (object.spheres.empty() || (linear.uniform_scale() > 0 && !turns_texture(object, linear)));
     }
   }
 
   bool all_baked() const {
     return std::all_of(scene_.instances.begin(), scene_.instances.end(),
-                       [&](const Instance& instance) { return baked_[std::size_t(instance.object)]; });
+                       [&](const Instance& instance) { return assets_->baked[std::size_t(instance.object)]; });
   }
 
   // A baked sphere is a centre and a radius: its texture coordinates are those of its own space only if that is not
@@ -311,50 +225,18 @@ class Builder {
   // Embree reads 16 bytes at the last 12-byte position.
   static void pad(TriangleMesh& mesh) { mesh.positions.reserve(mesh.positions.size() + 2); }
 
-  AccelPart accel_part(const TriangleMesh& mesh) const {
-    AccelPart part;
-    part.positions = mesh.positions.data();
-    part.vertex_count = mesh.positions.size();
-    part.indices = mesh.indices.data();
-    part.triangle_count = mesh.triangle_count();
-    part.alpha = has_alpha(scene_.materials[std::size_t(mesh.material)], &mesh, *data_.textures);
-    return part;
+  AccelPart make_accel_part(const TriangleMesh& mesh) const {
+    return accel_part(mesh, scene_.materials[std::size_t(mesh.material)], *data_.textures);
   }
-
-  AccelPart accel_part(const V3f& center, float radius, int material) const {
-    AccelPart part;
-    part.kind = AccelPart::Kind::sphere;
-    part.alpha = has_alpha(scene_.materials[std::size_t(material)], nullptr, *data_.textures);
-    part.sphere = V4f(center.x, center.y, center.z, radius);
-    return part;
-  }
-
-  PartRecord part_record(const TriangleMesh& mesh) const {
-    PartRecord record;
-    record.mesh = &mesh;
-    record.material = std::uint32_t(mesh.material);
-    record.smooth = !mesh.normals.empty();
-    float extent = 0;
-    for (const V3f& p : mesh.positions) extent = std::max({extent, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
-    record.offset = extent * kOffsetFactor;
-    return record;
-  }
-
-  static PartRecord part_record(const V3f& center, float radius, int material) {
-    PartRecord record;
-    record.center = center;
-    record.radius = radius;
-    record.material = std::uint32_t(material);
-    record.offset =
-        (std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)}) + radius) * kOffsetFactor;
-    return record;
+  AccelPart make_accel_part(const V3f& center, float radius, int material) const {
+    return accel_part(center, radius, scene_.materials[std::size_t(material)], *data_.textures);
   }
 
   void make_flat_parts() {
     for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
       const Instance& instance = scene_.instances[i];
-      if (!baked_[instance.object]) continue;
-      Object& object = scene_.objects[instance.object];
+      if (!assets_->baked[std::size_t(instance.object)]) continue;
+      Object& object = assets_->objects[std::size_t(instance.object)];
       for (TriangleMesh& mesh : object.meshes) {
         bake(mesh, instance.to_world, data_.origin);
         if (mesh.indices.empty()) continue;
@@ -363,20 +245,14 @@ class Builder {
           put_longest_side_last(mesh);
           widen_ = widening_share(mesh, kWidening * double(data_.radius)) <= kMaxWideningShare;
         }
-        PartRecord record = part_record(mesh);
-        record.first_emitter = add_emitters(mesh, [](const V3f& p) { return p; });
-        add_flat(record, accel_part(mesh), i);
+        add_flat(part_record(mesh), make_accel_part(mesh), i);
       }
       const double scale = Linear(instance.to_world).uniform_scale();
       for (const Sphere& sphere : object.spheres) {
         const V3f center(transform_point(instance.to_world, V3d(sphere.center)) - data_.origin);
-        PartRecord record = part_record(center, float(sphere.radius * scale), sphere.material);
-        AreaEmitter emitter;
-        emitter.shape = AreaEmitter::Shape::sphere;
-        emitter.p0 = center;
-        emitter.e1 = V3f(record.radius, 0, 0);
-        record.first_emitter = add_emitter(emitter, sphere.material);
-        add_flat(record, accel_part(center, record.radius, sphere.material), i);
+        const float radius = float(sphere.radius * scale);
+        add_flat(part_record(center, radius, std::uint32_t(sphere.material)),
+                 make_accel_part(center, radius, sphere.material), i);
       }
     }
   }
@@ -389,177 +265,39 @@ class Builder {
   }
 
   void make_instances() {
-    std::vector<std::uint32_t> accel_object(scene_.objects.size(), kNoHit), first_part(scene_.objects.size(), 0);
-    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      if (baked_[i] || uses_[i] == 0) continue;
-      Object& object = scene_.objects[i];
+    const std::size_t count = assets_->objects.size();
+    std::vector<std::uint32_t> accel_object(count, kNoHit), first_part(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (assets_->baked[i] || uses_[i] == 0) continue;
+      Object& object = assets_->objects[i];
       AccelObject accel;
       first_part[i] = std::uint32_t(data_.object_parts.size());
       for (TriangleMesh& mesh : object.meshes) {
         if (mesh.indices.empty()) continue;
         pad(mesh);
         data_.object_parts.push_back(part_record(mesh));
-        accel.parts.push_back(accel_part(mesh));
+        accel.parts.push_back(make_accel_part(mesh));
       }
       for (const Sphere& sphere : object.spheres) {
-        data_.object_parts.push_back(part_record(sphere.center, sphere.radius, sphere.material));
-        accel.parts.push_back(accel_part(sphere.center, sphere.radius, sphere.material));
+        data_.object_parts.push_back(part_record(sphere.center, sphere.radius, std::uint32_t(sphere.material)));
+        accel.parts.push_back(make_accel_part(sphere.center, sphere.radius, sphere.material));
       }
       if (accel.parts.empty()) continue;
       accel_object[i] = std::uint32_t(accel_input_.objects.size());
       accel_input_.objects.push_back(std::move(accel));
     }
     for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-      const Instance& instance = scene_.instances[i];
-      const std::size_t object = std::size_t(instance.object);
+      const std::size_t object = std::size_t(scene_.instances[i].object);
       if (accel_object[object] == kNoHit) continue;
-      add_instance(instance, accel_object[object], first_part[object], i);
+      InstanceRecord record;
+      record.first_part = first_part[object];
+      record.part_count = std::uint32_t(accel_input_.objects[accel_object[object]].parts.size());
+      record.accel_object = accel_object[object];
+      set_placement(record, rebased(scene_.instances[i].to_world, data_.origin));
+      accel_input_.instances.push_back(accel_instance(record));
+      data_.instances.push_back(record);
+      data_.instance_names.push_back(std::uint32_t(i));
     }
-  }
-
-  void add_instance(const Instance& instance, std::uint32_t accel_object, std::uint32_t first_part, std::size_t index) {
-    InstanceRecord record;
-    record.first_part = first_part;
-    const Linear linear(instance.to_world), normals = linear.normal_transform();
-    const V3d translation =
-        V3d(instance.to_world[3][0], instance.to_world[3][1], instance.to_world[3][2]) - data_.origin;
-    // Cofactors scale with the square of the transform: bring them to order one before they become float.
-    const double scale = 1 / std::max({length(normals.x), length(normals.y), length(normals.z)});
-    const V3d columns[4] = {linear.x, linear.y, linear.z, translation};
-    for (int c = 0; c < 4; ++c) {
-      for (int r = 0; r < 3; ++r) record.to_world[3 * c + r] = float(columns[c][r]);
-    }
-    const V3d normal_columns[3] = {normals.x * scale, normals.y * scale, normals.z * scale};
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) record.normal_to_world[3 * c + r] = float(normal_columns[c][r]);
-    }
-    record.offset_scale = float(length(linear.x) + length(linear.y) + length(linear.z));
-    record.offset =
-        float(std::max({std::abs(translation.x), std::abs(translation.y), std::abs(translation.z)})) * kOffsetFactor;
-    add_instance_emitters(record, linear, scene_.objects[std::size_t(instance.object)]);
-
-    AccelInstance accel;
-    accel.object = accel_object;
-    std::memcpy(accel.to_world, record.to_world, sizeof(accel.to_world));
-    accel_input_.instances.push_back(accel);
-    data_.instances.push_back(record);
-    data_.instance_names.push_back(std::uint32_t(index));
-  }
-
-  void add_instance_emitters(InstanceRecord& record, const Linear& linear, const Object& object) {
-    std::vector<std::uint32_t> slots;
-    bool any = false;
-    for (const TriangleMesh& mesh : object.meshes) {
-      if (mesh.indices.empty()) continue;
-      slots.push_back(add_emitters(
-          mesh, [&](const V3f& p) { return record.point(p); }, linear.determinant() < 0));
-      any = any || slots.back() != kNoHit;
-    }
-    for (const Sphere& sphere : object.spheres) {
-      slots.push_back(add_emitter(sphere_emitter(sphere, record, linear), sphere.material));
-      any = any || slots.back() != kNoHit;
-    }
-    if (!any) return;
-    record.first_emitter_slot = std::uint32_t(data_.instance_emitters.size());
-    data_.instance_emitters.insert(data_.instance_emitters.end(), slots.begin(), slots.end());
-  }
-
-  // A placed sphere: still one where it only grows, moves, and turns without a texture; an ellipsoid otherwise.
-  AreaEmitter sphere_emitter(const Sphere& sphere, const InstanceRecord& record, const Linear& linear) const {
-    AreaEmitter emitter;
-    emitter.p0 = record.point(sphere.center);
-    const double scale = linear.uniform_scale();
-    const bool textured = has_orientation(scene_.materials[std::size_t(sphere.material)]);
-    if (scale > 0 && !(textured && turns(linear))) {
-      emitter.shape = AreaEmitter::Shape::sphere;
-      emitter.e1 = V3f(float(sphere.radius * scale), 0, 0);
-      return emitter;
-    }
-    emitter.shape = AreaEmitter::Shape::ellipsoid;
-    emitter.e1 = record.direction(V3f(sphere.radius, 0, 0));
-    emitter.e2 = record.direction(V3f(0, sphere.radius, 0));
-    emitter.e3 = record.direction(V3f(0, 0, sphere.radius));
-    return emitter;
-  }
-
-  template <class ToWorld>
-  std::uint32_t add_emitters(const TriangleMesh& mesh, const ToWorld& to_world, bool mirrored = false) {
-    const Material& material = scene_.materials[std::size_t(mesh.material)];
-    const MaterialRecord& record = data_.materials[std::size_t(mesh.material)];
-    if (!record.emissive || record.unlit) return kNoHit;
-    const std::uint32_t first = std::uint32_t(light_input_.areas.size());
-    const std::vector<V2f>* uvs = texture_coordinates(mesh, material.emission_texture);
-    const std::vector<V2f>* alpha_uvs = texture_coordinates(mesh, alpha_slot(material));
-    const bool alpha = has_alpha(material, &mesh, *data_.textures);
-    for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
-      const std::uint32_t* i = &mesh.indices[3 * t];
-      AreaEmitter emitter{};
-      emitter.two_sided = record.double_sided;
-      emitter.p0 = to_world(mesh.positions[i[0]]);
-      emitter.e1 = to_world(mesh.positions[i[1]]) - emitter.p0;
-      emitter.e2 = to_world(mesh.positions[i[2]]) - emitter.p0;
-      emitter.normal = unit_or_zero(V3d(cross(emitter.e1, emitter.e2)) * (mirrored ? -1.0 : 1.0));
-      emitter.radiance = record.emission;
-      emitter.texture = material.emission_texture;
-      for (int k = 0; k < 3; ++k) emitter.uv[k] = uvs ? (*uvs)[i[k]] : V2f(0, 0);
-      if (alpha) {
-        EmitterAlpha& a = add_alpha(emitter, material);
-        for (int k = 0; k < 3; ++k) {
-          a.uv[k] = alpha_uvs ? (*alpha_uvs)[i[k]] : V2f(0, 0);
-          if (!mesh.colors.empty()) a.factor[k] *= mesh.colors[i[k]].w;
-        }
-      }
-      light_input_.areas.push_back(emitter);
-    }
-    return first;
-  }
-
-  // Null where the slot has no texture or the mesh no coordinates for it.
-  static const std::vector<V2f>* texture_coordinates(const TriangleMesh& mesh, const TextureSlot& slot) {
-    if (!slot.present() || slot.texcoord >= kMaxTexcoordSets) return nullptr;
-    const std::vector<V2f>& uvs = mesh.texcoords[std::size_t(slot.texcoord)];
-    return uvs.empty() ? nullptr : &uvs;
-  }
-
-  EmitterAlpha& add_alpha(AreaEmitter& emitter, const Material& material) {
-    emitter.alpha = std::uint32_t(light_input_.alphas.size());
-    EmitterAlpha& alpha = light_input_.alphas.emplace_back();
-    alpha.texture = alpha_slot(material);
-    for (float& factor : alpha.factor) factor = material.base_alpha;
-    alpha.mask = material.alpha_mode == AlphaMode::mask;
-    alpha.cutoff = material.alpha_cutoff;
-    return alpha;
-  }
-
-  // Everything but the shape is filled in.
-  std::uint32_t add_emitter(AreaEmitter emitter, int material_index) {
-    const Material& material = scene_.materials[std::size_t(material_index)];
-    const MaterialRecord& record = data_.materials[std::size_t(material_index)];
-    if (!record.emissive || record.unlit) return kNoHit;
-    emitter.two_sided = record.double_sided;
-    emitter.radiance = record.emission;
-    emitter.texture = material.emission_texture;
-    if (has_alpha(material, nullptr, *data_.textures)) add_alpha(emitter, material);
-    light_input_.areas.push_back(emitter);
-    return std::uint32_t(light_input_.areas.size() - 1);
-  }
-
-  void make_lights() {
-    light_input_.punctual = scene_.lights;
-    for (PunctualLight& light : light_input_.punctual) light.position -= data_.origin;
-    if (scene_.environment) {
-      light_input_.environment = &*scene_.environment;
-      if (scene_.environment->image >= 0) {
-        light_input_.env_distribution =
-            std::make_shared<EnvironmentDistribution>(EnvironmentMap(*scene_.environment, &*data_.textures));
-      }
-    }
-    light_input_.textures = &*data_.textures;
-    light_input_.scene_bounds = data_.world_bounds.isEmpty() ? Box3f(V3f(0, 0, 0), V3f(0, 0, 0))
-                                                             : Box3f(V3f(data_.world_bounds.min - data_.origin),
-                                                                     V3f(data_.world_bounds.max - data_.origin));
-    light_input_.use_tree = data_.features.light_tree;
-    data_.lights = std::make_unique<LightSampler>(std::move(light_input_));
   }
 
   // All but the BVH of the meshes and the environment's map.
@@ -570,32 +308,111 @@ class Builder {
   void count() {
     RenderSceneStats& stats = data_.stats;
     std::vector<std::uint64_t> triangles;
-    for (const Object& object : scene_.objects) {
+    for (const Object& object : assets_->objects) {
       std::uint64_t n = 0;
       for (const TriangleMesh& mesh : object.meshes) n += mesh.triangle_count();
       stats.triangles += n;
+      stats.meshes += object.meshes.size();
       triangles.push_back(n);
     }
+    stats.images = assets_->images.size();
     for (const Instance& instance : scene_.instances)
       stats.instanced_triangles += triangles[std::size_t(instance.object)];
     const int map = scene_.environment ? scene_.environment->image : -1;
-    const std::uint64_t map_bytes = map >= 0 ? scene_.images[std::size_t(map)].bytes() : 0;
-    stats.memory_bytes = memory_.description + map_bytes + data_.instances.size() * sizeof(InstanceRecord) +
-                         data_.textures->memory_bytes() + data_.lights->memory_bytes() + data_.accel->memory_bytes();
+    const std::uint64_t map_bytes = map >= 0 ? assets_->images[std::size_t(map)].bytes() : 0;
+    assets_->bytes = memory_.description - instance_bytes(scene_) + map_bytes + data_.textures->memory_bytes();
+    count_memory(data_);
+    stats.own_bytes = stats.memory_bytes;
   }
 
   SceneData& data_;
   SceneDescription& scene_;
+  const std::shared_ptr<SceneAssets> assets_;
   BuildMemory memory_;
-  std::vector<Box3d> boxes_;  // of objects
-  std::vector<std::uint32_t> uses_;
-  std::vector<bool> baked_;
+  std::vector<std::uint32_t> uses_;  // by object
   bool widen_ = false;
   AccelInput accel_input_;
-  LightSampler::Input light_input_;
 };
 
 }  // namespace
+
+AccelPart accel_part(const TriangleMesh& mesh, const Material& material, const TextureTable& textures) {
+  AccelPart part;
+  part.positions = mesh.positions.data();
+  part.vertex_count = mesh.positions.size();
+  part.indices = mesh.indices.data();
+  part.triangle_count = mesh.triangle_count();
+  part.alpha = has_alpha(material, &mesh, textures);
+  return part;
+}
+
+AccelPart accel_part(const V3f& center, float radius, const Material& material, const TextureTable& textures) {
+  AccelPart part;
+  part.kind = AccelPart::Kind::sphere;
+  part.alpha = has_alpha(material, nullptr, textures);
+  part.sphere = V4f(center.x, center.y, center.z, radius);
+  return part;
+}
+
+AccelInstance accel_instance(const InstanceRecord& record) {
+  AccelInstance instance;
+  instance.object = record.accel_object;
+  std::copy_n(record.to_world, 12, instance.to_world);
+  return instance;
+}
+
+PartRecord part_record(const TriangleMesh& mesh) {
+  PartRecord record;
+  record.mesh = &mesh;
+  record.material = std::uint32_t(mesh.material);
+  record.smooth = !mesh.normals.empty();
+  float extent = 0;
+  for (const V3f& p : mesh.positions) extent = std::max({extent, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+  record.offset = extent * kOffsetFactor;
+  return record;
+}
+
+PartRecord part_record(const V3f& center, float radius, std::uint32_t material) {
+  PartRecord record;
+  record.center = center;
+  record.radius = radius;
+  record.material = material;
+  record.offset =
+      (std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)}) + radius) * kOffsetFactor;
+  return record;
+}
+
+void prepare_material_tables(const Material& material, const SceneFeatures& features) {
+  if (!features.only_lambert) prepare_albedo_tables(material.distribution);
+  if (!features.layers) return;
+  prepare_albedo_tables(MicrofacetDistribution::ggx);
+  prepare_sheen_table();
+}
+
+float widening_offset(float widening_radius) {
+  return float(1.0625 * kWidening * double(widening_radius));
+}
+
+void set_flat_offsets(SceneData& data, float widening_radius) {
+  // On the other side, where two sides meet at 30 degrees.
+  const float through = float(0.5 * kWidening * double(widening_radius));
+  for (PartRecord& part : data.flat) {
+    const float offset = (part.mesh ? part_record(*part.mesh) : part_record(part.center, part.radius, 0)).offset;
+    part.through = std::max(offset, through);
+    part.offset = std::max(offset, widening_offset(widening_radius));
+  }
+}
+
+void count_memory(SceneData& data) {
+  const EnvironmentDistribution* map = data.environment_table.distribution.get();
+  const std::uint64_t map_table = map ? map->memory_bytes() : 0;
+  const std::uint64_t lights = data.lights->memory_bytes();  // the map's table included
+  data.table_bytes = lights - std::min(lights, map_table) + instance_bytes(data.description) +
+                     data.instances.capacity() * sizeof(InstanceRecord) +
+                     (data.flat.capacity() + data.object_parts.capacity()) * sizeof(PartRecord) +
+                     data.materials.size() * (sizeof(Material) + sizeof(MaterialRecord));
+  data.stats.memory_bytes = data.table_bytes + map_table + data.assets->bytes + data.accel->memory_bytes();
+}
 
 bool SceneData::opaque_at(const AlphaHit& hit) const {
   const PartRecord& record =
@@ -636,6 +453,17 @@ const RenderSceneStats& RenderScene::stats() const {
 }
 const V3d& RenderScene::origin() const {
   return impl_->origin;
+}
+const EditSummary* RenderScene::edit() const {
+  return impl_->edit ? &*impl_->edit : nullptr;
+}
+std::vector<MemoryShare> RenderScene::memory() const {
+  std::vector<MemoryShare> shares;
+  shares.push_back({impl_->lights, impl_->table_bytes});
+  shares.push_back({impl_->assets, impl_->assets->bytes});
+  if (const auto& table = impl_->environment_table.distribution) shares.push_back({table, table->memory_bytes()});
+  for (AccelShare& share : impl_->accel->shares()) shares.push_back({std::move(share.what), share.bytes});
+  return shares;
 }
 Box3d RenderScene::world_bounds() const {
   return impl_->world_bounds;

@@ -1,6 +1,7 @@
 // Inside of a RenderScene: what the integrators read. Internal to trace/.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,17 +18,17 @@ namespace helio {
 
 // A material with everything that does not depend on the hit worked out.
 struct MaterialRecord {
-  SurfaceParams params;     // complete when !textured, but for the pointer to the layers
-  LayerParams layers;       // stack: complete when !layers_textured
+  SurfaceParams params;                             // complete when !textured, but for the pointer to the layers
+  LayerParams layers;                               // stack: complete when !layers_textured
   std::shared_ptr<const PlasticInterface> plastic;  // plastic
-  Rgb emission{0, 0, 0};    // radiance factor
-  Rgb absorption{0, 0, 0};  // per unit length inside the volume
-  bool textured = false;    // some parameter needs a texture or a vertex colour
+  Rgb emission{0, 0, 0};                            // radiance factor
+  Rgb absorption{0, 0, 0};                          // per unit length inside the volume
+  bool textured = false;                            // some parameter needs a texture or a vertex colour
   bool layers_textured = false;
   bool numbers_textured = false;  // Material::numbers
   bool normal_mapped = false;     // by MapRule::bend
   bool scatters_mapped = false;   // by another one
-  bool specular = false;  // has a lobe that mirrors, smooth or rough
+  bool specular = false;          // has a lobe that mirrors, smooth or rough
   bool emissive = false;
   bool double_sided = false;
   bool one_sided = false;   // black from behind
@@ -49,7 +50,9 @@ struct PartRecord {
 };
 
 struct InstanceRecord {
-  std::uint32_t first_part = 0;               // into SceneData::object_parts
+  std::uint32_t first_part = 0;  // into SceneData::object_parts
+  std::uint32_t part_count = 0;
+  std::uint32_t accel_object = 0;             // AccelInstance::object
   std::uint32_t first_emitter_slot = kNoHit;  // into SceneData::instance_emitters, by part; kNoHit: emits nothing
   float to_world[12];                         // column-major 3x4
   float offset_scale = 1, offset = 0;  // world offset of a part: its own times the scale, plus that of the placement
@@ -68,16 +71,44 @@ struct InstanceRecord {
   }
 };
 
+// What no edit changes: a scene and all that are made from it by edits share it.
+struct SceneAssets {
+  std::vector<Object> objects;  // baked ones in rebased world space, but for their spheres
+  std::vector<Box3d> boxes;     // of the objects, in their own space as loaded
+  std::vector<bool> baked;      // by object
+  std::vector<MaterialUse> material_uses;
+  std::vector<Image> images;
+  std::optional<TextureTable> textures;
+  std::uint64_t bytes = 0;
+};
+
+// What samples an environment map.
+struct EnvironmentTable {
+  std::shared_ptr<const EnvironmentDistribution> distribution;  // null: none
+  Rgb radiance{0, 0, 0};                                        // Environment::radiance that it was made for
+  int image = -1;
+};
+
+// An object that was baked and has been moved since: an instance whose own space is the rebased world as loaded.
+struct TakenOut {
+  std::uint32_t name = 0;        // description instance
+  M44d baked_to_world;           // its transform when it was baked
+  std::uint32_t first_part = 0;  // into SceneData::object_parts
+  std::uint32_t part_count = 0;
+  std::uint32_t accel_object = 0;
+};
+
 struct RenderScene::Impl final : AlphaTest {
-  SceneDescription description;
+  SceneDescription description;  // without its objects and images, which are in `assets`
   SceneFeatures features;
   RenderSceneStats stats;
   V3d origin{0, 0, 0};
   Box3d world_bounds;
   float radius = 0;  // of a sphere around the rebased origin that holds everything
 
-  std::optional<TextureTable> textures;
-  bool mip_mapped = false;  // some texture has a pyramid: paths keep cones
+  std::shared_ptr<const SceneAssets> assets;
+  const TextureTable* textures = nullptr;  // of `assets`
+  bool mip_mapped = false;                 // some texture has a pyramid: paths keep cones
   std::vector<MaterialRecord> materials;
   std::vector<PartRecord> flat;          // by top-level part id
   std::vector<PartRecord> object_parts;  // of instanced objects
@@ -85,8 +116,19 @@ struct RenderScene::Impl final : AlphaTest {
   std::vector<std::uint32_t> instance_emitters;
   std::vector<std::uint32_t> flat_names, instance_names;  // description instance behind a flat part / an instance
 
-  std::unique_ptr<LightSampler> lights;
+  std::vector<TakenOut> taken_out;  // by name; their instances are the last, in this order
+  std::uint64_t table_bytes = 0;    // light tables, records and lists that no other scene shares
+  EnvironmentTable environment_table;
+
+  std::shared_ptr<LightSampler> lights;
   std::unique_ptr<Accel> accel;
+  std::optional<EditSummary> edit;
+
+  // Of a flat part: its object stands elsewhere, as an instance.
+  bool is_taken_out(std::size_t part) const {
+    return std::any_of(taken_out.begin(), taken_out.end(),
+                       [&](const TakenOut& object) { return object.name == flat_names[part]; });
+  }
 
   const PartRecord& part(const Hit& hit) const {
     return hit.instance == kNoHit ? flat[hit.part] : object_parts[instances[hit.instance].first_part + hit.part];
@@ -110,6 +152,26 @@ using SceneData = RenderScene::Impl;
 
 // Pre-evaluates a material. Pure function.
 MaterialRecord make_material_record(const Material& material);
+
+// Materials' tables, now and not on the first sample that needs them.
+void prepare_material_tables(const Material& material, const SceneFeatures& features);
+
+// A part as it is handed to the Accel and as its hits are shaded, in the space that its coordinates are in. The mesh
+// must be padded (pad()) and outlive both.
+AccelPart accel_part(const TriangleMesh& mesh, const Material& material, const TextureTable& textures);
+AccelPart accel_part(const V3f& center, float radius, const Material& material, const TextureTable& textures);
+AccelInstance accel_instance(const InstanceRecord& record);
+PartRecord part_record(const TriangleMesh& mesh);
+PartRecord part_record(const V3f& center, float radius, std::uint32_t material);
+
+// How far rays start off the surfaces of flat parts, anew: past what widened neighbours stand out by, where
+// `widening_radius` (AccelInput) is not 0.
+void set_flat_offsets(SceneData& data, float widening_radius);
+// What instances in such a scene add to their offsets for the same reason.
+float widening_offset(float widening_radius);
+
+// Fills in the figures of data that tell of memory, but for stats.own_bytes.
+void count_memory(SceneData& data);
 
 // Whether any hit on the material may let a ray pass. mesh: null for spheres.
 bool has_alpha(const Material& material, const TriangleMesh* mesh, const TextureTable& textures);
