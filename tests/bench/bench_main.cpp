@@ -31,6 +31,7 @@ const Subcommand kSubcommands[] = {
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
     {"adaptive", "mode adaptive over uniform counts, as a share of the possible", run_adaptive, true},
+    {"reuse", "time to a restart's error after a camera move", run_reuse, true},
 };
 
 struct CurveSubcommand {
