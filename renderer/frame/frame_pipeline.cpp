@@ -13,7 +13,7 @@ void FramePipeline::enter(Stage stage) {
 
 void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& works) {
   assert(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
-         bool(works.reproject) == plan.reproject);
+         bool(works.reproject) == plan.reproject && bool(works.review) == plan.review);
   plan_ = plan;
   film_ = &film;
   cut_ = false;
@@ -22,6 +22,7 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
   measure_.stop();
   reproject_.begin(works.reproject);
   allocate_.begin(works.allocate);
+  review_.begin(works.review);
   if (plan.reproject) {
     enter(Stage::reproject);
   } else if (plan.allocate) {
@@ -59,8 +60,11 @@ void FramePipeline::leave_finished_stages(double now_s) {
   if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
     cut_ = integrate_.stopped();
     if (!cut_) seconds_.integrate = seconds();
-    if (!cut_ && plan_.measure) measure_.begin(*film_, grid_.region());
-    enter(cut_ ? Stage::over : Stage::measure);
+    enter(cut_ ? Stage::over : Stage::review);
+  }
+  if (stage_ == Stage::review && review_.finished()) {
+    if (plan_.measure) measure_.begin(*film_, grid_.region());
+    enter(Stage::measure);
   }
   if (stage_ == Stage::measure && measure_.finished()) {
     if (plan_.measure) {
@@ -90,6 +94,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   } else if (stage_ == Stage::integrate) {
     const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
     if (auto next = integrate_.next(grid_, seconds)) piece = *next;
+  } else if (stage_ == Stage::review) {
+    if (auto next = review_.next()) piece = *next;
   } else if (stage_ == Stage::measure) {
     if (auto next = measure_.next()) piece = *next;
   }
@@ -102,7 +108,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
   return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::allocate && allocate_.any_open()) ||
-         (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
+         (stage_ == Stage::review && review_.any_open()) || (stage_ == Stage::integrate && integrate_.any_open()) ||
+         (stage_ == Stage::measure && measure_.any_open());
 }
 
 void FramePipeline::finish(const Piece& piece, bool done, double seconds, double now_s) {
@@ -115,6 +122,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     reproject_.finish(*reproject);
   } else if (const auto* allocate = std::get_if<AllocatePiece>(&piece)) {
     allocate_.finish(*allocate);
+  } else if (const auto* review = std::get_if<ReviewPiece>(&piece)) {
+    review_.finish(*review);
   } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
     measure_.finish(*measure);
   } else {
@@ -127,6 +136,7 @@ void FramePipeline::stop() {
   reproject_.stop();
   allocate_.stop();
   integrate_.stop();
+  review_.stop();
   measure_.stop();
   resolve_.stop();
   enter(Stage::over);

@@ -1,5 +1,5 @@
-// Carries out one plan after another: reproject, allocate, integrate, measure, resolve, in this order, each cut into
-// pieces that workers take.
+// Carries out one plan after another: reproject, allocate, integrate, review, measure, resolve, in this order, each cut
+// into pieces that workers take.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -15,11 +15,12 @@
 #include "renderer/frame/passes/measure.h"
 #include "renderer/frame/passes/reproject.h"
 #include "renderer/frame/passes/resolve.h"
+#include "renderer/frame/passes/review.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, ReprojectPiece, AllocatePiece, MeasurePiece, ResolvePiece>;
+using Piece = std::variant<IntegratePiece, ReprojectPiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
@@ -38,6 +39,7 @@ class FramePipeline {
   struct Works {
     std::shared_ptr<HistoryTransfer> reproject;
     std::shared_ptr<SampleAllocation> allocate;
+    std::shared_ptr<HistoryReview> review;
   };
   void start(const FramePlan& plan, const Film& film, const Works& works = {});
 
@@ -63,7 +65,7 @@ class FramePipeline {
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { reproject, allocate, integrate, measure, publish, over };
+  enum class Stage { reproject, allocate, integrate, review, measure, publish, over };
   void enter(Stage stage);
   void begin_integration();
   void leave_finished_stages(double now_s);
@@ -74,6 +76,7 @@ class FramePipeline {
   ReprojectPass reproject_;
   AllocatePass allocate_;
   IntegratePass integrate_;
+  ReviewPass review_;
   MeasurePass measure_;
   ResolvePass resolve_;
   double piece_seconds_;

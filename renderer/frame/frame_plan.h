@@ -36,6 +36,7 @@ struct FramePlan {
 
   std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves, rounded down
 
+  bool review = false;   // take back history that the samples contradict (passes/review.h)
   bool measure = false;  // estimate the picture's error afterwards
   Publish publish = Publish::none;
   bool final = false;  // what is published is the last of the frame; pixels without samples are shown empty

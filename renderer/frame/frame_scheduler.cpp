@@ -85,9 +85,10 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
   return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
 }
 
-// With history every pixel gets one sample of the first half, for its features; the rest is for the rounds.
+// With history every pixel gets one sample of each half, for its features and so that wrong history is seen to be
+// wrong; the rest is for the rounds.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  if (allocation_ && state.carried && state.done[0] > 0) return true;
+  if (allocation_ && state.carried && state.done[0] > 0 && state.done[1] > 0) return true;
   return allocation_ &&
          (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
@@ -157,6 +158,7 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   for (int h = 0; h < kHalves; ++h) plan.target[h] = level;
   const bool ends_round = level >= top;
   const std::uint32_t iteration = allocation_->min_samples + state.round.number;
+  plan.review = ends_round && state.carried;
   plan.measure = ends_round && (!allocation_->paper || budget_.error || std::has_single_bit(iteration));
   return plan;
 }
@@ -220,7 +222,9 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
 
   for (int h = 0; h < kHalves; ++h) plan.target[h] = std::max(state.done[h], std::min(goal_of[h], limit_of[h]));
   const std::uint32_t total = plan.target[0] + plan.target[1];
-  plan.measure = plan.target[1] > 0 && (error_expected || std::has_single_bit(total) || total >= limit);
+  const bool look = std::has_single_bit(total) || total >= limit;
+  plan.review = state.carried && plan.target[1] > 0 && look;
+  plan.measure = plan.target[1] > 0 && (error_expected || look);
   return plan;
 }
 

@@ -301,6 +301,7 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"resolve", record->resolve_seconds},
                     {"publish", record->publish_seconds}};
       if (record->reproject_seconds > 0) end.passes.push_back({"reproject", record->reproject_seconds});
+      if (record->review_seconds > 0) end.passes.push_back({"review", record->review_seconds});
       if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
     }
     lock.unlock();
@@ -437,6 +438,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
+  if (plan.review) works.review = std::make_shared<HistoryReview>(*film, region);
   pipeline.start(plan, *film, works);
   planned = true;
 }
@@ -482,6 +484,8 @@ bool RenderLoop::Impl::run_piece() {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
       run_sweep(*p);
+    } else if (const auto* p = std::get_if<ReviewPiece>(&*piece)) {
+      run_sweep(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
       run_measure(*p);
     } else {
@@ -507,6 +511,8 @@ bool RenderLoop::Impl::run_piece() {
     }
   } else if (std::holds_alternative<ReprojectPiece>(*piece)) {
     mine->reproject_seconds += cpu_seconds;
+  } else if (std::holds_alternative<ReviewPiece>(*piece)) {
+    mine->review_seconds += cpu_seconds;
   } else if (std::holds_alternative<AllocatePiece>(*piece)) {
     mine->allocate_seconds += cpu_seconds;
   } else if (std::holds_alternative<MeasurePiece>(*piece)) {

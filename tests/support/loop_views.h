@@ -35,8 +35,10 @@ class LoopViews {
     budget.samples = samples;
     return render(camera, budget);
   }
-  const ViewPicture& render(const CameraPose& camera, const Budget& budget) {
+  const ViewPicture& render(const CameraPose& camera, const Budget& budget,
+                            const std::optional<RenderSettings>& settings = std::nullopt) {
     RenderLoop::Update update;
+    update.settings = settings;
     View view;
     view.id = ++views_;
     view.camera = camera;

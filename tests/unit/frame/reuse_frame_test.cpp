@@ -111,13 +111,14 @@ TEST_P(ReuseFrame, SettingsAndRegionsBeginAnew) {
   const ViewPicture first = views.render(home(), 32);
   RenderSettings deeper = settings_of(GetParam());
   deeper.max_segments = 3;
-  RenderLoop::Update update;
-  update.settings = deeper;
-  views.loop().update(update);
-  EXPECT_EQ(views.render(turned_and_shifted(home(), 1, 0), 32).end.progress.reuse_share, 0);
-  update.settings = settings_of(GetParam());
-  views.loop().update(update);
-  EXPECT_TRUE(same_pixels(views.render(home(), 32), first));
+  Budget budget;
+  budget.samples = 32;
+  EXPECT_EQ(views.render(turned_and_shifted(home(), 1, 0), budget, deeper).end.progress.reuse_share, 0);
+  EXPECT_TRUE(same_pixels(views.render(home(), budget, settings_of(GetParam())), first));
+  RenderSettings part = settings_of(GetParam());
+  part.region = PixelRect{5, 3, 40, 30};
+  EXPECT_EQ(views.render(turned_and_shifted(home(), 1, 0), budget, part).end.progress.reuse_share, 0);
+  EXPECT_GT(views.render(home(), budget).end.progress.reuse_share, 0.1);
 }
 
 TEST_P(ReuseFrame, ALensTakesNoPart) {

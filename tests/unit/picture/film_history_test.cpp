@@ -76,7 +76,9 @@ TEST(HistorySource, GathersMeansCountsAndSpreads) {
     // A ramp does not bend, and rises by one a pixel along x.
     EXPECT_EQ(unpack_short_float(pixel.bend2[0]), 0);
     EXPECT_EQ(unpack_short_float(pixel.bend2[1]), 0);
-    if (x >= 2 && x < 18) EXPECT_EQ(unpack_short_float(pixel.slope2), 0.5f);  // of x and y; fewer pairs at the ends
+    if (x >= 2 && x < 18) {
+      EXPECT_EQ(unpack_short_float(pixel.slope2), 0.5f);  // of x and y; fewer pairs at the ends
+    }
   }
 }
 

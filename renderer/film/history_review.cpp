@@ -1,0 +1,124 @@
+#include "renderer/film/history_review.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "renderer/film/box_rows.h"
+#include "renderer/film/film_history.h"
+
+namespace helio {
+namespace {
+
+constexpr double kDeviations = 3;
+constexpr double kLargest = 1e15;  // of a difference: sums of the fourth powers of a neighbourhood are no floats
+
+double variance_of(const HalfPixel& half, int c) {
+  return half.count > 1 ? half.deviations[c] / (half.count - 1.0) : 0;
+}
+
+// Product of the halves' differences, and its variance by chance, means over the channels; false: a half lacks fresh
+// or carried samples.
+bool compare(const Film& film, int x, int y, double& product, double& by_chance) {
+  const CarriedPixel& carried = film.history()->carried(x, y);
+  double inverse[kHalves];  // 1 / fresh + 1 / carried
+  std::uint32_t fresh[kHalves];
+  for (int h = 0; h < kHalves; ++h) {
+    if (carried.count[h] == 0) return false;
+    fresh[h] = film.half(h, x, y).count - carried.count[h];
+    if (fresh[h] == 0) return false;
+    inverse[h] = 1.0 / fresh[h] + 1.0 / carried.count[h];
+  }
+  product = by_chance = 0;
+  for (int c = 0; c < 3; ++c) {
+    double difference[kHalves], variance = inverse[0] * inverse[1];
+    for (int h = 0; h < kHalves; ++h) {
+      const HalfPixel& half = film.half(h, x, y);
+      const double mean = double(carried.mean[h][c]);
+      const double fresh_mean = (half.sum[c] - carried.count[h] * mean) / fresh[h];
+      difference[h] = std::clamp(fresh_mean - mean, -kLargest, kLargest);
+      variance *= std::min(variance_of(half, c), kLargest);
+    }
+    product += difference[0] * difference[1] / 3;
+    by_chance += variance / 3;
+  }
+  return true;
+}
+
+}  // namespace
+
+HistoryReview::HistoryReview(Film& film, const PixelRect& region)
+    : film_(film), region_(intersect(region, film.bounds())), found_(std::size_t(region_.area())) {
+  assert(film.history() && !region_.empty());
+  constexpr int kRows = 2 * kFilmBlock, kColumns = 16 * kFilmBlock;
+  for (int y = region_.y0; y < region_.y1; y += kRows) {
+    for (int x = region_.x0; x < region_.x1; x += kColumns)
+      windows_.push_back(intersect({x, y, x + kColumns, y + kRows}, region_));
+  }
+}
+
+void HistoryReview::run(int sweep, std::size_t part) {
+  sweep == 0 ? look(windows_[part]) : take_back(windows_[part]);
+}
+
+void HistoryReview::look(const PixelRect& window) {
+  thread_local BoxRows rows;
+  thread_local std::vector<float> sums;
+  rows.begin(window.width());
+  sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
+  const PixelRect border = with_box_border(window);
+  const PixelRect read = intersect(border, region_);
+  for (int below = border.y0; below < border.y1; ++below) {
+    const bool inside = below >= read.y0 && below < read.y1;
+    for (int x = read.x0; inside && x < read.x1; ++x) {
+      float* term = rows.input() + (x - border.x0) * kLanes;
+      double product = 0, by_chance = 0;
+      const bool known = compare(film_, x, below, product, by_chance);
+      term[0] = float(product);
+      term[1] = float(by_chance);
+      term[2] = 0;
+      term[3] = known ? 1.0f : 0.0f;
+    }
+    rows.push(inside);
+    const int y = below - kBoxRadius;
+    if (y < window.y0) continue;
+    rows.sum(sums.data());
+    for (int x = window.x0; x < window.x1; ++x) {
+      const float* sum = sums.data() + (x - window.x0) * kLanes;
+      const bool by_chance = !(double(sum[0]) > kDeviations * std::sqrt(double(sum[1])));
+      found(x, y) = by_chance || sum[3] == 0 ? 0.0f : sum[0] / sum[3];
+    }
+  }
+}
+
+void HistoryReview::take_back(const PixelRect& window) {
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      CarriedPixel& carried = film_.history()->carried(x, y);
+      const float bias2 = found(x, y);
+      if (!(bias2 > carried.bias2)) continue;
+      double variance[kHalves] = {0, 0};
+      for (int h = 0; h < kHalves; ++h) {
+        for (int c = 0; c < 3; ++c) variance[h] += variance_of(film_.half(h, x, y), c) / 3;
+      }
+      for (int h = 0; h < kHalves; ++h) {
+        if (carried.count[h] == 0) continue;
+        const double n = carried.count[h], v = variance[1 - h];
+        const double more = double(bias2) - double(carried.bias2);
+        const auto keep = std::uint32_t(v > 0 ? n / (1 + n * more / v) : 0.0);
+        const std::uint32_t drop = carried.count[h] - keep;
+        HalfPixel& half = film_.half(h, x, y);
+        const double before = half.count;
+        half.count -= drop;
+        for (int c = 0; c < 3; ++c) {
+          half.sum[c] -= double(carried.mean[h][c]) * drop;
+          half.deviations[c] *= float(half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0);
+        }
+        carried.count[h] = keep;
+      }
+      carried.bias2 = bias2;
+    }
+  }
+}
+
+}  // namespace helio
