@@ -42,8 +42,9 @@ void blend(double& mean, double value) {
 // pixels are touched; the film is written and read by pieces, and replaced or given to another picture only while none
 // is in flight.
 struct RenderLoop::Impl final : PieceSource {
-  Impl(RenderEngine::Impl& engine, IntegrateFunction integrate, const RenderSettings& settings, const Budget& budget,
-       RenderRank rank, std::shared_ptr<FrameSink> sink, const RenderLoopOptions& options);
+  Impl(RenderEngine::Impl& engine, IntegrateFunction integrate, std::shared_ptr<const RenderScene> scene,
+       const RenderSettings& settings, const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
+       const RenderLoopOptions& options);
   ~Impl() override;
 
   bool run_piece() override;
@@ -67,7 +68,6 @@ struct RenderLoop::Impl final : PieceSource {
   std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
 
   RenderEngine::Impl& engine;
-  const IntegrateFunction integrate;
   const std::shared_ptr<FrameSink> sink;
   const RenderLoopOptions options;
   const PublishPolicy policy;
@@ -75,6 +75,8 @@ struct RenderLoop::Impl final : PieceSource {
 
   mutable std::mutex mutex;
   // What is asked for.
+  std::shared_ptr<const IntegrateFunction> integrate;
+  std::shared_ptr<const RenderScene> scene;  // that it traces; null: another source of radiance
   RenderSettings settings;
   Budget budget;
   unsigned channels;
@@ -106,14 +108,16 @@ struct RenderLoop::Impl final : PieceSource {
   bool delivering = false;
 };
 
-RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_, const RenderSettings& settings_,
+RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_,
+                       std::shared_ptr<const RenderScene> scene_, const RenderSettings& settings_,
                        const Budget& budget_, RenderRank rank, std::shared_ptr<FrameSink> sink_,
                        const RenderLoopOptions& options_)
     : engine(engine_),
-      integrate(std::move(integrate_)),
       sink(std::move(sink_)),
       options(options_),
       policy{options_.publish_passes.value_or(rank == RenderRank::interactive), options_.publish_interval_s},
+      integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
+      scene(std::move(scene_)),
       settings(settings_),
       budget(budget_),
       channels(options_.channels),
@@ -177,6 +181,14 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
       view_accepted_s = now;
     }
     view = update.view;
+  }
+  std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
+  if (update.scene && update.scene != scene) {
+    // scene->edit() says what of the film could be kept.
+    another_picture = true;
+    view_accepted_s = now;
+    retired_scene = std::exchange(scene, update.scene);
+    integrate = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
   }
   if (update.budget) budget = *update.budget;
   if (update.channels) channels = *update.channels;
@@ -320,6 +332,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   frame->begin.settings = settings;
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = view->camera;
+  frame->begin.scene = scene;
   frame->accepted_s = accepted_s;
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
@@ -424,6 +437,7 @@ bool RenderLoop::Impl::run_piece() {
   const std::shared_ptr<FrameRecord> mine = frame;
   const std::shared_ptr<CancelToken> cancelled = token;
   const CameraPose camera = view->camera;
+  const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
   Film& pixels = *film;
   lock.unlock();
@@ -435,7 +449,7 @@ bool RenderLoop::Impl::run_piece() {
   FrameTile tile;
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
-      done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
+      done = run_integrate(*p, *tracer, camera, mine->begin.settings, *cancelled, pixels, stats);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
       run_allocate(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
@@ -485,13 +499,14 @@ bool RenderLoop::Impl::run_piece() {
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : RenderLoop(engine, path_tracer(std::move(scene)), settings, budget, rank, std::move(sink), options) {}
+    : impl_(std::make_unique<Impl>(engine.impl(), path_tracer(scene), scene, settings, budget, rank, std::move(sink),
+                                   options)) {}
 
 RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), std::move(integrate), settings, budget, rank, std::move(sink),
-                                   options)) {}
+    : impl_(std::make_unique<Impl>(engine.impl(), std::move(integrate), nullptr, settings, budget, rank,
+                                   std::move(sink), options)) {}
 
 RenderLoop::~RenderLoop() = default;
 std::uint64_t RenderLoop::update(const Update& update) {
