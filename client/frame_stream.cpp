@@ -114,6 +114,12 @@ Status FrameStream::send_credit(std::uint32_t tiles) {
   return impl_->write(request);
 }
 
+Status FrameStream::send_scene(const std::string& scene_id) {
+  pb::StreamRequest request;
+  request.mutable_scene()->set_scene_id(scene_id);
+  return impl_->write(request);
+}
+
 Status FrameStream::close(bool close_session) {
   pb::StreamRequest request;
   request.mutable_close()->set_close_session(close_session);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "heliograph/v1/frame_stream.pb.h"
 #include "heliograph/v1/render_service.grpc.pb.h"
@@ -41,6 +42,8 @@ class FrameStream {
   Status send_settings(const heliograph::v1::RenderSettings& settings);
   Status send_budget(const heliograph::v1::Budget& budget);
   Status send_credit(std::uint32_t tiles);
+  // Another scene from now on, an edited one for instance; view, settings and budget stay.
+  Status send_scene(const std::string& scene_id);
 
   // Asks the server to end the stream, and the session with it when asked to; then wait() returns soon.
   Status close(bool close_session);

@@ -140,6 +140,15 @@ Status RenderClient::unload_scene(const std::string& scene_id) {
   return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::UnloadScene, request));
 }
 
+Result<pb::EditSceneResponse> RenderClient::edit_scene(const pb::EditSceneRequest& request, CallControl* control) {
+  grpc::ClientContext context;
+  const CallControl::Scope scope(control, context);
+  pb::EditSceneResponse response;
+  const grpc::Status status = stub_->EditScene(&context, request, &response);
+  if (!status.ok()) return to_error(status, peer_);
+  return response;
+}
+
 Result<pb::CreateSessionResponse> RenderClient::create_session(const pb::CreateSessionRequest& request) {
   return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CreateSession, request);
 }

@@ -71,6 +71,9 @@ class RenderClient {
                                                               CallControl* control = nullptr);
   Result<heliograph::v1::ListScenesResponse> list_scenes();
   Status unload_scene(const std::string& scene_id);
+  // A scene that shares memory with the one that is edited; FrameStream::send_scene() switches a session to it.
+  Result<heliograph::v1::EditSceneResponse> edit_scene(const heliograph::v1::EditSceneRequest& request,
+                                                       CallControl* control = nullptr);
 
   Result<heliograph::v1::CreateSessionResponse> create_session(const heliograph::v1::CreateSessionRequest& request);
   Status close_session(const std::string& session_id);

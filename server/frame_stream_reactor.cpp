@@ -54,6 +54,7 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
   }
   Status status = ok_status();
   Session::Change change;
+  SceneLease scene;
   switch (request.request_case()) {
     case pb::StreamRequest::kOpen:
       status = attached ? Status(out_of_order("open was sent before; allowed: once, as the first message"))
@@ -80,6 +81,22 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
       }
       break;
     }
+    case pb::StreamRequest::kScene: {
+      Problems problems;
+      check_id(request.scene().scene_id(), "scene.scene_id", problems);
+      if (!problems.empty()) {
+        status = problems.to_error();
+        break;
+      }
+      auto found = core_.scenes.acquire(request.scene().scene_id(), "scene.scene_id");
+      if (!found) {
+        status = found.error();
+        break;
+      }
+      scene = std::move(*found);
+      change.scene = &scene;
+      break;
+    }
     case pb::StreamRequest::kClose:
       if (request.close().close_session()) {
         (void)core_.sessions.close(session_id_, "session_id", grpc::Status::OK);
@@ -89,10 +106,10 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
       return false;
     case pb::StreamRequest::REQUEST_NOT_SET:
       status = Error{ErrorCode::invalid_argument,
-                     "is empty; allowed: one of open, view, settings, budget, credit, close", "request"};
+                     "is empty; allowed: one of open, view, settings, budget, credit, close, scene", "request"};
       break;
   }
-  if (status.ok() && (change.view || change.settings || change.budget)) {
+  if (status.ok() && (change.view || change.settings || change.budget || change.scene)) {
     const auto revision = guarded([&] { return attached->update(change); });
     if (!revision) status = revision.error();
   }

@@ -6,6 +6,7 @@
 
 #include "server/build_info.h"
 #include "server/convert.h"
+#include "server/edit_scene_reactor.h"
 #include "server/frame_stream_reactor.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -81,6 +82,15 @@ Result<pb::UpdateSessionResponse> update_session(ServiceCore& core, const pb::Up
   if (request.has_view()) change.view = &request.view();
   if (request.has_settings()) change.settings = &request.settings();
   if (request.has_budget()) change.budget = &request.budget();
+  SceneLease scene;
+  if (!request.scene_id().empty()) {
+    check_id(request.scene_id(), "scene_id", problems);
+    if (!problems.empty()) return problems.to_error();
+    auto found = core.scenes.acquire(request.scene_id(), "scene_id");
+    if (!found) return found.error();
+    scene = std::move(*found);
+    change.scene = &scene;
+  }
   const auto revision = (*session)->update(change);
   if (!revision) return revision.error();
   pb::UpdateSessionResponse response;
@@ -219,6 +229,11 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   return new ReplayReactor(core_, *request, response);
+}
+
+grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  return new EditSceneReactor(core_, *request, response);
 }
 
 }  // namespace helio

@@ -16,7 +16,8 @@ using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<Rpcs::WithRawCallbackM
             Rpcs::WithRawCallbackMethod_ListSessions<Rpcs::WithRawCallbackMethod_StreamFrames<
                 Rpcs::WithRawCallbackMethod_UpdateSession<Rpcs::WithRawCallbackMethod_WatchFrames<
                     Rpcs::WithRawCallbackMethod_RunJob<Rpcs::WithRawCallbackMethod_CancelJob<
-                    Rpcs::WithRawCallbackMethod_ReplaySample<Rpcs::Service>>>>>>>>>>>>>;
+                    Rpcs::WithRawCallbackMethod_ReplaySample<
+                        Rpcs::WithRawCallbackMethod_EditScene<Rpcs::Service>>>>>>>>>>>>>>;
 
 }  // namespace raw
 
@@ -50,6 +51,8 @@ class RenderService final : public raw::Service {
                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ReplaySample(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
 
  private:
   ServiceCore& core_;

@@ -24,18 +24,45 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
 Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
                                                      const RenderSettings& settings, const Budget& budget,
                                                      RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
-  std::shared_ptr<Rendering> rendering(new Rendering(resources, std::move(scene)));
+  std::shared_ptr<Rendering> rendering(new Rendering(resources));
+  rendering->scenes_->current = std::move(scene);
   if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
   rendering->publisher_ = std::make_shared<FramePublisher>(
-      tiles, [scene = rendering->scene_.get()](const FrameBegin& frame, const InvalidSample& sample) {
-        return make_replay_token(*scene, frame, sample);
+      tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
+        const auto snapshot = frame.scene.lock();
+        const std::lock_guard lock(scenes->mutex);
+        if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);
+        const auto before = scenes->before.lock();
+        return before && before->snapshot == snapshot ? make_replay_token(*before, frame, sample) : std::string();
       });
   RenderLoopOptions options;
   options.channels = channels;
   options.publish_passes = tiles == FramePublisher::Tiles::all;
-  rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene_->snapshot, settings, budget, rank,
+  rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
                                                   rendering->publisher_, options);
   return rendering;
+}
+
+const LoadedScene& Rendering::scene() const {
+  const std::lock_guard lock(scenes_->mutex);
+  return *scenes_->current;
+}
+
+std::uint64_t Rendering::switch_scene(SceneLease scene, RenderLoop::Update update) {
+  update.scene = scene->snapshot;
+  const auto exchange = [&](std::weak_ptr<const LoadedScene> before) {
+    const std::lock_guard lock(scenes_->mutex);
+    std::swap(scenes_->current, scene);
+    return std::exchange(scenes_->before, std::move(before));
+  };
+  // Known before the first of its frames can begin.
+  const auto before = exchange(this->scene().weak_from_this());
+  try {
+    return loop_->update(update);
+  } catch (...) {
+    exchange(before);
+    throw;
+  }
 }
 
 Status Rendering::resize(const RenderSettings& settings) {

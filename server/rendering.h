@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "renderer/base/result.h"
 #include "renderer/frame/render_loop.h"
@@ -28,7 +29,11 @@ class Rendering : public std::enable_shared_from_this<Rendering> {
                                                    const RenderSettings& settings, const Budget& budget,
                                                    RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
 
-  const LoadedScene& scene() const { return *scene_; }
+  // That is rendered; valid until the next call of switch_scene().
+  const LoadedScene& scene() const;
+  // Makes the update, and renders this scene from now on. The new revision. What RenderLoop::update() throws leaves the
+  // scene as it is.
+  std::uint64_t switch_scene(SceneLease scene, RenderLoop::Update update);
   RenderLoop& loop() { return *loop_; }
   const RenderLoop& loop() const { return *loop_; }
   FramePublisher& publisher() { return *publisher_; }
@@ -43,11 +48,18 @@ class Rendering : public std::enable_shared_from_this<Rendering> {
   void report_progress(const std::shared_ptr<OutboundStream>& stream);
 
  private:
-  Rendering(const Resources& resources, SceneLease scene) : resources_(resources), scene_(std::move(scene)) {}
+  // The scene that is rendered and the one before, of which a frame's end may still be told.
+  struct Scenes {
+    std::mutex mutex;
+    SceneLease current;
+    std::weak_ptr<const LoadedScene> before;
+  };
+
+  explicit Rendering(const Resources& resources) : resources_(resources) {}
   void report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told);
 
   Resources resources_;
-  SceneLease scene_;
+  const std::shared_ptr<Scenes> scenes_ = std::make_shared<Scenes>();  // with the maker of replay tokens
   Reservation film_memory_, queue_memory_;
   std::shared_ptr<FramePublisher> publisher_;
   std::unique_ptr<RenderLoop> loop_;  // after what its sink uses

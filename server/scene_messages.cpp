@@ -77,6 +77,8 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
   info.set_roulette_from(description.hints.roulette_from);
   for (const std::string& name : scene.snapshot->features().names()) info.add_features(name);
   info.set_memory_bytes(stats.memory_bytes);
+  info.set_own_bytes(stats.own_bytes);
+  info.set_edited_from(scene.edited_from);
   if (const Box3d bounds = scene.snapshot->world_bounds(); !bounds.isEmpty()) {
     write_point(bounds.min, *info.mutable_bounds_min());
     write_point(bounds.max, *info.mutable_bounds_max());

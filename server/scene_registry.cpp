@@ -9,6 +9,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/scene/environment.h"
+#include "renderer/trace/edit_scene.h"
 
 namespace helio {
 namespace {
@@ -82,7 +83,7 @@ std::string SceneManifest::id() const {
 // One load: opens the sources, reads, builds.
 class SceneRegistry::Load {
  public:
-  Load(const SceneRegistry& registry, SceneRequest request) : registry_(registry), request_(std::move(request)) {}
+  Load(SceneRegistry& registry, SceneRequest request) : registry_(registry), request_(std::move(request)) {}
 
   Status open() {
     const auto environment_is_file = names_environment_file(request_.environment);
@@ -137,7 +138,7 @@ class SceneRegistry::Load {
     auto snapshot = RenderScene::build(std::move(*description), build);
     if (!snapshot) return snapshot.error();
     if (cancel.cancelled()) return cancelled();
-    auto memory = registry_.memory_.reserve((*snapshot)->stats().memory_bytes, "the scene");
+    auto memory = registry_.reserve(**snapshot);
     if (!memory) return memory.error();
     scene->report = (*snapshot)->description().report;
     scene->snapshot = std::move(*snapshot);
@@ -165,7 +166,7 @@ class SceneRegistry::Load {
     if (environment_files_) add(*environment_files_, environment_root_, "environment/");
   }
 
-  const SceneRegistry& registry_;
+  SceneRegistry& registry_;
   SceneRequest request_;
   SceneManifest manifest_;
   std::string root_, environment_root_;
@@ -183,21 +184,128 @@ Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const C
   if (!load.manifest().files.empty()) {
     if (auto scene = find(load.manifest().id())) return Outcome{std::move(scene), true};
   }
-  {
-    const std::lock_guard lock(mutex_);
-    if (scenes_.size() >= std::size_t(limits_.max_scenes)) {
-      return Error{ErrorCode::resource_exhausted,
-                   fmt::format("max_scenes: {} scenes are loaded, as many as are allowed", scenes_.size()),
-                   {}};
-    }
-  }
+  if (const Status room = make_room(); !room) return room.error();
   auto scene = load.run(cancel);
   if (!scene) return scene.error();
   return keep(std::move(*scene));
 }
 
+Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::span<const SceneEdit> edits,
+                                                   const CancelToken& cancel) {
+  auto changes = resolve_edits(base->snapshot->description(), edits);
+  if (!changes) return changes.error();
+  auto scene = std::make_shared<LoadedScene>();
+  scene->changes = merge_changes(base->changes, *changes);
+  const std::string& loaded_id = base->edited_from.empty() ? base->id : base->edited_from;
+  // Without a change it is what was loaded, whether that is still held or not.
+  if (!scene->changes.empty()) scene->edited_from = loaded_id;
+  scene->id = edited_scene_id(loaded_id, scene->changes);
+  if (auto found = find(scene->id)) return Outcome{std::move(found), true};
+  if (const Status room = make_room(); !room) return room.error();
+
+  for (;;) {
+    EditOptions options;
+    options.threads = limits_.build_threads;
+    options.max_bytes = std::min(limits_.max_scene_memory, memory_.available());
+    options.cancel = &cancel;
+    auto snapshot = edit_scene(base->snapshot, *changes, options);
+    if (snapshot) {
+      auto memory = reserve(**snapshot);
+      if (memory) {
+        scene->memory = std::move(*memory);
+        scene->snapshot = std::move(*snapshot);
+        break;
+      }
+      snapshot = memory.error();
+    }
+    if (snapshot.error().code != ErrorCode::resource_exhausted || !evict_edited()) return snapshot.error();
+  }
+  scene->manifest = base->manifest;
+  scene->report = scene->snapshot->description().report;
+  return keep(std::move(scene));
+}
+
+std::string edited_scene_id(const std::string& loaded_id, const SceneChanges& changes) {
+  if (changes.empty()) return loaded_id;
+  std::string text = "heliograph edit 1 " + loaded_id;
+  const auto add = [&](double value) { text += fmt::format(" {:x}", std::bit_cast<std::uint64_t>(value + 0.0)); };
+  const auto add_colour = [&](const Rgb& c) {
+    for (int i = 0; i < 3; ++i) add(double(c[i]));
+  };
+  for (const auto& [index, change] : changes.transforms) {
+    text += fmt::format(" object {}", index);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 3; ++j) add(change.to[i][j]);
+    }
+  }
+  for (const auto& [index, change] : changes.materials) {
+    text += fmt::format(" material {}", index);
+    add_colour(change.to.base_color);
+    add_colour(change.to.emission);
+    add(double(change.to.roughness));
+  }
+  for (const auto& [index, change] : changes.lights) {
+    text += fmt::format(" light {}", index);
+    add_colour(change.to);
+  }
+  if (changes.environment) {
+    text += " environment";
+    add_colour(changes.environment->to);
+  }
+  Sha256 hash;
+  hash.update(text);
+  return to_hex(hash.finish());
+}
+
+Result<std::vector<std::shared_ptr<const Reservation>>> SceneRegistry::reserve(const RenderScene& snapshot) {
+  std::vector<std::shared_ptr<const Reservation>> reservations;
+  const std::lock_guard lock(mutex_);
+  std::erase_if(shares_, [](const auto& entry) { return entry.second.expired(); });
+  for (const MemoryShare& share : snapshot.memory()) {
+    auto& known = shares_[share.what.get()];
+    auto reservation = known.lock();
+    if (!reservation) {
+      auto fresh = memory_.reserve(share.bytes, "the scene");
+      if (!fresh) return fresh.error();
+      known = reservation = std::make_shared<const Reservation>(std::move(*fresh));
+    }
+    reservations.push_back(std::move(reservation));
+  }
+  return reservations;
+}
+
+Status SceneRegistry::make_room() {
+  const auto full = [&] {
+    const std::lock_guard lock(mutex_);
+    return scenes_.size() >= std::size_t(limits_.max_scenes);
+  };
+  while (full()) {
+    if (evict_edited()) continue;
+    return Error{ErrorCode::resource_exhausted,
+                 fmt::format("max_scenes: {} scenes are loaded, as many as are allowed", limits_.max_scenes),
+                 {}};
+  }
+  return ok_status();
+}
+
+bool SceneRegistry::evict_edited() {
+  std::shared_ptr<const LoadedScene> evicted;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  auto oldest = scenes_.end();
+  for (auto it = scenes_.begin(); it != scenes_.end(); ++it) {
+    const LoadedScene& scene = *it->second;
+    if (scene.edited_from.empty() || scene.references > 0) continue;
+    if (oldest == scenes_.end() || scene.last_use < oldest->second->last_use) oldest = it;
+  }
+  if (oldest == scenes_.end()) return false;
+  evicted = std::move(oldest->second);
+  scenes_.erase(oldest);
+  return true;
+}
+
 Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> scene) {
   const std::lock_guard lock(mutex_);
+  touch(*scene);
   const auto [place, inserted] = scenes_.try_emplace(scene->id, scene);
   return Outcome{place->second, !inserted};
 }
@@ -205,7 +313,9 @@ Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> 
 std::shared_ptr<const LoadedScene> SceneRegistry::find(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto found = scenes_.find(id);
-  return found == scenes_.end() ? nullptr : found->second;
+  if (found == scenes_.end()) return nullptr;
+  touch(*found->second);
+  return found->second;
 }
 
 // A scene loaded from this path with the same options, all of whose files still have the same bytes.
@@ -233,6 +343,7 @@ Result<SceneLease> SceneRegistry::acquire(const std::string& id, const std::stri
   const std::lock_guard lock(mutex_);
   const auto found = scenes_.find(id);
   if (found == scenes_.end()) return Error{ErrorCode::not_found, "there is no scene '" + id + "'", where};
+  touch(*found->second);
   return SceneLease(found->second);
 }
 

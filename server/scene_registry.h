@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -13,6 +14,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/result.h"
+#include "renderer/scene/scene_edit.h"
 #include "renderer/scene/scene_loader.h"
 #include "renderer/trace/render_scene.h"
 #include "server/memory_account.h"
@@ -34,16 +36,23 @@ struct SceneManifest {
   std::string id() const;
 };
 
-struct LoadedScene {
+struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   std::string id;
   SceneManifest manifest;
   std::map<std::string, Sha256Digest> disk_files;  // by absolute path; none for an upload
   double load_seconds = 0;
   LoadReport report;
   std::shared_ptr<const RenderScene> snapshot;
-  Reservation memory;
+  // Of what the snapshot holds; scenes that share memory share its reservation.
+  std::vector<std::shared_ptr<const Reservation>> memory;
+  std::string edited_from;  // id of the scene as loaded; empty: this is it
+  SceneChanges changes;     // since then
   mutable std::atomic<int> references{0};
+  mutable std::atomic<std::uint64_t> last_use{0};  // counts calls
 };
+
+// What identifies the scene that these changes make of a loaded one.
+std::string edited_scene_id(const std::string& loaded_id, const SceneChanges& changes);
 
 // Keeps a scene from being unloaded.
 class SceneLease {
@@ -99,6 +108,11 @@ class SceneRegistry {
   // Takes seconds; one call at a time. `cancel` is looked at between the stages.
   Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
 
+  // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
+  // one least recently acquired or asked for goes first. Errors: those of resolve_edits() and edit_scene();
+  // resource_exhausted (max_scenes, max_memory).
+  Result<Outcome> edit(const SceneLease& base, std::span<const SceneEdit> edits, const CancelToken& cancel);
+
   Result<SceneLease> acquire(const std::string& id, const std::string& where) const;
   Status unload(const std::string& id, const std::string& where);
   std::vector<std::shared_ptr<const LoadedScene>> list() const;
@@ -108,6 +122,12 @@ class SceneRegistry {
   std::shared_ptr<const LoadedScene> find(const std::string& id) const;
   std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
   Result<Outcome> keep(std::shared_ptr<LoadedScene> scene);
+  Result<std::vector<std::shared_ptr<const Reservation>>> reserve(const RenderScene& snapshot);
+  // Unloads the edited scene that is least recently used; false when all are in use.
+  bool evict_edited();
+  // Room for one more scene, if need be by evicting one.
+  Status make_room();
+  void touch(const LoadedScene& scene) const { scene.last_use = ++uses_; }
 
   const SceneRoots roots_;
   const SceneLimits limits_;
@@ -115,6 +135,8 @@ class SceneRegistry {
 
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const LoadedScene>> scenes_;
+  std::map<const void*, std::weak_ptr<const Reservation>> shares_;  // by MemoryShare::what
+  mutable std::atomic<std::uint64_t> uses_{0};
 };
 
 }  // namespace helio

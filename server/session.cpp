@@ -28,7 +28,7 @@ Result<std::uint64_t> Session::update(const Change& change) {
   Problems problems;
   RenderLoop::Update update;
   if (change.view) {
-    const LoadedScene& scene = rendering_->scene();
+    const LoadedScene& scene = change.scene ? **change.scene : rendering_->scene();
     const ViewRules rules{&scene.snapshot->description().cameras, scene.manifest.time_s, last_view_id_};
     update.view = read_view(*change.view, rules, "view", problems);
   }
@@ -41,7 +41,8 @@ Result<std::uint64_t> Session::update(const Change& change) {
   }
 
   // May throw when it allocates a film; nothing has changed then.
-  const std::uint64_t revision = rendering_->loop().update(update);
+  const std::uint64_t revision =
+      change.scene ? rendering_->switch_scene(std::move(*change.scene), update) : rendering_->loop().update(update);
   if (update.settings) settings_ = *update.settings;
   if (update.budget) budget_ = *update.budget;
   if (update.view) last_view_id_ = update.view->id;
@@ -71,6 +72,7 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   *opened.mutable_settings() = to_message(settings_);
   *opened.mutable_budget() = to_message(budget_);
   opened.set_resumed(has_samples);
+  opened.set_scene_id(rendering_->scene().id);
   stream->queue().limit_rate(budget_.bytes_per_second);
   stream->push(Greeting{greeting.SerializeAsString()});
 

@@ -31,6 +31,7 @@ class Session : public std::enable_shared_from_this<Session> {
     const pb::View* view = nullptr;
     const pb::RenderSettings* settings = nullptr;
     const pb::Budget* budget = nullptr;
+    SceneLease* scene = nullptr;  // to be rendered from now on; moved from
   };
   Result<std::uint64_t> update(const Change& change);
 

@@ -54,6 +54,8 @@ Json to_json(const pb::ListScenesResponse& scenes) {
                     {"name", scene.name()},
                     {"triangles", scene.triangles()},
                     {"memory_bytes", scene.memory_bytes()},
+                    {"edited_from", scene.edited_from().empty() ? Json(nullptr) : Json(scene.edited_from())},
+                    {"own_bytes", scene.own_bytes()},
                     {"references", scene.references()}});
   }
   return json;
@@ -88,9 +90,13 @@ void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& 
                            human_count(double(limits.max_film_pixels())), limits.max_film_side(), limits.max_sessions(),
                            limits.max_jobs()));
   for (const Json& scene : json["scenes"]) {
-    terminal.say(fmt::format("  scene {}: {}, {} triangles, {}B, used by {}", scene["scene_id"].get<std::string>(),
-                             scene["name"].get<std::string>(), human_count(scene["triangles"].get<double>()),
-                             human_count(scene["memory_bytes"].get<double>()), scene["references"].get<int>()));
+    const bool edited = !scene["edited_from"].is_null();
+    terminal.say(
+        fmt::format("  scene {}: {}{}, {} triangles, {}B{}, used by {}", scene["scene_id"].get<std::string>(),
+                    scene["name"].get<std::string>(), edited ? " (edited)" : "",
+                    human_count(scene["triangles"].get<double>()), human_count(scene["memory_bytes"].get<double>()),
+                    edited ? fmt::format(" of which {}B its own", human_count(scene["own_bytes"].get<double>())) : "",
+                    scene["references"].get<int>()));
   }
   for (const Json& session : json["sessions"]) {
     terminal.say(fmt::format("  session {}: {}x{}, {} samples, {}", session["session_id"].get<std::string>(),

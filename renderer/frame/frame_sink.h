@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "renderer/frame/render_settings.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
+#include "renderer/trace/render_scene.h"
 
 namespace helio {
 
@@ -29,6 +31,7 @@ struct FrameBegin {
   RenderSettings settings;
   PixelRect region;  // rendered part of the film
   CameraPose camera;
+  std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
 };
 
 struct FrameTile {

@@ -49,7 +49,7 @@ void blend(double& mean, double value) {
 // pixels are touched; the film is written and read by pieces, and replaced or given to another picture only while none
 // is in flight.
 struct RenderLoop::Impl final : PieceSource {
-  Impl(RenderEngine::Impl& engine, std::shared_ptr<const RenderScene> scene, IntegrateFunction integrate,
+  Impl(RenderEngine::Impl& engine, IntegrateFunction integrate, std::shared_ptr<const RenderScene> scene,
        const RenderSettings& settings, const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
        const RenderLoopOptions& options);
   ~Impl() override;
@@ -75,8 +75,6 @@ struct RenderLoop::Impl final : PieceSource {
   std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
 
   RenderEngine::Impl& engine;
-  const std::shared_ptr<const RenderScene> scene;  // null: another source of radiance, whose pictures are not reused
-  const IntegrateFunction integrate;
   const std::shared_ptr<FrameSink> sink;
   const RenderLoopOptions options;
   const PublishPolicy policy;
@@ -84,6 +82,8 @@ struct RenderLoop::Impl final : PieceSource {
 
   mutable std::mutex mutex;
   // What is asked for.
+  std::shared_ptr<const IntegrateFunction> integrate;
+  std::shared_ptr<const RenderScene> scene;  // that it traces; null: another source of radiance
   RenderSettings settings;
   Budget budget;
   unsigned channels;
@@ -119,15 +119,16 @@ struct RenderLoop::Impl final : PieceSource {
   bool delivering = false;
 };
 
-RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, std::shared_ptr<const RenderScene> scene_,
-                       IntegrateFunction integrate_, const RenderSettings& settings_, const Budget& budget_,
-                       RenderRank rank, std::shared_ptr<FrameSink> sink_, const RenderLoopOptions& options_)
+RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_,
+                       std::shared_ptr<const RenderScene> scene_, const RenderSettings& settings_,
+                       const Budget& budget_, RenderRank rank, std::shared_ptr<FrameSink> sink_,
+                       const RenderLoopOptions& options_)
     : engine(engine_),
-      scene(std::move(scene_)),
-      integrate(std::move(integrate_)),
       sink(std::move(sink_)),
       options(options_),
       policy{options_.publish_passes.value_or(rank == RenderRank::interactive), options_.publish_interval_s},
+      integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
+      scene(std::move(scene_)),
       settings(settings_),
       budget(budget_),
       channels(options_.channels),
@@ -191,6 +192,14 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
       view_accepted_s = now;
     }
     view = update.view;
+  }
+  std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
+  if (update.scene && update.scene != scene) {
+    // scene->edit() says what of the film could be kept.
+    another_picture = another_kind = true;
+    view_accepted_s = now;
+    retired_scene = std::exchange(scene, update.scene);
+    integrate = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
   }
   if (update.budget) budget = *update.budget;
   if (update.channels) channels = *update.channels;
@@ -354,6 +363,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   frame->begin.settings.seed = picture_seed(settings.seed, history.generation);
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = view->camera;
+  frame->begin.scene = scene;
   frame->accepted_s = accepted_s;
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
@@ -468,6 +478,7 @@ bool RenderLoop::Impl::run_piece() {
   const std::shared_ptr<FrameRecord> mine = frame;
   const std::shared_ptr<CancelToken> cancelled = token;
   const CameraPose camera = view->camera;
+  const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
   Film& pixels = *film;
   lock.unlock();
@@ -479,7 +490,7 @@ bool RenderLoop::Impl::run_piece() {
   FrameTile tile;
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
-      done = run_integrate(*p, integrate, camera, mine->begin.settings, *cancelled, pixels, stats);
+      done = run_integrate(*p, *tracer, camera, mine->begin.settings, *cancelled, pixels, stats);
     } else if (const auto* p = std::get_if<ReprojectPiece>(&*piece)) {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
@@ -537,13 +548,13 @@ bool RenderLoop::Impl::run_piece() {
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), scene, path_tracer(scene), settings, budget, rank, std::move(sink),
+    : impl_(std::make_unique<Impl>(engine.impl(), path_tracer(scene), scene, settings, budget, rank, std::move(sink),
                                    options)) {}
 
 RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), nullptr, std::move(integrate), settings, budget, rank,
+    : impl_(std::make_unique<Impl>(engine.impl(), std::move(integrate), nullptr, settings, budget, rank,
                                    std::move(sink), options)) {}
 
 RenderLoop::~RenderLoop() = default;

@@ -65,7 +65,8 @@ class RenderLoop {
     std::optional<View> view;
     std::optional<RenderSettings> settings;
     std::optional<Budget> budget;
-    std::optional<unsigned> channels;  // RenderLoopOptions::channels
+    std::optional<unsigned> channels;          // RenderLoopOptions::channels
+    std::shared_ptr<const RenderScene> scene;  // null: unchanged; an edited one (RenderScene::edit()) or any other
   };
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may

@@ -329,6 +329,7 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
   impl->top_level.reset();
   impl->taken_out = edit.taken_out;
   impl->triangles_only = false;
+  impl->flat_count = 0;  // of the top level
   impl->ray_limit = float(reach_limit(edit.instances));
   const Impl& before = *base.impl_;
   const bool give_up = edit.robust && impl->widening_radius > 0, restore = !edit.robust && impl->widened;
@@ -364,7 +365,7 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
     impl->rest_id = RTC_INVALID_GEOMETRY_ID;
     if (impl->rest) {
       static constexpr float kIdentity[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
-      impl->rest_id = std::uint32_t(impl->flat_count + edit.instances.size());
+      impl->rest_id = std::uint32_t(edit.instances.size());
       attach_instance(impl->top, impl->rest->scenes[0], kIdentity, impl->rest_id);
     }
     commit(impl->top);

@@ -22,6 +22,9 @@ namespace {
 // the space in which it was baked, and what was pressed flat there has lost its shape.
 constexpr double kMaxStretch = 1e4;
 
+// Of the radius up to which a scene stays widened: it is measured in two ways, from the box's diagonal and its corners.
+constexpr float kSameRadius = 1 + 1e-5f;
+
 double largest_corner(const Box3d& box, const V3d& origin) {
   const V3d low = box.min - origin, high = box.max - origin;
   return length(V3d(std::max(std::abs(low.x), std::abs(high.x)), std::max(std::abs(low.y), std::abs(high.y)),
@@ -168,9 +171,21 @@ class SceneEditor {
       summary().moves.push_back(
           {name, transform_box(box_of(name), instance.to_world), transform_box(box_of(name), change.to)});
       instance.to_world = change.to;
+      note_moved_lights(data_->assets->objects[std::size_t(instance.object)]);
     }
     measure_bounds();
     return place_records();
+  }
+
+  // A lamp that moves changes light everywhere, as one whose emission does.
+  void note_moved_lights(const Object& object) {
+    std::set<std::uint32_t> shining(summary().emissions.begin(), summary().emissions.end());
+    const auto note = [&](int material) {
+      if (data_->materials[std::size_t(material)].emissive) shining.insert(std::uint32_t(material));
+    };
+    for (const TriangleMesh& mesh : object.meshes) note(mesh.material);
+    for (const Sphere& sphere : object.spheres) note(sphere.material);
+    summary().emissions.assign(shining.begin(), shining.end());
   }
 
   void measure_bounds() {
@@ -290,7 +305,7 @@ class SceneEditor {
     for (const InstanceRecord& record : data_->instances) edit.instances.push_back(accel_instance(record));
     // Triangles are widened for rays that stay within a few radii of the scene as it was loaded.
     const float widened_radius = old_.accel->built_widening_radius();
-    edit.robust = !(data_->radius <= widened_radius);
+    edit.robust = !(data_->radius <= widened_radius * kSameRadius);
     edit.threads = options_.threads;
     edit.max_bytes = std::size_t(options_.max_bytes);
     edit.cancel = options_.cancel;

@@ -10,6 +10,7 @@
 
 #include "heliograph/v1/frame_stream.pb.h"
 #include "heliograph/v1/job.pb.h"
+#include "heliograph/v1/render_service.pb.h"
 #include "heliograph/v1/types.pb.h"
 #include "renderer/codec/tile_codec.h"
 
@@ -198,6 +199,22 @@ void write_messages(const std::filesystem::path& folder) {
   *job.mutable_settings() = settings();
   *job.mutable_budget() = budget;
   message(5, "job", job);
+  pb::EditSceneRequest edit;
+  edit.set_scene_id("scene");
+  pb::ObjectEdit& object = *edit.add_edits()->mutable_object();
+  object.set_name("o");
+  for (int i = 0; i < 12; ++i) object.add_transform(i % 5 == 0);
+  object.set_relative(true);
+  pb::MaterialEdit& material = *edit.add_edits()->mutable_material();
+  material.set_index(0);
+  material.mutable_base_color()->set_x(0.5);
+  material.mutable_emission()->set_y(2);
+  material.set_roughness(0.25);
+  pb::LightEdit& light = *edit.add_edits()->mutable_light();
+  light.set_name("l");
+  light.set_scale(3);
+  edit.add_edits()->mutable_environment()->mutable_radiance()->set_z(1);
+  message(6, "edit", edit);
 }
 
 // ---- tiles ---------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
 
 #include "server/convert.h"
 #include "server/message_check.h"
+#include "server/scene_edit_messages.h"
 
 namespace {
 
@@ -49,6 +50,37 @@ void read(const pb::TileFormat& message) {
   (void)read_tile_format(message, "format", problems);
 }
 
+// A scene with one of each thing that can be edited.
+const SceneDescription& small_scene() {
+  static const SceneDescription kScene = [] {
+    SceneDescription scene;
+    scene.materials.emplace_back().name = "m";
+    scene.objects.resize(1);
+    scene.instances.emplace_back().name = "o";
+    scene.lights.emplace_back().name = "l";
+    scene.environment = Environment{};
+    return scene;
+  }();
+  return kScene;
+}
+
+void read(const pb::EditSceneRequest& message) {
+  Problems problems;
+  const std::vector<SceneEdit> edits = read_scene_edits(message, problems);
+  if (!problems.empty()) return;
+  const auto changes = resolve_edits(small_scene(), edits);
+  if (!changes) return demand(!changes.error().message.empty());
+  for (const auto& [index, change] : changes->materials) {
+    const MaterialValues& to = change.to;
+    demand(index == 0 && to.roughness >= 0 && to.roughness <= 1);
+    for (int c = 0; c < 3; ++c) demand(to.base_color[c] >= 0 && to.base_color[c] <= 1 && to.emission[c] >= 0);
+    demand(is_finite(to.emission));
+  }
+  for (const auto& [index, change] : changes->lights) demand(index == 0 && is_finite(change.to));
+  if (changes->environment) demand(is_finite(changes->environment->to));
+  (void)edited_scene_id("scene", *changes);
+}
+
 void read(const pb::StreamRequest&) {}
 void read(const pb::RunJobRequest&) {}
 
@@ -69,13 +101,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const grpc::Slice slice(data + 1, size - 1);
   const grpc::ByteBuffer bytes(&slice, 1);
-  switch (data[0] % 6) {
+  switch (data[0] % 7) {
     case 0: parse_and_read<pb::View>(bytes); break;
     case 1: parse_and_read<pb::RenderSettings>(bytes); break;
     case 2: parse_and_read<pb::Budget>(bytes); break;
     case 3: parse_and_read<pb::TileFormat>(bytes); break;
     case 4: parse_and_read<pb::StreamRequest>(bytes); break;
     case 5: parse_and_read<pb::RunJobRequest>(bytes); break;
+    case 6: parse_and_read<pb::EditSceneRequest>(bytes); break;
   }
   return 0;
 }

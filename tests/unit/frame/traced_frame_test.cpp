@@ -2,12 +2,15 @@
 // even where one path lasts thousands of segments.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <span>
 #include <thread>
 
 #include "latency.h"
 #include "recording_sink.h"
 #include "renderer/frame/render_loop.h"
+#include "renderer/trace/edit_scene.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio {
@@ -187,6 +190,64 @@ TEST(TracedFrame, ARegionHasTheBitsOfTheWholeFrame) {
   EXPECT_EQ(sink->ends[0].progress.error.rmse, error.rmse);
   EXPECT_EQ(sink->ends[0].progress.error.relmse, error.relmse);
   EXPECT_GT(sink->ends[0].progress.trace.rays, sink->ends[0].progress.trace.paths);
+}
+
+// Of the frame of this revision, tile by tile as it came.
+std::vector<std::vector<float>> green_of(RecordingSink& sink, std::uint64_t revision) {
+  return sink.read([&] {
+    std::vector<std::pair<int, std::vector<float>>> tiles;
+    for (std::size_t i = 0; i < sink.tiles.size(); ++i) {
+      const RecordingSink::TileRecord& tile = sink.tiles[i];
+      if (tile.tag.revision != revision || !tile.final) continue;
+      tiles.emplace_back(tile.window.y0 * kWidth + tile.window.x0, sink.pixels[i].radiance[1]);
+    }
+    std::sort(tiles.begin(), tiles.end());
+    std::vector<std::vector<float>> pixels;
+    for (auto& [place, green] : tiles) pixels.push_back(std::move(green));
+    return pixels;
+  });
+}
+
+// In the middle of a frame and after its end; nothing of the old scene's samples is left in the film.
+TEST(TracedFrame, AnotherSceneStartsOver) {
+  const auto before = test::build(room());
+  const SceneEdit brighter = MaterialEdit{1u, std::nullopt, Rgb(2, 20, 2), std::nullopt};
+  const auto after = *edit_scene(before, *resolve_edits(before->description(), std::span(&brighter, 1)));
+  RenderEngine engine(2);
+  const auto render_one = [&](const std::shared_ptr<const RenderScene>& scene) {
+    const auto sink = std::make_shared<RecordingSink>();
+    sink->keep_pixels = true;
+    RenderLoop loop(engine, scene, settings_of({}), samples(8), RenderRank::interactive, sink);
+    const std::uint64_t revision = loop.update(view_of(kPose));
+    EXPECT_TRUE(sink->wait_for_end(revision));
+    return green_of(*sink, revision);
+  };
+  const auto old_picture = render_one(before), new_picture = render_one(after);
+  ASSERT_NE(old_picture, new_picture);
+
+  const auto sink = std::make_shared<RecordingSink>();
+  sink->keep_pixels = true;
+  RenderLoop loop(engine, before, settings_of({}), {}, RenderRank::interactive, sink);
+  const std::uint64_t endless = loop.update(view_of(kPose));
+  ASSERT_TRUE(sink->wait([&] { return !sink->tiles.empty(); }));
+  RenderLoop::Update update;
+  update.scene = after;
+  update.budget = samples(8);
+  const std::uint64_t revision = loop.update(update);
+  ASSERT_TRUE(sink->wait_for_end(revision));
+  EXPECT_EQ(sink->wait_for_end(endless)->reason, FrameEndReason::superseded);
+  EXPECT_EQ(green_of(*sink, revision), new_picture);
+  EXPECT_EQ(sink->read([&] { return sink->begins.back().scene.lock(); }), after);
+  RenderLoop::Update back;
+  back.scene = before;
+  const std::uint64_t last = loop.update(back);
+  ASSERT_TRUE(sink->wait_for_end(last));
+  EXPECT_EQ(green_of(*sink, last), old_picture);
+  // The same scene again changes nothing: the film is kept, and its frame ends at once.
+  const std::uint64_t same = loop.update(back);
+  ASSERT_TRUE(sink->wait_for_end(same));
+  EXPECT_EQ(green_of(*sink, same), old_picture);
+  EXPECT_EQ(sink->wait_for_end(same)->progress.trace.paths, std::uint64_t(kWidth) * kHeight * 8);
 }
 
 TEST(TracedFrame, EndlessPathsAreCancelledInTime) {

@@ -311,6 +311,8 @@ TEST(EditScene, SecondMoveBuildsOnlyTheTopLevel) {
   EXPECT_EQ(second->edit()->moves[0].instance, 1u);
   EXPECT_NEAR(second->edit()->moves[0].to.min.x - second->edit()->moves[0].from.min.x, 0.1, 1e-6);
   EXPECT_FALSE(second->edit()->shares_bvh);
+  EXPECT_FALSE(second->edit()->lighting_changed());
+  EXPECT_TRUE(edit(second, {ObjectEdit{2u, transform({0, -0.1, 0}), false}})->edit()->lighting_changed());  // the lamp
 }
 
 TEST(EditScene, EditedScenesOutliveTheirBase) {
