@@ -45,13 +45,18 @@ class FilmHistory {
   CentreHit& centre(int x, int y) { return centres_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
 
-  // Expected square of the error that reuse left in the pixel's mean, per channel (mean over the channels), given the
-  // samples that the halves hold now, the carried ones among them.
+  // The weight that what was carried has in the pixel's mean, [0, 1], given the samples that the halves hold now, the
+  // carried ones among them.
+  double weight(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
+    const double n = carried(x, y).count;
+    return 0.5 * (n / std::max<std::uint32_t>(count_a, 1) + n / std::max<std::uint32_t>(count_b, 1));
+  }
+  // Expected square of the error that reuse left in the pixel's mean, per channel (mean over the channels); counts as
+  // above.
   double bias2(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
     const CarriedPixel& c = carried(x, y);
     if (c.count == 0) return 0;
-    const double share = 0.5 * (double(c.count) / std::max<std::uint32_t>(count_a, 1) +
-                                double(c.count) / std::max<std::uint32_t>(count_b, 1));
+    const double share = weight(x, y, count_a, count_b);
     return share * share * c.bias2;
   }
 
