@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/film/film_history.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {
