@@ -4,7 +4,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "renderer/base/camera_limits.h"
 
@@ -46,6 +48,21 @@ template <class Enum>
 bool known(bool valid, Enum value, const char* allowed, const std::string& where, Problems& problems) {
   if (!valid) problems.add(where, fmt::format("unknown value {}; allowed: {}", static_cast<int>(value), allowed));
   return valid;
+}
+
+constexpr std::pair<RenderMode, pb::Mode> kModes[] = {{RenderMode::pt, pb::MODE_PT},
+                                                      {RenderMode::adaptive, pb::MODE_ADAPTIVE},
+                                                      {RenderMode::reproject, pb::MODE_REPROJECT},
+                                                      {RenderMode::combined, pb::MODE_COMBINED}};
+static_assert(std::size(kModes) == std::size(kEveryRenderMode));
+
+RenderMode read_mode(pb::Mode message, const std::string& where, Problems& problems) {
+  known(pb::Mode_IsValid(message), message,
+        "MODE_PT (1), MODE_ADAPTIVE (2), MODE_REPROJECT (3), MODE_COMBINED (4), or 0 for MODE_PT", where, problems);
+  for (const auto& [mode, number] : kModes) {
+    if (number == message) return mode;
+  }
+  return RenderMode::pt;
 }
 
 CameraPose find_camera(const std::string& name, const std::vector<CameraDescription>& cameras, const std::string& where,
@@ -206,9 +223,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   RenderSettings settings;
   if (message.width() != 0) settings.width = message.width();
   if (message.height() != 0) settings.height = message.height();
-  known(pb::Mode_IsValid(message.mode()), message.mode(), "MODE_PT (1), MODE_ADAPTIVE (2), or 0 for MODE_PT",
-        at(where, "mode"), problems);
-  settings.mode = message.mode() == pb::MODE_ADAPTIVE ? RenderMode::adaptive : RenderMode::pt;
+  settings.mode = read_mode(message.mode(), at(where, "mode"), problems);
   known(pb::Variant_IsValid(message.variant()), message.variant(),
         "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
   settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
@@ -270,6 +285,8 @@ TileFormat read_tile_format(const pb::TileFormat& message, const std::string& wh
   if (message.depth()) format.channels |= kResolveDepth;
   if (message.normal()) format.channels |= kResolveNormal;
   if (message.albedo()) format.channels |= kResolveAlbedo;
+  if (message.history()) format.channels |= kResolveHistory;
+  if (message.density()) format.channels |= kResolveDensity;
   return format;
 }
 
@@ -357,7 +374,10 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
 }
 
 pb::Mode to_message(RenderMode mode) {
-  return mode == RenderMode::adaptive ? pb::MODE_ADAPTIVE : pb::MODE_PT;
+  for (const auto& [value, message] : kModes) {
+    if (value == mode) return message;
+  }
+  return pb::MODE_UNSPECIFIED;
 }
 
 pb::RenderSettings to_message(const RenderSettings& settings) {
@@ -365,9 +385,9 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   message.set_width(settings.width);
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
-  if (settings.mode == RenderMode::adaptive) {
-    const bool paper = settings.variant == ModeVariant::paper;
-    message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
+  const bool paper = settings.variant == ModeVariant::paper;
+  if (settings.mode != RenderMode::pt) message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
+  if (allocates(settings.mode)) {
     pb::AdaptiveSettings& adaptive = *message.mutable_adaptive();
     adaptive.set_min_samples(settings.adaptive.min_samples);
     if (paper) adaptive.set_max_samples(settings.adaptive.max_samples);
@@ -450,6 +470,8 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
     error.set_hidden_relmse(progress.error.hidden_relmse);
   }
   message.set_budget_used(progress.budget_used);
+  message.set_reuse_share(progress.reuse_share);
+  message.set_verification_rays(progress.verification_rays);
   return message;
 }
 

@@ -43,6 +43,7 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
 void check_id(const std::string& id, const std::string& where, Problems& problems);
 
 void write_rect(const PixelRect& rect, pb::Rect& message);
+pb::Mode to_message(RenderMode mode);
 pb::RenderSettings to_message(const RenderSettings& settings);
 pb::Budget to_message(const Budget& budget);
 pb::CameraView to_message(const CameraPose& pose);

@@ -117,8 +117,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   limits.set_max_memory(config.max_memory);
   limits.set_max_message_bytes(kMaxMessage);
   limits.set_max_scenes(config.max_scenes);
-  response.add_modes(pb::MODE_PT);
-  response.add_modes(pb::MODE_ADAPTIVE);
+  for (const RenderMode mode : kEveryRenderMode) response.add_modes(to_message(mode));
   response.add_scene_formats("gltf");
   response.add_scene_formats("glb");
   response.add_scene_formats("xml");  // Mitsuba

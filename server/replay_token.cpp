@@ -135,7 +135,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   const RenderSettings& settings = frame.settings;
   message.set_width(settings.width);
   message.set_height(settings.height);
-  message.set_mode(settings.mode == RenderMode::adaptive ? pb::MODE_ADAPTIVE : pb::MODE_PT);
+  message.set_mode(to_message(settings.mode));
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -175,10 +175,12 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   const pb::SampleReplay& message = replay.message;
   Problems problems;
   if (message.scene_id().empty()) problems.add(where + ".scene_id", "is empty; allowed: the id of a scene");
-  // A sample is the same in both; in a round of the second fewer paths share its packets, which may show in a last bit.
-  if (message.mode() != pb::MODE_PT && message.mode() != pb::MODE_ADAPTIVE) {
-    problems.add(where + ".mode",
-                 fmt::format("unknown value {}; allowed: MODE_PT (1), MODE_ADAPTIVE (2)", int(message.mode())));
+  // A sample is the same in all; in a round of samples where counts differ fewer paths share its packets, which may
+  // show in a last bit.
+  if (!pb::Mode_IsValid(message.mode()) || message.mode() == pb::MODE_UNSPECIFIED) {
+    problems.add(where + ".mode", fmt::format("unknown value {}; allowed: MODE_PT (1), MODE_ADAPTIVE (2), "
+                                              "MODE_REPROJECT (3), MODE_COMBINED (4)",
+                                              int(message.mode())));
   }
   RenderSettings& settings = replay.settings;
   settings.width = message.width();

@@ -22,15 +22,18 @@ std::uint64_t TileFormat::bytes_per_pixel() const {
   if (channels & kResolveDepth) bytes += 4;
   if (channels & kResolveNormal) bytes += 3 * value;
   if (channels & kResolveAlbedo) bytes += 3 * value;
+  if (channels & kResolveHistory) bytes += 3 * value;
+  if (channels & kResolveDensity) bytes += value;
   return bytes;
 }
 
 Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format) {
   const ResolvedTile& pixels = tile.pixels;
   std::vector<TileChannel> channels;
-  channels.reserve(17);
-  const auto add = [&](const char* name, const std::vector<float>& data, bool keep_float = false) {
-    if (!data.empty()) channels.push_back({name, data.data(), keep_float});
+  channels.reserve(21);
+  const auto add = [&](const char* name, const std::vector<float>& data, bool keep_float = false,
+                       bool keep_positive = false) {
+    if (!data.empty()) channels.push_back({name, data.data(), keep_float, keep_positive});
   };
   const auto add_three = [&](std::array<const char*, 3> names, const std::vector<float>(&data)[3]) {
     for (int c = 0; c < 3; ++c) add(names[c], data[c]);
@@ -46,6 +49,12 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
   if (format.channels & kResolveDepth) add("Z", pixels.depth, true);
   if (format.channels & kResolveNormal) add_three({"N.x", "N.y", "N.z"}, pixels.normal);
   if (format.channels & kResolveAlbedo) add_three({"albedo.r", "albedo.g", "albedo.b"}, pixels.albedo);
+  if (format.channels & kResolveHistory) {
+    add("history.weight", pixels.history_weight, false, true);
+    add("bias.bound", pixels.bias_bound, false, true);
+    add("history.age", pixels.history_age);
+  }
+  if (format.channels & kResolveDensity) add("samples.density", pixels.density);
 
   auto exr = encode_tile({pixels.window, frame_width, frame_height}, channels, format.encoding);
   if (!exr) return exr.error();

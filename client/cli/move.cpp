@@ -55,7 +55,10 @@ constexpr const char* kHelp =
     "Example: {\"views\": [{\"samples\": 256}, {\"turn_degrees\": 5, \"samples\": 64, \"repeat\": 20}]}\n"
     "With --json, stdout holds one object: load_seconds, seconds, frames: [{view, output, samples, render_seconds,\n"
     "first_tile_seconds (from sending the view to its first tile here), rays, rays_per_path, estimated_rmse,\n"
-    "estimated_relmse, invalid_samples, ended_by, ...}].\n"
+    "estimated_relmse, invalid_samples, ended_by, reuse_share (of the samples, from earlier pictures),\n"
+    "verification_rays, pass_seconds (processor time of each pass), ...}].\n"
+    "--mode reproject carries what is still true of a view into the next one; combined also sends samples where they\n"
+    "are missing.\n"
     "Ctrl-C keeps the pictures of the views so far, the unfinished one included; a second Ctrl-C ends at once.\n"
     "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n\n";
 
@@ -185,8 +188,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  const pb::TileFormat format = read_transport(options.transport, connection.address, reader);
-  const FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", reader);
+  pb::TileFormat format = read_transport(options.transport, connection.address, reader);
+  const FileNames patterns =
+      read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
+  add_layers(patterns.heat_maps, format);
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.add_input(options.path.text, "the camera path");

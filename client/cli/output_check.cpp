@@ -34,7 +34,7 @@ void OutputCheck::check(const FileNames& names, Problems& problems) {
                    "'" + names.exr + "' is written as OpenEXR; allowed: a name that ends in .exr (--png writes a PNG)");
   }
   if (!names.png.empty()) check("--png", names.png, problems);
-  if (!names.heatmap.empty()) check("--heatmap", names.heatmap, problems);
+  for (const HeatMap map : names.heat_maps) check("--heatmap", heat_map_file(names.heatmap, map), problems);
 }
 
 void OutputCheck::check(const std::string& option, const std::string& path, Problems& problems) {

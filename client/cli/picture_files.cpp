@@ -25,15 +25,6 @@ Status write_picture(const std::string& path, const Picture& picture) {
   return write_file_atomically(path, *bytes);
 }
 
-// Root of the mean of the channels' variances: the pixel's standard error, in radiance units.
-std::vector<float> standard_error(const std::vector<float>* const (&variance)[3]) {
-  std::vector<float> error(variance[0]->size());
-  for (std::size_t i = 0; i < error.size(); ++i) {
-    error[i] = std::sqrt(((*variance[0])[i] + (*variance[1])[i] + (*variance[2])[i]) / 3);
-  }
-  return error;
-}
-
 }  // namespace
 
 void add_file_options(CLI::App& app, FileOptions& options, bool numbered) {
@@ -46,18 +37,24 @@ void add_file_options(CLI::App& app, FileOptions& options, bool numbered) {
                "as float. Default: NAME." + (numbered ? "####." : "") + "exr in the current folder for scene NAME.glb");
   add_text(app, options.png, "--png", numbered ? "PATTERN.png" : "FILE.png",
            "Also a picture for the eye" + std::string(numbered ? " of each view" : "") + ", exposed automatically");
-  add_text(app, options.heatmap, "--heatmap", numbered ? "PATTERN.png" : "FILE.png",
-           "Also a heat map" + std::string(numbered ? " of each view" : "") +
-               ": standard error of each pixel, logarithmic, dark (low) to pale (high)");
+  add_text(
+      app, options.heatmap, "--heatmap", numbered ? "PATTERN.png" : "FILE.png",
+      "Also a heat map" + std::string(numbered ? " of each view" : "") +
+          ", dark (low) to pale (high): standard error of each pixel over its mean, 1e-4 to 1, logarithmic. In modes "
+          "that have them also NAME.density.png (samples over their mean, 1/16 to 16, logarithmic) and "
+          "NAME.reuse.png (share that earlier pictures brought, 0 to 1, linear); the --output then holds their "
+          "layers");
   add_text(app, options.exposure, "--exposure", "STOPS",
            "Exposure of the --png in stops, [-64, 64], 0: radiance 1 is white. Default: automatic");
 }
 
-FileNames read_files(const FileOptions& options, const std::string& default_exr, OptionReader& reader) {
+FileNames read_files(const FileOptions& options, const std::string& default_exr, heliograph::v1::Mode mode,
+                     OptionReader& reader) {
   FileNames names;
   names.exr = reader.output_file(options.output).value_or(default_exr);
   names.png = reader.output_file(options.png).value_or("");
   names.heatmap = reader.output_file(options.heatmap).value_or("");
+  if (!names.heatmap.empty()) names.heat_maps = heat_maps_of(mode);
   names.exposure_stops = reader.number(options.exposure, -64, true, 64);
   if (options.exposure.given() && !options.png.given()) reader.problem(options.exposure, "stands only beside --png");
   return names;
@@ -91,8 +88,6 @@ Status write_files(const FileNames& names, const Picture& picture, Json& json) {
   json["output"] = names.exr;
 
   const std::vector<float>* const radiance[] = {picture.find("R"), picture.find("G"), picture.find("B")};
-  const std::vector<float>* const variance[] = {picture.find("variance.R"), picture.find("variance.G"),
-                                                picture.find("variance.B")};
   if (!names.png.empty() && radiance[0] && radiance[1] && radiance[2]) {
     const PictureView view{picture.window.width(),
                            picture.window.height(),
@@ -103,14 +98,7 @@ Status write_files(const FileNames& names, const Picture& picture, Json& json) {
     json["png"] = names.png;
     json["exposure_stops"] = std::log2(exposure);
   }
-  if (!names.heatmap.empty() && variance[0] && variance[1] && variance[2]) {
-    const std::vector<float> error = standard_error(variance);
-    const HeatRange range = find_heat_range(error, true);
-    written = write_heat_map_png(names.heatmap, picture.window.width(), picture.window.height(), error.data(), range);
-    if (!written) return written;
-    json["heatmap"] = names.heatmap;
-    json["heatmap_range"] = {range.low, range.high};
-  }
+  if (!names.heatmap.empty()) return write_heat_maps(names.heatmap, names.heat_maps, picture, json);
   return ok_status();
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/heat_maps.h"
 #include "client/cli/options.h"
 #include "client/cli/terminal.h"
 #include "client/picture.h"
@@ -20,19 +21,20 @@ void add_file_options(CLI::App& app, FileOptions& options, bool numbered);
 struct FileNames {
   std::string exr;                       // always written
   std::string png;                       // empty: none
-  std::string heatmap;                   // empty: none
+  std::string heatmap;                   // name of the heat maps, see heat_map_file(); empty: none
+  std::vector<HeatMap> heat_maps;        // those that are written
   std::optional<double> exposure_stops;  // none: automatic
 };
 // `default_exr` is used without --output. Folders must exist: nothing is rendered for a file that cannot be written.
-FileNames read_files(const FileOptions& options, const std::string& default_exr, OptionReader& reader);
+FileNames read_files(const FileOptions& options, const std::string& default_exr, heliograph::v1::Mode mode,
+                     OptionReader& reader);
 
 // "shot.####.exr" -> "shot.0007.exr"; a name without '#' gets ".####" before its extension.
 std::string numbered_name(const std::string& pattern, int number);
 FileNames numbered(const FileNames& patterns, int number);
 
-// Writes what `names` asks for and adds "output", "png", "heatmap" (with "heatmap_range") to `json`. The EXR holds
-// float channels, zip, with the picture's window as its data window. The PNG is exposed for the eye, the heat map shows
-// the standard error of each pixel on a logarithmic scale.
+// Writes what `names` asks for and adds "output", "png" and what write_heat_maps() adds to `json`. The EXR holds float
+// channels, zip, with the picture's window as its data window. The PNG is exposed for the eye.
 Status write_files(const FileNames& names, const Picture& picture, Json& json);
 
 }  // namespace helio::cli

@@ -41,8 +41,10 @@ constexpr const char* kHelp =
     "estimated_relmse (both null while unknown), invalid_samples (NaN or infinite, left out), ended_by (samples, "
     "time,\n"
     "error, cancelled), width, height, samples_per_second, paths, worst_tile_rmse, all_black, unproven (share of the\n"
-    "pixels that saw no light where surfaces reflect), hidden_rmse (bound on what they may add), output, png, heatmap,\n"
-    "partial, warnings, notices, unread, camera, scene_id, triangles, decode_seconds, build_seconds,\n"
+    "pixels that saw no light where surfaces reflect), hidden_rmse (bound on what they may add), output, png, heatmap\n"
+    "(and density_map, reuse_map, each with its ..._range), reuse_share (of the samples, from earlier pictures),\n"
+    "verification_rays, pass_seconds (processor time of each pass), partial, warnings, notices, unread,\n"
+    "camera, scene_id, triangles, decode_seconds, build_seconds,\n"
     "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"
     "failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also where a region ends\n"
     "inside one.\n"
@@ -150,9 +152,8 @@ int finish(Terminal& terminal, const Interrupt& interrupt, Outcome& outcome, con
   if (!warning.empty()) terminal.warn(warning);
   terminal.say(fmt::format("{}: {}x{}, {}, ended by {}", names.exr, json["width"].get<int>(), json["height"].get<int>(),
                            describe_end(*outcome.end), json["ended_by"].get<std::string>()));
-  for (const std::string& name : {names.png, names.heatmap}) {
-    if (!name.empty()) terminal.say(name);
-  }
+  if (!names.png.empty()) terminal.say(names.png);
+  for (const HeatMap map : names.heat_maps) terminal.say(heat_map_file(names.heatmap, map));
   terminal.result(json);
   return kOk;
 }
@@ -170,7 +171,8 @@ int run(const CLI::App& app, const RenderOptions& options) {
   *request.mutable_budget() = read_budget(options.budget, reader);
   *request.mutable_format() = read_transport(options.transport, connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
-  const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", reader);
+  const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
+  add_layers(names.heat_maps, *request.mutable_format());
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMaxSegments = 65535;  // the protocol's range
 constexpr double kMaxFilterScale = 16;         // likewise
 constexpr double kHuge = std::numeric_limits<double>::max();
 
-const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo"};
+const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo", "history", "density"};
 
 }  // namespace
 
@@ -33,17 +33,21 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.camera, "--camera", "NAME",
            "Camera of the scene, by name or number from 0. Default: the first");
   add_text(app, options.mode, "--mode", "MODE",
-           "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") + ". Default: pt, path tracing");
-  add_text(app, options.variant, "--variant", "VARIANT",
-           "Of --mode adaptive: bounded, or paper for the published rule, which is biased. Default: bounded");
+           "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") +
+               ". adaptive sends samples where noise and cost ask for them; reproject carries what is still true of a "
+               "view into the next one; combined does both. Default: pt, path tracing");
+  add_text(
+      app, options.variant, "--variant", "VARIANT",
+      "Of every --mode but pt: bounded, or paper (adaptive only) for the published rule, which is biased. Default: "
+      "bounded");
   add_text(
       app, options.adaptive_min, "--adaptive-min", "N",
-      "Of --mode adaptive: samples that every pixel gets before counts differ, even, [4, 65536]; paper: [2, 65536]. "
-      "Default: 16, paper 4");
+      "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, [4, 65536]; paper: "
+      "[2, 65536]. Default: 16, paper 4");
   add_text(app, options.adaptive_max, "--adaptive-max", "N",
            "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
   add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",
-           "Of --mode adaptive: the error that the counts make small, rmse or relmse. Default: relmse");
+           "Of --mode adaptive and combined: the error that the counts make small, rmse or relmse. Default: relmse");
   add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
   add_text(app, options.max_segments, "--max-segments", "N",
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
@@ -60,15 +64,16 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
 namespace {
 
 void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  const bool adaptive = settings.mode() == pb::MODE_ADAPTIVE;
-  for (const TextOption* option :
-       {&options.variant, &options.adaptive_min, &options.adaptive_max, &options.adaptive_measure}) {
-    if (option->given() && !adaptive) reader.problem(*option, "stands only beside --mode adaptive");
+  const bool allocates = settings.mode() == pb::MODE_ADAPTIVE || settings.mode() == pb::MODE_COMBINED;
+  for (const TextOption* option : {&options.adaptive_min, &options.adaptive_max, &options.adaptive_measure}) {
+    if (option->given() && !allocates) reader.problem(*option, "stands only beside --mode adaptive or combined");
   }
+  if (options.variant.given() && !allocates && settings.mode() != pb::MODE_REPROJECT)
+    reader.problem(options.variant, "stands only beside --mode adaptive, reproject or combined");
   if (const auto variant = reader.choice(options.variant, short_names(*pb::Variant_descriptor())))
     settings.set_variant(from_short_name<pb::Variant>(*variant).value());
   const bool paper = settings.variant() == pb::VARIANT_PAPER;
-  if (options.adaptive_max.given() && adaptive && !paper)
+  if (options.adaptive_max.given() && allocates && !paper)
     reader.problem(options.adaptive_max, "stands only beside --variant paper");
   if (const auto n = reader.integer(options.adaptive_min, paper ? 2 : 4, 65536)) {
     if (*n % 2 != 0) reader.problem(options.adaptive_min, "is odd; each of two halves gets the same number of samples");
@@ -241,7 +246,8 @@ void add_transport_options(CLI::App& app, TransportOptions& options) {
            "Of the tiles on their way: float, or half for half the bytes. Default: float");
   add_text(app, options.layers, "--layers", "LIST",
            "Further layers of the picture, comma-separated: alpha (A), depth (Z), normal (N.x, N.y, N.z), albedo "
-           "(albedo.r, albedo.g, albedo.b)");
+           "(albedo.r, albedo.g, albedo.b), history (history.weight, bias.bound, history.age: what earlier pictures "
+           "brought), density (samples.density: samples over their mean)");
 }
 
 pb::TileFormat read_transport(const TransportOptions& options, const std::string& address, OptionReader& reader) {
@@ -260,6 +266,8 @@ pb::TileFormat read_transport(const TransportOptions& options, const std::string
     if (layer == "depth") format.set_depth(true);
     if (layer == "normal") format.set_normal(true);
     if (layer == "albedo") format.set_albedo(true);
+    if (layer == "history") format.set_history(true);
+    if (layer == "density") format.set_density(true);
   }
   return format;
 }

@@ -22,12 +22,16 @@ void add_progress(Json& json, const pb::Progress& progress) {
   json["all_black"] = error.all_black();
   json["unproven"] = error.unproven();
   json["hidden_rmse"] = error.all_black() ? Json() : known(error.hidden_rmse());
+  json["reuse_share"] = progress.reuse_share();
+  json["verification_rays"] = progress.verification_rays();
 }
 
 void add_frame_end(Json& json, const pb::FrameEnd& end) {
   add_progress(json, end.totals());
   json["ended_by"] = to_short_name(end.reason());
   json["first_tile_seconds"] = end.first_tile_seconds();
+  json["pass_seconds"] = Json::object();
+  for (const pb::PassTime& pass : end.passes()) json["pass_seconds"][pass.pass()] = pass.seconds();
   if (end.has_first_invalid()) {
     json["first_invalid"] = {{"x", end.first_invalid().x()},
                              {"y", end.first_invalid().y()},
@@ -41,6 +45,7 @@ std::string describe_end(const pb::FrameEnd& end) {
   const pb::Progress& totals = end.totals();
   std::string line = fmt::format("{} samples in {}", totals.samples_per_pixel(), human_seconds(totals.seconds()));
   if (totals.seconds() > 0) line += fmt::format(", {} rays/s", human_count(double(totals.rays()) / totals.seconds()));
+  if (totals.reuse_share() > 0) line += fmt::format(", {:.0f} % reused", 100 * totals.reuse_share());
   if (totals.error().known()) {
     line += fmt::format(", error {:.3g} (relMSE {:.3g})", totals.error().rmse(), totals.error().relmse());
   }

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <vector>
 
 #include "renderer/base/srgb.h"
@@ -121,46 +120,15 @@ std::string HeatRange::describe() const {
   return text;
 }
 
-HeatRange find_heat_range(std::span<const float> values, bool logarithmic) {
-  std::vector<float> usable;
-  for (const float v : values) {
-    if (std::isfinite(v) && (!logarithmic || v > 0)) usable.push_back(v);
-  }
-  HeatRange range;
-  range.logarithmic = logarithmic;
-  if (usable.empty()) {
-    range.low = logarithmic ? 1e-6f : 0.0f;
-    return range;
-  }
-  const auto percentile = [&usable](double p) {
-    const auto nth = usable.begin() + std::ptrdiff_t(p * double(usable.size() - 1) + 0.5);
-    std::nth_element(usable.begin(), nth, usable.end());
-    return *nth;
-  };
-  range.low = percentile(0.01);
-  range.high = percentile(0.99);
-  if (range.high > range.low) return range;
-  // One value: in the middle of a range around it.
-  if (logarithmic) {
-    range.low = std::max(range.low / 10, std::numeric_limits<float>::denorm_min());
-    range.high = std::max(std::min(range.high, std::numeric_limits<float>::max() / 10) * 10, 2 * range.low);
-  } else {
-    const float margin = std::max(0.5f * std::abs(range.low), 0.5f);
-    constexpr float kLargest = std::numeric_limits<float>::max();
-    range.low = std::max(range.low - margin, -kLargest);
-    range.high = std::min(range.high + margin, kLargest);
-  }
-  return range;
-}
-
-Status write_heat_map_png(const std::string& path, int width, int height, const float* values, const HeatRange& range) {
+Status write_heat_map_png(const std::string& path, int width, int height, const float* values, const HeatRange& range,
+                          const std::string& title) {
   const std::size_t pixels = std::size_t(std::max(0, width)) * std::size_t(std::max(0, height));
   std::vector<std::uint8_t> bytes(pixels * 3);
   for (std::size_t i = 0; i < pixels; ++i) {
     const std::array<std::uint8_t, 3> color = heat_bytes(range.position(values[i]));
     std::copy(color.begin(), color.end(), bytes.begin() + std::ptrdiff_t(3 * i));
   }
-  return write_png(path, width, height, bytes, "Heat map, " + range.describe());
+  return write_png(path, width, height, bytes, title + ", " + range.describe());
 }
 
 }  // namespace helio

@@ -1,7 +1,6 @@
 // Pictures for the eye: exposed and sRGB-encoded PNGs, and heat maps of one value per pixel.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "renderer/base/math.h"
@@ -34,12 +33,9 @@ struct HeatRange {
   std::string describe() const;
 };
 
-// From the 1st to the 99th percentile of the finite (logarithmic: and positive) values, widened when they are equal.
-// [0, 1], or [1e-6, 1] on a logarithmic scale, when there are none.
-HeatRange find_heat_range(std::span<const float> values, bool logarithmic);
-
-// Writes the heat map of width * height values, row-major, top row first, as a PNG, atomically. The range is written
-// into the file's "Description".
-Status write_heat_map_png(const std::string& path, int width, int height, const float* values, const HeatRange& range);
+// Writes the heat map of width * height values, row-major, top row first, as a PNG, atomically. Title, of what the map
+// shows, and range are written into the file's "Description".
+Status write_heat_map_png(const std::string& path, int width, int height, const float* values, const HeatRange& range,
+                          const std::string& title);
 
 }  // namespace helio

@@ -57,7 +57,7 @@ class FilmHistory {
 
   // Share of the pixel's mean that was carried, [0, 1], given the samples that the halves hold now, the carried ones
   // among them. Halves weigh alike when both have samples.
-  double share(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
+  double weight(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
     const CarriedPixel& c = carried(x, y);
     const double share_a = count_a > 0 ? double(c.count[0]) / count_a : 0;
     const double share_b = count_b > 0 ? double(c.count[1]) / count_b : 0;
@@ -67,7 +67,7 @@ class FilmHistory {
   double bias2(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
     const float whole = carried(x, y).bias2;
     if (whole == 0) return 0;
-    const double part = share(x, y, count_a, count_b);
+    const double part = weight(x, y, count_a, count_b);
     return part * part * double(whole);
   }
 

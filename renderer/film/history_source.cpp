@@ -158,7 +158,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       }
       to.slope2 = pack_short_float(mean_product(*products, {0, 1}));
       for (int axis = 0; axis < 2; ++axis) to.bend2[axis] = pack_short_float(mean_product(*products, {2 + axis}));
-      to.age = pack_short_float(float(history.share(x, y, a.count, b.count)) * history.carried(x, y).age);
+      to.age = pack_short_float(float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }
 }

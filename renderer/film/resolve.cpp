@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cfloat>
+#include <cmath>
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/variance_pool.h"
@@ -33,6 +34,25 @@ void add_bias(const Film& film, const PixelRect& window, std::vector<float> (&va
   }
 }
 
+void resolve_history(const Film& film, ResolvedTile& tile) {
+  const PixelRect& window = tile.window;
+  const FilmHistory* history = film.history();
+  if (!history) {
+    for (std::vector<float>* channel : {&tile.history_weight, &tile.bias_bound, &tile.history_age})
+      channel->assign(std::size_t(window.area()), 0.0f);
+    return;
+  }
+  fill(window, tile.history_weight,
+       [&](int x, int y) { return float(history->weight(x, y, film.half(0, x, y).count, film.half(1, x, y).count)); });
+  fill(window, tile.bias_bound, [&](int x, int y) {
+    return to_float(std::sqrt(history->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count)));
+  });
+  fill(window, tile.history_age, [&](int x, int y) {
+    const double weight = history->weight(x, y, film.half(0, x, y).count, film.half(1, x, y).count);
+    return float(weight * history->carried(x, y).age);
+  });
+}
+
 }  // namespace
 
 Rgb resolve_mean(const Film& film, int x, int y) {
@@ -46,7 +66,8 @@ Rgb resolve_mean(const Film& film, int x, int y) {
   return mean;
 }
 
-ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels) {
+ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels,
+                          double mean_samples) {
   assert(!window.empty() && intersect(window, film.bounds()) == window);
   ResolvedTile tile;
   tile.window = window;
@@ -85,6 +106,13 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
     if (channels & kResolveAlbedo) {
       fill(window, tile.albedo[c], [&](int x, int y) { return film.features(x, y).albedo[c]; });
     }
+  }
+  if (channels & kResolveHistory) resolve_history(film, tile);
+  if (channels & kResolveDensity) {
+    const double scale = mean_samples > 0 ? 1 / mean_samples : 0;
+    fill(window, tile.density, [&](int x, int y) {
+      return scale > 0 ? to_float(scale * (double(film.attempted(0, x, y)) + film.attempted(1, x, y))) : 1.0f;
+    });
   }
   return tile;
 }

@@ -21,19 +21,27 @@ struct ResolvedTile {
   std::vector<float> variance[3];
   std::vector<float> samples;  // valid samples, both halves, carried ones included
   std::vector<float> alpha, depth, normal[3], albedo[3];
+  // Of what the film's history has brought; all 0 in films without.
+  std::vector<float> history_weight;  // in the pixel's mean, [0, 1]
+  std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
+  std::vector<float> history_age;     // moves, CarriedPixel::age times the weight, [0, 255]
+  std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
   std::uint64_t invalid_samples = 0;
 };
 
 enum ResolveChannels : unsigned {
   kResolveVariance = 1, kResolveSamples = 2, kResolveAlpha = 4, kResolveDepth = 8, kResolveNormal = 16, kResolveAlbedo = 32,
-  kResolveAll = 63,
+  kResolveHistory = 64, kResolveDensity = 128, kResolveAll = 255,
 };
 
 // `roi` is the part of the film that is being rendered: the pooling neighbourhood (7x7, variance_pool.h) never reads
 // outside it, and its result does not depend on how the film is cut into windows. Variance reads pixels up to 3 beyond
 // the window: nobody may be writing them. Variance is +infinity where nothing is known (no samples) and 0 where the
 // halves agree to the bit in the whole neighbourhood, black included: that is an observation, no proof.
-ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels);
+// `mean_samples`: fresh ones per pixel of the picture, both halves, which density is relative to; 0: counts do not
+// differ, and density is 1.
+ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels,
+                          double mean_samples = 0);
 
 // Estimated error of the whole picture, from the halves. All are +infinity while not known.
 //

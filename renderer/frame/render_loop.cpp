@@ -29,8 +29,10 @@ std::size_t tiles_that_may_wait(int threads) {
 
 int channel_count(unsigned channels) {
   int count = 3;  // radiance
-  for (const unsigned triple : {kResolveVariance, kResolveNormal, kResolveAlbedo}) count += channels & triple ? 3 : 0;
-  for (const unsigned single : {kResolveSamples, kResolveAlpha, kResolveDepth}) count += channels & single ? 1 : 0;
+  for (const unsigned triple : {kResolveVariance, kResolveNormal, kResolveAlbedo, kResolveHistory})
+    count += channels & triple ? 3 : 0;
+  for (const unsigned single : {kResolveSamples, kResolveAlpha, kResolveDepth, kResolveDensity})
+    count += channels & single ? 1 : 0;
   return count;
 }
 
@@ -480,6 +482,7 @@ bool RenderLoop::Impl::run_piece() {
   const CameraPose camera = view->camera;
   const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
+  const double mean_samples = state.round.number > 0 ? double(film_samples) / double(state.round.pixels) : 0;
   Film& pixels = *film;
   lock.unlock();
 
@@ -500,7 +503,7 @@ bool RenderLoop::Impl::run_piece() {
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
       run_measure(*p);
     } else {
-      tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, pixels);
+      tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
     }
   } catch (const std::exception& e) {
     failure = e.what();

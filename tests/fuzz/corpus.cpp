@@ -175,6 +175,8 @@ pb::RenderSettings settings() {
   s.set_width(640);
   s.set_height(360);
   s.set_seed(3);
+  s.set_mode(pb::MODE_COMBINED);
+  s.mutable_adaptive()->set_min_samples(8);
   return s;
 }
 
@@ -190,6 +192,8 @@ void write_messages(const std::filesystem::path& folder) {
   budget.set_error(0.1);
   message(2, "budget", budget);
   pb::TileFormat format;
+  format.set_history(true);
+  format.set_density(true);
   message(3, "format", format);
   pb::StreamRequest request;
   *request.mutable_view() = view();

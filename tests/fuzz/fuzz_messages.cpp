@@ -1,6 +1,8 @@
 // What a client may send: the first byte chooses the message, the others are its protobuf bytes.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 
 #include "server/convert.h"
 #include "server/message_check.h"
@@ -33,6 +35,9 @@ void read(const pb::RenderSettings& message) {
   (void)check_film_size(settings, limits, "settings");
   demand(settings.width >= 1 && settings.width <= limits.max_film_side && settings.height >= 1 &&
          settings.max_segments >= 1 && settings.roulette_from >= 1);
+  const auto& modes = kEveryRenderMode;
+  demand(std::find(std::begin(modes), std::end(modes), settings.mode) != std::end(modes));
+  demand(to_message(settings).mode() == message.mode() || message.mode() == pb::MODE_UNSPECIFIED);
   demand(settings.filter.scale > 0 && settings.filter.scale <= kMaxPixelFilterScale);
 }
 
@@ -47,7 +52,8 @@ void read(const pb::Budget& message) {
 
 void read(const pb::TileFormat& message) {
   Problems problems;
-  (void)read_tile_format(message, "format", problems);
+  const TileFormat format = read_tile_format(message, "format", problems);
+  demand((format.channels & ~unsigned(kResolveAll)) == 0);
 }
 
 // A scene with one of each thing that can be edited.

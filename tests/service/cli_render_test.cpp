@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <thread>
 
 #include "cli_test.h"
 #include "daemon_process.h"
+#include "renderer/base/srgb.h"
+#include "renderer/codec/display_image.h"
 #include "renderer/codec/tile_codec.h"
+#include "renderer/scene/image_decoder.h"
 
 namespace helio::test {
 namespace {
@@ -216,6 +220,74 @@ TEST_F(CliMove, AnOrbitWritesOnePictureAView) {
     const auto picture = read_exr(folder_ / ("o.0" + std::to_string(i) + ".exr"), kMaxPixels);
     ASSERT_TRUE(picture);
     EXPECT_EQ((*picture->find("R"))[15 * 40 + 10], wanted[i]) << "view " << i;
+  }
+}
+
+// Of the pixel that sees the square's middle, and of the corner, which sees the environment.
+TEST_F(CliMove, HeatMapsShowErrorProbabilityAndReuse) {
+  const auto json = heliograph_json({"move", "quad.gltf", "--environment", "0.1,0.1,0.1", "--move", "0.2,0,0",
+                                     "--steps", "1", "--size", "80x60", "--samples", "32", "--mode", "combined",
+                                     "--output", "c.#.exr", "--heatmap", "c.#.png"});
+  ASSERT_EQ(json["frames"].size(), 2u);
+  const auto& first = json["frames"][0];
+  const auto& second = json["frames"][1];
+  EXPECT_EQ(first["reuse_share"], 0);
+  EXPECT_GT(second["reuse_share"], 0.1);
+  EXPECT_LT(second["reuse_share"], 1);
+  EXPECT_GT(second["verification_rays"], 0);
+  for (const char* pass : {"integrate", "measure", "resolve", "publish", "allocate", "reproject"})
+    EXPECT_GE(second["pass_seconds"][pass], 0) << pass;
+  EXPECT_EQ(second["heatmap"], "c.1.png");
+  EXPECT_EQ(second["density_map"], "c.1.density.png");
+  EXPECT_EQ(second["density_map_range"], nlohmann::json({0.0625, 16}));
+  EXPECT_EQ(second["reuse_map"], "c.1.reuse.png");
+  EXPECT_EQ(second["reuse_map_range"], nlohmann::json({0, 1}));
+
+  const auto picture = read_exr(folder_ / "c.1.exr", kMaxPixels);
+  ASSERT_TRUE(picture) << picture.error().to_string();
+  const auto expect_colours = [&](const std::string& file, const std::vector<float>& values, const HeatRange& range) {
+    const std::string bytes = read_file(folder_ / file);
+    const auto png = decode_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, file, 1 << 24);
+    ASSERT_TRUE(png) << png.error().to_string();
+    ASSERT_EQ(png->width, 80);
+    ASSERT_EQ(png->height, 60);
+    ASSERT_EQ(png->texels.size(), 80u * 60 * 3);
+    for (std::size_t i = 0; i < values.size(); i += 7) {
+      const Rgb colour = heat_color(range.position(values[i]));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double shown = 255.0 * double(encode_srgb(colour[int(c)]));
+        ASSERT_NEAR(png->texels[3 * i + c], shown, 2) << file << " pixel " << i;
+      }
+    }
+  };
+  expect_colours("c.1.reuse.png", *picture->find("history.weight"), {0, 1, false});
+  expect_colours("c.1.density.png", *picture->find("samples.density"), {1.0f / 16, 16, true});
+  std::vector<float> errors(80 * 60);
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    double mean = 0, variance = 0;
+    for (const char* c : {"R", "G", "B"}) mean += (*picture->find(c))[i] / 3.0;
+    for (const char* c : {"variance.R", "variance.G", "variance.B"}) variance += (*picture->find(c))[i] / 3.0;
+    errors[i] = float(std::sqrt(variance) / mean);
+  }
+  expect_colours("c.1.png", errors, {1e-4f, 1, true});
+  const std::vector<float>& weight = *picture->find("history.weight");
+  EXPECT_GT(*std::max_element(weight.begin(), weight.end()), 0.3f);
+}
+
+// Black without variance is the low end, black with some (here: of a single sample, unknown) the high end.
+TEST_F(CliRender, TheErrorMapOfBlackIsDarkUnlessNothingIsKnown) {
+  for (const char* samples : {"1", "4"}) {
+    heliograph_json({"render", "quad.gltf", "--environment", "0,0,0", "--size", "20x16", "--samples", samples,
+                     "--output", "b.exr", "--heatmap", "b.png"});
+    EXPECT_FALSE(exists("b.reuse.png"));
+    const std::string bytes = read_file(folder_ / "b.png");
+    const auto png =
+        decode_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "b.png", 1 << 24);
+    ASSERT_TRUE(png) << png.error().to_string();
+    const Rgb expected = heat_color(samples == std::string("1") ? 1.0f : 0.0f);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(png->texels[std::size_t(c)], 255.0 * double(encode_srgb(expected[c])), 1) << samples;
+    }
   }
 }
 

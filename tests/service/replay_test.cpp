@@ -1,5 +1,6 @@
 // Invalid samples from the kernel to the client: counted per tile, frame, session and job, and traced again by token.
 #include <cmath>
+#include <map>
 
 #include "renderer/base/clock.h"
 #include "service_fixture.h"
@@ -90,6 +91,44 @@ TEST_F(ReplayTest, ASessionCountsInvalidSamplesAndItsTokenReplaysTheFirst) {
     EXPECT_EQ(vertex.lobe_model(), "metallic_roughness");
   }
   EXPECT_EQ(session_info(session).invalid_samples(), total);
+}
+
+// Each picture's samples have a seed of its own there, and their numbers do not count what was carried.
+TEST_F(ReplayTest, ASampleOfAPictureThatDrawsOnAnotherIsReplayedToo) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  for (const pb::Mode mode : {pb::MODE_REPROJECT, pb::MODE_COMBINED}) {
+    pb::CreateSessionRequest request;
+    request.set_scene_id(scene_);
+    request.mutable_settings()->set_width(40);
+    request.mutable_settings()->set_height(30);
+    request.mutable_settings()->set_mode(mode);
+    request.mutable_budget()->set_samples(64);
+    pb::CreateSessionResponse created;
+    ASSERT_TRUE(create(request, &created).ok());
+    StreamClient client(stub(), created.session_id());
+    client.send(view(1));
+    ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+    client.send(view(2, 0.02));
+    ASSERT_TRUE(client.reader().wait_for_frame_end(2));
+    const auto messages = client.reader().messages();
+    std::map<std::uint64_t, std::uint64_t> seeds;
+    for (const auto& message : messages) {
+      if (message.has_frame_begin())
+        seeds[message.frame_begin().tag().view_id()] = message.frame_begin().settings().seed();
+    }
+    EXPECT_NE(seeds[1], seeds[2]);
+    const pb::FrameEnd end = end_of(messages, 2);
+    EXPECT_GT(end.totals().reuse_share(), 0);
+    EXPECT_GT(end.totals().invalid_samples(), 0u);
+    EXPECT_EQ(invalid_in_tiles(messages, 2), end.totals().invalid_samples());
+    pb::ReplaySampleResponse told;
+    const grpc::Status status = replay(end.replay_token(), &told);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(told.sample().mode(), mode);
+    EXPECT_EQ(told.sample().seed(), seeds[2]);
+    EXPECT_EQ(told.sample().sample().ShortDebugString(), end.first_invalid().ShortDebugString());
+    EXPECT_FALSE(told.finite());
+  }
 }
 
 TEST_F(ReplayTest, AJobCountsTheInvalidSamplesOfAllItsViews) {

@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "server/convert.h"
+
 namespace helio::test {
 namespace {
 
@@ -70,6 +72,18 @@ TEST(ReplayToken, HoldsFilmCameraSettingsAndSample) {
     other.set_build("another");
     EXPECT_NE(replay_note(other).find("another"), std::string::npos);
   }
+}
+
+TEST(ReplayToken, TellsTheMode) {
+  FrameBegin begin = frame();
+  for (const RenderMode mode : kEveryRenderMode) {
+    begin.settings.mode = mode;
+    const auto replay = read_replay_token(make_replay_token(Scene(), begin, kSample), {}, "token");
+    ASSERT_TRUE(replay.ok()) << replay.error().to_string();
+    EXPECT_EQ(replay->message.mode(), to_message(mode));
+  }
+  begin.settings.mode = RenderMode(99);
+  EXPECT_NE(refusal(make_replay_token(Scene(), begin, kSample)).message.find("MODE_COMBINED (4)"), std::string::npos);
 }
 
 TEST(ReplayToken, LongNamesKeepTheirEnd) {

@@ -128,6 +128,25 @@ TEST(Convert, OrthographicViewsSurviveTheWire) {
   EXPECT_EQ(back.focus_distance, 4);
 }
 
+TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
+  for (const RenderMode mode : kEveryRenderMode) {
+    RenderSettings settings;
+    settings.mode = mode;
+    if (allocates(mode)) settings.adaptive = {8, 32, ErrorMeasure::rmse};
+    const pb::RenderSettings message = to_message(settings);
+    EXPECT_EQ(message.variant(), mode == RenderMode::pt ? pb::VARIANT_UNSPECIFIED : pb::VARIANT_BOUNDED);
+    Problems problems;
+    EXPECT_EQ(read_settings(message, {}, "settings", problems), settings) << to_string(mode);
+    EXPECT_TRUE(problems.empty());
+  }
+  pb::RenderSettings odd;
+  odd.set_mode(pb::MODE_COMBINED);
+  odd.mutable_adaptive()->set_min_samples(7);
+  Problems problems;
+  read_settings(odd, {}, "settings", problems);
+  EXPECT_NE(problems.to_error().message.find("settings.adaptive.min_samples: 7 is odd"), std::string::npos);
+}
+
 TEST(GrpcStatus, LongMessagesAreCutAtACharacter) {
   std::string text(kMaxStatusMessage - 1, 'x');
   text += "\xC3\xA9\xC3\xA9";  // two characters of two bytes

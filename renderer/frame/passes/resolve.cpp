@@ -40,13 +40,14 @@ std::optional<ResolvePiece> ResolvePass::next(const TileGrid& grid) {
   return piece;
 }
 
-FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, const Film& film) {
+FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, double mean_samples,
+                      const Film& film) {
   FrameTile tile;
   tile.tag = tag;
   tile.pass = piece.round;
   tile.final = piece.final;
   tile.samples_per_pixel = piece.samples_per_pixel;
-  tile.pixels = resolve_tile(film, piece.window, piece.roi, channels);
+  tile.pixels = resolve_tile(film, piece.window, piece.roi, channels, mean_samples);
   return tile;
 }
 

@@ -52,7 +52,8 @@ class ResolvePass {
   std::size_t final_tiles_ = 0;
 };
 
-// Thread safe while nothing writes to piece.roi of the film.
-FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, const Film& film);
+// Thread safe while nothing writes to piece.roi of the film. `mean_samples` as resolve_tile() has it.
+FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, double mean_samples,
+                      const Film& film);
 
 }  // namespace helio

@@ -160,7 +160,7 @@ TEST(FilmHistory, BiasFadesAsFreshSamplesArriveAndCountsAsVariance) {
       film.history()->carried(x, y).bias2 = 0.8f;
     }
   }
-  EXPECT_DOUBLE_EQ(film.history()->share(4, 4, 16, 16), 0.25);
+  EXPECT_DOUBLE_EQ(film.history()->weight(4, 4, 16, 16), 0.25);
   EXPECT_NEAR(film.history()->bias2(4, 4, 16, 16), 0.8 / 16, 1e-8);
   const ResolvedTile tile = resolve_tile(film, film.bounds(), film.bounds(), kResolveVariance);
   EXPECT_NEAR(tile.variance[1][40], 0.8f / 16, 1e-6f);  // nothing else: the halves agree

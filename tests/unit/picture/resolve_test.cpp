@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/film/film_history.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {
@@ -54,6 +55,45 @@ TEST(Resolve, FillsWhatIsAskedFor) {
   EXPECT_EQ(bare.radiance[0].size(), 2u);
   EXPECT_TRUE(bare.variance[0].empty() && bare.samples.empty() && bare.alpha.empty() && bare.depth.empty() &&
               bare.normal[0].empty() && bare.albedo[0].empty());
+}
+
+// What was carried weighs 0.5 (6 / 8 + 6 / 12) = 0.625 in a pixel whose halves hold 8 and 12 samples, 6 of them carried
+// each; 2 + 6 are fresh.
+TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
+  Film film(4, 1, {true, true});
+  const auto hold = [&](int x, std::uint32_t a, std::uint32_t b) {
+    film.half(0, x, 0).count = a;
+    film.half(1, x, 0).count = b;
+  };
+  hold(0, 8, 12);
+  film.history()->carried(0, 0).count[0] = film.history()->carried(0, 0).count[1] = 6;
+  film.history()->carried(0, 0).age = 10;
+  film.history()->carried(0, 0).bias2 = 0.04f;
+  hold(1, 2, 1);
+  film.add_invalid(1, 1, 0);
+  hold(2, 3, 3);  // all carried, and so far off that no float holds it
+  film.history()->carried(2, 0).count[0] = film.history()->carried(2, 0).count[1] = 3;
+  film.history()->carried(2, 0).age = 255;
+  film.history()->carried(2, 0).bias2 = kInfinity;
+  const unsigned channels = kResolveHistory | kResolveDensity;
+  const ResolvedTile tile = resolve_tile(film, film.bounds(), film.bounds(), channels, 3);
+  EXPECT_EQ(tile.history_weight, (std::vector<float>{0.625f, 0, 1, 0}));
+  EXPECT_NEAR(tile.bias_bound[0], 0.625 * 0.2, 1e-7);
+  EXPECT_EQ(tile.bias_bound[1], 0);
+  EXPECT_EQ(tile.bias_bound[2], FLT_MAX);
+  EXPECT_EQ(tile.bias_bound[3], 0);
+  EXPECT_EQ(tile.history_age, (std::vector<float>{6.25f, 0, 255, 0}));
+  const float expected[] = {8.0f / 3, 4.0f / 3, 0, 0};  // the invalid one was traced as well
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(tile.density[i], expected[i]) << i;
+
+  EXPECT_EQ(resolve_tile(film, film.bounds(), film.bounds(), channels).density, (std::vector<float>{1, 1, 1, 1}));
+  const ResolvedTile window = resolve_tile(film, {1, 0, 3, 1}, film.bounds(), channels, 3);
+  EXPECT_EQ(window.history_weight, (std::vector<float>{0, 1}));
+  const ResolvedTile plain = resolve_tile(Film(2, 1), {0, 0, 2, 1}, {0, 0, 2, 1}, kResolveAll);
+  for (const auto& channel : {plain.history_weight, plain.bias_bound, plain.history_age})
+    EXPECT_EQ(channel, (std::vector<float>{0, 0})) << "a film without history";
+  EXPECT_EQ(plain.density, (std::vector<float>{1, 1}));
+  EXPECT_TRUE(resolve_tile(film, film.bounds(), film.bounds(), 0).history_weight.empty());
 }
 
 // n independent samples a half with variance s^2: the mean has s^2 / (2 n).
