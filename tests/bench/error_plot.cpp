@@ -16,6 +16,18 @@ constexpr double kPanelWidth = 460, kPanelHeight = 300, kLeft = 70, kTop = 40, k
 constexpr double kLegendLine = 18;
 // Distinct for the colour-blind (Okabe and Ito 2008).
 constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
+// Later curves let those that they lie on show through: modes are often equal in part. stroke-dasharray; 0: solid.
+constexpr const char* kDashes[] = {"0", "7 5", "2 4"};
+
+struct Style {
+  const char* color;
+  const char* dashes;
+  double marker;  // radius
+};
+
+Style style_of(std::size_t curve) {
+  return {kColors[curve % std::size(kColors)], kDashes[curve % std::size(kDashes)], curve == 0 ? 4.0 : 2.5};
+}
 
 bool drawable(double value) {
   return std::isfinite(value) && value > 0;
@@ -24,11 +36,16 @@ bool drawable(double value) {
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char letter : text) {
-    if (letter == '&') out += "&amp;";
-    else if (letter == '<') out += "&lt;";
-    else if (letter == '>') out += "&gt;";
-    else if (letter == '"') out += "&quot;";
-    else out += letter;
+    if (letter == '&')
+      out += "&amp;";
+    else if (letter == '<')
+      out += "&lt;";
+    else if (letter == '>')
+      out += "&gt;";
+    else if (letter == '"')
+      out += "&quot;";
+    else
+      out += letter;
   }
   return out;
 }
@@ -89,14 +106,15 @@ std::string draw_axes(const Panel& panel, const char* x_label) {
   return svg + text_at(panel.left + kPanelWidth / 2, bottom + 36, "middle", x_label);
 }
 
-std::string draw_curve(const Panel& panel, const CurveReport& curve, Abscissa abscissa, const char* color) {
+std::string draw_curve(const Panel& panel, const CurveReport& curve, Abscissa abscissa, const Style& style) {
   std::string upper, lower, line, markers;
   for (const CurvePointReport& p : curve.points) {
     const double x_value = abscissa(p);
     if (!drawable(x_value) || !drawable(p.relmse.mean)) continue;
     const double x = panel.at_x(x_value), y = panel.at_y(p.relmse.mean);
     line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, y);
-    markers += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x, y, color);
+    markers += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\"/>\n", x, y, style.marker,
+                           style.color);
     if (!std::isfinite(p.relmse.high) || !std::isfinite(p.relmse.low)) continue;
     const double low = p.relmse.low > 0 ? panel.at_y(p.relmse.low) : panel.top + kPanelHeight;
     upper += fmt::format("{}{:.1f} {:.1f}", upper.empty() ? "M" : "L", x, panel.at_y(p.relmse.high));
@@ -104,10 +122,12 @@ std::string draw_curve(const Panel& panel, const CurveReport& curve, Abscissa ab
   }
   std::string svg;
   if (!upper.empty())
-    svg += fmt::format("<path class=\"band\" d=\"{}{}Z\" fill=\"{}\" fill-opacity=\"0.2\"/>\n", upper, lower, color);
+    svg +=
+        fmt::format("<path class=\"band\" d=\"{}{}Z\" fill=\"{}\" fill-opacity=\"0.2\"/>\n", upper, lower, style.color);
   if (!line.empty())
-    svg += fmt::format("<path class=\"curve\" d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line,
-                       color);
+    svg += fmt::format(
+        "<path class=\"curve\" d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" stroke-dasharray=\"{}\"/>\n",
+        line, style.color, style.dashes);
   return svg + markers;
 }
 
@@ -147,13 +167,13 @@ std::string to_svg(std::span<const CurveReport> curves) {
       const Panel panel = make_panel(kLeft + column++ * full_panel, top + kTop, shown, abscissa);
       if (panel.x.empty()) continue;
       body += draw_axes(panel, label);
-      for (std::size_t i = 0; i < shown.size(); ++i)
-        body += draw_curve(panel, *shown[i], abscissa, kColors[i % std::size(kColors)]);
+      for (std::size_t i = 0; i < shown.size(); ++i) body += draw_curve(panel, *shown[i], abscissa, style_of(i));
     }
     top += kTop + kPanelHeight + kBottom;
     for (std::size_t i = 0; i < shown.size(); ++i, top += kLegendLine) {
-      body += fmt::format("<path d=\"M{:.1f} {:.1f}h30\" stroke=\"{}\" stroke-width=\"2\"/>\n", kLeft, top,
-                          kColors[i % std::size(kColors)]);
+      const Style style = style_of(i);
+      body += fmt::format("<path d=\"M{:.1f} {:.1f}h30\" stroke=\"{}\" stroke-width=\"2\" stroke-dasharray=\"{}\"/>\n",
+                          kLeft, top, style.color, style.dashes);
       body += text_at(kLeft + 38, top + 4, "start", shown[i]->renderer + " " + shown[i]->mode);
     }
     top += kLegendLine;

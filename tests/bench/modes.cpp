@@ -1,4 +1,8 @@
 // Error against time and samples, for every mode; and beside Mitsuba on the same XML file.
+#include <functional>
+#include <iterator>
+#include <utility>
+
 #include "error_curves.h"
 #include "figures.h"
 #include "mitsuba_peer.h"
@@ -12,16 +16,20 @@ namespace {
 // A reference of our own has so many times the samples of a curve's last point, so that it adds little to its error.
 constexpr std::uint32_t kReferenceFactor = 64;
 
-// Ours, in one mode. The engine and the scene outlive it.
-Contender our_contender(RenderEngine& engine, const ErrorScene& scene, RenderMode mode) {
-  return {"heliograph", to_string(mode), [&engine, &scene, mode](int samples, std::uint64_t seed) {
-            RenderSettings settings;
-            settings.width = scene.reference.width;
-            settings.height = scene.reference.height;
-            settings.mode = mode;
-            settings.seed = seed;
-            return render_picture(engine, scene.scene, settings, std::uint32_t(samples));
-          }};
+// Ours, in every mode. The engine and the scene outlive them.
+std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& scene) {
+  std::vector<Contender> contenders;
+  for (const RenderMode mode : kRenderModes) {
+    contenders.push_back({"heliograph", to_string(mode), [&engine, &scene, mode](int samples, std::uint64_t seed) {
+                            RenderSettings settings;
+                            settings.width = scene.reference.width;
+                            settings.height = scene.reference.height;
+                            settings.mode = mode;
+                            settings.seed = seed;
+                            return render_picture(engine, scene.scene, settings, std::uint32_t(samples));
+                          }});
+  }
+  return contenders;
 }
 
 // The scenes asked for, or those of the defaults that are there.
@@ -41,20 +49,21 @@ Result<std::vector<std::filesystem::path>> chosen_scenes(const BenchOptions& opt
   return files;
 }
 
-}  // namespace
+// Who else takes part in a scene, whose file is given; the scene outlives them.
+using OtherContenders = std::function<Result<std::vector<Contender>>(const ErrorScene&, const std::filesystem::path&)>;
 
-Result<std::vector<CurveReport>> run_modes(BenchContext& context) {
-  const BenchOptions& options = context.options();
-  const auto files = chosen_scenes(options, {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"},
-                                   SceneKind::any);
-  if (!files) return files.error();
+Result<std::vector<CurveReport>> measure_scenes(const BenchOptions& options,
+                                                const std::vector<std::filesystem::path>& files,
+                                                const OtherContenders& others) {
   RenderEngine engine(options.threads);
   std::vector<CurveReport> curves;
-  for (const std::filesystem::path& file : *files) {
+  for (const std::filesystem::path& file : files) {
     const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
     if (!scene) return scene.error();
-    std::vector<Contender> contenders;
-    for (const RenderMode mode : kRenderModes) contenders.push_back(our_contender(engine, *scene, mode));
+    std::vector<Contender> contenders = our_contenders(engine, *scene);
+    auto guests = others(*scene, file);
+    if (!guests) return guests.error();
+    std::move(guests->begin(), guests->end(), std::back_inserter(contenders));
     auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
     if (!measured) return measured.error();
     curves.insert(curves.end(), measured->begin(), measured->end());
@@ -62,38 +71,42 @@ Result<std::vector<CurveReport>> run_modes(BenchContext& context) {
   return curves;
 }
 
+Result<Contender> mitsuba_contender(MitsubaPeer& peer, const ErrorScene& scene, const std::filesystem::path& file,
+                                    const std::string& picture_file) {
+  if (const Status loaded = peer.load(scene.name, file.string()); !loaded) return loaded.error();
+  if (const Status sized = peer.resize(scene.name, scene.reference.width, scene.reference.height); !sized)
+    return sized.error();
+  return Contender{"mitsuba " + peer.version(), "path", [&peer, &scene, picture_file](int samples, std::uint64_t seed) {
+                     return peer.render_picture(scene.name, samples, int(seed), picture_file);
+                   }};
+}
+
+}  // namespace
+
+Result<std::vector<CurveReport>> run_modes(BenchContext& context) {
+  const BenchOptions& options = context.options();
+  const auto files =
+      chosen_scenes(options, {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"}, SceneKind::any);
+  if (!files) return files.error();
+  return measure_scenes(options, *files, [](const ErrorScene&, const auto&) { return std::vector<Contender>(); });
+}
+
 Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
   const BenchOptions& options = context.options();
   const auto files = chosen_scenes(options, {"cornell", "covered", "glass"}, SceneKind::mitsuba_xml);
   if (!files) return files.error();
-  std::unique_ptr<MitsubaPeer> peer;
-  if (auto started = MitsubaPeer::start(options.mitsuba_python, options.threads); !started) {
-    note(started.error().to_string());
-  } else {
-    peer = std::move(started).value();
-  }
-  RenderEngine engine(options.threads);
-  std::vector<CurveReport> curves;
-  for (const std::filesystem::path& file : *files) {
-    const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
-    if (!scene) return scene.error();
-    std::vector<Contender> contenders;
-    for (const RenderMode mode : kRenderModes) contenders.push_back(our_contender(engine, *scene, mode));
-    if (peer) {
-      const LoopPicture& reference = scene->reference;
-      if (const Status loaded = peer->load(scene->name, file.string()); !loaded) return loaded.error();
-      if (const Status sized = peer->resize(scene->name, reference.width, reference.height); !sized)
-        return sized.error();
-      const std::string picture_file = (context.folder() / "mitsuba.exr").string();
-      contenders.push_back({"mitsuba " + peer->version(), "path", [&, picture_file](int samples, std::uint64_t seed) {
-                              return peer->render_picture(scene->name, samples, int(seed), picture_file);
-                            }});
-    }
-    auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
-    if (!measured) return measured.error();
-    curves.insert(curves.end(), measured->begin(), measured->end());
-  }
-  return curves;
+  auto started = MitsubaPeer::start(options.mitsuba_python, options.threads);
+  if (!started) note(started.error().to_string());
+  const std::unique_ptr<MitsubaPeer> peer = started ? std::move(started).value() : nullptr;
+  const std::string picture_file = (context.folder() / "mitsuba.exr").string();
+  const auto mitsuba = [&](const ErrorScene& scene,
+                           const std::filesystem::path& file) -> Result<std::vector<Contender>> {
+    if (!peer) return std::vector<Contender>();
+    auto contender = mitsuba_contender(*peer, scene, file, picture_file);
+    if (!contender) return contender.error();
+    return std::vector<Contender>{std::move(*contender)};
+  };
+  return measure_scenes(options, *files, mitsuba);
 }
 
 }  // namespace helio::bench
