@@ -10,14 +10,14 @@ namespace helio {
 namespace raw {
 
 using Rpcs = heliograph::v1::RenderService;
-using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<Rpcs::WithRawCallbackMethod_LoadScene<
-    Rpcs::WithRawCallbackMethod_ListScenes<Rpcs::WithRawCallbackMethod_UnloadScene<
-        Rpcs::WithRawCallbackMethod_CreateSession<Rpcs::WithRawCallbackMethod_CloseSession<
-            Rpcs::WithRawCallbackMethod_ListSessions<Rpcs::WithRawCallbackMethod_StreamFrames<
-                Rpcs::WithRawCallbackMethod_UpdateSession<Rpcs::WithRawCallbackMethod_WatchFrames<
-                    Rpcs::WithRawCallbackMethod_RunJob<Rpcs::WithRawCallbackMethod_CancelJob<
-                    Rpcs::WithRawCallbackMethod_ReplaySample<
-                        Rpcs::WithRawCallbackMethod_EditScene<Rpcs::Service>>>>>>>>>>>>>>;
+using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<
+    Rpcs::WithRawCallbackMethod_LoadScene<Rpcs::WithRawCallbackMethod_ListScenes<
+        Rpcs::WithRawCallbackMethod_UnloadScene<Rpcs::WithRawCallbackMethod_CreateSession<
+            Rpcs::WithRawCallbackMethod_CloseSession<Rpcs::WithRawCallbackMethod_ListSessions<
+                Rpcs::WithRawCallbackMethod_StreamFrames<Rpcs::WithRawCallbackMethod_UpdateSession<
+                    Rpcs::WithRawCallbackMethod_WatchFrames<Rpcs::WithRawCallbackMethod_RunJob<
+                        Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
+                            Rpcs::WithRawCallbackMethod_EditScene<Rpcs::Service>>>>>>>>>>>>>>;
 
 }  // namespace raw
 

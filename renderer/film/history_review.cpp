@@ -55,10 +55,15 @@ HistoryReview::HistoryReview(Film& film, const PixelRect& region)
     for (int x = region_.x0; x < region_.x1; x += kColumns)
       windows_.push_back(intersect({x, y, x + kColumns, y + kRows}, region_));
   }
+  taken_.resize(windows_.size());
 }
 
 void HistoryReview::run(int sweep, std::size_t part) {
-  sweep == 0 ? look(windows_[part]) : take_back(windows_[part]);
+  if (sweep == 0) {
+    look(windows_[part]);
+  } else {
+    taken_[part] = take_back(windows_[part]);
+  }
 }
 
 void HistoryReview::look(const PixelRect& window) {
@@ -91,7 +96,8 @@ void HistoryReview::look(const PixelRect& window) {
   }
 }
 
-void HistoryReview::take_back(const PixelRect& window) {
+double HistoryReview::take_back(const PixelRect& window) {
+  double taken = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
@@ -115,10 +121,12 @@ void HistoryReview::take_back(const PixelRect& window) {
           half.deviations[c] *= float(half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0);
         }
         carried.count[h] = keep;
+        taken += drop;
       }
       carried.bias2 = bias2;
     }
   }
+  return taken;
 }
 
 }  // namespace helio

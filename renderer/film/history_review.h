@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "renderer/film/film.h"
@@ -25,10 +26,12 @@ class HistoryReview {
   int sweeps() const { return 2; }
   void run(int sweep, std::size_t part);
   void finish_sweep(int) {}
+  // Samples of both halves, after the last sweep.
+  double taken_back() const { return std::accumulate(taken_.begin(), taken_.end(), 0.0); }
 
  private:
   void look(const PixelRect& window);
-  void take_back(const PixelRect& window);
+  double take_back(const PixelRect& window);
   float& found(int x, int y) {
     return found_[std::size_t(y - region_.y0) * std::size_t(region_.width()) + std::size_t(x - region_.x0)];
   }
@@ -36,7 +39,8 @@ class HistoryReview {
   Film& film_;
   PixelRect region_;
   std::vector<PixelRect> windows_;
-  std::vector<float> found_;  // per pixel: square of the bias that was measured; 0: nothing that chance would not do
+  std::vector<double> taken_;  // of the parts
+  std::vector<float> found_;   // per pixel: square of the bias that was measured; 0: nothing that chance would not do
 };
 
 }  // namespace helio

@@ -30,8 +30,15 @@ struct ResolvedTile {
 };
 
 enum ResolveChannels : unsigned {
-  kResolveVariance = 1, kResolveSamples = 2, kResolveAlpha = 4, kResolveDepth = 8, kResolveNormal = 16, kResolveAlbedo = 32,
-  kResolveHistory = 64, kResolveDensity = 128, kResolveAll = 255,
+  kResolveVariance = 1,
+  kResolveSamples = 2,
+  kResolveAlpha = 4,
+  kResolveDepth = 8,
+  kResolveNormal = 16,
+  kResolveAlbedo = 32,
+  kResolveHistory = 64,
+  kResolveDensity = 128,
+  kResolveAll = 255,
 };
 
 // `roi` is the part of the film that is being rendered: the pooling neighbourhood (7x7, variance_pool.h) never reads

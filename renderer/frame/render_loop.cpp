@@ -103,6 +103,8 @@ struct RenderLoop::Impl final : PieceSource {
   std::unique_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   std::shared_ptr<HistoryTransfer> transfer;  // the newest; null: none of this picture
+  std::shared_ptr<HistoryReview> review;      // of the plan in hand
+  double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
   FrameScheduler scheduler;
   FrameState state;
@@ -272,7 +274,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
   if (transfer && state.carried) {
-    const double carried = transfer->stats().samples, fresh = double(film_samples);
+    const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
     p.reuse_share = carried / (carried + fresh);
     p.verification_rays = transfer->stats().rays;
   }
@@ -349,6 +351,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
     if (!state.reproject_due || !history.film_usable()) left_samples = film_samples;
     film_samples = 0;
     transfer.reset();
+    taken_back = 0;
     state.carried = false;
     state.reproject_due = reuse;
     state.measured = {};
@@ -404,6 +407,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
     state.reproject_due = false;
     state.carried = transfer->stats().carried > 0;
   }
+  if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
     ++state.round.number;
     state.round.mean = plan.allocate->mean;
@@ -450,7 +454,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
-  if (plan.review) works.review = std::make_shared<HistoryReview>(*film, region);
+  review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
+  works.review = review;
   pipeline.start(plan, *film, works);
   planned = true;
 }

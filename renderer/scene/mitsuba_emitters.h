@@ -1,4 +1,5 @@
-// Emitters that stand alone: point, spot, directional, projector, constant, envmap. Those of shapes are read with the shapes.
+// Emitters that stand alone: point, spot, directional, projector, constant, envmap. Those of shapes are read with the
+// shapes.
 #pragma once
 
 #include "renderer/scene/mitsuba_context.h"

@@ -255,9 +255,9 @@ enum class PunctualKind : std::uint8_t { point, spot, directional, projector };
 // angle.
 enum class SpotFalloff : std::uint8_t { squared_cosine, linear_in_angle };
 
-// What a projector shows where. Of a direction d from its position, in picture coordinates: u = 1/2 + across.d / depth.d,
-// v = 1/2 + down.d / depth.d; nothing outside [0, 1]^2 and where depth.d <= 0. The three are independent, across and
-// down of any length.
+// What a projector shows where. Of a direction d from its position, in picture coordinates: u = 1/2 + across.d /
+// depth.d, v = 1/2 + down.d / depth.d; nothing outside [0, 1]^2 and where depth.d <= 0. The three are independent,
+// across and down of any length.
 struct PictureProjection {
   V3d across{0.5, 0, 0}, down{0, -0.5, 0};
   V3d depth{0, 0, -1};  // unit

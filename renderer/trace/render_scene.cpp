@@ -51,8 +51,7 @@ constexpr std::size_t kMaxMaterials = 65535;
 
 class Builder {
  public:
-  explicit Builder(SceneData& data)
-      : data_(data), scene_(data.description), assets_(std::make_shared<SceneAssets>()) {
+  explicit Builder(SceneData& data) : data_(data), scene_(data.description), assets_(std::make_shared<SceneAssets>()) {
     data.assets = assets_;
   }
 
@@ -178,10 +177,11 @@ class Builder {
   // True when there were any.
   bool drop_untraceable_instances() {
     return std::erase_if(scene_.instances, [&](const Instance& instance) {
-      if (is_traceable(instance.to_world, double(data_.radius))) return false;
-      scene_.report.notices.push_back(instance.name + ": it is too small for a scene of this extent; not rendered");
-      return true;
-    }) > 0;
+             if (is_traceable(instance.to_world, double(data_.radius))) return false;
+             scene_.report.notices.push_back(instance.name +
+                                             ": it is too small for a scene of this extent; not rendered");
+             return true;
+           }) > 0;
   }
 
   void place() {
@@ -377,8 +377,7 @@ PartRecord part_record(const V3f& center, float radius, std::uint32_t material) 
   record.center = center;
   record.radius = radius;
   record.material = material;
-  record.offset =
-      (std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)}) + radius) * kOffsetFactor;
+  record.offset = (std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)}) + radius) * kOffsetFactor;
   return record;
 }
 

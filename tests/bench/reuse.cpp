@@ -195,8 +195,8 @@ Status run_reuse(BenchContext& context, Figures& figures) {
   if (options.samples < 4)
     return Error{ErrorCode::invalid_argument, std::to_string(options.samples) + " is below 4", "--samples"};
   RenderEngine engine(options.threads);
-  const std::vector<std::string> defaults = {"cornell", "covered", "glass", "cornell-glossy", "sponza-dabrovic",
-                                             "breakfast-room"};
+  const std::vector<std::string> defaults = {"cornell",        "covered",         "glass",
+                                             "cornell-glossy", "sponza-dabrovic", "breakfast-room"};
   std::vector<std::vector<double>> gains;
   std::vector<Motion> all;
   for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {

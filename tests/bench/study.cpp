@@ -107,10 +107,7 @@ std::vector<StudyMode> study_modes() {
       modes.insert(modes.begin(), StudyMode{{"plain", {}, {}, {}}, mode, ModeVariant::bounded, {}});
     } else if (mode == RenderMode::adaptive) {
       add_adaptive(modes);
-    } else {
-      StudyMode paper{{fmt::format("{} paper", to_string(mode)), {}, {}, {}}, mode, ModeVariant::paper, {}};
-      paper.adaptive.min_samples = kPaperMinSamples;
-      modes.push_back(paper);
+    } else if (!reuses(mode)) {  // pictures from scratch have nothing to reuse
       modes.push_back({{fmt::format("{} ours", to_string(mode)), {}, {}, {}}, mode, ModeVariant::bounded, {}});
     }
   }

@@ -114,7 +114,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 3: parse_and_read<pb::TileFormat>(bytes); break;
     case 4: parse_and_read<pb::StreamRequest>(bytes); break;
     case 5: parse_and_read<pb::RunJobRequest>(bytes); break;
-    case 6: parse_and_read<pb::EditSceneRequest>(bytes); break;
+    case 6:
+      parse_and_read<pb::EditSceneRequest>(bytes);
+      break;
   }
   return 0;
 }

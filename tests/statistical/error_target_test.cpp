@@ -1,17 +1,17 @@
 // "Stop at a standard error of x": in 95 % of the runs the error that the picture has when it stops is between 0.8 x
 // and 1.1 x, and it has not taken much more samples than that error needs.
 //
-// Where it cannot hold: few pixels may make the error. Of Veach's plates at 96x96 ten pixels have 78 % of the variance v
-// over 20 seeds; the sum scatters as that of K = (sum v)^2 / sum v^2 = 8 equal ones would.
-// With 32 samples a pixel and no rule to stop at all the true error of a run varies by 26 % of its mean, and no target
-// has more than 12 of 20 runs in its band. The reported error says nothing about which those are (correlation -0.03): no
-// rule that reads it can choose better. K grows as the side of the picture does: 16 at 192x192, where 32 samples, known
-// beforehand, would have 18 of 20 runs in a band. With the rule, at a target of 0.03, 9 are (0.58 to 1.58): of so few
-// pixels the reported error varies as much as the true one.
+// Where it cannot hold: few pixels may make the error. Of Veach's plates at 96x96 ten pixels have 78 % of the variance
+// v over 20 seeds; the sum scatters as that of K = (sum v)^2 / sum v^2 = 8 equal ones would. With 32 samples a pixel
+// and no rule to stop at all the true error of a run varies by 26 % of its mean, and no target has more than 12 of 20
+// runs in its band. The reported error says nothing about which those are (correlation -0.03): no rule that reads it
+// can choose better. K grows as the side of the picture does: 16 at 192x192, where 32 samples, known beforehand, would
+// have 18 of 20 runs in a band. With the rule, at a target of 0.03, 9 are (0.58 to 1.58): of so few pixels the reported
+// error varies as much as the true one.
 //
 // Where the picture is at the target when the last of a power of two of Sobol's points arrive, that one point may take
-// it from above 1 to below 0.8 (3 of 20 runs of the Cornell box at 0.015). Runs of all scenes count together, targets on
-// both sides of such a fall among them.
+// it from above 1 to below 0.8 (3 of 20 runs of the Cornell box at 0.015). Runs of all scenes count together, targets
+// on both sides of such a fall among them.
 #include <gtest/gtest.h>
 
 #include <cmath>
