@@ -51,7 +51,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
     part_sums_[h].resize(parts());
     part_known_[h].resize(parts());
   }
-  least_ = std::uint32_t(request.mean * kLeastShare);
+  least_ = std::bit_floor(std::uint32_t(std::min(request.mean * kLeastShare, double(1u << 30))));
   most_ = std::bit_floor(std::uint32_t(std::clamp(request.mean * kMostShare, 1.0, double(1u << 30))));
   if (sweeps_ == 1) {
     for (int h = 0; h < kHalves; ++h) solve(h);
@@ -142,7 +142,7 @@ FillAllocation::Pixel FillAllocation::pixel(int h, int x, int y) const {
   const SampleTargets& targets = *film_.targets();
   const float demand = targets.demand(h, x, y);
   return {std::exp2(double(std::isnan(demand) ? targets.usual_demand[h] : demand)),
-          double(film_.history()->carried(x, y).count[h]), dither(x, y, settings_.seed)};
+          double(film_.history()->carried(x, y).count[h]), film_.attempted(h, x, y), dither(x, y, settings_.seed)};
 }
 
 // Fresh samples that bring the pixel to its share of `level`, a power of two; between 0 and 1 and between two powers
@@ -156,15 +156,19 @@ std::uint32_t FillAllocation::count_of(const Pixel& pixel, double level) const {
     count = 1;
   }
   const std::uint32_t least = pixel.carried > 0 ? least_ : std::max(least_, 1u);
-  return std::clamp(count, least, most_);
+  return std::max(std::clamp(count, least, std::max(least, most_)), pixel.has);
 }
 
 // The largest level whose mean count is not above the one asked for.
 void FillAllocation::solve(int h) {
-  const std::int64_t stride = std::max<std::int64_t>(1, region_.area() / kLookedAt) | 1;
+  const std::int64_t area = region_.area(), looks = std::min(area, kLookedAt);
   std::vector<Pixel> pixels;
-  for (std::int64_t i = 0; i < region_.area(); i += stride)
+  for (std::int64_t k = 0; k < looks; ++k) {
+    // All of a small region; of a larger one, places as even as multiples of the golden ratio are.
+    const double part = double(std::uint64_t(k) * 0x9e3779b97f4a7c15u >> 11) * 0x1p-53;
+    const std::int64_t i = looks == area ? k : std::int64_t(part * double(area));
     pixels.push_back(pixel(h, region_.x0 + int(i % region_.width()), region_.y0 + int(i / region_.width())));
+  }
   const double allowed = request_.mean * double(pixels.size());
   double low = -100, high = 100;  // log2 of the level
   for (int step = 0; step < 16; ++step) {
@@ -182,8 +186,7 @@ void FillAllocation::assign(std::size_t part) {
   const PixelRect& w = windows_[part];
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
-      for (int x = w.x0; x < w.x1; ++x)
-        targets.target(h, x, y) = std::max(film_.attempted(h, x, y), count_of(pixel(h, x, y), level_[h]));
+      for (int x = w.x0; x < w.x1; ++x) targets.target(h, x, y) = count_of(pixel(h, x, y), level_[h]);
     }
   }
   note_targets(part);

@@ -27,7 +27,8 @@ class FillAllocation final : public SampleAllocation {
   };
   struct Pixel {
     double demand = 1;
-    double carried = 0;  // samples
+    double carried = 0;     // samples
+    std::uint32_t has = 0;  // fresh ones
     float chance = 0;    // in [0, 1)
   };
 

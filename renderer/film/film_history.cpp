@@ -5,15 +5,18 @@
 namespace helio {
 
 FilmHistory::FilmHistory(int width, int height)
-    : width_(width), carried_(std::size_t(width) * std::size_t(height)), centres_(carried_.size()) {
+    : width_(width),
+      carried_(std::size_t(width) * std::size_t(height)),
+      centres_(carried_.size()),
+      scratch_(carried_.size()) {
   for (std::unique_ptr<HistorySource>& source : sources_) source = std::make_unique<HistorySource>(width, height);
 }
 
 FilmHistory::~FilmHistory() = default;
 
-bool FilmHistory::on_border(int x, int y, const PixelRect& region) const {
+bool FilmHistory::on_border(int x, int y, int reach, const PixelRect& region) const {
   const CentreHit& here = centre(x, y);
-  const PixelRect around = intersect({x - 1, y - 1, x + 2, y + 2}, region);
+  const PixelRect around = intersect({x - reach, y - reach, x + reach + 1, y + reach + 1}, region);
   for (int py = around.y0; py < around.y1; ++py) {
     for (int px = around.x0; px < around.x1; ++px) {
       if (!same_surface(here, centre(px, py))) return true;
@@ -23,11 +26,12 @@ bool FilmHistory::on_border(int x, int y, const PixelRect& region) const {
 }
 
 std::size_t FilmHistory::bytes_per_pixel() {
-  return sizeof(CarriedPixel) + sizeof(CentreHit) + kSources * HistorySource::kBytesPerPixel;
+  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(float) + kSources * HistorySource::kBytesPerPixel;
 }
 
 std::size_t FilmHistory::bytes() const {
-  std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit);
+  std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit) +
+                      scratch_.capacity() * sizeof(float);
   for (const std::unique_ptr<HistorySource>& source : sources_) total += source->bytes();
   return total;
 }

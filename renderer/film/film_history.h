@@ -76,8 +76,11 @@ class FilmHistory {
   HistorySource& source(int i) { return *sources_[i]; }
   const HistorySource& source(int i) const { return *sources_[i]; }
 
-  // Whether some pixel next to (x, y), inside the region, shows another surface.
-  bool on_border(int x, int y, const PixelRect& region) const;
+  // Whether some pixel at most `reach` columns and rows from (x, y), inside the region, shows another surface.
+  bool on_border(int x, int y, int reach, const PixelRect& region) const;
+
+  // For passes that have to write down something of every pixel before they may change any.
+  float& scratch(int x, int y) { return scratch_[index(x, y)]; }
 
   static std::size_t bytes_per_pixel();
   std::size_t bytes() const;
@@ -88,6 +91,7 @@ class FilmHistory {
   int width_;
   std::vector<CarriedPixel> carried_;
   std::vector<CentreHit> centres_;
+  std::vector<float> scratch_;
   std::unique_ptr<HistorySource> sources_[kSources];
 };
 

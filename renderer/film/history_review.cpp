@@ -10,7 +10,7 @@
 namespace helio {
 namespace {
 
-constexpr double kDeviations = 3;
+constexpr double kDeviations = 4;
 constexpr double kLargest = 1e15;  // of a difference: sums of the fourth powers of a neighbourhood are no floats
 
 double variance_of(const HalfPixel& half, int c) {
@@ -48,7 +48,7 @@ bool compare(const Film& film, int x, int y, double& product, double& by_chance)
 }  // namespace
 
 HistoryReview::HistoryReview(Film& film, const PixelRect& region)
-    : film_(film), region_(intersect(region, film.bounds())), found_(std::size_t(region_.area())) {
+    : film_(film), region_(intersect(region, film.bounds())) {
   assert(film.history() && !region_.empty());
   constexpr int kRows = 2 * kFilmBlock, kColumns = 16 * kFilmBlock;
   for (int y = region_.y0; y < region_.y1; y += kRows) {
@@ -90,8 +90,12 @@ void HistoryReview::look(const PixelRect& window) {
     rows.sum(sums.data());
     for (int x = window.x0; x < window.x1; ++x) {
       const float* sum = sums.data() + (x - window.x0) * kLanes;
-      const bool by_chance = !(double(sum[0]) > kDeviations * std::sqrt(double(sum[1])));
-      found(x, y) = by_chance || sum[3] == 0 ? 0.0f : sum[0] / sum[3];
+      double own = 0, own_chance = 0;
+      const bool known = compare(film_, x, y, own, own_chance);
+      const double product = double(sum[0]) - own, chance = std::max(0.0, double(sum[1]) - own_chance);
+      const double pixels = double(sum[3]) - (known ? 1 : 0);
+      const bool contradicted = pixels > 0 && product > kDeviations * std::sqrt(chance);
+      film_.history()->scratch(x, y) = contradicted ? float(product / pixels) : 0.0f;
     }
   }
 }
@@ -101,7 +105,7 @@ double HistoryReview::take_back(const PixelRect& window) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
-      const float bias2 = found(x, y);
+      const float bias2 = film_.history()->scratch(x, y);
       if (!(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {

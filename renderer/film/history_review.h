@@ -32,15 +32,11 @@ class HistoryReview {
  private:
   void look(const PixelRect& window);
   double take_back(const PixelRect& window);
-  float& found(int x, int y) {
-    return found_[std::size_t(y - region_.y0) * std::size_t(region_.width()) + std::size_t(x - region_.x0)];
-  }
 
   Film& film_;
   PixelRect region_;
   std::vector<PixelRect> windows_;
   std::vector<double> taken_;  // of the parts
-  std::vector<float> found_;   // per pixel: square of the bias that was measured; 0: nothing that chance would not do
 };
 
 }  // namespace helio

@@ -10,7 +10,7 @@
 namespace helio {
 namespace {
 
-constexpr float kLargest = 1e9f;  // squares of products of differences stay floats
+constexpr float kLargest = 1e8f;  // of a mean over the albedo: squares of products of differences stay floats
 // What mean_product() takes off a mean of nine equal products, given back.
 constexpr float kKept = 1.5f;
 
@@ -50,8 +50,8 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
         const HalfPixel& half = film.half(h, x, y);
         const double inverse = 1.0 / half.count;
         for (int c = 0; c < 3; ++c) {
-          const auto mean = float(std::clamp(half.sum[c] * inverse, -double(kLargest), double(kLargest)));
-          out.values[i * 6 + std::size_t(3 * h + c)] = mean * factor[c];
+          const double mean = half.sum[c] * inverse * double(factor[c]);
+          out.values[i * 6 + std::size_t(3 * h + c)] = float(std::clamp(mean, -double(kLargest), double(kLargest)));
         }
       }
     }

@@ -47,12 +47,10 @@ class HistorySource {
   const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
 
-  // Takes over a window of the film, whose history it has; reads up to two pixels beyond it, inside `region`. Thread
+  // Takes over a window of the film, whose history it has; reads up to two pixels beyond it, inside `region`. What lies
+  // outside the region stays as it was, of whatever picture. Thread
   // safe for disjoint windows.
   void gather(const Film& film, const PixelRect& window, const PixelRect& region);
-  // Pixels outside the region know nothing.
-  void clear() { std::fill(pixels_.begin(), pixels_.end(), SourcePixel{}); }
-
   std::size_t bytes() const {
     return pixels_.capacity() * sizeof(SourcePixel) + centres_.capacity() * sizeof(CentreHit);
   }

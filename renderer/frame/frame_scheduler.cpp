@@ -60,7 +60,8 @@ std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, d
   if (state.total() >= sample_limit()) return FrameEndReason::samples;
   if (state.round.number > 0 && state.round_done() && kHalves * state.round.mean >= sample_limit())
     return FrameEndReason::samples;  // the mean is rounded down
-  if (now_s >= deadline_s(state)) return FrameEndReason::time;
+  // What earlier pictures know is carried over even then: there is nothing else to show.
+  if (!state.reproject_due && now_s >= deadline_s(state)) return FrameEndReason::time;
   return std::nullopt;
 }
 
@@ -88,7 +89,7 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
 // With history every pixel gets one sample of each half, for its features and so that wrong history is seen to be
 // wrong; the rest is for the rounds.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  if (allocation_ && state.carried && state.done[0] > 0 && state.done[1] > 0) return true;
+  if (allocation_ && state.fill && state.done[0] > 0 && state.done[1] > 0) return true;
   return allocation_ &&
          (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
@@ -116,7 +117,7 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
     goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
   }
   plan.allocate->mean = std::max(goal, mean);
-  plan.allocate->fill = state.carried;
+  plan.allocate->fill = state.fill;
   return plan;
 }
 
@@ -182,7 +183,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     return plan;
   }
 
-  if (state.done[0] == 0 && state.carried && allocation_) {
+  if (state.done[0] == 0 && state.fill && allocation_) {
     plan.target[0] = 1;
     return plan;
   }

@@ -50,6 +50,7 @@ struct FrameState {
   RoundState round;
   bool reproject_due = false;              // before the first sample, what earlier pictures know is to be carried over
   bool carried = false;                    // something was
+  bool fill = false;  // so much that counts are to fill up what is missing; else they are as without history
   ErrorAtCount measured;                   // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown

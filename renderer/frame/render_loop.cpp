@@ -36,6 +36,9 @@ int channel_count(unsigned channels) {
   return count;
 }
 
+// Of a region's pixels, the share that must have been carried for counts to fill up what is missing.
+constexpr double kFillShare = 0.25;
+
 // Samples of a picture that draws on others must not repeat theirs.
 std::uint64_t picture_seed(std::uint64_t seed, std::uint64_t generation) {
   return generation == 0 ? seed : mix_bits(seed ^ mix_bits(generation));
@@ -352,7 +355,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
     film_samples = 0;
     transfer.reset();
     taken_back = 0;
-    state.carried = false;
+    state.carried = state.fill = false;
     state.reproject_due = reuse;
     state.measured = {};
     state.round = {};
@@ -406,6 +409,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   if (plan.reproject) {
     state.reproject_due = false;
     state.carried = transfer->stats().carried > 0;
+    state.fill = double(transfer->stats().carried) >= kFillShare * double(state.round.pixels);
   }
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {

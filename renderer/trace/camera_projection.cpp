@@ -6,7 +6,7 @@ namespace helio {
 
 CameraProjection::CameraProjection(const CameraPose& pose, int width, int height, const V3d& scene_origin)
     : orthographic_(pose.projection == Projection::orthographic),
-      origin_(pose.position - scene_origin),
+      origin_(V3f(pose.position - scene_origin)),  // as Camera rounds it
       forward_(pose.forward) {
   const double half_height = orthographic_ ? pose.half_height : std::tan(0.5 * pose.vertical_fov);
   step_ = 2 * half_height / height;

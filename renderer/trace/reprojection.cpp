@@ -27,6 +27,20 @@ using Float8 = float __attribute__((vector_size(32)));
 using Short8 = std::uint16_t __attribute__((vector_size(16)));
 using Int8 = std::uint32_t __attribute__((vector_size(32)));
 
+// How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
+constexpr int kMostReach = 8;
+int reach(const PixelFilter& filter) {
+  switch (filter.kind) {
+    case PixelFilterKind::box:
+      return 1;
+    case PixelFilterKind::tent:
+      return std::max(1, int(std::ceil(std::min(filter.scale, 100.0))));
+    case PixelFilterKind::gaussian:
+      return std::max(1, int(std::ceil(std::min(4 * filter.scale, 100.0))));
+  }
+  return 1;
+}
+
 struct Tap {
   int x = 0, y = 0;
   float weight = 0;
@@ -87,8 +101,9 @@ float resampling_error2(float between, float zoom) {
 // One source as seen from the new picture.
 class SourceView {
  public:
-  SourceView(const PictureSource& source, int width, int height, const V3d& scene_origin)
-      : pixels_(*source.pixels), projection_(source.pose, width, height, scene_origin) {}
+  // Pixels outside the region are of pictures that are no longer true.
+  SourceView(const PictureSource& source, const PixelRect& region, int width, int height, const V3d& scene_origin)
+      : pixels_(*source.pixels), region_(region), projection_(source.pose, width, height, scene_origin) {}
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
@@ -118,10 +133,10 @@ class SourceView {
     const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
     const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
     const auto zoom = float(p.footprint / std::max(footprint, DBL_MIN));
-    float bias2 = sums.bias2;
-    bias2 += albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom));
-    bias2 += albedo2 * sums.slope2 * float(off_x * off_x + off_y * off_y);
-    float squared = 0, variance[kHalves] = {0, 0};
+    const float resampled =
+        albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom) +
+                   sums.slope2 * float(off_x * off_x + off_y * off_y));
+    float variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight[h] < kLeastWeight) continue;
       const float scale = 1 / sums.weight[h];
@@ -129,19 +144,29 @@ class SourceView {
         result.mean[h][c] = sums.mean[h][c] * scale;
         result.spread[h][c] = sums.spread[h][c] * scale;
         variance[h] += result.spread[h][c] / 3;
+        if (!std::isfinite(result.mean[h][c])) return {};
       }
     }
+    // Squared mean, of what the halves share and of each.
     const int a = sums.weight[0] >= kLeastWeight ? 0 : 1, b = sums.weight[1] >= kLeastWeight ? 1 : 0;
-    for (int c = 0; c < 3; ++c) squared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
-    bias2 += view_change * view_change * squared;
-    if (!(bias2 <= FLT_MAX && squared <= FLT_MAX)) return {};
-    result.bias2 = bias2;
+    float shared = 0, square[kHalves] = {0, 0};
+    for (int c = 0; c < 3; ++c) {
+      shared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
+      for (int h = 0; h < kHalves; ++h) square[h] += sqr(result.mean[h][c]) / 3;
+    }
+    const auto bias2_of = [&](float squared) {
+      return sqr(std::sqrt(sums.bias2) + std::sqrt(resampled + view_change * view_change * squared));
+    };
+    result.bias2 = bias2_of(shared);
     result.age = sums.age;
+    if (!(result.bias2 <= FLT_MAX)) return {};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight[h] < kLeastWeight) continue;
       // The weight of a half must not follow its own samples: a bright one would raise the variance, and so the weight
-      // that it gets itself (+1.5 % in Sponza). Of a single sample nothing is known about its variance: its square.
-      const float v = variance[1 - h] > 0 ? variance[1 - h] : squared;
+      // that it gets itself. Of a single sample nothing is known about its variance: taken as its square.
+      const int other = a == b ? h : 1 - h;
+      const float v = variance[other] > 0 ? variance[other] : square[other];
+      const float bias2 = bias2_of(square[other]);
       const float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
       const float all = sums.inverse_count[h] / sums.weight[h] + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
@@ -182,6 +207,7 @@ class SourceView {
   }
 
   const HistorySource& pixels_;
+  PixelRect region_;
   CameraProjection projection_;
 };
 
@@ -233,6 +259,10 @@ std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
 
 }  // namespace
 
+bool can_reproject(const CameraPose& pose, const PixelFilter& filter) {
+  return pose.lens_radius == 0 && reach(filter) <= kMostReach;
+}
+
 void ReprojectionStats::add(const ReprojectionStats& other) {
   rays += other.rays;
   carried += other.carried;
@@ -245,7 +275,8 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       film_(film),
       region_(region),
       pose_(pose),
-      camera_(pose, film.width(), film.height(), scene_->origin(), filter),
+      camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
+      border_(reach(filter)),
       sources_(std::move(sources)) {
   assert(sources_.size() <= 3 && film.history());
   for (const PictureSource& source : sources_) {
@@ -273,12 +304,12 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
   std::vector<SourceView> views;
   for (std::size_t i = 0; i < sources_.size(); ++i)
-    views.emplace_back(sources_[i], film_.width(), film_.height(), scene_->origin());
+    views.emplace_back(sources_[i], region_, film_.width(), film_.height(), scene_->origin());
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CentreHit& here = history.centre(x, y);
-      here.border = history.on_border(x, y, region_);
+      here.border = history.on_border(x, y, border_, region_);
       const V3d position =
           here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
       const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
@@ -288,9 +319,11 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
         const int slot = viewpoint_slot_[i];
         const float change = slot < 0 ? 0.0f : history.carried(x, y).mean[0][slot];
         const Lookup lookup = views[i].look(here, position, footprint, change);
-        if (lookup.total() <= best.total()) continue;
-        best = lookup;
-        swap = sources_[i].swap;
+        if (lookup.total() > best.total()) {
+          best = lookup;
+          swap = sources_[i].swap;
+        }
+        if (lookup.total() >= sources_[i].enough) break;
       }
       const std::uint32_t count = fill(best, swap, film_, x, y);
       if (count == 0) continue;

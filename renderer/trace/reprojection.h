@@ -14,13 +14,16 @@
 //     edge's place; the last one fitted),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view (CentreHits::at) where the camera has moved and not merely turned,
-//   - what was carried before.
+//   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
+//   every
+//     step.
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
 // film's first half alternates from picture to picture: a camera that moves on after every sample, which is always one
-// of the first half, feeds both. Cameras with a lens do not take part.
+// of the first half, feeds both. Cameras with a lens do not take part, nor do filters that
+// reach beyond eight pixels.
 #pragma once
 
 #include <memory>
@@ -37,6 +40,8 @@ namespace helio {
 struct PictureSource {
   CameraPose pose;
   const HistorySource* pixels = nullptr;
+  // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
+  float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
 };
 
@@ -48,9 +53,7 @@ struct ReprojectionStats {
 };
 
 // Whether pictures of such a camera can be drawn on, and drawn from others.
-inline bool can_reproject(const CameraPose& pose) {
-  return pose.lens_radius == 0;
-}
+bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
 // Two sweeps over windows of a film, to be shared between threads: run() of every window of the first, then of the
 // second. Windows are disjoint and lie in the region. The bits do not depend on how it was cut.
@@ -72,6 +75,7 @@ class Reprojection {
   PixelRect region_;
   CameraPose pose_;
   Camera camera_;
+  int border_;  // pixels around that a pixel's filter reaches
   std::vector<PictureSource> sources_;
   std::vector<V3f> viewpoints_;      // of the sources whose camera stood elsewhere, rebased
   std::vector<int> viewpoint_slot_;  // of a source; -1: the same viewpoint

@@ -7,6 +7,8 @@
 namespace helio {
 namespace {
 
+// A source that knows this share of its picture's samples of a pixel need not be bettered by another.
+constexpr double kEnough = 0.5;
 // Of a sweep's parts: about a millisecond each.
 constexpr int kPartRows = kFilmBlock, kPartColumns = 16 * kFilmBlock;
 
@@ -19,17 +21,16 @@ void PictureHistory::forget() {
 }
 
 int PictureHistory::take_slot(double samples) {
-  Slot& anchor = slots_[anchor_];
-  const bool anchors = !anchor.valid || samples >= kAnchorShare * anchor.samples;
-  // The new anchor holds what the old one knew, as far as it was seen.
-  const int i = anchors ? anchor_ : 1 - anchor_;
-  if (anchors) slots_[1 - anchor_].valid = false;
+  const Slot& anchor = slots_[anchor_];
+  const int i = 1 - anchor_;
+  promoted_ = !anchor.valid || samples >= kAnchorShare * anchor.samples;
   slots_[i] = {false, film_.pose, samples, film_.swapped};
   return i;
 }
 
 void PictureHistory::slot_complete(int slot) {
   slots_[slot].valid = true;
+  if (promoted_) anchor_ = slot;
 }
 
 HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
@@ -41,7 +42,7 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
     for (int x = region.x0; x < region.x1; x = next(x, kPartColumns))
       windows_.push_back(intersect({x, y, next(x, kPartColumns), next(y, kPartRows)}, region));
   }
-  if (history.film_usable() && can_reproject(history.film_pose())) {
+  if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
   } else {
     prepare_reprojection();
@@ -50,10 +51,12 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
 
 void HistoryTransfer::prepare_reprojection() {
   std::vector<PictureSource> sources;
-  for (int i = 0; i < FilmHistory::kSources; ++i) {
+  for (int k = 0; k < FilmHistory::kSources && can_reproject(pose_, filter_); ++k) {
+    const int i = k == 0 ? history_.anchor() : 1 - history_.anchor();
     const PictureHistory::Slot& slot = history_.slot(i);
-    if (slot.valid && can_reproject(pose_))
-      sources.push_back({slot.pose, &film_.history()->source(i), slot.swapped != history_.film_swapped()});
+    if (!slot.valid) continue;
+    const auto enough = float(kEnough * slot.samples);
+    sources.push_back({slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped()});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
 }

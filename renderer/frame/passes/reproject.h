@@ -16,7 +16,8 @@ namespace helio {
 // Two sources: the anchor is a picture that took many samples; the newest is the one before this. Every lookup takes
 // what knows more. So a camera that moves on and on with a sample or two a step keeps drawing on the anchor, not on a
 // copy of a copy, and one that returns finds it as it was; and where the anchor saw nothing, the newest helps. A
-// picture that has got a quarter of the anchor's fresh samples becomes the anchor.
+// picture that has got a quarter of the anchor's fresh samples becomes the anchor, and the old one stays until the next
+// is left: who looks aside and back finds it.
 class PictureHistory {
  public:
   struct Slot {
@@ -40,6 +41,7 @@ class PictureHistory {
   void slot_complete(int slot);
   void film_overwritten() { film_.valid = false; }
   const Slot& slot(int i) const { return slots_[i]; }
+  int anchor() const { return anchor_; }
 
   // How many pictures have been begun with what earlier ones knew. Samples of each are drawn with another seed.
   std::uint64_t generation = 0;
@@ -48,6 +50,7 @@ class PictureHistory {
   static constexpr double kAnchorShare = 0.25;
 
   int anchor_ = 0;
+  bool promoted_ = false;  // the slot that was taken last becomes the anchor once it is complete
   Slot slots_[FilmHistory::kSources], film_;
 };
 

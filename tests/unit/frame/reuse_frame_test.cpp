@@ -106,6 +106,54 @@ TEST_P(ReuseFrame, AJumpCarriesNothing) {
   EXPECT_EQ(behind.end.progress.samples_per_pixel, 16u);
 }
 
+TEST_P(ReuseFrame, ALookAsideAndBackFindsThePictureAgain) {
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(home(), 256);
+  views.render(turned_and_shifted(home(), 180, 0), 64);
+  const ViewPicture& back = views.render(home(), 2);
+  double samples = 0;
+  for (const float n : back.samples) samples += n;
+  EXPECT_GT(samples / double(back.samples.size()), 200);
+}
+
+TEST_P(ReuseFrame, PixelsOutsideTheRegionAreNotDrawnOn) {
+  // Sources are full of a picture of the whole film; then other settings and a region, and a view that would look up
+  // what lies beyond it.
+  LoopViews views(engine, mixed, settings_of(GetParam()));
+  views.render(home(), 64);
+  views.render(turned_and_shifted(home(), 2, 0), 64);
+  RenderSettings part = settings_of(GetParam());
+  part.max_segments = 1;
+  part.region = PixelRect{20, 10, 40, 30};
+  Budget budget;
+  budget.samples = 16;
+  views.render(home(), budget, part);
+  const ViewPicture moved = views.render(turned_and_shifted(home(), 8, 0), budget);
+  LoopViews fresh(engine, mixed, part);
+  const ViewPicture& expected = fresh.render(turned_and_shifted(home(), 8, 0), budget);
+  double off = 0, squared = 0;
+  for (int y = part.region->y0; y < part.region->y1; ++y) {
+    for (int x = part.region->x0; x < part.region->x1; ++x) {
+      const std::size_t i = std::size_t(y) * kWidth + std::size_t(x);
+      off += std::abs(double(moved.radiance[1][i]) - double(expected.radiance[1][i]));
+      squared += double(expected.radiance[1][i]);
+    }
+  }
+  EXPECT_LE(off, 0.1 * squared);  // emission alone: black here, or noisy at its edges
+}
+
+TEST_P(ReuseFrame, ABudgetThatIsSpentAtOnceLosesNothing) {
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(home(), 256);
+  Budget none;
+  none.time_s = 1e-9;
+  for (int step = 1; step <= 3; ++step) views.render(turned_and_shifted(home(), 0.1 * step, 0), none);
+  const ViewPicture& picture = views.render(home(), 2);
+  double samples = 0;
+  for (const float n : picture.samples) samples += n;
+  EXPECT_GT(samples / double(picture.samples.size()), 200);
+}
+
 TEST_P(ReuseFrame, SettingsAndRegionsBeginAnew) {
   LoopViews views(engine, room, settings_of(GetParam()));
   const ViewPicture first = views.render(home(), 32);
@@ -161,8 +209,8 @@ TEST(ReuseMemory, IsAsDocumented) {
   const auto bytes = [](const FilmState& state) { return Film::bytes_per_pixel(state); };
   EXPECT_EQ(bytes({}), 132u);
   EXPECT_EQ(bytes({.targets = true}), 148u);
-  EXPECT_EQ(bytes({.history = true}), 132u + 200u);
-  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 200u);
+  EXPECT_EQ(bytes({.history = true}), 132u + 204u);
+  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 204u);
 }
 
 }  // namespace
