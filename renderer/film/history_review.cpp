@@ -11,6 +11,7 @@ namespace helio {
 namespace {
 
 constexpr double kDeviations = 4;
+constexpr double kUnexpected = 0.25;
 constexpr double kLargest = 1e15;  // of a difference: sums of the fourth powers of a neighbourhood are no floats
 
 double variance_of(const HalfPixel& half, int c) {
@@ -81,7 +82,7 @@ void HistoryReview::look(const PixelRect& window) {
       const bool known = compare(film_, x, below, product, by_chance);
       term[0] = float(product);
       term[1] = float(by_chance);
-      term[2] = 0;
+      term[2] = known ? film_.history()->carried(x, below).bias2 : 0.0f;
       term[3] = known ? 1.0f : 0.0f;
     }
     rows.push(inside);
@@ -92,10 +93,16 @@ void HistoryReview::look(const PixelRect& window) {
       const float* sum = sums.data() + (x - window.x0) * kLanes;
       double own = 0, own_chance = 0;
       const bool known = compare(film_, x, y, own, own_chance);
-      const double product = double(sum[0]) - own, chance = std::max(0.0, double(sum[1]) - own_chance);
+      const double own_bias2 = known ? double(film_.history()->carried(x, y).bias2) : 0;
       const double pixels = double(sum[3]) - (known ? 1 : 0);
-      const bool contradicted = pixels > 0 && product > kDeviations * std::sqrt(chance);
-      film_.history()->scratch(x, y) = contradicted ? float(product / pixels) : 0.0f;
+      const double product = double(sum[0]) - own, expected = std::max(0.0, double(sum[2]) - own_bias2);
+      const double chance = std::max(0.0, double(sum[1]) - own_chance);
+      float& found = film_.history()->scratch(x, y);
+      found = 0;
+      if (!(pixels > 0 && product - expected > kDeviations * std::sqrt(chance))) continue;
+      // Spread over the neighbourhood as it was expected there, but for a part that nobody expected.
+      const double measured = product / pixels, floor = kUnexpected * measured;
+      found = float(measured * (double(film_.history()->carried(x, y).bias2) + floor) / (expected / pixels + floor));
     }
   }
 }
