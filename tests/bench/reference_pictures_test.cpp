@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <set>
+#include <string>
 
 #include "tests/support/small_rooms.h"
 
@@ -30,7 +31,10 @@ class ReferencePictures : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) / "helio_references";
+  // Of the test alone: others run at the same time.
+  const fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      (std::string("helio_references_") + testing::UnitTest::GetInstance()->current_test_info()->name());
   ReferenceRequest request_;
 };
 
