@@ -21,16 +21,8 @@ constexpr double kMostShare = 64;
 // Pixels that the solution looks at: their mean count is the picture's to half a percent.
 constexpr std::int64_t kLookedAt = 1 << 15;
 
-float dither(int x, int y, std::uint64_t seed) {
-  return float(mix_bits(pixel_bits(x, y) + seed * 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f;
-}
-
 // Samples of each half after which what pixels that carry nothing have seen themselves is worth more than a guess.
 constexpr double kPilot = 4;
-
-float log_demand(const PixelDemand& pixel) {
-  return float(0.5 * std::log2(std::clamp(pixel.squared / pixel.cost, 0x1p-90, 0x1p90)));
-}
 
 // Written as the demand of a pixel of which nothing is known; finish_sweep() knows the others' mean.
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
@@ -52,7 +44,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
     part_known_[h].resize(parts());
   }
   least_ = std::bit_floor(std::uint32_t(std::min(request.mean * kLeastShare, double(1u << 30))));
-  most_ = std::bit_floor(std::uint32_t(std::clamp(request.mean * kMostShare, 1.0, double(1u << 30))));
+  most_ = power_of_two_below(request.mean * kMostShare);
   if (sweeps_ == 1) {
     for (int h = 0; h < kHalves; ++h) solve(h);
   }
@@ -117,7 +109,7 @@ void FillAllocation::find_demand(std::size_t part) {
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
                        [&](int x, int y, const PixelDemand& pixel) {
                          const bool usable = pixel.known && pixel.squared > 0;
-                         targets.demand(h, x, y) = usable ? log_demand(pixel) : kUnknown;
+                         targets.demand(h, x, y) = usable ? float(log_demand(pixel)) : kUnknown;
                          if (!usable) return;
                          known.sum += double(targets.demand(h, x, y));
                          ++known.pixels;
@@ -133,7 +125,7 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
                        [&](int x, int y, const PixelDemand& pixel) {
                          if (film_.history()->carried(x, y).count[h] > 0 || !pixel.known || !(pixel.squared > 0))
                            return;
-                         targets.demand(h, x, y) = log_demand(pixel);
+                         targets.demand(h, x, y) = float(log_demand(pixel));
                        });
   }
 }

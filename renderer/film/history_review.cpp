@@ -6,6 +6,7 @@
 
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film_history.h"
+#include "renderer/film/film_windows.h"
 
 namespace helio {
 namespace {
@@ -52,10 +53,7 @@ HistoryReview::HistoryReview(Film& film, const PixelRect& region)
     : film_(film), region_(intersect(region, film.bounds())) {
   assert(film.history() && !region_.empty());
   constexpr int kRows = 2 * kFilmBlock, kColumns = 16 * kFilmBlock;
-  for (int y = region_.y0; y < region_.y1; y += kRows) {
-    for (int x = region_.x0; x < region_.x1; x += kColumns)
-      windows_.push_back(intersect({x, y, x + kColumns, y + kRows}, region_));
-  }
+  windows_ = cut_aligned(region_, kColumns, kRows);
   taken_.resize(windows_.size());
 }
 

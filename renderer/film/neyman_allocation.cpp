@@ -32,20 +32,11 @@ int bin_of(float value) {
 // Counts differ only where that promises at least this gain: a smaller one may be chance.
 constexpr double kLeastGain = 1.03;
 
-// In [0, 1), of the pixel.
-float dither(int x, int y, std::uint64_t seed) {
-  return float(mix_bits(pixel_bits(x, y) + seed * 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f;
-}
-
 // The count that a bin shifted by the scale stands for, between `least` and `most`, both powers of two.
 std::uint32_t count_of(int bin, int shift, std::uint32_t least, std::uint32_t most) {
   const int octave = (bin + shift) >= 0 ? (bin + shift) / kBinsPerOctave : -1;
   if (octave < 0 || octave >= 32) return octave < 0 ? least : most;
   return std::clamp(std::uint32_t(1) << octave, least, most);
-}
-
-std::uint32_t power_of_two_below(double x) {
-  return std::bit_floor(std::uint32_t(std::clamp(x, 1.0, double(1u << 30))));
 }
 
 }  // namespace
@@ -121,8 +112,7 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window, Outlook& o
   SampleTargets& targets = *film_.targets();
   helio::find_demand(film_, region_, window, h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
                      [&](int x, int y, const PixelDemand& pixel) {
-                       const double ratio = std::clamp(pixel.squared / pixel.cost, 0x1p-90, 0x1p90);
-                       const double demand = 0.5 * std::log2(ratio);
+                       const double demand = log_demand(pixel);
                        targets.demand(h, x, y) = float(demand);
                        const double step = std::exp2(demand / (kExponents - 1));
                        double count = 1;

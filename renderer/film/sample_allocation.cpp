@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "renderer/film/fill_allocation.h"
+#include "renderer/film/film_windows.h"
 #include "renderer/film/neyman_allocation.h"
 #include "renderer/film/threshold_allocation.h"
 
@@ -12,19 +13,6 @@ namespace helio {
 namespace {
 
 constexpr int kPartRows = 2 * kFilmBlock, kPartColumns = 64 * kFilmBlock;
-
-int next_edge(int x, int step) {
-  return (x / step + 1) * step;
-}
-
-std::vector<PixelRect> cut(const PixelRect& region) {
-  std::vector<PixelRect> windows;
-  for (int y = region.y0; y < region.y1; y = next_edge(y, kPartRows)) {
-    for (int x = region.x0; x < region.x1; x = next_edge(x, kPartColumns))
-      windows.push_back(intersect({x, y, next_edge(x, kPartColumns), next_edge(y, kPartRows)}, region));
-  }
-  return windows;
-}
 
 // Adds the levels [from, to) to the octaves that they lie in.
 void add_levels(std::uint32_t from, std::uint32_t to, std::array<std::uint64_t, 32>& by_octave) {
@@ -40,7 +28,10 @@ void add_levels(std::uint32_t from, std::uint32_t to, std::array<std::uint64_t, 
 }  // namespace
 
 SampleAllocation::SampleAllocation(Film& film, const PixelRect& region, int sweeps)
-    : film_(film), region_(intersect(region, film.bounds())), windows_(cut(region_)), sweeps_(sweeps) {
+    : film_(film),
+      region_(intersect(region, film.bounds())),
+      windows_(cut_aligned(region_, kPartColumns, kPartRows)),
+      sweeps_(sweeps) {
   assert(film.targets() && !region_.empty());
   sums_.resize(windows_.size());
 }

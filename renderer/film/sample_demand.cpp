@@ -1,6 +1,7 @@
 #include "renderer/film/sample_demand.h"
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cmath>
 #include <vector>
@@ -9,6 +10,14 @@
 #include "renderer/film/film_history.h"
 
 namespace helio {
+
+double log_demand(const PixelDemand& demand) {
+  return 0.5 * std::log2(std::clamp(demand.squared / demand.cost, 0x1p-90, 0x1p90));
+}
+
+std::uint32_t power_of_two_below(double x) {
+  return std::bit_floor(std::uint32_t(std::clamp(x, 1.0, double(1u << 30))));
+}
 
 void find_demand(const Film& film, const PixelRect& region, const PixelRect& window, int h, AllocationMeasure measure,
                  double epsilon, DemandPixels pixels,

@@ -15,6 +15,12 @@ struct PixelDemand {
   double cost = 1;         // rays a path, >= 1
 };
 
+// log2 of s / sqrt(c), in [-45, 45].
+double log_demand(const PixelDemand& demand);
+
+// The largest power of two that is not above x, in [1, 2^30].
+std::uint32_t power_of_two_below(double x);
+
 enum class DemandPixels {
   all,
   fresh,  // a neighbourhood is those of its pixels that carry nothing

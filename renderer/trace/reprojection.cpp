@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "renderer/film/film_history.h"
+#include "renderer/film/film_windows.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
@@ -221,18 +222,6 @@ std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& n
   return V3f(source.forward) * (-1e4f * scene.impl().radius);
 }
 
-PixelRect block_at(int x, int y, const PixelRect& window) {
-  const auto next = [](int t) { return (t / kPathGroupSize + 1) * kPathGroupSize; };
-  return intersect({x, y, next(x), next(y)}, window);
-}
-
-template <class Visit>
-void for_each_block(const PixelRect& window, const Visit& visit) {
-  for (int y = window.y0; y < window.y1; y = block_at(window.x0, y, window).y1) {
-    for (int x = window.x0; x < window.x1; x = block_at(x, y, window).x1) visit(block_at(x, y, window));
-  }
-}
-
 // swap: the source's first half is of the lineage of the film's second.
 std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
@@ -290,13 +279,13 @@ void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stat
   film_.clear(window);
   CentreHits centres(*scene_, camera_, pose_.forward);
   FilmHistory& history = *film_.history();
-  for_each_block(window, [&](const PixelRect& block) {
+  for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     centres.trace(block);
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x)
         history.centre(x, y) = centres.at(x, y, viewpoints_, history.carried(x, y).mean[0]);
     }
-  });
+  }
   stats.rays += std::uint64_t(window.area());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/film/film_history.h"
+#include "renderer/film/film_windows.h"
 
 namespace helio {
 namespace {
@@ -37,11 +38,7 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
                                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
                                  double film_samples)
     : scene_(std::move(scene)), film_(film), region_(region), history_(history), pose_(pose), filter_(filter) {
-  const auto next = [](int x, int step) { return (x / step + 1) * step; };
-  for (int y = region.y0; y < region.y1; y = next(y, kPartRows)) {
-    for (int x = region.x0; x < region.x1; x = next(x, kPartColumns))
-      windows_.push_back(intersect({x, y, next(x, kPartColumns), next(y, kPartRows)}, region));
-  }
+  windows_ = cut_aligned(region, kPartColumns, kPartRows);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
   } else {

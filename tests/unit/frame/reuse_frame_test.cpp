@@ -1,6 +1,8 @@
 // Modes that reuse pictures, through the render loop.
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "renderer/film/film.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
@@ -29,6 +31,10 @@ bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
     if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
   }
   return a.samples == b.samples;
+}
+
+double mean_samples(const ViewPicture& picture) {
+  return std::accumulate(picture.samples.begin(), picture.samples.end(), 0.0) / double(picture.samples.size());
 }
 
 double mse(const ViewPicture& a, const ViewPicture& b) {
@@ -93,9 +99,7 @@ TEST_P(ReuseFrame, SingleSamplesAddUpWhileTheCameraMoves) {
   LoopViews views(engine, room, settings_of(GetParam()));
   for (int step = 40; step > 0; --step) views.render(turned_and_shifted(home(), 0.01 * step, 0), 1);
   const ViewPicture& picture = views.render(home(), 1);
-  double samples = 0;
-  for (const float n : picture.samples) samples += n;
-  EXPECT_GT(samples / double(picture.samples.size()), 20);
+  EXPECT_GT(mean_samples(picture), 20);
 }
 
 TEST_P(ReuseFrame, AJumpCarriesNothing) {
@@ -111,9 +115,7 @@ TEST_P(ReuseFrame, ALookAsideAndBackFindsThePictureAgain) {
   views.render(home(), 256);
   views.render(turned_and_shifted(home(), 180, 0), 64);
   const ViewPicture& back = views.render(home(), 2);
-  double samples = 0;
-  for (const float n : back.samples) samples += n;
-  EXPECT_GT(samples / double(back.samples.size()), 200);
+  EXPECT_GT(mean_samples(back), 200);
 }
 
 TEST_P(ReuseFrame, PixelsOutsideTheRegionAreNotDrawnOn) {
@@ -149,9 +151,7 @@ TEST_P(ReuseFrame, ABudgetThatIsSpentAtOnceLosesNothing) {
   none.time_s = 1e-9;
   for (int step = 1; step <= 3; ++step) views.render(turned_and_shifted(home(), 0.1 * step, 0), none);
   const ViewPicture& picture = views.render(home(), 2);
-  double samples = 0;
-  for (const float n : picture.samples) samples += n;
-  EXPECT_GT(samples / double(picture.samples.size()), 200);
+  EXPECT_GT(mean_samples(picture), 200);
 }
 
 TEST_P(ReuseFrame, SettingsAndRegionsBeginAnew) {
