@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -36,7 +37,8 @@ struct FakeIntegrator {
 
   struct Counters {
     std::atomic<std::uint64_t> samples{0}, out_of_order{0}, cancelled{0};
-    std::atomic<double> last_call_s{0};  // when the newest piece began
+    std::mutex mutex;
+    std::vector<double> calls_s;  // when each piece began
   };
   std::shared_ptr<Counters> counters = std::make_shared<Counters>();
 
@@ -47,7 +49,10 @@ struct FakeIntegrator {
   }
 
   bool run(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) const {
-    counters->last_call_s = now_s();
+    {
+      const std::lock_guard lock(counters->mutex);
+      counters->calls_s.push_back(now_s());
+    }
     const PixelRect& w = job.window;
     const SampleRange& range = job.range;
     const std::uint64_t samples = job.targets ? job.targets->samples_in(film, range.half, w, range.first, range.count)

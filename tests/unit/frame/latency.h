@@ -1,15 +1,21 @@
-// Latencies that hold on an idle machine, and a fair allowance where other programs run.
+// Latencies that do not depend on what else a machine does: they are counted in processor time of this process, so that
+// other programs may take the cores away without failing a test. Wall time is measured by `helio_bench cancel` and
+// `helio_bench latency`, on idle machines.
 #pragma once
 
+#include <time.h>
+
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <thread>
 #include <vector>
 
-#include "renderer/base/clock.h"
-
 namespace helio {
+
+// Processor time of all threads of this process, in seconds.
+inline double process_cpu_s() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
 
 // The 99th percentile of what is given; the largest where there are fewer than 100.
 inline double percentile_99(std::vector<double> values) {
@@ -17,35 +23,14 @@ inline double percentile_99(std::vector<double> values) {
   return values[std::min(values.size() - 1, values.size() * 99 / 100)];
 }
 
-// How late this machine wakes a thread that sleeps, with nothing of ours to blame but as many busy threads as the test
-// has: what a latency is measured against where other programs run.
-inline double wake_delay_p99() {
-  std::atomic<bool> stop{false};
-  std::vector<std::thread> busy;
-  for (int i = 0; i < 2; ++i) {
-    busy.emplace_back([&] {
-      while (!stop) {
-      }
-    });
-  }
-  std::vector<double> delays;
-  for (int i = 0; i < 100; ++i) {
-    const double before = now_s();
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    delays.push_back(now_s() - before - 0.002);
-  }
-  stop = true;
-  for (std::thread& thread : busy) thread.join();
-  return percentile_99(delays);
-}
-
-// Two wakes stand between a request and its effect: the worker's and ours. What is asked is asked of code that the
-// thread sanitizer does not slow down, five to fifteen times.
-inline double allowed_delay(double asked) {
+// What `workers` busy threads may burn between a request and its effect, where one may take 20 ms of an idle machine.
+// What is asked is asked of code that the thread sanitizer does not slow down, five to fifteen times.
+inline double allowed_work_s(int workers) {
+  double each = 0.020;
 #ifdef __SANITIZE_THREAD__
-  asked *= 15;
+  each *= 15;
 #endif
-  return asked + 2 * wake_delay_p99();
+  return workers * each;
 }
 
 }  // namespace helio

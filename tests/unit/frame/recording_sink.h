@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "latency.h"
 #include "renderer/base/clock.h"
 #include "renderer/frame/frame_sink.h"
 
@@ -36,6 +37,7 @@ class RecordingSink final : public FrameSink {
     newest_ = begin.tag;
     begins.push_back(begin);
     begin_times.push_back(now_s());
+    begin_cpu.push_back(process_cpu_s());
     changed_.notify_all();
   }
 
@@ -57,7 +59,7 @@ class RecordingSink final : public FrameSink {
     EXPECT_EQ(end.tag.frame, newest_.frame);
     open_ = false;
     ends.push_back(end);
-    end_times.push_back(now_s());
+    end_cpu.push_back(process_cpu_s());
     changed_.notify_all();
   }
 
@@ -89,7 +91,8 @@ class RecordingSink final : public FrameSink {
   std::vector<FrameBegin> begins;
   std::vector<TileRecord> tiles;
   std::vector<FrameEnd> ends;
-  std::vector<double> begin_times, end_times;
+  std::vector<double> begin_times;         // now_s()
+  std::vector<double> begin_cpu, end_cpu;  // process_cpu_s()
   std::vector<ResolvedTile> pixels;
 
   // Set before rendering.
