@@ -144,7 +144,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& b = film.half(1, x, y);
       centres_[index(x, y)] = history.centre(x, y);
       to = {};
-      if (means.kind[means.at(x, y)] == 0) continue;
+      if (a.count == 0 && b.count == 0) continue;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;

@@ -12,7 +12,7 @@ namespace helio {
 // In lanes of eight, as lookups add them up.
 struct SourcePixel {
   float mean[kHalves][3] = {};
-  // 1 / effective samples of each half. 0: the half knows nothing, or the pixel may show two surfaces.
+  // 1 / effective samples of each half. 0: the half knows nothing.
   float inverse_count[kHalves] = {0, 0};
   // All of these: pack_short_float(). Variance of one sample, per half and channel.
   std::uint16_t spread[kHalves][3] = {};

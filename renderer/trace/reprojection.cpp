@@ -103,24 +103,30 @@ float resampling_error2(float between, float zoom) {
 class SourceView {
  public:
   // Pixels outside the region are of pictures that are no longer true.
-  SourceView(const PictureSource& source, const PixelRect& region, int width, int height, const V3d& scene_origin)
-      : pixels_(*source.pixels), region_(region), projection_(source.pose, width, height, scene_origin) {}
+  SourceView(const PictureSource& source, const CameraPose& now, const PixelRect& region, int width, int height,
+             const V3d& scene_origin)
+      : pixels_(*source.pixels),
+        region_(intersect(region, {0, 0, width, height})),
+        projection_(source.pose, width, height, scene_origin),
+        same_camera_(source.pose == now) {}
+
+  // Pixels are those of the new picture, whatever they show.
+  bool same_camera() const { return same_camera_; }
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
   Lookup look(const CentreHit& here, const V3d& position, double footprint, float view_change) const {
-    Lookup result;
     const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
-    if (!p.in_front) return result;
+    if (!p.in_front) return {};
     const double u = p.x - 0.5, v = p.y - 0.5;
-    if (!(u > -1 && v > -1 && u < pixels_.width() && v < pixels_.height())) return result;
+    if (!(u > -1 && v > -1 && u < pixels_.width() && v < pixels_.height())) return {};
     const int x0 = int(u + 1) - 1, y0 = int(v + 1) - 1;  // rounded down
     const auto fx = float(u - x0), fy = float(v - y0);
     Tap taps[4];
     int count = 0;
     float total = 0;
     find_taps(here, position, p, x0, y0, fx, fy, taps, count, total);
-    if (total < kLeastWeight) return result;
+    if (total < kLeastWeight) return {};
 
     LookupSums sums;
     double off_x = -u, off_y = -v;
@@ -137,6 +143,22 @@ class SourceView {
     const float resampled =
         albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom) +
                    sums.slope2 * float(off_x * off_x + off_y * off_y));
+    return weigh(sums, resampled, view_change);
+  }
+
+  // What it knew of the pixel itself. Precondition: same_camera().
+  Lookup keep(int x, int y) const {
+    const SourcePixel& pixel = pixels_.pixel(x, y);
+    if (!region_.contains(x, y) || !(pixel.known(0) || pixel.known(1))) return {};
+    LookupSums sums;
+    add(pixel, 1, Rgb(1, 1, 1), sums);
+    return weigh(sums, 0, 0);
+  }
+
+ private:
+  // resampled: squared error of the lookup, over the sums'. view_change: relative to the mean.
+  static Lookup weigh(const LookupSums& sums, float resampled, float view_change) {
+    Lookup result;
     float variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight[h] < kLeastWeight) continue;
@@ -175,7 +197,6 @@ class SourceView {
     return result;
   }
 
- private:
   // The pixels around a point inside a surface that show that surface, and nothing else.
   void find_taps(const CentreHit& here, const V3d& position, const FilmPoint& p, int x0, int y0, float fx, float fy,
                  Tap (&taps)[4], int& count, float& total) const {
@@ -185,11 +206,10 @@ class SourceView {
       tap.x = x0 + (k & 1);
       tap.y = y0 + (k >> 1);
       tap.weight = (k & 1 ? fx : 1 - fx) * (k & 2 ? fy : 1 - fy);
-      if (!(tap.weight > 0) || tap.x < 0 || tap.y < 0 || tap.x >= pixels_.width() || tap.y >= pixels_.height())
-        continue;
+      if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
-      if (!(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
+      if (there.border || !(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
       if (here.hit()) {
         const V3d normal(unpack_direction(there.normal));
         const V3d met = projection_.offset_at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
@@ -210,6 +230,7 @@ class SourceView {
   const HistorySource& pixels_;
   PixelRect region_;
   CameraProjection projection_;
+  bool same_camera_;
 };
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
@@ -293,7 +314,7 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
   std::vector<SourceView> views;
   for (std::size_t i = 0; i < sources_.size(); ++i)
-    views.emplace_back(sources_[i], region_, film_.width(), film_.height(), scene_->origin());
+    views.emplace_back(sources_[i], pose_, region_, film_.width(), film_.height(), scene_->origin());
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
@@ -304,10 +325,12 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
       const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
       Lookup best;
       bool swap = false;
-      for (std::size_t i = 0; !here.border && i < views.size(); ++i) {
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        if (here.border && !views[i].same_camera()) continue;
         const int slot = viewpoint_slot_[i];
         const float change = slot < 0 ? 0.0f : history.carried(x, y).mean[0][slot];
-        const Lookup lookup = views[i].look(here, position, footprint, change);
+        const Lookup lookup =
+            views[i].same_camera() ? views[i].keep(x, y) : views[i].look(here, position, footprint, change);
         if (lookup.total() > best.total()) {
           best = lookup;
           swap = sources_[i].swap;

@@ -6,6 +6,8 @@
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
 // anything, for Sobol points find out about edges sooner than interpolation is right about them. The rays of the new
 // picture are the verification: a point that another surface hid from the earlier camera finds no pixel that shows it.
+// A camera that comes back to where a picture was taken, to the bit, finds it pixel by pixel as it was, borders as
+// well.
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by

@@ -55,7 +55,7 @@ Result<std::vector<CurveReport>> measure_curves(const ErrorScene& scene, const s
   }
   std::vector<CurveReport> curves;
   for (std::size_t i = 0; i < contenders.size(); ++i) {
-    CurveReport curve{scene.name, contenders[i].renderer, contenders[i].mode, scene.reference_mse, {}};
+    CurveReport curve{scene.name, contenders[i].renderer, contenders[i].mode, reference_mse(scene), {}};
     for (std::size_t k = 0; k < counts.size(); ++k) curve.points.push_back(summarise(counts[k], errors[i][k]));
     curves.push_back(std::move(curve));
   }

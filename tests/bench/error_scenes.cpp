@@ -2,10 +2,12 @@
 
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "checksum64.h"
 #include "generated_scenes.h"
+#include "renderer/metrics/error_metrics.h"
 #include "renderer/scene/scene_loader.h"
 
 namespace helio::bench {
@@ -43,10 +45,12 @@ Result<bool> find_reference(ErrorScene& scene) {
       auto picture = read_picture(file);
       if (!picture) return picture.error();
       scene.reference = std::move(*picture);
+      scene.reference_variance = scene.reference;
+      for (auto& channel : scene.reference_variance.channels) std::fill(channel.begin(), channel.end(), 0.0f);
       if (!fs::exists(variance)) return true;
-      const auto of_mean = read_picture(variance);
+      auto of_mean = read_picture(variance);
       if (!of_mean) return of_mean.error();
-      scene.reference_mse = mean_of(*of_mean);
+      scene.reference_variance = std::move(*of_mean);
       return true;
     }
   }
@@ -54,6 +58,22 @@ Result<bool> find_reference(ErrorScene& scene) {
 }
 
 }  // namespace
+
+double reference_mse(const ErrorScene& scene) {
+  return mean_of(scene.reference_variance);
+}
+
+double reference_relmse(const ErrorScene& scene) {
+  const double mean = mean_of(scene.reference);
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < scene.reference.channels[c].size(); ++i) {
+      const double variance = scene.reference_variance.channels[c][i], value = scene.reference.channels[c][i];
+      if (variance > 0) sum += variance / (value * value + RelativeEpsilon::image_mean().value * mean * mean);
+    }
+  }
+  return sum / (3.0 * double(scene.reference.view().pixels()));
+}
 
 Result<fs::path> find_error_scene(const BenchOptions& options, const std::string& name, SceneKind kind) {
   const fs::path shared = fs::path(options.shared) / "scenes", own = HELIO_SOURCE_DIR "/scenes";
@@ -107,7 +127,7 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
                                 {scene.name, scene.checksum, scene.scene, scene.view, settings, samples});
   if (!made) return made.error();
   scene.reference = std::move(made->picture);
-  scene.reference_mse = made->mse;
+  scene.reference_variance = std::move(made->variance);
   return scene;
 }
 

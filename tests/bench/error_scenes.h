@@ -17,8 +17,13 @@ struct ErrorScene {
   std::uint64_t checksum = 0;  // of every byte the scene was read from
   CameraPose view;             // the scene's own
   LoopPicture reference;       // of that view
-  double reference_mse = 0;    // its own: mean variance over pixels and channels; 0: not known
+  LoopPicture reference_variance;  // of its values; zeroes: not known
 };
+
+// What the reference's own noise adds to errors against it, in expectation: to the mean squared error, and to relMSE as
+// renderer/metrics defines it. 0: not known.
+double reference_mse(const ErrorScene& scene);
+double reference_relmse(const ErrorScene& scene);
 
 enum class SceneKind { any, mitsuba_xml };
 

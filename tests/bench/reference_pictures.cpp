@@ -60,6 +60,26 @@ Status render(RenderEngine& engine, const ReferenceRequest& request, LoopPicture
   return ok_status();
 }
 
+// The mean over each pixel and its neighbours.
+LoopPicture smoothed(const LoopPicture& picture) {
+  LoopPicture out = picture;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = 0; x < picture.width; ++x) {
+        const PixelRect around = intersect({x - 1, y - 1, x + 2, y + 2}, {0, 0, picture.width, picture.height});
+        double sum = 0;
+        for (int py = around.y0; py < around.y1; ++py) {
+          for (int px = around.x0; px < around.x1; ++px)
+            sum += double(picture.channels[c][std::size_t(py) * std::size_t(picture.width) + std::size_t(px)]);
+        }
+        out.channels[c][std::size_t(y) * std::size_t(picture.width) + std::size_t(x)] =
+            float(sum / double(around.area()));
+      }
+    }
+  }
+  return out;
+}
+
 Status make(RenderEngine& engine, const ReferenceRequest& request, const fs::path& file) {
   note(fmt::format("{}: rendering a reference of {} samples into {}", request.name, request.samples, file.string()));
   std::error_code error;
@@ -98,7 +118,7 @@ Result<Reference> reference_picture(RenderEngine& engine, const fs::path& folder
   if (!picture) return picture.error();
   const auto variance = read_picture(file, "variance.");
   if (!variance) return variance.error();
-  return Reference{std::move(*picture), mean_of(*variance)};
+  return Reference{std::move(*picture), smoothed(*variance)};
 }
 
 Result<LoopPicture> read_picture(const fs::path& file, const std::string& prefix) {

@@ -24,7 +24,7 @@ struct ReferenceRequest {
 
 struct Reference {
   LoopPicture picture;
-  double mse = 0;  // its own: mean variance over pixels and channels; 0: not known
+  LoopPicture variance;  // of the picture's values
 };
 
 // Where it is kept: in `folder`, by the scene's name, size, samples and a checksum of all that makes the picture. Who
@@ -32,7 +32,9 @@ struct Reference {
 std::filesystem::path reference_file(const std::filesystem::path& folder, const ReferenceRequest& request);
 
 // Read from its file where there is one; else the mean of two independent pictures of half the samples, of seeds that
-// no run uses (those count from 0), written there. permission_denied, and what rendering and EXR files say.
+// no run uses (those count from 0), written there. The variance is from their differences, each the mean over 3x3
+// pixels: a single difference says next to nothing of its own pixel. permission_denied, and what rendering and EXR
+// files say.
 Result<Reference> reference_picture(RenderEngine& engine, const std::filesystem::path& folder,
                                     const ReferenceRequest& request);
 

@@ -6,6 +6,7 @@
 
 #include "camera_paths.h"
 #include "error_scenes.h"
+#include "newly_seen.h"
 #include "renderer/metrics/error_metrics.h"
 #include "scene_depth.h"
 #include "statistics.h"
@@ -27,6 +28,7 @@ struct Motion {
   std::vector<CameraPose> before;
   std::uint32_t samples = kRest;  // of each of these
   std::optional<double> goal;     // on the median over the scenes of restart's time over ours
+  std::optional<double> goal_of_ceiling;  // on the same as a share of what lossless reuse would gain, per cent
 };
 
 struct Point {
@@ -45,13 +47,13 @@ double mean_of_picture(const ViewPicture& picture) {
   return sum / (3.0 * double(picture.samples.size()));
 }
 
-// Share of the pixels' channels that lie within three of the standard errors that they report.
-double share_inside(const ViewPicture& picture, const LoopPicture& reference) {
+// Share of the pixels' channels that lie within three of the standard errors that they and the reference report.
+double share_inside(const ViewPicture& picture, const ErrorScene& scene) {
   std::size_t inside = 0;
   for (int c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-      const double off = double(picture.radiance[c][i]) - double(reference.channels[c][i]);
-      inside += off * off <= 9 * double(picture.variance[c][i]);
+      const double off = double(picture.radiance[c][i]) - double(scene.reference.channels[c][i]);
+      inside += off * off <= 9 * (double(picture.variance[c][i]) + double(scene.reference_variance.channels[c][i]));
     }
   }
   return double(inside) / (3.0 * double(picture.samples.size()));
@@ -65,6 +67,7 @@ Result<Curve> run(RenderEngine& engine, const ErrorScene& scene, RenderSettings 
   if (reuses(mode)) {
     for (const CameraPose& pose : motion.before) views.render(pose, motion.samples);
   }
+  const double noise = reference_relmse(scene);
   double seconds = 0;
   for (std::uint32_t n = 1; n <= most; n *= 2) {
     const ViewPicture& picture = views.render(scene.view, n);
@@ -73,9 +76,10 @@ Result<Curve> run(RenderEngine& engine, const ErrorScene& scene, RenderSettings 
     seconds += picture.seconds;
     const auto error = relative_error(picture.view(), scene.reference.view());
     if (!error) return error.error();
-    curve.points.push_back({seconds, error->relmse, picture.end.progress.error.relmse,
-                            share_inside(picture, scene.reference), mean_of_picture(picture),
-                            picture.end.progress.reuse_share});
+    // Less what the reference's noise has added, as far as that leaves something.
+    const double relmse = std::max(error->relmse - noise, 0.01 * error->relmse);
+    curve.points.push_back({seconds, relmse, picture.end.progress.error.relmse, share_inside(picture, scene),
+                            mean_of_picture(picture), picture.end.progress.reuse_share});
     if (n > 1) continue;
     for (const PassTime& pass : picture.end.passes) {
       if (pass.pass == "reproject") curve.reproject_seconds = pass.seconds;
@@ -114,14 +118,14 @@ double error_at(const Curve& curve, double seconds) {
 std::vector<Motion> motions(const ErrorScene& scene, double depth) {
   std::vector<Motion> all;
   const auto along = [&](const char* path, const char* name, std::size_t steps, std::uint32_t samples,
-                         std::optional<double> goal) {
+                         std::optional<double> goal, std::optional<double> goal_of_ceiling = std::nullopt) {
     std::vector<CameraPose> views = views_of(*find_camera_path(path, depth), scene.view);
     views.pop_back();
     if (views.size() > steps) views.erase(views.begin(), views.end() - std::ptrdiff_t(steps));
-    all.push_back({name, std::move(views), samples, goal});
+    all.push_back({name, std::move(views), samples, goal, goal_of_ceiling});
   };
   along("turn-5", "turn_5", 1, kRest, 8.0);
-  along("turn-5", "path_5", 20, kSamplesPerStep, std::nullopt);
+  along("turn-5", "path_5", 20, kSamplesPerStep, std::nullopt, 70.0);
   along("translate", "translate", 1, kRest, 5.0);
   along("jump", "jump", 1, kRest, std::nullopt);
   return all;
@@ -189,8 +193,14 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<
     }
   }
   for (std::size_t m = 0; m < all.size(); ++m) {
-    results[m].publish(scene.name + "." + all[m].name, m == 0, figures);
-    gains[m].push_back(median(results[m].combined));
+    const std::string name = scene.name + "." + all[m].name;
+    results[m].publish(name, m == 0, figures);
+    const double gain = median(results[m].combined);
+    gains[m].push_back(gain);
+    const double share = newly_seen_share(*scene.scene, all[m].before, scene.view, settings.width, settings.height);
+    if (share == 1) continue;
+    figures.add({name + ".newly_seen", 100 * share, "%", std::nullopt, Better::lower});
+    figures.add({name + ".share_of_ceiling", 100 * gain * share, "%", all[m].goal_of_ceiling, Better::higher});
   }
   return ok_status();
 }

@@ -118,6 +118,21 @@ TEST_P(ReuseFrame, ALookAsideAndBackFindsThePictureAgain) {
   EXPECT_GT(mean_samples(back), 200);
 }
 
+TEST_P(ReuseFrame, AnIdenticalViewIsFoundPixelByPixel) {
+  LoopViews views(engine, mixed, settings_of(GetParam()));
+  const ViewPicture before = views.render(home(), 64);
+  views.render(turned_and_shifted(home(), 1, 0.01), 4);
+  const ViewPicture& back = views.render(home(), 1);
+  for (std::size_t i = 0; i < before.samples.size(); ++i) {
+    // At edges as elsewhere.
+    EXPECT_GE(back.samples[i], before.samples[i]) << "pixel " << i;
+    EXPECT_LE(back.samples[i], before.samples[i] + 4) << "pixel " << i;
+  }
+  // One sample more than 64 is a small change.
+  LoopViews plain(engine, mixed, settings_of(RenderMode::pt));
+  EXPECT_LT(mse(back, before), 0.002 * mse(plain.render(home(), 1), before));
+}
+
 TEST_P(ReuseFrame, PixelsOutsideTheRegionAreNotDrawnOn) {
   // Sources are full of a picture of the whole film; then other settings and a region, and a view that would look up
   // what lies beyond it.
