@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <initializer_list>
 
+#include "renderer/film/lanes.h"
 #include "renderer/film/packed_values.h"
 
 namespace helio {
@@ -14,87 +14,93 @@ constexpr float kLargest = 1e8f;  // of a mean over the albedo: squares of produ
 // What mean_product() takes off a mean of nine equal products, given back.
 constexpr float kKept = 1.5f;
 
+// A half's means, times `factor`, in [-largest, largest]; the last lane means nothing. Precondition: count > 0.
+Float4 means_of(const HalfPixel& half, const Double4& factor, double largest) {
+  Double4 sums;
+  load(half.sum, sums);  // and what comes after them
+  const Double4 means = sums * (1.0 / half.count) * factor;
+  const Double4 most = {largest, largest, largest, largest};
+  return __builtin_convertvector(means > most ? most : (means < -most ? -most : means), Float4);
+}
+
 // The halves' means over the albedo, of a window and two pixels around it.
 struct Means {
+  struct Halves {
+    Float4 a, b;  // of zero in the last lane
+  };
   int x0 = 0, y0 = 0, width = 0;
-  std::vector<float> values;       // six a pixel: half A, half B
-  std::vector<std::uint8_t> kind;  // 0: nothing is known, or on a surface's border; 1: one half is known; 2: both are
+  std::vector<Halves> values;
+  std::vector<std::uint8_t> inside;  // both halves are known, and the pixel is not on a surface's border
 
   std::size_t at(int x, int y) const { return std::size_t(y - y0) * std::size_t(width) + std::size_t(x - x0); }
-  const float* of(int x, int y) const { return values.data() + at(x, y) * 6; }
 };
 
 void read_means(const Film& film, const PixelRect& border, const PixelRect& region, Means& out) {
   out.x0 = border.x0;
   out.y0 = border.y0;
   out.width = border.width();
-  out.values.resize(std::size_t(border.area()) * 6);
-  out.kind.assign(std::size_t(border.area()), 0);
+  out.values.resize(std::size_t(border.area()));
+  out.inside.assign(std::size_t(border.area()), 0);
   const PixelRect known = intersect(border, region);
   std::uint32_t packed_albedo = ~0u;
-  Rgb factor(1, 1, 1);
+  Double4 factor = {1, 1, 1, 0};
   for (int y = known.y0; y < known.y1; ++y) {
-    for (int x = known.x0; x < known.x1; ++x) {
-      const std::size_t i = out.at(x, y);
+    std::size_t i = out.at(known.x0, y);
+    for (int x = known.x0; x < known.x1; ++x, ++i) {
       const CentreHit& centre = film.history()->centre(x, y);
-      const int halves = (film.half(0, x, y).count > 0) + (film.half(1, x, y).count > 0);
-      if (halves == 0 || centre.border) continue;
-      out.kind[i] = std::uint8_t(halves);
-      if (halves < kHalves) continue;
+      const HalfPixel &a = film.half(0, x, y), &b = film.half(1, x, y);
+      if (a.count == 0 || b.count == 0 || centre.border) continue;
+      out.inside[i] = 1;
       if (centre.albedo != packed_albedo) {
         packed_albedo = centre.albedo;
         const Rgb divisor = demodulation(unpack_reflectance(packed_albedo));
-        factor = Rgb(1 / divisor.x, 1 / divisor.y, 1 / divisor.z);
+        for (int c = 0; c < 3; ++c) factor[c] = double(1 / divisor[c]);
       }
-      for (int h = 0; h < kHalves; ++h) {
-        const HalfPixel& half = film.half(h, x, y);
-        const double inverse = 1.0 / half.count;
-        for (int c = 0; c < 3; ++c) {
-          const double mean = half.sum[c] * inverse * double(factor[c]);
-          out.values[i * 6 + std::size_t(3 * h + c)] = float(std::clamp(mean, -double(kLargest), double(kLargest)));
-        }
-      }
+      constexpr Float4 kChannels = {1, 1, 1, 0};
+      out.values[i] = {means_of(a, factor, kLargest) * kChannels, means_of(b, factor, kLargest) * kChannels};
     }
   }
 }
 
-// Products of the halves' differences around a pixel, mean over the channels, and how many there are: slope along x and
-// y, bend along x and y.
-constexpr int kProducts = 4;
+// Products of the halves' differences around a pixel, mean over the channels, their squares, and how many there are.
+// Lanes: slope along x and y, bend along x and y.
 struct Products {
-  float sum[kProducts] = {}, squares[kProducts] = {}, count[kProducts] = {};
+  Float4 sum = {}, squares = {}, count = {};
+
+  void add(const Products& other) {
+    sum += other.sum;
+    squares += other.squares;
+    count += other.count;
+  }
 };
 
-// Between pixels inside a surface.
+// Between pixels inside a surface. Precondition: the pixel and its neighbours are in `means`.
 Products products_at(const Means& means, int x, int y) {
   Products out;
-  const auto inside = [&](int px, int py) { return means.kind[means.at(px, py)] == 2; };
-  if (!inside(x, y)) return out;
-  const float* here = means.of(x, y);
+  const std::size_t here = means.at(x, y);
+  if (!means.inside[here]) return out;
+  const Means::Halves& middle = means.values[here];
+  Float4 terms[4] = {};
   for (int axis = 0; axis < 2; ++axis) {
-    const int dx = axis == 0, dy = axis == 1;
-    if (!inside(x + dx, y + dy)) continue;
-    const float* after = means.of(x + dx, y + dy);
-    for (int c = 0; c < 3; ++c) out.sum[axis] += (after[c] - here[c]) * (after[c + 3] - here[c + 3]) * (1.0f / 3);
+    const std::size_t step = axis == 0 ? 1 : std::size_t(means.width);
+    if (!means.inside[here + step]) continue;
+    const Means::Halves& after = means.values[here + step];
+    terms[axis] = (after.a - middle.a) * (after.b - middle.b);
     out.count[axis] = 1;
-    if (!inside(x - dx, y - dy)) continue;
-    const float* before = means.of(x - dx, y - dy);
-    for (int c = 0; c < 3; ++c) {
-      const float a = before[c] - 2 * here[c] + after[c], b = before[c + 3] - 2 * here[c + 3] + after[c + 3];
-      out.sum[2 + axis] += a * b * (1.0f / 3);
-    }
+    if (!means.inside[here - step]) continue;
+    const Means::Halves& before = means.values[here - step];
+    terms[2 + axis] = (before.a - 2 * middle.a + after.a) * (before.b - 2 * middle.b + after.b);
     out.count[2 + axis] = 1;
   }
-  for (int i = 0; i < kProducts; ++i) out.squares[i] = out.sum[i] * out.sum[i];
+  // The sum of each of the four over its channels.
+  const Float4 low =
+      __builtin_shufflevector(terms[0], terms[1], 0, 4, 1, 5) + __builtin_shufflevector(terms[0], terms[1], 2, 6, 3, 7);
+  const Float4 high =
+      __builtin_shufflevector(terms[2], terms[3], 0, 4, 1, 5) + __builtin_shufflevector(terms[2], terms[3], 2, 6, 3, 7);
+  out.sum =
+      (__builtin_shufflevector(low, high, 0, 1, 4, 5) + __builtin_shufflevector(low, high, 2, 3, 6, 7)) * (1.0f / 3);
+  out.squares = out.sum * out.sum;
   return out;
-}
-
-void add(const Products& from, Products& to) {
-  for (int i = 0; i < kProducts; ++i) {
-    to.sum[i] += from.sum[i];
-    to.squares[i] += from.squares[i];
-    to.count[i] += from.count[i];
-  }
 }
 
 // Sums over 3x3 pixels, of a window; row-major.
@@ -107,23 +113,17 @@ void sum_products(const Means& means, const PixelRect& window, std::vector<Produ
     for (int i = 0; i < width + 2; ++i) row[std::size_t(i)] = products_at(means, window.x0 - 1 + i, y);
     for (int i = 0; i < width; ++i) {
       Products three = row[std::size_t(i)];
-      add(row[std::size_t(i) + 1], three);
-      add(row[std::size_t(i) + 2], three);
+      three.add(row[std::size_t(i) + 1]);
+      three.add(row[std::size_t(i) + 2]);
       for (int to = std::max(y - 1, window.y0); to <= std::min(y + 1, window.y1 - 1); ++to)
-        add(three, out[std::size_t(to - window.y0) * std::size_t(width) + std::size_t(i)]);
+        out[std::size_t(to - window.y0) * std::size_t(width) + std::size_t(i)].add(three);
     }
   }
 }
 
 // Mean of some products, less the standard error that it has: what fireflies make of them is mostly noise of either
 // sign, and weights must not follow it.
-float mean_product(const Products& products, std::initializer_list<int> kinds) {
-  float sum = 0, squares = 0, count = 0;
-  for (const int i : kinds) {
-    sum += products.sum[i];
-    squares += products.squares[i];
-    count += products.count[i];
-  }
+float mean_product(float sum, float squares, float count) {
   return count > 0 ? std::max(sum - std::sqrt(squares), 0.0f) * (kKept / count) : 0.0f;
 }
 
@@ -148,16 +148,20 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;
-        const double inverse = half.count > 0 ? 1.0 / half.count : 0;
-        to.inverse_count[h] = float(inverse);
+        if (half.count == 0) continue;
+        to.inverse_count[h] = float(1.0 / half.count);
+        const Float4 mean = means_of(half, Double4{1, 1, 1, 0}, FLT_MAX);
+        const float divisor = half.count > 1 ? 1 / (float(half.count) - 1) : 0.0f;
         for (int c = 0; c < 3; ++c) {
-          to.mean[h][c] = float(std::clamp(half.sum[c] * inverse, -double(FLT_MAX), double(FLT_MAX)));
-          const float spread = half.count > 1 ? half.deviations[c] / (float(half.count) - 1) : 0.0f;
-          to.spread[h][c] = pack_short_float(std::min(spread, 1e36f));
+          to.mean[h][c] = mean[c];
+          to.spread[h][c] = pack_short_float(std::min(half.deviations[c] * divisor, 1e36f));
         }
       }
-      to.slope2 = pack_short_float(mean_product(*products, {0, 1}));
-      for (int axis = 0; axis < 2; ++axis) to.bend2[axis] = pack_short_float(mean_product(*products, {2 + axis}));
+      const Products& p = *products;
+      to.slope2 =
+          pack_short_float(mean_product(p.sum[0] + p.sum[1], p.squares[0] + p.squares[1], p.count[0] + p.count[1]));
+      for (int i = 0; i < 2; ++i)
+        to.bend2[i] = pack_short_float(mean_product(p.sum[2 + i], p.squares[2 + i], p.count[2 + i]));
       to.age = pack_short_float(float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }

@@ -55,4 +55,14 @@ V3d CameraProjection::direction_at(double film_x, double film_y) const {
   return orthographic_ ? forward_ : (corner_ + step_x_ * film_x + step_y_ * film_y).normalized();
 }
 
+CameraProjection::Heights CameraProjection::heights_along(const V3d& direction) const {
+  Heights heights;
+  heights.orthographic_ = orthographic_;
+  heights.corner_ = dot(corner_, direction);
+  heights.step_x_ = dot(step_x_, direction);
+  heights.step_y_ = dot(step_y_, direction);
+  heights.forward_ = dot(forward_, direction);
+  return heights;
+}
+
 }  // namespace helio

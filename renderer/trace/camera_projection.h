@@ -36,6 +36,21 @@ class CameraProjection {
     return orthographic_ ? across + forward_ * depth : across * depth;
   }
 
+  // offset_at(), only how far it reaches along one direction.
+  class Heights {
+   public:
+    double at(double film_x, double film_y, double depth) const {
+      const double across = corner_ + step_x_ * film_x + step_y_ * film_y;
+      return orthographic_ ? across + forward_ * depth : across * depth;
+    }
+
+   private:
+    friend class CameraProjection;
+    bool orthographic_ = false;
+    double corner_ = 0, step_x_ = 0, step_y_ = 0, forward_ = 0;
+  };
+  Heights heights_along(const V3d& direction) const;
+
  private:
   FilmPoint project(const V3d& offset) const;
 

@@ -4,11 +4,11 @@
 #include <cassert>
 #include <cfloat>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
+#include "renderer/film/lanes.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
@@ -61,33 +61,35 @@ struct Lookup {
 
 // Sums over the pixels of a lookup, each times its weight.
 struct LookupSums {
-  float mean[kHalves][3] = {}, inverse_count[kHalves] = {0, 0};
-  float spread[kHalves][3] = {}, bend2[2] = {0, 0};
-  float weight[kHalves] = {0, 0};
-  float slope2 = 0, bias2 = 0, age = 0;
+  Float8 means = {};    // three of each half, then 1 / count of each half
+  Float8 spreads = {};  // three of each half, then bend2
+  Float4 rest = {};     // weight of each half, slope2, age
+  float bias2 = 0;
+
+  float mean(int h, int c) const { return means[3 * h + c]; }
+  float inverse_count(int h) const { return means[6 + h]; }
+  float spread(int h, int c) const { return spreads[3 * h + c]; }
+  float bend2(int axis) const { return spreads[6 + axis]; }
+  float weight(int h) const { return rest[h]; }
+  float slope2() const { return rest[2]; }
+  float age() const { return rest[3]; }
 };
 
 static_assert(offsetof(SourcePixel, inverse_count) == 24 && offsetof(SourcePixel, spread) == 32 &&
               offsetof(SourcePixel, bend2) == 44);
 
-void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
-  const auto add8 = [](float* to, const Float8& terms) {
-    Float8 sum;
-    std::memcpy(&sum, to, sizeof(sum));
-    sum += terms;
-    std::memcpy(to, &sum, sizeof(sum));
-  };
+inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
   const Float8 modulation = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
   Float8 means;
-  std::memcpy(&means, &pixel.mean, sizeof(means));
-  add8(sums.mean[0], means * modulation * w);
+  load(&pixel.mean, means);
+  sums.means += means * modulation * w;
   Short8 packed;
-  std::memcpy(&packed, &pixel.spread, sizeof(packed));
+  load(&pixel.spread, packed);
   const auto spreads = (Float8)(__builtin_convertvector(packed, Int8) << 16);
-  add8(sums.spread[0], spreads * (modulation * modulation) * w);
-  for (int h = 0; h < kHalves; ++h) sums.weight[h] += pixel.known(h) ? w : 0.0f;
-  sums.slope2 += w * unpack_short_float(pixel.slope2);
-  sums.age += w * unpack_short_float(pixel.age);
+  sums.spreads += spreads * (modulation * modulation) * w;
+  sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, unpack_short_float(pixel.slope2),
+                      unpack_short_float(pixel.age)} *
+               w;
   sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2;
 }
 
@@ -99,7 +101,7 @@ float resampling_error2(float between, float zoom) {
   return 2.0f / 3 * off * off + shrink * shrink / 12 + (zoom > 1 ? 0.25f * shrink * off : 0);
 }
 
-// One source as seen from the new picture.
+// One source as seen from the new picture. Not thread safe.
 class SourceView {
  public:
   // Pixels outside the region are of pictures that are no longer true.
@@ -108,14 +110,15 @@ class SourceView {
       : pixels_(*source.pixels),
         region_(intersect(region, {0, 0, width, height})),
         projection_(source.pose, width, height, scene_origin),
-        same_camera_(source.pose == now) {}
+        same_camera_(source.pose == now),
+        normal_(0, projection_) {}
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
-  Lookup look(const CentreHit& here, const V3d& position, double footprint, float view_change) const {
+  Lookup look(const CentreHit& here, const V3d& position, double footprint, float view_change) {
     const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
     if (!p.in_front) return {};
     const double u = p.x - 0.5, v = p.y - 0.5;
@@ -141,8 +144,8 @@ class SourceView {
     const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
     const auto zoom = float(p.footprint / std::max(footprint, DBL_MIN));
     const float resampled =
-        albedo2 * (sums.bend2[0] * resampling_error2(fx, zoom) + sums.bend2[1] * resampling_error2(fy, zoom) +
-                   sums.slope2 * float(off_x * off_x + off_y * off_y));
+        albedo2 * (sums.bend2(0) * resampling_error2(fx, zoom) + sums.bend2(1) * resampling_error2(fy, zoom) +
+                   sums.slope2() * float(off_x * off_x + off_y * off_y));
     return weigh(sums, resampled, view_change);
   }
 
@@ -161,45 +164,54 @@ class SourceView {
     Lookup result;
     float variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
-      if (sums.weight[h] < kLeastWeight) continue;
-      const float scale = 1 / sums.weight[h];
+      if (sums.weight(h) < kLeastWeight) continue;
+      const float scale = 1 / sums.weight(h);
       for (int c = 0; c < 3; ++c) {
-        result.mean[h][c] = sums.mean[h][c] * scale;
-        result.spread[h][c] = sums.spread[h][c] * scale;
+        result.mean[h][c] = sums.mean(h, c) * scale;
+        result.spread[h][c] = sums.spread(h, c) * scale;
         variance[h] += result.spread[h][c] / 3;
         if (!std::isfinite(result.mean[h][c])) return {};
       }
     }
     // Squared mean, of what the halves share and of each.
-    const int a = sums.weight[0] >= kLeastWeight ? 0 : 1, b = sums.weight[1] >= kLeastWeight ? 1 : 0;
+    const int a = sums.weight(0) >= kLeastWeight ? 0 : 1, b = sums.weight(1) >= kLeastWeight ? 1 : 0;
     float shared = 0, square[kHalves] = {0, 0};
     for (int c = 0; c < 3; ++c) {
       shared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
       for (int h = 0; h < kHalves; ++h) square[h] += sqr(result.mean[h][c]) / 3;
     }
-    const auto bias2_of = [&](float squared) {
-      return sqr(std::sqrt(sums.bias2) + std::sqrt(resampled + view_change * view_change * squared));
-    };
+    const float before = std::sqrt(sums.bias2), change2 = view_change * view_change;
+    const auto bias2_of = [&](float squared) { return sqr(before + std::sqrt(resampled + change2 * squared)); };
     result.bias2 = bias2_of(shared);
-    result.age = sums.age;
+    result.age = sums.age();
     if (!(result.bias2 <= FLT_MAX)) return {};
     for (int h = 0; h < kHalves; ++h) {
-      if (sums.weight[h] < kLeastWeight) continue;
+      if (sums.weight(h) < kLeastWeight) continue;
       // The weight of a half must not follow its own samples: a bright one would raise the variance, and so the weight
       // that it gets itself. Of a single sample nothing is known about its variance: taken as its square.
       const int other = a == b ? h : 1 - h;
       const float v = variance[other] > 0 ? variance[other] : square[other];
-      const float bias2 = bias2_of(square[other]);
+      const float bias2 = change2 > 0 ? bias2_of(square[other]) : result.bias2;
       const float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
-      const float all = sums.inverse_count[h] / sums.weight[h] + inverse;
+      const float all = sums.inverse_count(h) / sums.weight(h) + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
     }
     return result;
   }
 
+  // The normal that was met last: neighbours share it.
+  struct Normal {
+    std::uint32_t packed;
+    V3d direction;
+    CameraProjection::Heights heights;
+
+    Normal(std::uint32_t bits, const CameraProjection& projection)
+        : packed(bits), direction(unpack_direction(bits)), heights(projection.heights_along(direction)) {}
+  };
+
   // The pixels around a point inside a surface that show that surface, and nothing else.
   void find_taps(const CentreHit& here, const V3d& position, const FilmPoint& p, int x0, int y0, float fx, float fy,
-                 Tap (&taps)[4], int& count, float& total) const {
+                 Tap (&taps)[4], int& count, float& total) {
     const V3d from_camera = position - projection_.origin();
     for (int k = 0; k < 4; ++k) {
       Tap tap;
@@ -211,9 +223,9 @@ class SourceView {
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
       if (there.border || !(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
       if (here.hit()) {
-        const V3d normal(unpack_direction(there.normal));
-        const V3d met = projection_.offset_at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
-        if (!(std::abs(dot(from_camera - met, normal)) <= kPlaneTolerance * p.footprint)) continue;
+        if (there.normal != normal_.packed) normal_ = Normal(there.normal, projection_);
+        const double met = normal_.heights.at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
+        if (!(std::abs(dot(from_camera, normal_.direction) - met) <= kPlaneTolerance * p.footprint)) continue;
       }
       tap.modulation = Rgb(1, 1, 1);
       if (there.albedo != here.albedo) {
@@ -231,6 +243,7 @@ class SourceView {
   PixelRect region_;
   CameraProjection projection_;
   bool same_camera_;
+  Normal normal_;
 };
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.

@@ -113,14 +113,17 @@ TEST(HistorySource, NoiseOfTheHalvesIsNoStructure) {
   EXPECT_EQ(source.pixel(5, 5).slope2, 0);
 }
 
-TEST(HistorySource, KnowsNothingOnBordersAndWithoutSamples) {
-  Film film = film_with(8, 8, 4, 0, [](int, int) { return 1.0f; });
+TEST(HistorySource, KnowsNothingWithoutSamplesAndMarksBorders) {
+  Film film = film_with(8, 8, 4, 0, [](int x, int y) { return x == 3 && y == 3 ? 100.0f : 1.0f; });
   film.history()->centre(3, 3).border = 1;
   for (int h = 0; h < kHalves; ++h) film.half(h, 6, 6) = {};
   film.half(1, 1, 1) = {};  // one half only
   HistorySource source(8, 8);
   source.gather(film, film.bounds(), film.bounds());
-  EXPECT_FALSE(source.pixel(3, 3).known(0) || source.pixel(3, 3).known(1));
+  EXPECT_TRUE(source.centre(3, 3).border);
+  EXPECT_EQ(source.pixel(3, 3).mean[0][0], 100);
+  EXPECT_EQ(source.pixel(2, 3).slope2, 0) << "a difference across a border";
+  EXPECT_EQ(source.pixel(2, 3).bend2[0], 0);
   EXPECT_FALSE(source.pixel(6, 6).known(0) || source.pixel(6, 6).known(1));
   EXPECT_TRUE(source.pixel(1, 1).known(0));
   EXPECT_FALSE(source.pixel(1, 1).known(1));
