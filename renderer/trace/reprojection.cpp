@@ -185,8 +185,7 @@ class SourceView {
       tap.x = x0 + (k & 1);
       tap.y = y0 + (k >> 1);
       tap.weight = (k & 1 ? fx : 1 - fx) * (k & 2 ? fy : 1 - fy);
-      if (!(tap.weight > 0) || tap.x < 0 || tap.y < 0 || tap.x >= pixels_.width() || tap.y >= pixels_.height())
-        continue;
+      if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
       if (!(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
