@@ -133,12 +133,32 @@ TEST_P(ReuseFrame, AnIdenticalViewIsFoundPixelByPixel) {
   EXPECT_LT(mse(back, before), 0.002 * mse(plain.render(home(), 1), before));
 }
 
+TEST_P(ReuseFrame, AViewThatIsFoundAgainGetsNewSamples) {
+  // Once more the samples that were carried would change nothing, and halve the reported variance. Of as many new ones,
+  // the mean of old and new is off the old by half the variance.
+  LoopViews views(engine, room, settings_of(GetParam()));
+  views.render(turned_and_shifted(home(), 180, 0), 64);
+  const ViewPicture first = views.render(home(), 64);
+  views.render(turned_and_shifted(home(), 180, 0), 64);
+  const ViewPicture& again = views.render(home(), 64);
+  EXPECT_GT(again.end.progress.reuse_share, 0.3);
+  double variance = 0;
+  for (const std::vector<float>& channel : first.variance) {
+    for (const float v : channel) variance += double(v) / (3.0 * kWidth * kHeight);
+  }
+  const double ratio = mse(again, first) / variance;
+  std::printf("off by %.2f of the variance\n", ratio);
+  EXPECT_GT(ratio, 0.25);
+  EXPECT_LT(ratio, 3);
+}
+
 TEST_P(ReuseFrame, PixelsOutsideTheRegionAreNotDrawnOn) {
   // Sources are full of a picture of the whole film; then other settings and a region, and a view that would look up
   // what lies beyond it.
   LoopViews views(engine, mixed, settings_of(GetParam()));
   views.render(home(), 64);
   views.render(turned_and_shifted(home(), 2, 0), 64);
+  views.render(home(), 64);  // now both hold one, and the next to be overwritten is this view's
   RenderSettings part = settings_of(GetParam());
   part.max_segments = 1;
   part.region = PixelRect{20, 10, 40, 30};

@@ -76,6 +76,21 @@ TEST(HistoryReview, TakesBackWhatTheyContradict) {
   EXPECT_GE(film.half(0, 20, 12).deviations[0], 0);
 }
 
+TEST(HistoryReview, WhatWasExpectedIsNoContradiction) {
+  // The same change of light, when reuse said that it may be off by that much.
+  for (const auto& [expected, kept] : {std::pair(4.1f, true), std::pair(1.0f, false)}) {
+    Film film = film_with(1, 0.01f, 4, [](int x, int y, int h, std::uint32_t i) {
+      return 3 + ((x * 7 + y * 3 + h + int(i)) % 2 ? 0.1f : -0.1f);
+    });
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) film.history()->carried(x, y).bias2 = expected;
+    }
+    review(film);
+    for (int h = 0; h < kHalves; ++h) EXPECT_EQ(film.history()->carried(12, 12).count[h] == kCarried, kept);
+    EXPECT_NEAR(film.history()->carried(12, 12).bias2, kept ? expected : 4, 0.1f);
+  }
+}
+
 TEST(HistoryReview, WhatFewSamplesMissIsNoContradiction) {
   // One sample in a hundred is 100, the others nothing: history has seen some, two fresh samples a pixel have not.
   Film film = film_with(1, 99.0f, 1, [](int, int, int, std::uint32_t) { return 0.0f; });

@@ -1,0 +1,95 @@
+// Which pictures are kept to be drawn on, and what a move makes of the film.
+#include <gtest/gtest.h>
+
+#include "renderer/film/film.h"
+#include "renderer/film/film_history.h"
+#include "renderer/frame/passes/reproject.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+CameraPose at(double x) {
+  return camera_at({x, 0, 4}, {x, 0, 0});
+}
+
+// The film shows at(x), gets `samples`, and is left.
+int leave(PictureHistory& history, double x, double samples) {
+  history.film_complete(at(x));
+  const int slot = history.take_slot(samples);
+  EXPECT_FALSE(history.slot(slot).valid);
+  history.slot_complete(slot);
+  history.film_overwritten();
+  ++history.generation;
+  return slot;
+}
+
+TEST(PictureHistory, APictureOfAQuarterOfItsSamplesReplacesTheAnchor) {
+  PictureHistory history;
+  EXPECT_FALSE(history.film_usable());
+  const int first = leave(history, 1, 64);
+  EXPECT_EQ(history.anchor(), first);
+  for (const double x : {2.0, 3.0, 4.0}) {
+    const int poor = leave(history, x, 15);
+    EXPECT_NE(poor, first);
+    EXPECT_EQ(history.slot(poor).pose, at(x));
+    EXPECT_EQ(history.anchor(), first);
+    EXPECT_EQ(history.slot(first).pose, at(1));
+    EXPECT_TRUE(history.slot(first).valid);
+  }
+  const int rich = leave(history, 5, 16);
+  EXPECT_NE(rich, first);
+  EXPECT_EQ(history.anchor(), rich);
+  EXPECT_EQ(history.slot(first).pose, at(1));  // stays until the next is left
+  const int next = leave(history, 6, 1);
+  EXPECT_EQ(next, first);
+  EXPECT_EQ(history.anchor(), rich);
+}
+
+TEST(PictureHistory, ASlotThatWasNotCompletedIsNoPicture) {
+  PictureHistory history;
+  const int first = leave(history, 1, 64);
+  history.film_complete(at(2));
+  const int taken = history.take_slot(64);
+  EXPECT_FALSE(history.slot(taken).valid);
+  EXPECT_EQ(history.anchor(), first);
+  history.forget();
+  EXPECT_FALSE(history.slot(first).valid);
+  EXPECT_FALSE(history.film_usable());
+}
+
+TEST(PictureHistory, RemembersWhichLineageAFilmIs) {
+  PictureHistory history;
+  EXPECT_FALSE(history.slot(leave(history, 1, 1)).swapped);
+  EXPECT_TRUE(history.slot(leave(history, 2, 1)).swapped);
+  EXPECT_FALSE(history.slot(leave(history, 3, 1)).swapped);
+}
+
+TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  const auto scene = build(description);
+  Film film(20, 16, {.history = true});
+  PictureHistory history;
+  constexpr int kMoves = 9;
+  for (int move = 0; move < kMoves; ++move) {
+    // A wall that is the same everywhere: nothing is lost on the way.
+    HistoryTransfer transfer(scene, film, film.bounds(), history, at(0.01 * move), {}, move == 0 ? 0 : 1);
+    EXPECT_EQ(transfer.sweeps(), move == 0 ? 2 : 3);
+    for (int sweep = 0; sweep < transfer.sweeps(); ++sweep) {
+      for (std::size_t part = 0; part < transfer.parts(); ++part) transfer.run(sweep, part);
+      transfer.finish_sweep(sweep);
+    }
+    ++history.generation;
+    for (int y = 0; y < film.height(); ++y) {
+      for (int x = 0; x < film.width(); ++x) film.half(0, x, y).add(Rgb(1, 1, 1));
+    }
+  }
+  EXPECT_EQ(film.half(0, 10, 8).count, 5u);
+  EXPECT_EQ(film.half(1, 10, 8).count, 4u);
+  EXPECT_DOUBLE_EQ(film.half(1, 10, 8).sum[1], 4);
+}
+
+}  // namespace
+}  // namespace helio::test

@@ -1,0 +1,141 @@
+// Counts of pixels that hold samples of earlier pictures.
+#include "renderer/film/fill_allocation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "renderer/film/film_history.h"
+#include "renderer/film/sample_targets.h"
+
+namespace helio {
+namespace {
+
+constexpr int kWidth = 48, kHeight = 32;
+
+// `count` samples of mean 1 whose deviation is about `deviation`, carried or not.
+void add(Film& film, int h, int x, int y, std::uint32_t count, float deviation, bool carried) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float v = 1 + (i % 2 ? deviation : -deviation);
+    film.half(h, x, y).add(Rgb(v, v, v));
+  }
+  if (!carried) return;
+  film.history()->carried(x, y).count[h] = count;
+  for (float& mean : film.history()->carried(x, y).mean[h]) mean = 1;
+}
+
+void allocate(Film& film, double mean) {
+  AllocationRequest request;
+  request.mean = mean;
+  request.fill = true;
+  const auto work = make_allocation(film, film.bounds(), {}, request);
+  for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
+    for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
+    work->finish_sweep(sweep);
+  }
+}
+
+double mean_target(const Film& film, int h, const PixelRect& window) {
+  double sum = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) sum += film.targets()->target(h, x, y);
+  }
+  return sum / double(window.area());
+}
+
+constexpr PixelRect kLeft = {0, 0, kWidth / 2, kHeight}, kRight = {kWidth / 2, 0, kWidth, kHeight};
+
+TEST(FillAllocation, GivesToThoseThatLack) {
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int h = 0; h < kHalves; ++h) add(film, h, x, y, x < kWidth / 2 ? 64 : 4, 0.5f, true);
+    }
+  }
+  allocate(film, 16);
+  for (int h = 0; h < kHalves; ++h) {
+    // Of 16 a pixel the richer half of the picture needs nothing, but for the least share of 1/8.
+    EXPECT_EQ(mean_target(film, h, kLeft), 2);
+    EXPECT_LE(mean_target(film, h, film.bounds()), 16);
+    EXPECT_GT(mean_target(film, h, film.bounds()), 14);
+  }
+}
+
+TEST(FillAllocation, GivesByDeviation) {
+  // Equal history, three times the deviation on the right: N + n is to be three times as much there.
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int h = 0; h < kHalves; ++h) add(film, h, x, y, 16, x < kWidth / 2 ? 0.2f : 0.6f, true);
+    }
+  }
+  allocate(film, 64);
+  for (int h = 0; h < kHalves; ++h) {
+    const PixelRect left = {0, 0, kWidth / 2 - 4, kHeight}, right = {kWidth / 2 + 4, 0, kWidth, kHeight};
+    const double ratio = (16 + mean_target(film, h, right)) / (16 + mean_target(film, h, left));
+    EXPECT_NEAR(ratio, 3, 0.5);
+  }
+}
+
+TEST(FillAllocation, PixelsWithoutHistoryGetAtLeastOneSample) {
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth / 2; ++x) {
+      for (int h = 0; h < kHalves; ++h) add(film, h, x, y, 1000, 0.5f, true);
+    }
+  }
+  allocate(film, 0.51);
+  for (int h = 0; h < kHalves; ++h) {
+    EXPECT_EQ(mean_target(film, h, kLeft), 0);
+    EXPECT_LT(mean_target(film, h, kRight), 1.1);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = kRight.x0; x < kWidth; ++x) EXPECT_GE(film.targets()->target(h, x, y), 1u);
+    }
+  }
+}
+
+// Targets of both halves in two rounds, when half 0's samples are noisy between the columns [from, to): history's, and
+// in the right part, which carries nothing, those of the first round.
+struct Rounds {
+  std::vector<std::uint32_t> targets[2][kHalves];
+};
+
+Rounds rounds_with_noise(int from, int to) {
+  const auto deviation = [&](int half, int x) { return half == 0 && x >= from && x < to ? 0.9f : 0.1f; };
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth / 2; ++x) {
+      for (int half = 0; half < kHalves; ++half) add(film, half, x, y, 8, deviation(half, x), true);
+    }
+  }
+  Rounds rounds;
+  for (int round = 0; round < 2; ++round) {
+    allocate(film, round == 0 ? 16 : 32);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        for (int h = 0; h < kHalves; ++h) {
+          const std::uint32_t target = film.targets()->target(h, x, y);
+          rounds.targets[round][h].push_back(target);
+          add(film, h, x, y, target - film.attempted(h, x, y), deviation(h, x), false);
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(film.targets()->fresh_demand_known);  // the second round has looked at fresh samples
+  return rounds;
+}
+
+TEST(FillAllocation, CountsOfAHalfDoNotDependOnItsOwnSamples) {
+  // Whatever half 0 has seen, of history or of fresh samples, is the other half's business. (What it has seen of
+  // history does reach its second round, by way of how many samples the other half was given in the first.)
+  const Rounds even = rounds_with_noise(0, 0), history = rounds_with_noise(4, 14), fresh = rounds_with_noise(34, 44);
+  EXPECT_EQ(history.targets[0][0], even.targets[0][0]);
+  EXPECT_NE(history.targets[0][1], even.targets[0][1]);
+  for (int h = 0; h < kHalves; ++h) EXPECT_EQ(fresh.targets[0][h], even.targets[0][h]);
+  EXPECT_EQ(fresh.targets[1][0], even.targets[1][0]);
+  EXPECT_NE(fresh.targets[1][1], even.targets[1][1]);
+}
+
+}  // namespace
+}  // namespace helio

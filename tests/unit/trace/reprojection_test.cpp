@@ -1,0 +1,386 @@
+// What reprojection carries, on films whose pixels are written by hand: nothing here is a matter of chance.
+#include "renderer/trace/reprojection.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "renderer/film/film.h"
+#include "renderer/film/film_history.h"
+#include "renderer/trace/camera_projection.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kWidth = 48, kHeight = 36;
+
+ReprojectionStats look_through(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, Film& film,
+                               std::vector<PictureSource> sources, const PixelRect& region) {
+  Reprojection work(scene, film, region, pose, {}, std::move(sources));
+  ReprojectionStats stats;
+  work.find_centres(region, stats);
+  work.carry(region, stats);
+  return stats;
+}
+
+// The film of a camera that has drawn on `sources`.
+Film film_of(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose,
+             std::vector<PictureSource> sources = {}) {
+  Film film(kWidth, kHeight, {.history = true});
+  look_through(scene, pose, film, std::move(sources), film.bounds());
+  return film;
+}
+
+struct HalfSamples {
+  double mean = 0;
+  std::uint32_t count = 0;
+  float variance = 0;  // of one of them
+};
+
+// A picture that has been seen through a camera: samples(film, x, y, half) of each half of a pixel, all of them carried
+// with a bound of sqrt(bias2).
+template <class Samples>
+HistorySource picture(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, float bias2,
+                      const Samples& samples) {
+  Film film = film_of(scene, pose);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      CarriedPixel& carried = film.history()->carried(x, y);
+      carried.bias2 = bias2;
+      for (int h = 0; h < kHalves; ++h) {
+        const HalfSamples of = samples(film, x, y, h);
+        HalfPixel& half = film.half(h, x, y);
+        half.count = carried.count[h] = of.count;
+        for (int c = 0; c < 3; ++c) {
+          half.sum[c] = of.mean * of.count;
+          half.deviations[c] = of.variance * float(of.count - 1);
+        }
+      }
+    }
+  }
+  HistorySource source(kWidth, kHeight);
+  source.gather(film, film.bounds(), film.bounds());
+  return source;
+}
+
+CameraPose turned(CameraPose pose, double degrees) {
+  const double a = degrees * 3.14159265358979 / 180, cosine = std::cos(a), sine = std::sin(a);
+  const V3d right = pose.right, forward = pose.forward;
+  pose.forward = forward * cosine - right * sine;
+  pose.right = right * cosine + forward * sine;
+  return pose;
+}
+
+// A wall before the camera, wider than it sees.
+std::shared_ptr<const RenderScene> wall_of(const Material& material) {
+  SceneDescription scene;
+  scene.materials = {material};
+  add_mesh(scene, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  return build(scene);
+}
+
+const CameraPose kBeforeWall = camera_at({0, 0, 4}, {0, 0, 0});
+
+// Pixels of 1 / 16 on the wall.
+CameraPose orthographic_before_wall(double x = 0, double y = 0, double zoom = 1) {
+  CameraPose pose = camera_at({x / 16, y / 16, 4}, {x / 16, y / 16, 0});
+  pose.projection = Projection::orthographic;
+  pose.half_height = 0.5 * kHeight / 16 / zoom;
+  return pose;
+}
+
+// A floor, a box on it, and two parallel walls that are one object; above and beside them is nothing.
+std::shared_ptr<const RenderScene> surfaces() {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(scene, quad({-3, -1, 2}, {6, 0, 0}, {0, 0, -6}, 0));
+  add_mesh(scene, box({-0.5f, -1, 0.2f}, {0.1f, 0.4f, 0.8f}, 0));
+  Object walls;
+  walls.meshes = {quad({-1.6f, -0.9f, -1.5f}, {2.4f, 0, 0}, {0, 1.6f, 0}, 0),
+                  quad({0.2f, -0.9f, -0.7f}, {1, 0, 0}, {0, 1.2f, 0}, 0)};
+  add_instance(scene, add_object(scene, walls));
+  return build(scene);
+}
+
+// A radiance for every plane of every instance, and one for what leaves the scene.
+double radiance_of_surface(const CentreHit& centre, const V3d& position) {
+  if (!centre.hit()) return 7;
+  const V3d normal(unpack_direction(centre.normal));
+  return 10 + 100 * centre.instance + 20 * normal.x + 7 * normal.y + 2 * dot(normal, position);
+}
+
+V3d position_of(const CameraProjection& camera, const CentreHit& centre, int x, int y) {
+  return centre.hit() ? camera.position_at(x + 0.5, y + 0.5, double(centre.depth)) : V3d(0, 0, 0);
+}
+
+bool meets_another(const Film& film, int x, int y) {
+  const CentreHit& here = film.history()->centre(x, y);
+  for (int py = std::max(y - 1, 0); py <= std::min(y + 1, kHeight - 1); ++py) {
+    for (int px = std::max(x - 1, 0); px <= std::min(x + 1, kWidth - 1); ++px) {
+      const CentreHit& there = film.history()->centre(px, py);
+      if (there.instance != here.instance) return true;
+      if (here.hit() && dot(unpack_direction(there.normal), unpack_direction(here.normal)) < 0.5f) return true;
+    }
+  }
+  return false;
+}
+
+TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
+  const auto scene = surfaces();
+  for (const double step : {0.3, -0.6}) {
+    const CameraPose before = camera_at({0.3, 0.3, 4}, {0, -0.1, 0}, 45),
+                     after = camera_at({0.3 + step, 0.4, 3.9}, {0.05, -0.1, 0}, 45);
+    const CameraProjection old_view(before, kWidth, kHeight, scene->origin()),
+        new_view(after, kWidth, kHeight, scene->origin());
+    const HistorySource source = picture(scene, before, 0, [&](const Film& film, int x, int y, int) {
+      const CentreHit& centre = film.history()->centre(x, y);
+      const bool mixed = meets_another(film, x, y);
+      return HalfSamples{mixed ? 1e4 : radiance_of_surface(centre, position_of(old_view, centre, x, y)), 4, 1};
+    });
+    const Film film = film_of(scene, after, {{before, &source, 0, false}});
+    int carried_pixels = 0, borders = 0, new_sky = 0, new_surface = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const CentreHit& centre = film.history()->centre(x, y);
+        const CarriedPixel& carried = film.history()->carried(x, y);
+        const V3d position = position_of(new_view, centre, x, y);
+        if (meets_another(film, x, y)) {
+          EXPECT_EQ(carried.count[0] + carried.count[1], 0u) << x << ", " << y;
+          ++borders;
+        } else if (carried.count[0] == 0) {
+          ++(centre.hit() ? new_surface : new_sky);
+        } else {
+          const double radiance = radiance_of_surface(centre, position);
+          for (int h = 0; h < kHalves; ++h) EXPECT_NEAR(carried.mean[h][1], radiance, 0.02) << x << ", " << y;
+          ++carried_pixels;
+        }
+      }
+    }
+    EXPECT_GT(carried_pixels, kWidth * kHeight / 2);
+    EXPECT_GT(borders, 100);
+    EXPECT_GT(new_sky, 10);
+    EXPECT_GT(new_surface, 10);
+  }
+}
+
+TEST(Reprojection, LooksUpBetweenPixels) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const auto ramp = [](double x, double y) { return 3 + 0.1 * x + 0.04 * y; };
+  const CameraPose before = orthographic_before_wall();
+  const HistorySource source = picture(scene, before, 0, [&](const Film&, int x, int y, int) {
+    return HalfSamples{ramp(x, y), 16, 0.25f};
+  });
+  const Film film = film_of(scene, orthographic_before_wall(2.3, -1.6), {{before, &source, 0, false}});
+  for (int y = 0; y < kHeight - 2; ++y) {
+    for (int x = 0; x < kWidth - 3; ++x) {
+      const CarriedPixel& carried = film.history()->carried(x, y);
+      for (int h = 0; h < kHalves; ++h) {
+        EXPECT_NEAR(carried.mean[h][1], ramp(x + 2.3, y + 1.6), 1e-4);
+        EXPECT_EQ(carried.count[h], 16u);  // a ramp is looked up without error
+        EXPECT_NEAR(film.half(h, x, y).sum[1], 16 * ramp(x + 2.3, y + 1.6), 1e-2);
+        EXPECT_NEAR(film.half(h, x, y).deviations[1], 0.25 * 15, 1e-3);
+      }
+    }
+  }
+}
+
+TEST(Reprojection, RadianceIsLookedUpOverTheAlbedo) {
+  // The picture's albedo is that of the surface, wherever it stands: twice the albedo is twice the radiance.
+  const auto dark = wall_of(lambert(Rgb(0.25f, 0.25f, 0.25f))), bright = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const HistorySource source = picture(dark, kBeforeWall, 0, [](const Film&, int, int, int) {
+    return HalfSamples{1, 16, 0.25f};
+  });
+  const Film film = film_of(bright, turned(kBeforeWall, 1), {{kBeforeWall, &source, 0, false}});
+  EXPECT_NEAR(film.history()->carried(20, 20).mean[0][1], 2, 0.01);  // ten bits of an albedo
+  EXPECT_NEAR(film.half(0, 20, 20).deviations[1], 4 * 0.25 * 15, 0.15);
+}
+
+TEST(Reprojection, BiasAndTheVarianceOfTheOtherHalfCapWhatHistoryCounts) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const std::uint32_t count[kHalves] = {16, 64};
+  const float variance[kHalves] = {0.5f, 2};
+  for (const float bias2 : {0.0f, 0.05f, 3.0f}) {
+    const HistorySource source = picture(scene, kBeforeWall, bias2, [&](const Film&, int, int, int h) {
+      return HalfSamples{1, count[h], variance[h]};
+    });
+    const Film film = film_of(scene, turned(kBeforeWall, 2), {{kBeforeWall, &source, 0, false}});
+    const CarriedPixel& carried = film.history()->carried(24, 17);
+    EXPECT_NEAR(carried.bias2, bias2, 1e-5f);  // nothing bends, and the camera only turned
+    for (int h = 0; h < kHalves; ++h) {
+      // N = 1 / (1 / N_0 + b^2 / v), rounded to nearest.
+      const double expected = 1 / (1.0 / count[h] + double(bias2) / double(variance[1 - h]));
+      EXPECT_EQ(carried.count[h], std::uint32_t(expected + 0.5)) << bias2;
+      EXPECT_EQ(film.attempted(h, 24, 17), 0u);
+    }
+  }
+}
+
+TEST(Reprojection, BoundsAddUpFromMoveToMove) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const CameraPose before = orthographic_before_wall();
+  constexpr float kBias2 = 0.04f;
+  std::vector<Film> films;
+  for (const float bias2 : {0.0f, kBias2}) {
+    const HistorySource source = picture(scene, before, bias2, [](const Film&, int x, int, int) {
+      return HalfSamples{2 + std::sin(0.7 * x), 4096, 1};
+    });
+    films.push_back(film_of(scene, orthographic_before_wall(0.5, 0), {{before, &source, 0, false}}));
+  }
+  for (int x = 4; x < kWidth - 4; ++x) {
+    const float without = films[0].history()->carried(x, 10).bias2, with = films[1].history()->carried(x, 10).bias2;
+    EXPECT_GT(without, 1e-4f);
+    EXPECT_NEAR(std::sqrt(with), std::sqrt(without) + std::sqrt(kBias2), 1e-3f);
+  }
+}
+
+TEST(Reprojection, HalvesSwapTheirLineage) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const HistorySource source = picture(scene, kBeforeWall, 0, [](const Film&, int, int, int h) {
+    return h == 0 ? HalfSamples{1, 4, 0.5f} : HalfSamples{3, 9, 0.25f};
+  });
+  for (const bool swap : {false, true}) {
+    const Film film = film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &source, 0, swap}});
+    const CarriedPixel& carried = film.history()->carried(20, 20);
+    const int first = swap ? 1 : 0, second = 1 - first;
+    EXPECT_FLOAT_EQ(carried.mean[first][0], 1);
+    EXPECT_FLOAT_EQ(carried.mean[second][0], 3);
+    EXPECT_EQ(carried.count[first], 4u);
+    EXPECT_EQ(carried.count[second], 9u);
+    EXPECT_NEAR(film.half(first, 20, 20).deviations[0], 0.5 * 3, 0.02);
+  }
+}
+
+TEST(Reprojection, ASourceThatKnowsEnoughIsNotBettered) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const auto plain = [&](double mean, std::uint32_t count) {
+    return picture(scene, kBeforeWall, 0, [=](const Film&, int, int, int) { return HalfSamples{mean, count, 1}; });
+  };
+  const HistorySource few = plain(1, 4), many = plain(2, 16);
+  for (const auto& [enough, expected] : {std::pair(8.0f, 1.0f), std::pair(9.0f, 2.0f)}) {
+    const Film film =
+        film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &few, enough, false}, {kBeforeWall, &many, 0, false}});
+    EXPECT_FLOAT_EQ(film.history()->carried(20, 20).mean[0][0], expected);
+    const Film reverse =
+        film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &many, 99, false}, {kBeforeWall, &few, 0, false}});
+    EXPECT_FLOAT_EQ(reverse.history()->carried(20, 20).mean[0][0], 2);
+  }
+}
+
+TEST(Reprojection, OnlyTheRegionIsDrawnOn) {
+  // Sources may hold another, older picture outside the region.
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const PixelRect region = {10, 8, 30, 28};
+  HistorySource source = picture(scene, kBeforeWall, 0, [](const Film&, int, int, int) {
+    return HalfSamples{1e4, 16, 1};
+  });
+  Film film(kWidth, kHeight, {.history = true});
+  look_through(scene, kBeforeWall, film, {}, region);
+  for (int y = region.y0; y < region.y1; ++y) {
+    for (int x = region.x0; x < region.x1; ++x) {
+      for (int h = 0; h < kHalves; ++h) film.half(h, x, y).add(Rgb(1, 1, 1));
+    }
+  }
+  source.gather(film, region, region);
+  const ReprojectionStats stats =
+      look_through(scene, turned(kBeforeWall, 8), film, {{kBeforeWall, &source, 0, false}}, region);
+  EXPECT_GT(stats.carried, 100u);
+  EXPECT_LT(stats.carried, std::uint64_t(region.area()));
+  for (int y = region.y0; y < region.y1; ++y) {
+    for (int x = region.x0; x < region.x1; ++x) {
+      const CarriedPixel& carried = film.history()->carried(x, y);
+      if (carried.count[0] == 0) continue;
+      EXPECT_FLOAT_EQ(carried.mean[0][1], 1) << x << ", " << y;
+    }
+  }
+}
+
+// What a camera that steps aside, or turns, expects to be wrong of a surface of radiance 1, at the film's middle.
+float bias2_after(const Material& material, const CameraPose& pose) {
+  const auto scene = wall_of(material);
+  const HistorySource source = picture(scene, kBeforeWall, 0, [](const Film&, int, int, int) {
+    return HalfSamples{1, 1 << 20, 1};
+  });
+  const Film film = film_of(scene, pose, {{kBeforeWall, &source, 0, false}});
+  EXPECT_GT(film.history()->carried(24, 18).count[0], 0u);
+  return film.history()->carried(24, 18).bias2;
+}
+
+TEST(Reprojection, WhatDependsOnTheViewIsLessCertainFromElsewhere) {
+  CameraPose aside = kBeforeWall;
+  aside.position.x += 0.1;
+  Material metal;
+  metal.metallic = 1;
+  metal.base_color = Rgb(1, 1, 1);
+  float last = 2;
+  for (const float roughness : {0.0f, 0.2f, 0.5f, 1.0f}) {
+    metal.roughness = roughness;
+    EXPECT_EQ(bias2_after(metal, turned(kBeforeWall, 3)), 0);
+    const float bias2 = bias2_after(metal, aside);
+    if (roughness == 0) {
+      EXPECT_NEAR(bias2, 1, 1e-3f);  // a mirror shows another thing altogether
+    }
+    std::printf("roughness %g: %g\n", double(roughness), double(bias2));
+    EXPECT_LT(bias2, 0.8f * last) << roughness;
+    EXPECT_GT(bias2, 1e-8f) << roughness;
+    last = bias2;
+  }
+  EXPECT_EQ(bias2_after(lambert(Rgb(0.5f, 0.5f, 0.5f)), aside), 0);
+}
+
+// Share of the interval [from, from + size) to the right of `edge`.
+double covered(double from, double size, double edge) {
+  return std::clamp((from + size - edge) / size, 0.0, 1.0);
+}
+
+// The same of a square, `along` and `across` an edge that leans by an eighth.
+double square_covered(double along, double across, double size, double edge) {
+  constexpr int kRows = 8;
+  double sum = 0;
+  for (int i = 0; i < kRows; ++i) sum += covered(along, size, edge + (across + (i + 0.5) * size / kRows) / 8) / kRows;
+  return sum;
+}
+
+// Pictures of an edge that meets pixels everywhere, pixels being means over their squares, looked up by cameras that
+// stand elsewhere or see with larger or smaller pixels: the sum of the squares that are expected of the lookups is that
+// of those found, but for how far 3x3 means and their caution know where the edge is (HistorySource tests). Where
+// pixels grow it is an upper bound: the mean of two pixels is exactly what one of twice the size sees between them.
+TEST(Reprojection, ExpectsTheErrorThatLookingUpAnEdgeHas) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const CameraPose before = orthographic_before_wall();
+  for (const bool upright : {true, false}) {
+    const double middle = 0.5 * (upright ? kWidth : kHeight), middle_across = 0.5 * (upright ? kHeight : kWidth);
+    const double edge = middle - middle_across / 8;
+    const HistorySource source = picture(scene, before, 0, [&](const Film&, int x, int y, int) {
+      return HalfSamples{1 + square_covered(upright ? x : y, upright ? y : x, 1, edge), 1 << 20, 1};
+    });
+    for (const double zoom : {0.5, 0.8, 1.0, 1.5, 2.0, 4.0}) {  // new pixels along the side of an old one
+      double expected = 0, found = 0;
+      constexpr int kShifts = 16;
+      for (int k = 0; k < kShifts; ++k) {
+        const double shift = (k + 0.5) / kShifts;
+        const Film film = film_of(scene, orthographic_before_wall(upright ? shift : 0, upright ? 0 : -shift, zoom),
+                                  {{before, &source, 0, false}});
+        for (int y = 4; y < kHeight - 4; ++y) {
+          for (int x = 4; x < kWidth - 4; ++x) {
+            const CarriedPixel& carried = film.history()->carried(x, y);
+            if (carried.count[0] == 0) continue;
+            const double along = middle + shift + ((upright ? x : y) - middle) / zoom,
+                         across = middle_across + ((upright ? y : x) - middle_across) / zoom;
+            const double off = double(carried.mean[0][1]) - 1 - square_covered(along, across, 1 / zoom, edge);
+            found += off * off;
+            expected += double(carried.bias2);
+          }
+        }
+      }
+      std::printf("zoom %g %s: expected over found %.2f\n", zoom, upright ? "along x" : "along y", expected / found);
+      EXPECT_GT(expected / found, 0.6);
+      EXPECT_LT(expected / found, zoom < 1 ? 7 : 1.4);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace helio::test
