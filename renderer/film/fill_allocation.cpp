@@ -21,7 +21,8 @@ constexpr double kMostShare = 64;
 // Pixels that the solution looks at: their mean count is the picture's to half a percent.
 constexpr std::int64_t kLookedAt = 1 << 15;
 
-// Samples of each half after which what pixels that carry nothing have seen themselves is worth more than a guess.
+// Samples of each half that pixels which carry nothing get at first, as far as others do; then what they have seen
+// themselves takes the place of a guess.
 constexpr double kPilot = 4;
 
 // Written as the demand of a pixel of which nothing is known; finish_sweep() knows the others' mean.
@@ -33,7 +34,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
                                const AllocationRequest& request)
     : SampleAllocation(film, region, 1),
       first_(!film.targets()->demand_known),
-      fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->usual_count >= kPilot),
+      fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot),
       settings_(settings),
       request_(request) {
   assert(film.history());
@@ -45,6 +46,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
   }
   least_ = std::bit_floor(std::uint32_t(std::min(request.mean * kLeastShare, double(1u << 30))));
   most_ = power_of_two_below(request.mean * kMostShare);
+  fresh_least_ = std::max(least_, power_of_two_below(std::min(request.mean, kPilot)));
   if (sweeps_ == 1) {
     for (int h = 0; h < kHalves; ++h) solve(h);
   }
@@ -147,7 +149,7 @@ std::uint32_t FillAllocation::count_of(const Pixel& pixel, double level) const {
   } else if (missing > double(pixel.chance)) {
     count = 1;
   }
-  const std::uint32_t least = pixel.carried > 0 ? least_ : std::max(least_, 1u);
+  const std::uint32_t least = pixel.carried > 0 ? least_ : fresh_least_;
   return std::max(std::clamp(count, least, std::max(least, most_)), pixel.has);
 }
 
@@ -170,7 +172,7 @@ void FillAllocation::solve(int h) {
     (sum <= allowed ? low : high) = middle;
   }
   level_[h] = std::exp2(low);
-  film_.targets()->usual_count = level_[h] * std::exp2(double(film_.targets()->usual_demand[h]));
+  film_.targets()->fresh_least = fresh_least_;
 }
 
 void FillAllocation::assign(std::size_t part) {

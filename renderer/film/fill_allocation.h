@@ -42,7 +42,7 @@ class FillAllocation final : public SampleAllocation {
   bool first_, fresh_;  // the first round | the one that looks at pixels that carry nothing
   AllocationSettings settings_;
   AllocationRequest request_;
-  std::uint32_t least_ = 0, most_ = 1;
+  std::uint32_t least_ = 0, most_ = 1, fresh_least_ = 1;
   double epsilon_[kHalves] = {0, 0};
   double level_[kHalves] = {0, 0};  // effective samples of a pixel whose demand is 1
   std::vector<double> part_sums_[kHalves];

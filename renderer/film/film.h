@@ -92,7 +92,7 @@ struct FilmState {
 
 class Film {
  public:
-  // 132, with targets 16 more (a target and a demand of each half), with history 204 more (60 and two sources of 72).
+  // 132, with targets 16 more (a target and a demand of each half), with history 252 more (76 and two sources of 88).
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});

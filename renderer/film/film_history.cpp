@@ -8,6 +8,7 @@ FilmHistory::FilmHistory(int width, int height)
     : width_(width),
       carried_(std::size_t(width) * std::size_t(height)),
       centres_(carried_.size()),
+      directions_(carried_.size()),
       scratch_(carried_.size()) {
   for (std::unique_ptr<HistorySource>& source : sources_) source = std::make_unique<HistorySource>(width, height);
 }
@@ -26,12 +27,13 @@ bool FilmHistory::on_border(int x, int y, int reach, const PixelRect& region) co
 }
 
 std::size_t FilmHistory::bytes_per_pixel() {
-  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(float) + kSources * HistorySource::kBytesPerPixel;
+  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) + sizeof(float) +
+         kSources * HistorySource::kBytesPerPixel;
 }
 
 std::size_t FilmHistory::bytes() const {
   std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit) +
-                      scratch_.capacity() * sizeof(float);
+                      directions_.capacity() * sizeof(DirectionReservoir) + scratch_.capacity() * sizeof(float);
   for (const std::unique_ptr<HistorySource>& source : sources_) total += source->bytes();
   return total;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/film/direction_reservoir.h"
 #include "renderer/film/packed_values.h"
 
 namespace helio {
@@ -55,6 +56,9 @@ class FilmHistory {
   CentreHit& centre(int x, int y) { return centres_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
 
+  DirectionReservoir& directions(int x, int y) { return directions_[index(x, y)]; }
+  const DirectionReservoir& directions(int x, int y) const { return directions_[index(x, y)]; }
+
   // Share of the pixel's mean that was carried, [0, 1], given the samples that the halves hold now, the carried ones
   // among them. Halves weigh alike when both have samples.
   double weight(int x, int y, std::uint32_t count_a, std::uint32_t count_b) const {
@@ -91,6 +95,7 @@ class FilmHistory {
   int width_;
   std::vector<CarriedPixel> carried_;
   std::vector<CentreHit> centres_;
+  std::vector<DirectionReservoir> directions_;
   std::vector<float> scratch_;
   std::unique_ptr<HistorySource> sources_[kSources];
 };

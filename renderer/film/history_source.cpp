@@ -143,6 +143,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
       centres_[index(x, y)] = history.centre(x, y);
+      directions_[index(x, y)] = history.directions(x, y);
       to = {};
       if (a.count == 0 && b.count == 0) continue;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));

@@ -1,4 +1,4 @@
-// A picture that later ones can draw on: what a film knew when its camera left, in 72 bytes a pixel.
+// A picture that later ones can draw on: what a film knew when its camera left, in 88 bytes a pixel.
 #pragma once
 
 #include <cstdint>
@@ -37,22 +37,28 @@ inline Rgb demodulation(const Rgb& albedo) {
 
 class HistorySource {
  public:
-  static constexpr std::size_t kBytesPerPixel = sizeof(SourcePixel) + sizeof(CentreHit);
+  static constexpr std::size_t kBytesPerPixel = sizeof(SourcePixel) + sizeof(CentreHit) + sizeof(DirectionReservoir);
 
   HistorySource(int width, int height)
-      : width_(width), height_(height), pixels_(std::size_t(width) * std::size_t(height)), centres_(pixels_.size()) {}
+      : width_(width),
+        height_(height),
+        pixels_(std::size_t(width) * std::size_t(height)),
+        centres_(pixels_.size()),
+        directions_(pixels_.size()) {}
 
   int width() const { return width_; }
   int height() const { return height_; }
   const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
+  const DirectionReservoir& directions(int x, int y) const { return directions_[index(x, y)]; }
 
   // Takes over a window of the film, whose history it has; reads up to two pixels beyond it, inside `region`. What lies
   // outside the region stays as it was, of whatever picture. Thread
   // safe for disjoint windows.
   void gather(const Film& film, const PixelRect& window, const PixelRect& region);
   std::size_t bytes() const {
-    return pixels_.capacity() * sizeof(SourcePixel) + centres_.capacity() * sizeof(CentreHit);
+    return pixels_.capacity() * sizeof(SourcePixel) + centres_.capacity() * sizeof(CentreHit) +
+           directions_.capacity() * sizeof(DirectionReservoir);
   }
 
  private:
@@ -61,6 +67,7 @@ class HistorySource {
   int width_, height_;
   std::vector<SourcePixel> pixels_;
   std::vector<CentreHit> centres_;
+  std::vector<DirectionReservoir> directions_;
 };
 
 }  // namespace helio

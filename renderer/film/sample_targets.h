@@ -63,10 +63,10 @@ class SampleTargets {
   // Whether demand() holds a pilot's; cleared when another picture begins.
   bool demand_known = false;
   float exponent = 1;  // bounded variant: counts follow demand to this power, [0, 1]
-  // With history: demand of pixels of which nothing is known, the samples that it has brought them, and whether their
-  // own samples have had their say.
+  // With history: demand of pixels of which nothing is known, the samples that each of these has been given at least,
+  // and whether their own samples have had their say.
   float usual_demand[kHalves] = {0, 0};
-  double usual_count = 0;
+  std::uint32_t fresh_least = 0;
   bool fresh_demand_known = false;
   // Of demand(), per half: pixels by value, as the rule that fills them defines it.
   std::vector<std::uint32_t> histogram[kHalves];

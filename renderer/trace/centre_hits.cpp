@@ -1,9 +1,12 @@
 #include "renderer/trace/centre_hits.h"
 
-#include <array>
+#include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <limits>
+#include <optional>
 
+#include "renderer/film/direction_reservoir.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/surface.h"
@@ -15,8 +18,46 @@ namespace {
 constexpr int kMostPixels = kPathGroupSize * kPathGroupSize;
 constexpr int kDirections = 4;  // of view_change()
 
+// Of a sum of ratios of BSDFs: one that is larger is of a lobe that hardly reaches the direction from there.
+constexpr float kMostRatio = 16;
+// Share of a change by which it is taken to be off beside what its directions' scatter says.
+constexpr float kDoubt = 0.5f;
+constexpr std::size_t kMostDirections = 16;
+
+// A direction that was kept more than once knows no more than once. Returns how many there are.
+std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostDirections]) {
+  std::size_t count = 0;
+  for (const WeighedDirection& d : from.first(std::min(from.size(), kMostDirections))) {
+    std::size_t i = 0;
+    while (i < count && to[i].packed != d.packed) ++i;
+    if (i == count) to[count++] = {d.packed, 0};
+    to[i].weight += d.weight;
+  }
+  return count;
+}
+
+// wo, from: local.
+float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, std::uint32_t key) {
+  if (params.model == LobeModel::none) return 0;
+  if (params.model == LobeModel::lambert && !params.mapped) return 0;
+  if (!(from.z * wo.z > 0)) return 1;
+  float whole = 0, changed = 0;
+  for (int k = 0; k < kDirections; ++k) {
+    const SamplePair u = sample_pair(key, reverse_bits(std::uint32_t(k)), 0);
+    const BsdfSample sample = sample_bsdf(params, wo, (float(k) + 0.5f) / kDirections, V2f(u.x, u.y));
+    if (!sample.valid()) continue;
+    const float weight = luminance(sample.weight);
+    whole += weight;
+    const float there = sample.delta ? 0.0f : luminance(evaluate_bsdf(params, from, sample.wi).f_cos) / sample.pdf_w;
+    changed += std::fabs(there - weight);
+  }
+  return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
+}
+
+}  // namespace
+
 // A surface with its material's parameters, as the path kernels see it at the first vertex.
-struct Shading {
+struct CentreHits::Shading {
   Surface surface;
   SurfaceParams params;
   LayerParams layers;
@@ -45,32 +86,15 @@ struct Shading {
   Shading(const Shading&) = delete;
 };
 
-// wo, from: local.
-float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, std::uint32_t key) {
-  if (params.model == LobeModel::none) return 0;
-  if (params.model == LobeModel::lambert && !params.mapped) return 0;
-  if (!(from.z * wo.z > 0)) return 1;
-  float whole = 0, changed = 0;
-  for (int k = 0; k < kDirections; ++k) {
-    const SamplePair u = sample_pair(key, reverse_bits(std::uint32_t(k)), 0);
-    const BsdfSample sample = sample_bsdf(params, wo, (float(k) + 0.5f) / kDirections, V2f(u.x, u.y));
-    if (!sample.valid()) continue;
-    const float weight = luminance(sample.weight);
-    whole += weight;
-    const float there = sample.delta ? 0.0f : luminance(evaluate_bsdf(params, from, sample.wi).f_cos) / sample.pdf_w;
-    changed += std::fabs(there - weight);
-  }
-  return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
-}
-
-}  // namespace
-
 struct CentreHits::Block {
   PixelRect window;
   Ray rays[kMostPixels];
   Hit hits[kMostPixels];
   std::uint32_t order[kMostPixels];
   std::uint32_t slot[kMostPixels];  // of a pixel of the window, row-major: its ray
+  std::optional<Shading> shading;   // of the pixel in hand; none: it looks alike from everywhere
+  V3f wo;                           // local
+  std::uint32_t key = 0;
 
   std::size_t at(int x, int y) const {
     return slot[std::size_t(y - window.y0) * std::size_t(window.width()) + std::size_t(x - window.x0)];
@@ -111,12 +135,13 @@ void CentreHits::trace(const PixelRect& window) {
   scene_.accel->intersect(b.rays, b.order, count, b.hits, RayOrder::camera);
 }
 
-CentreHit CentreHits::at(int x, int y, std::span<const V3f> viewpoints, float* view_changes) const {
-  const std::size_t i = block_->at(x, y);
-  const Ray& ray = block_->rays[i];
-  const Hit& hit = block_->hits[i];
+CentreHit CentreHits::at(int x, int y) {
+  Block& b = *block_;
+  const std::size_t i = b.at(x, y);
+  const Ray& ray = b.rays[i];
+  const Hit& hit = b.hits[i];
+  b.shading.reset();
   CentreHit centre;
-  std::fill_n(view_changes, viewpoints.size(), 0.0f);
   if (!hit.valid()) return centre;
   centre.depth = hit.t * dot(ray.direction, axis_);
   centre.instance = hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
@@ -129,20 +154,81 @@ CentreHit CentreHits::at(int x, int y, std::span<const V3f> viewpoints, float* v
       return centre;
     }
   }
-  const Shading shading(scene_, camera_, ray, hit);
-  const V3f wo = shading.frame.to_local(-ray.direction);
+  const Shading& shading = b.shading.emplace(scene_, camera_, ray, hit);
+  b.wo = shading.frame.to_local(-ray.direction);
+  b.key = pixel_key(x, y, 0, 0);
   centre.normal = pack_direction(facing(shading.surface));
-  if (shading.black) return centre;
+  if (shading.black) {
+    b.shading.reset();
+    return centre;
+  }
   // A point of a texture is not the mean over a pixel, and the mean of ratios of points not that of their means (+1.5 %
   // in Sponza): only where textures are filtered does their albedo count.
   const bool point_of_texture = shading.surface.material->textured && !scene_.mip_mapped;
-  const Rgb albedo = point_of_texture ? Rgb(1, 1, 1) : surface_albedo(shading.params, wo);
+  const Rgb albedo = point_of_texture ? Rgb(1, 1, 1) : surface_albedo(shading.params, b.wo);
   centre.albedo = pack_reflectance(albedo);
-  for (std::size_t k = 0; k < viewpoints.size(); ++k) {
-    const V3f from = shading.frame.to_local(normalize_any(viewpoints[k] - shading.surface.position));
-    view_changes[k] = view_change(shading.params, wo, from, pixel_key(x, y, 0, 0));
-  }
+  const SurfaceParams& params = shading.params;
+  if (params.model == LobeModel::none || (params.model == LobeModel::lambert && !params.mapped)) b.shading.reset();
   return centre;
+}
+
+bool CentreHits::depends_on_view() const {
+  return block_->shading.has_value();
+}
+
+ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
+  const Block& b = *block_;
+  ViewChange change;
+  if (!b.shading) return change;
+  const SurfaceParams& params = b.shading->params;
+  const Frame& frame = b.shading->frame;
+  const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
+  const float unseen = view_change(params, b.wo, from, b.key);
+
+  WeighedDirection distinct[kMostDirections];
+  float ratios[kMostDirections];
+  int count = 0;
+  Rgb now(0, 0, 0), before(0, 0, 0);
+  float whole = 0, known = 0, changed = 0;
+  for (const WeighedDirection& d : std::span(distinct, merge_equal(directions, distinct))) {
+    whole += d.weight;
+    Rgb there(1, 1, 1), f(1, 1, 1);
+    float old = 1;
+    if (d.packed == DirectionReservoir::kNone) continue;
+    if (d.packed != DirectionReservoir::kAny) {
+      const V3f wi = frame.to_local(unpack_direction(d.packed));
+      f = evaluate_bsdf(params, from, wi).f_cos;
+      old = luminance(f);
+      there = evaluate_bsdf(params, b.wo, wi).f_cos / old;
+      if (!(old > 0) || !is_finite(f) || !is_finite(there)) continue;  // the surface is not quite the same
+      there *= std::min(1.0f, kMostRatio / std::max(max_component(there), 1.0f));
+    }
+    now += there * d.weight;
+    before += f * (d.weight / old);
+    distinct[count] = d;
+    ratios[count] = luminance(there);
+    known += d.weight;
+    changed += d.weight * ratios[count++];
+  }
+  if (!(known > 0)) {
+    change.error = unseen;
+    return change;
+  }
+
+  // All of this times the weights. Scatter of the ratios, and one direction more that is off by `unseen`.
+  const float mean = changed / known, unknown = whole - known, off = changed - known;
+  float scatter = 0;
+  for (int k = 0; k < count; ++k) scatter += sqr(distinct[k].weight * (ratios[k] - mean));
+  scatter *= float(count) / float(std::max(count - 1, 1));
+  const float error = std::sqrt(scatter + sqr(unseen * known / float(count))) + unknown;
+  // As far as the scatter explains it the change is noise: James and Stein's estimator.
+  const float keep = sqr(off) / std::max(sqr(off) + sqr(error), FLT_MIN);
+  for (int c = 0; c < 3; ++c) change.ratio[c] = 1 + keep * ((now[c] + unknown) / (before[c] + unknown) - 1);
+  // Few directions say little of a large change; a fall as little as the rise that it is the other way round.
+  const float fall = std::clamp(known / std::max(changed, FLT_MIN), 1.0f, kMostRatio);
+  const float doubt = kDoubt * off * fall;
+  change.error = std::min(std::hypot(error, doubt) / std::max(whole + keep * off, FLT_MIN), kMostRatio);
+  return change;
 }
 
 }  // namespace helio

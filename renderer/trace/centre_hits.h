@@ -12,6 +12,19 @@
 
 namespace helio {
 
+// A direction of a DirectionReservoir, as it is coded there.
+struct WeighedDirection {
+  std::uint32_t packed = 0;
+  float weight = 0;
+};
+
+struct ViewChange {
+  Rgb ratio{1, 1, 1};  // new over old
+  float error = 0;     // standard error of the ratio, over the ratio; >= 0
+
+  bool none() const { return error == 0; }
+};
+
 // Of one block of the film at a time. Not thread safe.
 class CentreHits {
  public:
@@ -24,16 +37,24 @@ class CentreHits {
   // Traces the pixels of `window`, at most kPathGroupSize on a side, as one packet after the other.
   void trace(const PixelRect& window);
 
-  // Of the pixel, which lies in the window that was traced last.
-  //
-  // view_changes[i]: how much of what its surface sends to this camera depends on where that is, when it is looked at
-  // from viewpoints[i] (rebased) instead: 0 for a diffuse one, up to 1. Four directions wi of the BSDF's own sampling,
-  // and of each the change of f(wo, wi), as a share of the whole; delta lobes change altogether. This is eq. 15 of
-  // Schalk 2018 without the irradiance, for any BSDF, over several wi.
-  CentreHit at(int x, int y, std::span<const V3f> viewpoints, float* view_changes) const;
+  // Of the pixel, which lies in the window that was traced last. The pixel in hand from now on.
+  CentreHit at(int x, int y);
+
+  // Whether the surface of the pixel in hand may look different from elsewhere.
+  bool depends_on_view() const;
+
+  // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
+  // (rebased), given directions wi that light which arrived there came from, at most 16 of them. Picked in proportion
+  // to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the change is
+  // shrunk as far as that explains it (James and Stein 1961). Its error is the scatter's, with one direction more whose
+  // change is that of four directions of the BSDF's own sampling, for there may be light that none of these has met
+  // (eq. 15 of Schalk 2018 without the irradiance, for any BSDF); and a share of the change itself. Light of delta
+  // lobes may change altogether. Without directions the ratio is 1.
+  ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
  private:
   struct Block;
+  struct Shading;
   const SceneData& scene_;
   const Camera& camera_;
   const V3f axis_;

@@ -41,6 +41,7 @@ struct WindowTask {
 
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
+bool run_direction_kernel(const WindowTask& task, TraceStats& stats);  // of a film with history
 bool run_watched_kernel(const WindowTask& task);
 
 // trace_window, with the rays written down when log is not null.

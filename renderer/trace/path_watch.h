@@ -10,7 +10,8 @@
 namespace helio {
 
 struct NoWatch {
-  static constexpr bool kWatches = false;
+  static constexpr bool kWatches = false;          // one sample, and leaves the film alone
+  static constexpr bool kKeepsDirections = false;  // direction_watch.h
 
   explicit NoWatch(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
@@ -34,6 +35,7 @@ struct NoWatch {
 class SampleWatch {
  public:
   static constexpr bool kWatches = true;
+  static constexpr bool kKeepsDirections = false;
 
   explicit SampleWatch(const WindowTask& task) : trace_(*task.trace) {}
 

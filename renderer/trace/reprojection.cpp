@@ -1,6 +1,7 @@
 #include "renderer/trace/reprojection.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cfloat>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
+#include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 
 namespace helio {
@@ -23,6 +25,9 @@ constexpr float kLeastWeight = 0.1f;
 constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
+
+// Of the four pixels of a lookup.
+constexpr int kMostDirections = 4 * kHalves * DirectionReservoir::kPlaces;
 
 using Float8 = float __attribute__((vector_size(32)));
 using Short8 = std::uint16_t __attribute__((vector_size(16)));
@@ -55,6 +60,7 @@ struct Lookup {
   float spread[kHalves][3] = {};  // variance of one sample
   float bias2 = 0;
   float age = 0;
+  DirectionReservoir directions;
 
   float total() const { return count[0] + count[1]; }
 };
@@ -118,35 +124,47 @@ class SourceView {
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
-  Lookup look(const CentreHit& here, const V3d& position, double footprint, float view_change) {
-    const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
-    if (!p.in_front) return {};
-    const double u = p.x - 0.5, v = p.y - 0.5;
-    if (!(u > -1 && v > -1 && u < pixels_.width() && v < pixels_.height())) return {};
-    const int x0 = int(u + 1) - 1, y0 = int(v + 1) - 1;  // rounded down
-    const auto fx = float(u - x0), fy = float(v - y0);
-    Tap taps[4];
-    int count = 0;
-    float total = 0;
-    find_taps(here, position, p, x0, y0, fx, fy, taps, count, total);
-    if (total < kLeastWeight) return {};
+  Lookup look(const CentreHit& here, const V3d& position, double footprint, const ViewChange& change,
+              std::uint32_t key) {
+    const Taps taps = find_taps(here, position);
+    if (taps.total < kLeastWeight) return {};
 
     LookupSums sums;
-    double off_x = -u, off_y = -v;
-    for (int i = 0; i < count; ++i) {
-      const Tap& tap = taps[i];
-      const float w = tap.weight / total;
+    double off_x = -taps.u, off_y = -taps.v;
+    for (int i = 0; i < taps.count; ++i) {
+      const Tap& tap = taps.tap[i];
+      const float w = tap.weight / taps.total;
       off_x += double(w) * tap.x;
       off_y += double(w) * tap.y;
-      add(pixels_.pixel(tap.x, tap.y), w, tap.modulation, sums);
+      const Rgb m = tap.modulation;
+      add(pixels_.pixel(tap.x, tap.y), w, {m.x * change.ratio.x, m.y * change.ratio.y, m.z * change.ratio.z}, sums);
     }
     const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
     const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
-    const auto zoom = float(p.footprint / std::max(footprint, DBL_MIN));
+    const auto zoom = float(taps.footprint / std::max(footprint, DBL_MIN));
     const float resampled =
-        albedo2 * (sums.bend2(0) * resampling_error2(fx, zoom) + sums.bend2(1) * resampling_error2(fy, zoom) +
+        albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, zoom) + sums.bend2(1) * resampling_error2(taps.fy, zoom) +
                    sums.slope2() * float(off_x * off_x + off_y * off_y));
-    return weigh(sums, resampled, view_change);
+    Lookup result = weigh(sums, resampled, change.error);
+    if (result.total() > 0) pick_directions(taps, key, result.directions);
+    return result;
+  }
+
+  // Where light came from for a pixel that sees `here` at `position`, as the pixels around know it.
+  int directions(const CentreHit& here, const V3d& position, WeighedDirection (&out)[kMostDirections]) {
+    const Taps taps = find_taps(here, position);
+    int directions = 0;
+    for (int i = 0; i < taps.count; ++i) {
+      const Tap& tap = taps.tap[i];
+      const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
+      for (int h = 0; h < kHalves; ++h) {
+        const float weight = tap.weight * luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2]));
+        if (!pixel.known(h) || !(weight > 0) || !(weight <= FLT_MAX)) continue;
+        for (const std::uint32_t packed : pixels_.directions(tap.x, tap.y).place[h])
+          out[directions++] = {packed, weight};
+      }
+    }
+    return directions;
   }
 
   // What it knew of the pixel itself. Precondition: same_camera().
@@ -155,7 +173,9 @@ class SourceView {
     if (!region_.contains(x, y) || !(pixel.known(0) || pixel.known(1))) return {};
     LookupSums sums;
     add(pixel, 1, Rgb(1, 1, 1), sums);
-    return weigh(sums, 0, 0);
+    Lookup result = weigh(sums, 0, 0);
+    result.directions = pixels_.directions(x, y);
+    return result;
   }
 
  private:
@@ -210,14 +230,31 @@ class SourceView {
   };
 
   // The pixels around a point inside a surface that show that surface, and nothing else.
-  void find_taps(const CentreHit& here, const V3d& position, const FilmPoint& p, int x0, int y0, float fx, float fy,
-                 Tap (&taps)[4], int& count, float& total) {
+  struct Taps {
+    Tap tap[4];
+    int count = 0;
+    float total = 0;       // weight, at most 1
+    double u = 0, v = 0;   // where the point lies, in pixels from the centre of the first of the film
+    float fx = 0, fy = 0;  // between the four around it, [0, 1)
+    double footprint = 0;  // side of a pixel there
+  };
+  Taps find_taps(const CentreHit& here, const V3d& position) {
+    Taps taps;
+    const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
+    if (!p.in_front) return taps;
+    taps.u = p.x - 0.5;
+    taps.v = p.y - 0.5;
+    if (!(taps.u > -1 && taps.v > -1 && taps.u < pixels_.width() && taps.v < pixels_.height())) return taps;
+    const int x0 = int(taps.u + 1) - 1, y0 = int(taps.v + 1) - 1;  // rounded down
+    taps.fx = float(taps.u - x0);
+    taps.fy = float(taps.v - y0);
+    taps.footprint = p.footprint;
     const V3d from_camera = position - projection_.origin();
     for (int k = 0; k < 4; ++k) {
       Tap tap;
       tap.x = x0 + (k & 1);
       tap.y = y0 + (k >> 1);
-      tap.weight = (k & 1 ? fx : 1 - fx) * (k & 2 ? fy : 1 - fy);
+      tap.weight = (k & 1 ? taps.fx : 1 - taps.fx) * (k & 2 ? taps.fy : 1 - taps.fy);
       if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
@@ -234,8 +271,22 @@ class SourceView {
         const float least = std::min(tap.modulation.x, std::min(tap.modulation.y, tap.modulation.z));
         if (!(most <= kMostAlbedoRatio && least >= 1 / kMostAlbedoRatio)) continue;
       }
-      total += tap.weight;
-      taps[count++] = tap;
+      taps.total += tap.weight;
+      taps.tap[taps.count++] = tap;
+    }
+    return taps;
+  }
+
+  // Each of one of the pixels, as likely as that weighs.
+  void pick_directions(const Taps& taps, std::uint32_t key, DirectionReservoir& out) const {
+    for (int h = 0; h < kHalves; ++h) {
+      for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
+        key = mix_bits(key + 0x9e3779b9u);
+        float u = unit_float(key) * taps.total;
+        int i = 0;
+        while (i + 1 < taps.count && (u -= taps.tap[i].weight) >= 0) ++i;
+        out.place[h][k] = pixels_.directions(taps.tap[i].x, taps.tap[i].y).place[h][k];
+      }
     }
   }
 
@@ -245,6 +296,24 @@ class SourceView {
   bool same_camera_;
   Normal normal_;
 };
+
+std::vector<SourceView> views_of(const std::vector<PictureSource>& sources, const CameraPose& now,
+                                 const PixelRect& region, const Film& film, const V3d& scene_origin) {
+  std::vector<SourceView> views;
+  for (const PictureSource& source : sources)
+    views.emplace_back(source, now, region, film.width(), film.height(), scene_origin);
+  return views;
+}
+
+// Between the two sweeps a pixel's carried() holds how each of its sources looks from here.
+void keep_change(CarriedPixel& pixel, std::size_t source, const ViewChange& change) {
+  for (int c = 0; c < 3; ++c) pixel.mean[source][c] = change.ratio[c];
+  (source == 0 ? pixel.bias2 : pixel.age) = change.error;
+}
+ViewChange kept_change(const CarriedPixel& pixel, std::size_t source) {
+  const float* ratio = pixel.mean[source];
+  return {Rgb(ratio[0], ratio[1], ratio[2]), source == 0 ? pixel.bias2 : pixel.age};
+}
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
 std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& now, const RenderScene& scene) {
@@ -260,6 +329,7 @@ std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& n
 std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
   carried = {};
+  film.history()->directions(x, y) = {};
   for (int h = 0; h < kHalves; ++h) {
     const int from = swap ? 1 - h : h;
     const auto count = std::uint32_t(lookup.count[from] + 0.5f);
@@ -277,6 +347,10 @@ std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   if (total == 0) return 0;
   carried.bias2 = lookup.bias2;
   carried.age = lookup.age + 1;
+  for (int h = 0; h < kHalves; ++h) {
+    for (int k = 0; k < DirectionReservoir::kPlaces; ++k)
+      film.history()->directions(x, y).place[h][k] = lookup.directions.place[swap ? 1 - h : h][k];
+  }
   return total;
 }
 
@@ -301,23 +375,36 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
       border_(reach(filter)),
       sources_(std::move(sources)) {
-  assert(sources_.size() <= 3 && film.history());
-  for (const PictureSource& source : sources_) {
-    const std::optional<V3f> viewpoint = other_viewpoint(source.pose, pose, *scene_);
-    viewpoint_slot_.push_back(viewpoint ? int(viewpoints_.size()) : -1);
-    if (viewpoint) viewpoints_.push_back(*viewpoint);
-  }
+  assert(sources_.size() <= kMostSources && film.history());
+  for (const PictureSource& source : sources_) viewpoints_.push_back(other_viewpoint(source.pose, pose, *scene_));
+  const V3d& p = pose.position;
+  const V3d& f = pose.forward;
+  for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})
+    key_ = combine_hash(key_, std::uint32_t(std::bit_cast<std::uint64_t>(number) >> 20));
 }
 
 void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stats) {
   film_.clear(window);
   CentreHits centres(*scene_, camera_, pose_.forward);
+  const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
+  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, scene_->origin());
   FilmHistory& history = *film_.history();
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     centres.trace(block);
     for (int y = block.y0; y < block.y1; ++y) {
-      for (int x = block.x0; x < block.x1; ++x)
-        history.centre(x, y) = centres.at(x, y, viewpoints_, history.carried(x, y).mean[0]);
+      for (int x = block.x0; x < block.x1; ++x) {
+        const CentreHit& here = history.centre(x, y) = centres.at(x, y);
+        for (std::size_t i = 0; i < sources_.size(); ++i) {
+          if (!viewpoints_[i]) continue;
+          WeighedDirection directions[kMostDirections];
+          int count = 0;
+          if (centres.depends_on_view()) {
+            const V3d position = now.position_at(x + 0.5, y + 0.5, double(here.depth));
+            count = views[i].directions(here, position, directions);
+          }
+          keep_change(history.carried(x, y), i, centres.change_from(*viewpoints_[i], {directions, std::size_t(count)}));
+        }
+      }
     }
   }
   stats.rays += std::uint64_t(window.area());
@@ -325,9 +412,7 @@ void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stat
 
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
-  std::vector<SourceView> views;
-  for (std::size_t i = 0; i < sources_.size(); ++i)
-    views.emplace_back(sources_[i], pose_, region_, film_.width(), film_.height(), scene_->origin());
+  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, scene_->origin());
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
@@ -340,10 +425,10 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
       bool swap = false;
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (here.border && !views[i].same_camera()) continue;
-        const int slot = viewpoint_slot_[i];
-        const float change = slot < 0 ? 0.0f : history.carried(x, y).mean[0][slot];
+        const ViewChange change = viewpoints_[i] ? kept_change(history.carried(x, y), i) : ViewChange();
+        const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), key_);
         const Lookup lookup =
-            views[i].same_camera() ? views[i].keep(x, y) : views[i].look(here, position, footprint, change);
+            views[i].same_camera() ? views[i].keep(x, y) : views[i].look(here, position, footprint, change, key);
         if (lookup.total() > best.total()) {
           best = lookup;
           swap = sources_[i].swap;

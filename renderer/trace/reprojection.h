@@ -15,7 +15,9 @@
 //     by (1 - 1/s)^2 / 12, or s (1/s - 1)^2 / 12 for s < 1, together by e f (1 - f) / 4 more (integrals over the
 //     edge's place; the last one fitted),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
-//   - change of view (CentreHits::at) where the camera has moved and not merely turned,
+//   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
+//     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::change_from),
+//     and how far that may be off is carried,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //   every
 //     step.
@@ -29,6 +31,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -62,11 +65,14 @@ bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
-  // know equally much. At most three. All have the film's size.
+  // know equally much. At most kMostSources. All
+  // have the film's size.
   Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
                const PixelFilter& filter, std::vector<PictureSource> sources);
 
-  // Clears the window, finds its centre hits, and leaves how they change with the view in carried().mean.
+  static constexpr std::size_t kMostSources = 2;
+
+  // Clears the window, finds its centre hits, and leaves how they change with the view in carried().
   void find_centres(const PixelRect& window, ReprojectionStats& stats);
   // Fills it with what the sources know. Precondition: find_centres() of everything.
   void carry(const PixelRect& window, ReprojectionStats& stats);
@@ -79,8 +85,8 @@ class Reprojection {
   Camera camera_;
   int border_;  // pixels around that a pixel's filter reaches
   std::vector<PictureSource> sources_;
-  std::vector<V3f> viewpoints_;      // of the sources whose camera stood elsewhere, rebased
-  std::vector<int> viewpoint_slot_;  // of a source; -1: the same viewpoint
+  std::vector<std::optional<V3f>> viewpoints_;  // of the sources whose camera stood elsewhere, rebased
+  std::uint32_t key_ = 0;                       // of the view, for choices by chance
 };
 
 }  // namespace helio

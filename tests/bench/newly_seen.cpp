@@ -22,7 +22,7 @@ std::vector<CentreHit> centres_of(const RenderScene& scene, const CameraPose& po
     centres.trace(block);
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x)
-        all[std::size_t(y) * std::size_t(width) + std::size_t(x)] = centres.at(x, y, {}, nullptr);
+        all[std::size_t(y) * std::size_t(width) + std::size_t(x)] = centres.at(x, y);
     }
   }
   return all;

@@ -95,6 +95,32 @@ TEST(FillAllocation, PixelsWithoutHistoryGetAtLeastOneSample) {
   }
 }
 
+TEST(FillAllocation, PixelsWithoutHistoryAreLookedAtBeforeTheyAreLeftAlone) {
+  // History is smooth; what has come into view is not, and its surroundings say that it needs nothing. It gets what is
+  // asked for on average, up to four samples a half, and once it has these they count.
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth / 2; ++x) {
+      for (int h = 0; h < kHalves; ++h) add(film, h, x, y, 256, 0.05f, true);
+    }
+  }
+  for (const double mean : {1.0, 2.0, 4.0, 8.0, 16.0}) {
+    allocate(film, mean);
+    for (int h = 0; h < kHalves; ++h) {
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const std::uint32_t target = film.targets()->target(h, x, y);
+          if (x >= kWidth / 2) EXPECT_GE(target, std::min(mean, 4.0));
+          const std::uint32_t missing = target - film.attempted(h, x, y);
+          add(film, h, x, y, missing, x < kWidth / 2 ? 0.05f : 0.9f, false);
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(film.targets()->fresh_demand_known);
+  for (int h = 0; h < kHalves; ++h) EXPECT_GT(mean_target(film, h, kRight), 8 * mean_target(film, h, kLeft));
+}
+
 // Targets of both halves in two rounds, when half 0's samples are noisy between the columns [from, to): history's, and
 // in the right part, which carries nothing, those of the first round.
 struct Rounds {

@@ -140,6 +140,35 @@ TEST(HistorySource, WindowsAndTheWholeGiveTheSame) {
   }
 }
 
+TEST(DirectionReservoir, PicksInProportionToWhatWasBrought) {
+  // Of 1 + 2 + ... + 8 each sample has its share of the picks, in any order of arrival; black ones have none.
+  constexpr int kSamples = 8, kTrials = 40000;
+  for (const bool rising : {true, false}) {
+    int picks[kSamples + 1] = {};
+    std::uint32_t state = 1;
+    const auto uniform = [&] { return float((state = state * 1664525u + 1013904223u) >> 8) * 0x1p-24f; };
+    for (int trial = 0; trial < kTrials; ++trial) {
+      DirectionReservoir reservoir;
+      double whole = 0;
+      for (int i = 1; i <= kSamples; ++i) {
+        const int brought = rising ? i : kSamples + 1 - i;
+        const float u[DirectionReservoir::kPlaces] = {uniform(), uniform()};
+        reservoir.add(1, std::uint32_t(brought), float(brought), whole += brought, u);
+        reservoir.add(1, 99, 0, whole, u);
+      }
+      EXPECT_EQ(reservoir.place[0][0], DirectionReservoir::kNone) << "of the other half";
+      for (const std::uint32_t picked : reservoir.place[1]) {
+        ASSERT_TRUE(picked >= 1 && picked <= kSamples);
+        ++picks[picked];
+      }
+    }
+    for (int i = 1; i <= kSamples; ++i) {
+      const double expected = 2.0 * kTrials * i / 36;
+      EXPECT_NEAR(picks[i], expected, 4 * std::sqrt(expected)) << i;
+    }
+  }
+}
+
 TEST(FilmHistory, CarriedSamplesAreNoAttempts) {
   Film film(4, 4, {.history = true});
   CarriedPixel& carried = film.history()->carried(2, 1);

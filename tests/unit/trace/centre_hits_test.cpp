@@ -1,0 +1,124 @@
+// How a surface looks from elsewhere, told from where its light came from.
+#include "renderer/trace/centre_hits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "renderer/film/direction_reservoir.h"
+#include "renderer/trace/path_integrator.h"
+#include "tests/support/test_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kSide = 8;  // the picture's; its middle pixel is looked at
+
+Material metal(float alpha) {
+  Material material;
+  material.base_color = Rgb(0.9f, 0.6f, 0.3f);
+  material.metallic = 1;
+  material.roughness = std::sqrt(alpha);
+  return material;
+}
+
+// A floor at y = 0, seen at its middle from a height of 1.
+class AFloor {
+ public:
+  explicit AFloor(const Material& material) {
+    description_.materials = {material};
+    add_mesh(description_, quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0));
+    scene_ = build(description_);
+    pose_ = camera_at({0.6, 1, 0}, {0, 0, 0}, 1);
+    camera_.emplace(pose_, kSide, kSide, scene_->origin());
+    centres_.emplace(*scene_, *camera_, pose_.forward);
+    centres_->trace({0, 0, kSide, kSide});
+    centres_->at(kSide / 2, kSide / 2);
+  }
+
+  bool depends_on_view() const { return centres_->depends_on_view(); }
+  ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+    return centres_->change_from(V3f(viewpoint - scene_->origin()), directions);
+  }
+  // What a lamp in that direction, unit, makes the floor send to a viewpoint: what path tracing sees.
+  double seen_from(const V3d& viewpoint, const V3d& lamp) const {
+    SceneDescription description = description_;
+    PunctualLight light;
+    light.kind = PunctualKind::directional;
+    light.direction = -lamp;
+    description.lights = {light};
+    const auto lit = build(std::move(description));
+    return double(mean_of(render(*lit, camera_at(viewpoint, {0, 0, 0}, 1), kSide, kSide, 16)).mean.y);
+  }
+
+ private:
+  SceneDescription description_;
+  std::shared_ptr<const RenderScene> scene_;
+  CameraPose pose_;
+  std::optional<Camera> camera_;
+  std::optional<CentreHits> centres_;
+};
+
+const V3d kHere(0.6, 1, 0), kThere(0.5, 1, 0.1);
+
+TEST(CentreHits, LambertSurfacesLookAlikeFromEverywhere) {
+  const AFloor floor(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  EXPECT_FALSE(floor.depends_on_view());
+  const ViewChange change = floor.change_from(kThere, {{pack_direction(V3f(0, 1, 0)), 1}});
+  EXPECT_TRUE(change.none());
+  EXPECT_EQ(change.ratio, Rgb(1, 1, 1));
+}
+
+TEST(CentreHits, AHighlightFollowsTheCamera) {
+  // All light from one direction: the ratio is that of two pictures lit from there.
+  const AFloor floor(metal(0.2f));
+  ASSERT_TRUE(floor.depends_on_view());
+  for (const V3d& lamp : {V3d(-0.6, 1, 0), V3d(-0.3, 1, -0.2), V3d(-0.9, 1, 0.3)}) {
+    const V3d wi = lamp.normalized();
+    const double truth = floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi);
+    ASSERT_GT(std::abs(truth - 1), 0.02) << "nothing to be seen";
+    const ViewChange change = floor.change_from(kThere, {{pack_direction(V3f(wi)), 2}, {pack_direction(V3f(wi)), 3}});
+    // One direction, known once: shrunk, and said to be in doubt by at least what that takes.
+    EXPECT_GT((double(change.ratio.y) - 1) / (truth - 1), 0.2);
+    EXPECT_LT((double(change.ratio.y) - 1) / (truth - 1), 1.001);
+    EXPECT_GT(double(change.error) * double(change.ratio.y), std::abs(truth - double(change.ratio.y)));
+  }
+}
+
+TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
+  // Sixteen that say nearly the same leave little noise to shrink for.
+  const AFloor floor(metal(0.2f));
+  std::vector<WeighedDirection> directions;
+  double truth = 0;
+  for (int i = 0; i < 16; ++i) {
+    const V3d wi = V3d(-0.3 + 0.001 * i, 1, -0.2).normalized();
+    directions.push_back({pack_direction(V3f(wi)), 1});
+    truth += floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi) / 16;
+  }
+  const ViewChange change = floor.change_from(kThere, directions);
+  EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.1);
+}
+
+TEST(CentreHits, WhatIsNotKnownIsAnError) {
+  const AFloor floor(metal(0.2f));
+  const ViewChange nothing = floor.change_from(kThere, {});
+  EXPECT_EQ(nothing.ratio, Rgb(1, 1, 1));
+  EXPECT_GT(nothing.error, 0.05f);
+  // Half of the light through delta lobes: that half may change altogether.
+  const ViewChange half = floor.change_from(kThere, {{DirectionReservoir::kAny, 1}, {DirectionReservoir::kNone, 1}});
+  EXPECT_NEAR(half.ratio.y, 1, 1e-6f);
+  EXPECT_GE(half.error, 0.5f);
+  // What a surface emits it emits everywhere.
+  EXPECT_LT(floor.change_from(kThere, {{DirectionReservoir::kAny, 1}}).error, nothing.error * 1.001f);
+  // The other side of it is another surface.
+  EXPECT_GE(floor.change_from({0.5, -1, 0.1}, {{pack_direction(V3f(0, 1, 0)), 1}}).error, 1);
+  // Directions that the old camera could not have had light from, and weights that are as large as floats go.
+  const ViewChange below = floor.change_from(kThere, {{pack_direction(V3f(0, -1, 0)), 1e38f}});
+  EXPECT_EQ(below.ratio, Rgb(1, 1, 1));
+  EXPECT_TRUE(std::isfinite(below.error));
+}
+
+}  // namespace
+}  // namespace helio::test
