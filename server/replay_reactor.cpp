@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <mutex>
 #include <utility>
 
 #include "heliograph/v1/render_service.pb.h"
@@ -13,7 +12,6 @@
 #include "server/message_check.h"
 #include "server/replay_messages.h"
 #include "server/replay_token.h"
-#include "server/stream_messages.h"
 
 namespace helio {
 namespace {
@@ -44,28 +42,9 @@ Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& 
 
 }  // namespace
 
-// The call ends once, by the task or by the caller.
-struct ReplayReactor::Shared {
-  std::mutex mutex;
-  ReplayReactor* reactor = nullptr;  // null: finished
-  grpc::ByteBuffer* response = nullptr;
-  CancelToken cancel;
-
-  void finish(const grpc::Status& status, const pb::ReplaySampleResponse* answer = nullptr) {
-    const std::lock_guard lock(mutex);
-    if (!reactor) return;
-    if (answer) *response = to_bytes(*answer);
-    std::exchange(reactor, nullptr)->Finish(status);
-  }
-};
-
 ReplayReactor::ReplayReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
-    : core_(core), shared_(std::make_shared<Shared>()) {
-  shared_->reactor = this;
-  shared_->response = response;
-  const auto shared = shared_;  // this may be gone once the task is submitted
-  const Status started = guarded([&] { return start(request); });
-  if (!started.ok()) shared->finish(to_grpc_status(started));
+    : UnaryCall(response), core_(core) {
+  begin([&] { return start(request); });
 }
 
 Status ReplayReactor::start(grpc::ByteBuffer bytes) {
@@ -81,26 +60,17 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
     SceneLease scene;
   };
   auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
-  const bool taken = core_.loader.submit([shared = shared_, task] {
-    const auto answer = guarded([&] { return trace(task->replay, *task->scene, shared->cancel); });
-    if (!answer) return shared->finish(to_grpc_status(answer.error()));
+  const bool taken = core_.loader.submit([outcome = outcome(), task] {
+    const auto answer = guarded([&] { return trace(task->replay, *task->scene, outcome->cancel); });
+    if (!answer) return outcome->fail(to_grpc_status(answer.error()));
     spdlog::info("sample replayed scene={} x={} y={} half={} index={}", task->scene->id.substr(0, 12),
                  task->replay.sample.x, task->replay.sample.y, task->replay.sample.half, task->replay.sample.index);
-    shared->finish(grpc::Status::OK, &*answer);
+    outcome->finish(*answer);
   });
   if (taken) return ok_status();
   return Error{ErrorCode::resource_exhausted,
                fmt::format("max_queued_loads: {} loads and replays wait already", core_.config.max_queued_loads),
                {}};
-}
-
-void ReplayReactor::OnCancel() {
-  shared_->cancel.cancel();
-  shared_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
-}
-
-void ReplayReactor::OnDone() {
-  delete this;
 }
 
 }  // namespace helio

@@ -35,11 +35,12 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
                        bool keep_positive = false) {
     if (!data.empty()) channels.push_back({name, data.data(), keep_float, keep_positive});
   };
-  const auto add_three = [&](std::array<const char*, 3> names, const std::vector<float>(&data)[3]) {
-    for (int c = 0; c < 3; ++c) add(names[c], data[c]);
+  const auto add_three = [&](std::array<const char*, 3> names, const std::vector<float>(&data)[3],
+                             bool keep_positive = false) {
+    for (int c = 0; c < 3; ++c) add(names[c], data[c], false, keep_positive);
   };
   add_three({"R", "G", "B"}, pixels.radiance);
-  if (format.channels & kResolveVariance) add_three({"variance.R", "variance.G", "variance.B"}, pixels.variance);
+  if (format.channels & kResolveVariance) add_three({"variance.R", "variance.G", "variance.B"}, pixels.variance, true);
   if (format.channels & kResolveSamples) {
     const bool many =
         std::any_of(pixels.samples.begin(), pixels.samples.end(), [](float n) { return n > kLargestExactHalfCount; });

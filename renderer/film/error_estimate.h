@@ -1,7 +1,7 @@
 // estimate_error() in parts, for callers that share the work between threads or must be able to stop on the way.
 //
-// Two sweeps: look_over() of every part, then finish_look(), then add_up() of every part, then result(). The parts of
-// one sweep may be done in any order and by several threads at once; the result has the same bits.
+// Two sweeps: for each, run() of every part, then finish_sweep(); then result(). The parts of one sweep may be done in
+// any order and by several threads at once; the result has the same bits.
 #pragma once
 
 #include <cstddef>
@@ -21,22 +21,27 @@ class ErrorEstimate {
 
   // Of about 512 x 32 pixels each; a part of either sweep takes well under 5 ms.
   std::size_t parts() const { return parts_.size(); }
-  void look_over(std::size_t part);
-  void finish_look();
-  void add_up(std::size_t part);
+  int sweeps() const { return 2; }
+  void run(int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+  // After the last sweep.
   FilmError result() const;
 
   struct Sums {
-    double squared = 0;   // of d = ((A - B) / 2)^2
-    double relative = 0;  // of d / (r^2 + epsilon)
-    double unproven = 0;  // unproven black pixels, and of these:
+    double squared = 0;                                 // of d = ((A - B) / 2)^2
+    double relative = 0;                                // of d / (r^2 + epsilon)
+    double unproven = 0;                                // unproven black pixels, and of these:
     double unproven_samples = 0, unproven_inverse = 0;  // samples, 1 / samples
   };
 
  private:
+  void look_over(std::size_t part);
+  void finish_look();
+  void add_up(std::size_t part);
+
   struct Part {
     PixelRect window;
-    bool paired = true;  // every pixel has samples in both halves
+    bool paired = true;       // every pixel has samples in both halves
     double radiance = 0;      // sum over pixels and channels
     double brightest = 0;     // largest sum of squares over sum: at most the largest sample, and it where all are alike
     std::vector<Sums> tiles;  // of the columns of 32x32 tiles in the window

@@ -104,6 +104,18 @@ ErrorEstimate::ErrorEstimate(const Film& film, const PixelRect& region)
   }
 }
 
+void ErrorEstimate::run(int sweep, std::size_t part) {
+  if (sweep == 0) {
+    look_over(part);
+  } else {
+    add_up(part);
+  }
+}
+
+void ErrorEstimate::finish_sweep(int sweep) {
+  if (sweep == 0) finish_look();
+}
+
 void ErrorEstimate::look_over(std::size_t index) {
   Part& part = parts_[index];
   thread_local PixelRow row;
@@ -181,9 +193,10 @@ FilmError ErrorEstimate::result() const {
 
 FilmError estimate_error(const Film& film, const PixelRect& roi) {
   ErrorEstimate estimate(film, roi);
-  for (std::size_t part = 0; part < estimate.parts(); ++part) estimate.look_over(part);
-  estimate.finish_look();
-  for (std::size_t part = 0; part < estimate.parts(); ++part) estimate.add_up(part);
+  for (int sweep = 0; sweep < estimate.sweeps(); ++sweep) {
+    for (std::size_t part = 0; part < estimate.parts(); ++part) estimate.run(sweep, part);
+    estimate.finish_sweep(sweep);
+  }
   return estimate.result();
 }
 

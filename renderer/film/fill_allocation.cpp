@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/film/error_estimate.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_demand.h"
@@ -15,9 +14,6 @@
 namespace helio {
 namespace {
 
-// Every pixel gets this share of the mean: history that is wrong is found, if late.
-constexpr double kLeastShare = 1.0 / 8;
-constexpr double kMostShare = 64;
 // Pixels that the solution looks at: their mean count is the picture's to half a percent.
 constexpr std::int64_t kLookedAt = 1 << 15;
 
@@ -32,18 +28,13 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 FillAllocation::FillAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                                const AllocationRequest& request)
-    : SampleAllocation(film, region, 1),
+    : DemandAllocation(film, region, 1, settings, request),
       first_(!film.targets()->demand_known),
-      fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot),
-      settings_(settings),
-      request_(request) {
+      fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot) {
   assert(film.history());
   if (first_) film.targets()->fresh_demand_known = false;
   sweeps_ = first_ || fresh_ ? 3 : 1;
-  for (int h = 0; h < kHalves; ++h) {
-    part_sums_[h].resize(parts());
-    part_known_[h].resize(parts());
-  }
+  for (std::vector<Known>& known : part_known_) known.resize(parts());
   least_ = std::bit_floor(std::uint32_t(std::min(request.mean * kLeastShare, double(1u << 30))));
   most_ = power_of_two_below(request.mean * kMostShare);
   fresh_least_ = std::max(least_, power_of_two_below(std::min(request.mean, kPilot)));
@@ -61,8 +52,7 @@ FillAllocation::Sweep FillAllocation::kind(int sweep) const {
 void FillAllocation::run(int sweep, std::size_t part) {
   switch (kind(sweep)) {
     case Sweep::means:
-      for (int h = 0; h < kHalves; ++h) part_sums_[h][part] = sum_of_means(film_, windows_[part], h);
-      return;
+      return add_means(part);
     case Sweep::demand:
       return find_demand(part);
     case Sweep::fresh_demand:
@@ -75,13 +65,7 @@ void FillAllocation::run(int sweep, std::size_t part) {
 void FillAllocation::finish_sweep(int sweep) {
   switch (kind(sweep)) {
     case Sweep::means:
-      for (int h = 0; h < kHalves; ++h) {
-        double sum = 0;
-        for (const double part : part_sums_[h]) sum += part;
-        const double mean = sum / (3.0 * double(region_.area()));
-        epsilon_[h] = settings_.measure == AllocationMeasure::relative ? kRelativeEpsilon * mean * mean : 1;
-      }
-      return;
+      return finish_means();
     case Sweep::demand:
       for (int h = 0; h < kHalves; ++h) {
         Known total;

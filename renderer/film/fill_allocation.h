@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <vector>
 
-#include "renderer/film/sample_allocation.h"
+#include "renderer/film/demand_allocation.h"
 
 namespace helio {
 
 // Precondition: the film has history.
-class FillAllocation final : public SampleAllocation {
+class FillAllocation final : public DemandAllocation {
  public:
   FillAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                  const AllocationRequest& request);
@@ -40,12 +40,8 @@ class FillAllocation final : public SampleAllocation {
   std::uint32_t count_of(const Pixel& pixel, double level) const;
 
   bool first_, fresh_;  // the first round | the one that looks at pixels that carry nothing
-  AllocationSettings settings_;
-  AllocationRequest request_;
   std::uint32_t least_ = 0, most_ = 1, fresh_least_ = 1;
-  double epsilon_[kHalves] = {0, 0};
   double level_[kHalves] = {0, 0};  // effective samples of a pixel whose demand is 1
-  std::vector<double> part_sums_[kHalves];
   std::vector<Known> part_known_[kHalves];
 };
 

@@ -6,18 +6,12 @@
 #include <cassert>
 #include <cmath>
 
-#include "renderer/film/error_estimate.h"
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_demand.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
 namespace {
-
-// Every pixel gets this share of the mean: what a pilot has missed is found, if late. It costs at most as much.
-constexpr double kLeastShare = 1.0 / 8;
-// And no more than this many times the mean, lest a pilot's single bright sample take the round.
-constexpr double kMostShare = 64;
 
 // Bins of the histogram: 1/128 of an octave over 96 octaves; what is outside counts as the outermost.
 constexpr int kBinsPerOctave = 128;
@@ -43,11 +37,8 @@ std::uint32_t count_of(int bin, int shift, std::uint32_t least, std::uint32_t mo
 
 NeymanAllocation::NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                                    const AllocationRequest& request)
-    : SampleAllocation(film, region, film.targets()->demand_known ? 1 : 4), settings_(settings), request_(request) {
-  for (int h = 0; h < kHalves; ++h) {
-    part_sums_[h].resize(parts());
-    part_outlooks_[h].resize(parts());
-  }
+    : DemandAllocation(film, region, film.targets()->demand_known ? 1 : 4, settings, request) {
+  for (std::vector<Outlook>& outlooks : part_outlooks_) outlooks.resize(parts());
   const std::uint32_t pilot = settings.min_samples / 2;
   least_ = std::max(std::max(pilot, 1u), power_of_two_below(request.mean * kLeastShare));
   most_ = std::max(least_, power_of_two_below(request.mean * kMostShare));
@@ -79,13 +70,7 @@ void NeymanAllocation::run(int sweep, std::size_t part) {
 void NeymanAllocation::finish_sweep(int sweep) {
   switch (kind(sweep)) {
     case Sweep::means:
-      for (int h = 0; h < kHalves; ++h) {
-        double sum = 0;
-        for (const double part : part_sums_[h]) sum += part;
-        const double mean = sum / (3.0 * double(region_.area()));
-        epsilon_[h] = settings_.measure == AllocationMeasure::relative ? kRelativeEpsilon * mean * mean : 1;
-      }
-      return;
+      return finish_means();
     case Sweep::demand:
       choose_exponent();
       return;
@@ -97,10 +82,6 @@ void NeymanAllocation::finish_sweep(int sweep) {
       finish_round();
       return;
   }
-}
-
-void NeymanAllocation::add_means(std::size_t part) {
-  for (int h = 0; h < kHalves; ++h) part_sums_[h][part] = sum_of_means(film_, windows_[part], h);
 }
 
 void NeymanAllocation::find_demand(std::size_t part) {

@@ -5,11 +5,11 @@
 // so that later rounds need one sweep only.
 #pragma once
 
-#include "renderer/film/sample_allocation.h"
+#include "renderer/film/demand_allocation.h"
 
 namespace helio {
 
-class NeymanAllocation final : public SampleAllocation {
+class NeymanAllocation final : public DemandAllocation {
  public:
   NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                    const AllocationRequest& request);
@@ -26,7 +26,6 @@ class NeymanAllocation final : public SampleAllocation {
     double variance[kExponents] = {}, cost[kExponents] = {};
   };
   Sweep kind(int sweep) const;
-  void add_means(std::size_t part);
   void find_demand(std::size_t part);
   void find_demand_of(int h, const PixelRect& window, Outlook& outlook);
   void choose_exponent();
@@ -36,11 +35,7 @@ class NeymanAllocation final : public SampleAllocation {
   void solve();
   double mean_count(int h, int shift) const;
 
-  AllocationSettings settings_;
-  AllocationRequest request_;
-  std::vector<double> part_sums_[kHalves];
   std::vector<Outlook> part_outlooks_[kHalves];
-  double epsilon_[kHalves] = {0, 0};  // of the half that is looked at
   std::uint32_t least_ = 1, most_ = 1;
   int shift_[kHalves] = {0, 0};  // the scale, in bins of the histogram
 };

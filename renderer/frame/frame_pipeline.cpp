@@ -63,13 +63,13 @@ void FramePipeline::leave_finished_stages(double now_s) {
     enter(cut_ ? Stage::over : Stage::review);
   }
   if (stage_ == Stage::review && review_.finished()) {
-    if (plan_.measure) measure_.begin(*film_, grid_.region());
+    if (plan_.measure) measure_.begin(std::make_shared<ErrorEstimate>(*film_, grid_.region()));
     enter(Stage::measure);
   }
   if (stage_ == Stage::measure && measure_.finished()) {
     if (plan_.measure) {
       seconds_.measure = seconds();
-      measured_ = measure_.result();
+      measured_ = measure_.work()->result();
     }
     if (plan_.publish == Publish::round) resolve_.begin(plan_, grid_);
     enter(Stage::publish);

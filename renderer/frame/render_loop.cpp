@@ -510,7 +510,7 @@ bool RenderLoop::Impl::run_piece() {
     } else if (const auto* p = std::get_if<ReviewPiece>(&*piece)) {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
-      run_measure(*p);
+      run_sweep(*p);
     } else {
       tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
     }

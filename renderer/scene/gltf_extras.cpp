@@ -37,10 +37,24 @@ void read_environment(const JsonObject& extras, Document& document) {
   document.environment = environment;
 }
 
+// Some converters leave what glTF has no place for as text of the scene that they read. Lights that are missing make
+// another picture, so this is no key of somebody else's business.
+void warn_of_emitters(const JsonObject& asset) {
+  if (!asset.is_object("extras")) return;
+  const JsonObject extras = asset.object("extras");
+  if (!extras.has("mitsuba_emitters")) return;
+  extras.diagnostics().warn(
+      extras.place() / "mitsuba_emitters",
+      "names lights of the scene that was converted, which are not read; a constant background is "
+      "asset.extras.heliograph.environment.radiance");
+}
+
 }  // namespace
 
 void read_environment_extras(const JsonObject& root, Document& document) {
-  read_environment(own_extras(root.object("asset")), document);
+  const JsonObject asset = root.object("asset");
+  read_environment(own_extras(asset), document);
+  warn_of_emitters(asset);
   const int chosen = document.scene >= 0 ? document.scene : 0;
   root.each("scenes", [&](const JsonObject& scene, std::size_t i) {
     if (int(i) == chosen) read_environment(own_extras(scene), document);

@@ -14,6 +14,7 @@
 #include "server/server_config.h"
 #include "server/sha256.h"
 #include "server/task_thread.h"
+#include "server/tile_encoder.h"
 #include "server/timer_queue.h"
 
 namespace helio {
@@ -212,6 +213,31 @@ TEST(Sha256, KnownDigests) {
   hash.update(std::string_view("abc"));
   EXPECT_EQ(to_hex(hash.finish()), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_FALSE(hash_file("/nonexistent").has_value());
+}
+
+// Pictures that are nearly done have variances below the smallest half, 6e-8; a client must not take them for certain.
+TEST(TileEncoder, VariancesBelowTheSmallestHalfAreNoCertainty) {
+  FrameTile tile;
+  tile.pixels.window = {0, 0, 3, 1};
+  for (int c = 0; c < 3; ++c) {
+    tile.pixels.radiance[c] = {1e-9f, 0, 0.5f};
+    tile.pixels.variance[c] = {1e-9f, 0, 0.25f};
+  }
+  for (const TilePixelType type : {TilePixelType::half, TilePixelType::float32}) {
+    TileFormat format;
+    format.encoding.pixel_type = type;
+    format.channels = kResolveVariance;
+    const auto encoded = encode(tile, 3, 1, format);
+    ASSERT_TRUE(encoded.ok()) << encoded.error().to_string();
+    const auto decoded = decode_tile(encoded->exr, 3);
+    ASSERT_TRUE(decoded.ok()) << decoded.error().to_string();
+    const bool half = type == TilePixelType::half;
+    for (const char* name : {"variance.R", "variance.G", "variance.B"}) {
+      ASSERT_TRUE(decoded->find(name)) << name;
+      EXPECT_EQ(*decoded->find(name), (std::vector<float>{half ? 0x1p-24f : 1e-9f, 0, 0.25f})) << name;
+    }
+    EXPECT_EQ(*decoded->find("G"), (std::vector<float>{half ? 0.0f : 1e-9f, 0, 0.5f}));
+  }
 }
 
 }  // namespace

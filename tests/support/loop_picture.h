@@ -1,7 +1,6 @@
 // A picture through a render loop of job rank: as the product makes it.
 #pragma once
 
-#include <algorithm>
 #include <future>
 #include <memory>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/base/picture_view.h"
 #include "renderer/frame/render_loop.h"
+#include "tests/support/tile_rows.h"
 
 namespace helio::test {
 
@@ -30,13 +30,8 @@ class LoopPictureSink final : public FrameSink {
 
   void frame_begun(const FrameBegin&) override {}
   void tile_ready(FrameTile tile) override {
-    const PixelRect& window = tile.pixels.window;
-    for (int c = 0; c < 3; ++c) {
-      for (int y = window.y0; y < window.y1; ++y) {
-        const auto row = tile.pixels.radiance[c].begin() + std::ptrdiff_t(y - window.y0) * window.width();
-        std::copy_n(row, window.width(), picture_.channels[c].begin() + std::ptrdiff_t(y) * picture_.width + window.x0);
-      }
-    }
+    for (int c = 0; c < 3; ++c)
+      put_rows(tile.pixels.radiance[c], tile.pixels.window, picture_.width, picture_.channels[c]);
   }
   void frame_ended(const FrameEnd& end) override { end_.set_value({end, now_s()}); }
 

@@ -8,6 +8,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/base/picture_view.h"
 #include "renderer/frame/render_loop.h"
+#include "tests/support/tile_rows.h"
 
 namespace helio::test {
 
@@ -66,18 +67,12 @@ class LoopViews {
     void frame_begun(const FrameBegin&) override {}
     void tile_ready(FrameTile tile) override {
       const std::lock_guard lock(mutex);
-      const PixelRect& w = tile.pixels.window;
-      std::size_t i = 0;
-      for (int y = w.y0; y < w.y1; ++y) {
-        for (int x = w.x0; x < w.x1; ++x, ++i) {
-          const std::size_t to = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
-          for (int c = 0; c < 3; ++c) {
-            picture.radiance[c][to] = tile.pixels.radiance[c][i];
-            if (!tile.pixels.variance[c].empty()) picture.variance[c][to] = tile.pixels.variance[c][i];
-          }
-          if (!tile.pixels.samples.empty()) picture.samples[to] = tile.pixels.samples[i];
-        }
+      const PixelRect& window = tile.pixels.window;
+      for (int c = 0; c < 3; ++c) {
+        put_rows(tile.pixels.radiance[c], window, picture.width, picture.radiance[c]);
+        put_rows(tile.pixels.variance[c], window, picture.width, picture.variance[c]);
       }
+      put_rows(tile.pixels.samples, window, picture.width, picture.samples);
     }
     void frame_ended(const FrameEnd& end) override {
       const std::lock_guard lock(mutex);

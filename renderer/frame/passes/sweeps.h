@@ -43,6 +43,8 @@ class SweepPass {
   void stop() { work_.reset(); }
   // Nothing was begun, or all of it is done.
   bool finished() const { return !work_ || sweep_ == work_->sweeps(); }
+  // Null: nothing was begun, or it was stopped.
+  const Work* work() const { return work_.get(); }
 
  private:
   std::shared_ptr<Work> work_;

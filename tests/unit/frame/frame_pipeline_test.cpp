@@ -28,7 +28,7 @@ class FramePipelineTest : public ::testing::Test {
         for (int x = p->window.x0; x < p->window.x1; ++x)
           for (std::uint32_t i = 0; i < p->range.count; ++i) film.half(p->range.half, x, y).add(Rgb(float(x + i)));
     } else if (const auto* m = std::get_if<MeasurePiece>(&piece)) {
-      run_measure(*m);
+      run_sweep(*m);
     }
     pipeline.finish(piece, true, 1e-4, now);
   }

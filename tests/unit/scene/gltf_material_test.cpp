@@ -338,6 +338,19 @@ TEST(GltfExtras, SphereCameraAndEnvironment) {
   EXPECT_LT(length(V3d(0, 0, 1) * scene.environment->to_world - V3d(1, 0, 0)), 1e-12);
 }
 
+TEST(GltfExtras, LightsLeftAsTextAreNamed) {
+  GltfBuilder file;
+  file.add_triangle();
+  file.root["asset"]["extras"]["mitsuba_emitters"] = {"<background> <rgb name='radiance' value='0.4' /> </background>"};
+  const SceneDescription scene = file.must_load();
+  EXPECT_TRUE(contains(scene.report.warnings, "/asset/extras/mitsuba_emitters: names lights"))
+      << scene.report.warnings.size();
+  file.root["asset"]["extras"] = {{"source", "room.xml"}};
+  EXPECT_TRUE(file.must_load().report.warnings.empty());
+  file.root["asset"]["extras"] = "mitsuba_emitters";  // extras may be anything
+  EXPECT_TRUE(file.must_load().report.warnings.empty());
+}
+
 TEST(GltfExtras, EnvironmentImages) {
   GltfBuilder file;
   file.add_triangle();

@@ -1,0 +1,36 @@
+#include "server/unary_call.h"
+
+#include <utility>
+
+#include "server/grpc_status.h"
+#include "server/guarded.h"
+#include "server/stream_messages.h"
+
+namespace helio {
+
+void UnaryCall::Outcome::finish(const google::protobuf::MessageLite& answer) {
+  const std::lock_guard lock(mutex_);
+  if (!call_) return;
+  response_ = to_bytes(answer);
+  std::exchange(call_, nullptr)->Finish(grpc::Status::OK);
+}
+
+void UnaryCall::Outcome::fail(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (call_) std::exchange(call_, nullptr)->Finish(status);
+}
+
+UnaryCall::UnaryCall(grpc::ByteBuffer* response) : outcome_(std::make_shared<Outcome>(*this, *response)) {}
+
+void UnaryCall::begin(const std::function<Status()>& start) {
+  const auto outcome = outcome_;  // this may be gone once the task is submitted
+  const Status started = guarded(start);
+  if (!started.ok()) outcome->fail(to_grpc_status(started));
+}
+
+void UnaryCall::OnCancel() {
+  outcome_->cancel.cancel();
+  outcome_->fail({grpc::StatusCode::CANCELLED, "the caller gave up"});
+}
+
+}  // namespace helio
