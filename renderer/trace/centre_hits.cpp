@@ -6,44 +6,13 @@
 
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/sampler.h"
-#include "renderer/trace/surface.h"
-#include "renderer/trace/surface_layers.h"
+#include "renderer/trace/shading_point.h"
 
 namespace helio {
 namespace {
 
 constexpr int kMostPixels = kPathGroupSize * kPathGroupSize;
 constexpr int kDirections = 4;  // of view_change()
-
-// A surface with its material's parameters, as the path kernels see it at the first vertex.
-struct Shading {
-  Surface surface;
-  SurfaceParams params;
-  LayerParams layers;
-  Frame frame;
-  bool black = false;
-
-  Shading(const SceneData& scene, const Camera& camera, const Ray& ray, const Hit& hit) {
-    surface = make_surface<true>(scene, ray, hit);
-    const MaterialRecord& material = *surface.material;
-    const V3f wo = -ray.direction;
-    float footprint = 0;
-    if (scene.mip_mapped) {
-      RayCone cone = camera.cone();
-      cone.advance(hit.t);
-      footprint = cone.footprint(dot(surface.geometric_normal, wo));
-    }
-    if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene, hit, wo, footprint, surface);
-    params = evaluate_material(scene, hit, wo, footprint, surface);
-    frame = shading_frame(surface);
-    if (params.model == LobeModel::stack) {
-      layers = evaluate_layers(scene, hit, wo, footprint, surface, frame);
-      params.layers = &layers;
-    }
-    black = material.one_sided && !surface.front;
-  }
-  Shading(const Shading&) = delete;
-};
 
 // wo, from: local.
 float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, std::uint32_t key) {
@@ -129,7 +98,7 @@ CentreHit CentreHits::at(int x, int y, std::span<const V3f> viewpoints, float* v
       return centre;
     }
   }
-  const Shading shading(scene_, camera_, ray, hit);
+  const ShadingPoint shading(scene_, camera_, ray, hit);
   const V3f wo = shading.frame.to_local(-ray.direction);
   centre.normal = pack_direction(facing(shading.surface));
   if (shading.black) return centre;

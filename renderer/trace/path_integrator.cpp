@@ -55,6 +55,7 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   // Two kernels: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
   const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;
+  if (film.first_hits()) return run_recording_kernel(task, plain, stats);
   return plain ? run_plain_kernel(task, stats) : run_general_kernel(task, stats);
 }
 

@@ -42,6 +42,8 @@ struct WindowTask {
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);
+// Either of the first two, for a film that keeps first hits.
+bool run_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats);
 
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

@@ -46,6 +46,7 @@ class PathKernelBase {
     if (task.targets) find_levels();
     film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
     if (task.range.half == 0) film_first_.resize(film_radiance_.size());
+    if constexpr (Watch::kRecords) watch_.make_room(film_radiance_.size());
   }
 
   // False when cancelled: the film is as it was.
@@ -192,6 +193,9 @@ class PathKernelBase {
     PathGroup& b = group_;
     scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
+    if constexpr (Watch::kRecords) {
+      if (vertex == 1) watch_.arrived(b);
+    }
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
   }
@@ -304,6 +308,7 @@ class PathKernelBase {
       // A throughput that is not finite makes the sample invalid, even where the path met no light afterwards.
       film_radiance_[slot] = is_finite(path.beta) ? path.radiance : Rgb(std::numeric_limits<float>::quiet_NaN());
       if (task_.range.half == 0) film_first_[slot] = group_.first[i];
+      if constexpr (Watch::kRecords) watch_.store(slot, std::uint32_t(i), path.radiance);
     }
   }
 
@@ -325,6 +330,7 @@ class PathKernelBase {
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
+            if constexpr (Watch::kRecords) watch_.commit(slot, range.half, sample, pixel.count, x, y);
           } else {
             task_.film.add_invalid(range.half, x, y);
             stats_.note_invalid({x, y, range.half, sample});

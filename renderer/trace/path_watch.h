@@ -1,5 +1,6 @@
 // What a kernel is told to write down of what it does: nothing where it renders, everything about one sample where that
-// sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel.
+// sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel. A third, which notes
+// first hits, is in hit_recorder.h.
 #pragma once
 
 #include "renderer/trace/mis.h"
@@ -11,6 +12,7 @@ namespace helio {
 
 struct NoWatch {
   static constexpr bool kWatches = false;
+  static constexpr bool kRecords = false;
 
   explicit NoWatch(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
@@ -34,6 +36,7 @@ struct NoWatch {
 class SampleWatch {
  public:
   static constexpr bool kWatches = true;
+  static constexpr bool kRecords = false;
 
   explicit SampleWatch(const WindowTask& task) : trace_(*task.trace) {}
 
