@@ -192,6 +192,15 @@ static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeV
   return adaptive;
 }
 
+static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant) {
+  ReprojectionSettings reprojection;
+  if (variant != ModeVariant::paper) return reprojection;
+  if (message.stored_hits() != 0)  // what no int holds is refused as well
+    reprojection.stored_hits = int(std::min<std::uint32_t>(message.stored_hits(), std::numeric_limits<int>::max()));
+  if (message.max_error() != 0) reprojection.max_error = message.max_error();
+  return reprojection;
+}
+
 PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems) {
   PixelFilter filter;
   known(pb::PixelFilter_IsValid(kind), kind,
@@ -228,6 +237,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
         "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
   settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
+  settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
   if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
@@ -392,6 +402,10 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
     adaptive.set_min_samples(settings.adaptive.min_samples);
     if (paper) adaptive.set_max_samples(settings.adaptive.max_samples);
     adaptive.set_measure(to_message(settings.adaptive.measure));
+  }
+  if (reuses(settings.mode) && paper) {
+    message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
+    message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
   }
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);

@@ -20,6 +20,7 @@ constexpr std::uint32_t kDefaultSamples = 64;
 constexpr int kDefaultWidth = 1280, kDefaultHeight = 720;
 constexpr std::uint64_t kMaxSegments = 65535;  // the protocol's range
 constexpr double kMaxFilterScale = 16;         // likewise
+constexpr double kMostReuseError = 1e6;        // likewise
 constexpr double kHuge = std::numeric_limits<double>::max();
 
 const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo", "history", "density"};
@@ -36,10 +37,9 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") +
                ". adaptive sends samples where noise and cost ask for them; reproject carries what is still true of a "
                "view into the next one; combined does both. Default: pt, path tracing");
-  add_text(
-      app, options.variant, "--variant", "VARIANT",
-      "Of every --mode but pt: bounded, or paper (adaptive only) for the published rule, which is biased. Default: "
-      "bounded");
+  add_text(app, options.variant, "--variant", "VARIANT",
+           "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
+           "Default: bounded");
   add_text(
       app, options.adaptive_min, "--adaptive-min", "N",
       "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, [4, 65536]; paper: "
@@ -48,6 +48,11 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
   add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",
            "Of --mode adaptive and combined: the error that the counts make small, rmse or relmse. Default: relmse");
+  add_text(app, options.stored_hits, "--stored-hits", "N",
+           "Of --variant paper with --mode reproject and combined: first hits kept per pixel, 1 or 4. Default: 4");
+  add_text(app, options.max_error, "--max-reuse-error", "E",
+           "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, (0, 1e6]. "
+           "Default: 1/256");
   add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
   add_text(app, options.max_segments, "--max-segments", "N",
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
@@ -86,6 +91,20 @@ void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings,
   }
   if (const auto measure = reader.choice(options.adaptive_measure, short_names(*pb::ErrorMeasure_descriptor())))
     settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
+}
+
+void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  const bool reuses = settings.mode() == pb::MODE_REPROJECT || settings.mode() == pb::MODE_COMBINED;
+  for (const TextOption* option : {&options.stored_hits, &options.max_error}) {
+    if (option->given() && !(reuses && settings.variant() == pb::VARIANT_PAPER))
+      reader.problem(*option, "stands only beside --mode reproject or combined with --variant paper");
+  }
+  if (const auto n = reader.integer(options.stored_hits, 1, 4)) {
+    if (*n != 1 && *n != 4) reader.problem(options.stored_hits, fmt::format("'{}' is none of 1, 4", *n));
+    settings.mutable_reprojection()->set_stored_hits(static_cast<std::uint32_t>(*n));
+  }
+  if (const auto error = reader.number(options.max_error, 0, false, kMostReuseError))
+    settings.mutable_reprojection()->set_max_error(*error);
 }
 
 void read_filter(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
@@ -127,6 +146,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
     settings.set_mode(from_short_name<pb::Mode>(*mode).value());
   }
   read_adaptive(options, settings, reader);
+  read_reprojection(options, settings, reader);
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
   settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));

@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "renderer/film/film_history.h"
+#include "renderer/film/first_hits.h"
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
@@ -19,14 +20,21 @@ Film::Film(int width, int height, const FilmState& state)
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
   if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height);
-  if (state.history) history_ = std::make_unique<FilmHistory>(width, height);
+  assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
+  if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
+  if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
 }
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
   std::size_t bytes = kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
   if (state.targets) bytes += kHalves * (sizeof(std::uint32_t) + sizeof(float));
-  if (state.history) bytes += FilmHistory::bytes_per_pixel();
+  if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
+  if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
   return bytes;
+}
+
+FilmState Film::state() const {
+  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0};
 }
 
 std::uint32_t Film::carried(int h, int x, int y) const {
@@ -39,7 +47,7 @@ Film& Film::operator=(Film&&) noexcept = default;
 
 std::size_t Film::bytes() const {
   std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0) +
-                      (history_ ? history_->bytes() : 0);
+                      (history_ ? history_->bytes() : 0) + (first_hits_ ? first_hits_->bytes() : 0);
   for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
   for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
@@ -88,6 +96,7 @@ void Film::clear(const PixelRect& window) {
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
     if (history_) std::fill_n(&history_->carried(window.x0, y), window.width(), CarriedPixel{});
   }
+  if (first_hits_) first_hits_->clear(window);
   for (int y = window.y0; y < window.y1; y = (y / kFilmBlock + 1) * kFilmBlock) {
     for (int x = window.x0; x < window.x1; x = (x / kFilmBlock + 1) * kFilmBlock) {
       for (int h = 0; h < kHalves; ++h) block(h, x, y) = {};

@@ -79,12 +79,14 @@ struct BlockWork {
 };
 
 class FilmHistory;
+class FirstHits;
 class SampleTargets;
 
 // What a film holds beside its halves and features.
 struct FilmState {
   bool targets = false;  // SampleTargets: fresh samples differ from pixel to pixel
   bool history = false;  // FilmHistory: samples of earlier pictures are among the pixels'
+  int stored_hits = 0;   // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
 
   bool counts_differ() const { return targets || history; }
   bool operator==(const FilmState&) const = default;
@@ -93,6 +95,7 @@ struct FilmState {
 class Film {
  public:
   // 132, with targets 16 more (a target and a demand of each half), with history 252 more (76 and two sources of 88).
+  // History with stored hits: 40, and of N hits 196 + 32 N (the film's own, and the picture that was left): 268 or 364.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -125,11 +128,13 @@ class Film {
   void add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths);
   BlockWork work(int h, int x, int y) const;
 
-  FilmState state() const { return {targets_ != nullptr, history_ != nullptr}; }
+  FilmState state() const;
   SampleTargets* targets() { return targets_.get(); }  // null: none
   const SampleTargets* targets() const { return targets_.get(); }
   FilmHistory* history() { return history_.get(); }  // null: none
   const FilmHistory* history() const { return history_.get(); }
+  FirstHits* first_hits() { return first_hits_.get(); }  // null: none
+  const FirstHits* first_hits() const { return first_hits_.get(); }
 
   void clear();
   // Only a window, which must lie inside.
@@ -151,6 +156,7 @@ class Film {
   std::vector<BlockWork> work_[kHalves];
   std::unique_ptr<SampleTargets> targets_;
   std::unique_ptr<FilmHistory> history_;
+  std::unique_ptr<FirstHits> first_hits_;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

@@ -4,12 +4,13 @@
 
 namespace helio {
 
-FilmHistory::FilmHistory(int width, int height)
+FilmHistory::FilmHistory(int width, int height, bool sources)
     : width_(width),
       carried_(std::size_t(width) * std::size_t(height)),
-      centres_(carried_.size()),
-      directions_(carried_.size()),
-      scratch_(carried_.size()) {
+      centres_(sources ? carried_.size() : 0),
+      directions_(centres_.size()),
+      scratch_(centres_.size()) {
+  if (!sources) return;
   for (std::unique_ptr<HistorySource>& source : sources_) source = std::make_unique<HistorySource>(width, height);
 }
 
@@ -26,7 +27,8 @@ bool FilmHistory::on_border(int x, int y, int reach, const PixelRect& region) co
   return false;
 }
 
-std::size_t FilmHistory::bytes_per_pixel() {
+std::size_t FilmHistory::bytes_per_pixel(bool sources) {
+  if (!sources) return sizeof(CarriedPixel);
   return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) + sizeof(float) +
          kSources * HistorySource::kBytesPerPixel;
 }
@@ -34,7 +36,7 @@ std::size_t FilmHistory::bytes_per_pixel() {
 std::size_t FilmHistory::bytes() const {
   std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit) +
                       directions_.capacity() * sizeof(DirectionReservoir) + scratch_.capacity() * sizeof(float);
-  for (const std::unique_ptr<HistorySource>& source : sources_) total += source->bytes();
+  for (const std::unique_ptr<HistorySource>& source : sources_) total += source ? source->bytes() : 0;
   return total;
 }
 

@@ -48,7 +48,8 @@ class HistorySource;
 
 class FilmHistory {
  public:
-  FilmHistory(int width, int height);
+  // Without `sources` the carried samples alone: no centre hits, scratch or earlier pictures (film/first_hits.h).
+  FilmHistory(int width, int height, bool sources = true);
   ~FilmHistory();
 
   CarriedPixel& carried(int x, int y) { return carried_[index(x, y)]; }
@@ -86,7 +87,7 @@ class FilmHistory {
   // For passes that have to write down something of every pixel before they may change any.
   float& scratch(int x, int y) { return scratch_[index(x, y)]; }
 
-  static std::size_t bytes_per_pixel();
+  static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
 
  private:

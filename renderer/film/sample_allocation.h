@@ -24,6 +24,7 @@
 //
 // ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
 // is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
+// With `fill` Algorithm 2.
 #pragma once
 
 #include <cstddef>
@@ -44,9 +45,10 @@ enum class AllocationMeasure { absolute, relative };
 struct AllocationRequest {
   // Mean count per half that the round aims at: never exceeded but by what the pixels already have. Bounded variant.
   double mean = 0;
-  // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. Paper variant.
+  // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. With `fill` of Algorithm 2, from
+  // 0 on. Paper variant.
   std::uint32_t iteration = 0;
-  // Bounded variant: what pixels have carried counts. The film has history.
+  // What pixels have carried counts. The film has history.
   bool fill = false;
 
   bool operator==(const AllocationRequest&) const = default;
@@ -92,7 +94,8 @@ class SampleAllocation {
 };
 
 // The film, which must have targets, outlives the allocation; nobody else writes to it meanwhile. `region` meets it.
-// Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request, and
+// Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request (with
+// `fill` one, paper none), and
 // what the round before asked for at every later one.
 std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
                                                   const AllocationSettings& settings, const AllocationRequest& request);

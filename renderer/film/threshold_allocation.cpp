@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/film/film_history.h"
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
 
@@ -44,17 +45,22 @@ void ThresholdAllocation::run(int, std::size_t part) {
   SampleTargets& targets = *film_.targets();
   const PixelRect& w = windows_[part];
   const double falling = double(settings_.max_samples) - settings_.min_samples;
-  const double tau = 1 - (double(iteration_) - settings_.min_samples) / falling;
+  const double tau = std::min(1.0, 1 - (double(iteration_) - settings_.min_samples) / falling);
+  const FilmHistory* history = carried_ ? film_.history() : nullptr;
   for (int y = w.y0; y < w.y1; ++y) {
     for (int x = w.x0; x < w.x1; ++x) {
       const std::uint32_t has[kHalves] = {film_.attempted(0, x, y), film_.attempted(1, x, y)};
+      std::uint64_t count = std::uint64_t(has[0]) + has[1];
+      if (history) count += std::uint64_t(history->carried(x, y).count[0]) + history->carried(x, y).count[1];
       float& probability = targets.demand(0, x, y);
+      const bool calculated = history && probability > 0;
       bool ready;
       if (iteration_ < settings_.max_samples) {
-        ready = relative_deviation(film_.half(0, x, y), film_.half(1, x, y)) >= tau;
+        ready = !calculated &&
+                (count < settings_.min_samples || relative_deviation(film_.half(0, x, y), film_.half(1, x, y)) >= tau);
       } else {
-        if (iteration_ == settings_.max_samples)
-          probability = float(double(has[0] + has[1]) / double(settings_.max_samples));
+        if (iteration_ == settings_.max_samples && !calculated)
+          probability = float(double(count) / double(settings_.max_samples));
         ready = coin(x, y, iteration_, settings_.seed) <= probability;
       }
       const int next = has[0] <= has[1] ? 0 : 1;

@@ -13,7 +13,7 @@
 #include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/passes/integrate.h"
 #include "renderer/frame/passes/measure.h"
-#include "renderer/frame/passes/reproject.h"
+#include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/resolve.h"
 #include "renderer/frame/passes/review.h"
 #include "renderer/frame/tile_grid.h"
@@ -37,7 +37,7 @@ class FramePipeline {
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
   // Those of the works that the plan asks for, on this film.
   struct Works {
-    std::shared_ptr<HistoryTransfer> reproject;
+    std::shared_ptr<PictureTransfer> reproject;
     std::shared_ptr<SampleAllocation> allocate;
     std::shared_ptr<HistoryReview> review;
   };

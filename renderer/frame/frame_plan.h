@@ -20,7 +20,7 @@ enum class Publish {
 struct FramePlan {
   std::uint64_t revision = 0;
 
-  // reproject: the film becomes a source of history and is filled for the new camera (passes/reproject.h).
+  // reproject: the film becomes a source of history and is filled for the new camera (passes/picture_transfer.h).
   bool reproject = false;
 
   // allocate: how many samples each pixel gets in the round that begins with this plan.

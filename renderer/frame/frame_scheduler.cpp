@@ -67,7 +67,9 @@ std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, d
 
 bool FrameScheduler::publication_due(const FrameState& state, double view_age_s, std::size_t backlog,
                                      double now_s) const {
-  if (state.total() == 0) return false;
+  // After one iteration of Algorithm 2 every pixel has something, though fewer than one fresh sample on average.
+  const bool shows_carried = allocation_ && allocation_->paper && state.fill && state.round.number > 0;
+  if (state.total() == 0 && !shows_carried) return false;
   if (state.republish) return true;
   if (!policy_.passes) return false;
   if (!state.published) return true;
@@ -89,9 +91,14 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
 // With history every pixel gets one sample of each half, for its features and so that wrong history is seen to be
 // wrong; the rest is for the rounds.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  if (allocation_ && state.fill && state.done[0] > 0 && state.done[1] > 0) return true;
+  if (allocation_ && state.fill && (allocation_->paper || (state.done[0] > 0 && state.done[1] > 0))) return true;
   return allocation_ &&
          (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
+}
+
+// Where rounds are the algorithm's iterations: which one comes next, or is in hand.
+std::uint32_t FrameScheduler::paper_iteration(const FrameState& state) const {
+  return (state.fill ? 0 : allocation_->min_samples) + state.round.number;
 }
 
 // The next round: the mean count that it aims at, per half.
@@ -101,7 +108,8 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   plan.round = true;
   plan.allocate = AllocationRequest{};
   if (allocation_->paper) {
-    plan.allocate->iteration = allocation_->min_samples + state.round.number;
+    plan.allocate->iteration = paper_iteration(state);
+    plan.allocate->fill = state.fill;
     return plan;
   }
   // Of a few pixels the counts, powers of two, may stay below what was asked for: what is asked for grows all the same.
@@ -158,7 +166,7 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   }
   for (int h = 0; h < kHalves; ++h) plan.target[h] = level;
   const bool ends_round = level >= top;
-  const std::uint32_t iteration = allocation_->min_samples + state.round.number;
+  const std::uint32_t iteration = paper_iteration(state);
   plan.review = ends_round && state.carried;
   plan.measure = ends_round && (!allocation_->paper || budget_.error || std::has_single_bit(iteration));
   return plan;
@@ -176,7 +184,8 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   plan.deadline_s = deadline_s(state);
   plan.reproject = state.reproject_due;
   if (state.reproject_due) {
-    // What it finds decides what comes next.
+    // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
+    if (allocation_ && allocation_->paper) return plan;
     if (policy_.passes) plan.target[0] = 1;
     plan.publish = policy_.passes ? Publish::early : Publish::none;
     plan.final = policy_.passes && sample_limit() == 1;

@@ -5,7 +5,9 @@
 // publication interval, the time budget, or the count at which the target error is expected.
 //
 // Mode adaptive: so far for the pilot, then in rounds. A round's first plan allocates, the others integrate what it
-// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends.
+// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends. In
+// the paper variant a round is an iteration of Algorithm 1, the pilot being the first ones; where pixels were carried
+// over it is one of Algorithm 2, from the first on.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +51,9 @@ struct FrameState {
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
   bool reproject_due = false;              // before the first sample, what earlier pictures know is to be carried over
-  bool carried = false;                    // something was
-  bool fill = false;  // so much that counts are to fill up what is missing; else they are as without history
+  bool carried = false;                    // something was that is to be reviewed
+  // So much that counts are to fill up what is missing; else they are as without history. Paper: anything.
+  bool fill = false;
   ErrorAtCount measured;                   // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown
@@ -102,6 +105,7 @@ class FrameScheduler {
   bool pilot_done(const FrameState& state) const;
   FramePlan plan_allocation(const FrameState& state, double now_s) const;
   FramePlan plan_round(const FrameState& state, double view_age_s, double now_s) const;
+  std::uint32_t paper_iteration(const FrameState& state) const;
   double longest_plan_s(double view_age_s) const;
   std::uint32_t sample_limit() const;
   double deadline_s(const FrameState& state) const;

@@ -14,6 +14,7 @@
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/passes/forward_transfer.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
@@ -105,7 +106,7 @@ struct RenderLoop::Impl final : PieceSource {
   // What is.
   std::unique_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
-  std::shared_ptr<HistoryTransfer> transfer;  // the newest; null: none of this picture
+  std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
@@ -276,7 +277,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.samples_per_pixel = state.total();
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
-  if (transfer && state.carried) {
+  if (transfer && !state.reproject_due && transfer->stats().samples > 0) {
     const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
     p.reuse_share = carried / (carried + fresh);
     p.verification_rays = transfer->stats().rays;
@@ -408,8 +409,10 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   const StageSeconds& seconds = pipeline.seconds();
   if (plan.reproject) {
     state.reproject_due = false;
-    state.carried = transfer->stats().carried > 0;
-    state.fill = double(transfer->stats().carried) >= kFillShare * double(state.round.pixels);
+    const double carried = double(transfer->stats().carried);
+    const bool paper = settings.variant == ModeVariant::paper;  // reviews nothing, and counts all that there is
+    state.carried = !paper && carried > 0;
+    state.fill = paper ? carried > 0 : carried >= kFillShare * double(state.round.pixels);
   }
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
@@ -454,7 +457,13 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   const PixelRect& region = pipeline.grid().region();
   if (plan.reproject) {
     const double samples = double(left_samples) / double(region.area());
-    transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter, samples);
+    if (film->first_hits()) {
+      transfer = std::make_shared<ForwardTransfer>(scene, *film, region, history, view->camera, settings.filter,
+                                                   float(settings.reprojection.max_error));
+    } else {
+      transfer =
+          std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter, samples);
+    }
     works.reproject = transfer;
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);

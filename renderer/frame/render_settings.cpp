@@ -13,6 +13,7 @@ constexpr std::uint32_t kMaxSamples = 1u << 30;
 constexpr double kMaxExposureStops = 64;
 constexpr std::uint32_t kMostPilotSamples = 65536;
 constexpr std::uint32_t kMostPaperSamples = 1u << 20;
+constexpr double kLargestMaxError = 1e6;
 
 std::string text(double value) {
   char buffer[32];
@@ -61,6 +62,15 @@ void check_adaptive(const RenderSettings& settings, const std::string& where, Pr
     check_range(adaptive.max_samples, std::min(adaptive.min_samples, kMostPilotSamples) + 1, kMostPaperSamples,
                 field(where, "max_samples"), problems);
   check_measure(adaptive.measure, field(where, "measure"), problems);
+}
+
+void check_reprojection(const ReprojectionSettings& reprojection, const std::string& where, Problems& problems) {
+  if (reprojection.stored_hits != 1 && reprojection.stored_hits != 4)
+    problems.add(field(where, "stored_hits"),
+                 std::to_string(reprojection.stored_hits) + " hits are not stored; allowed: 1, 4");
+  if (!(reprojection.max_error > 0 && reprojection.max_error <= kLargestMaxError))
+    problems.add(field(where, "max_error"),
+                 text(reprojection.max_error) + " is outside (0, " + text(kLargestMaxError) + "]");
 }
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
@@ -140,8 +150,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
     problems.add(field(where, "variant"),
                  std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
   if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
-    problems.add(field(where, "variant"),
-                 "paper is not there for mode " + std::string(to_string(settings.mode)) + " yet; allowed: bounded");
+    check_reprojection(settings.reprojection, field(where, "reprojection"), problems);
   if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);
   check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
   check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);

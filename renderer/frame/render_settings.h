@@ -52,11 +52,20 @@ struct AdaptiveSettings {
   bool operator==(const AdaptiveSettings&) const = default;
 };
 
+// Modes reproject and combined, variant paper (trace/forward_reprojection.h).
+struct ReprojectionSettings {
+  int stored_hits = 4;           // first hits kept per pixel: 1 or 4, which the paper found the best
+  double max_error = 1.0 / 256;  // of its eq. 15, radiance; (0, 1e6]
+
+  bool operator==(const ReprojectionSettings&) const = default;
+};
+
 struct RenderSettings {
   int width = 1280, height = 720;       // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
   AdaptiveSettings adaptive;
+  ReprojectionSettings reprojection;
   std::uint64_t seed = 0;
   int max_segments = 10;                // [1, 65535]
   int roulette_from = 3;                // [1, 65535]

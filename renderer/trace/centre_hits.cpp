@@ -9,8 +9,7 @@
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/sampler.h"
-#include "renderer/trace/surface.h"
-#include "renderer/trace/surface_layers.h"
+#include "renderer/trace/shading_point.h"
 
 namespace helio {
 namespace {
@@ -56,43 +55,13 @@ float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, s
 
 }  // namespace
 
-// A surface with its material's parameters, as the path kernels see it at the first vertex.
-struct CentreHits::Shading {
-  Surface surface;
-  SurfaceParams params;
-  LayerParams layers;
-  Frame frame;
-  bool black = false;
-
-  Shading(const SceneData& scene, const Camera& camera, const Ray& ray, const Hit& hit) {
-    surface = make_surface<true>(scene, ray, hit);
-    const MaterialRecord& material = *surface.material;
-    const V3f wo = -ray.direction;
-    float footprint = 0;
-    if (scene.mip_mapped) {
-      RayCone cone = camera.cone();
-      cone.advance(hit.t);
-      footprint = cone.footprint(dot(surface.geometric_normal, wo));
-    }
-    if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene, hit, wo, footprint, surface);
-    params = evaluate_material(scene, hit, wo, footprint, surface);
-    frame = shading_frame(surface);
-    if (params.model == LobeModel::stack) {
-      layers = evaluate_layers(scene, hit, wo, footprint, surface, frame);
-      params.layers = &layers;
-    }
-    black = material.one_sided && !surface.front;
-  }
-  Shading(const Shading&) = delete;
-};
-
 struct CentreHits::Block {
   PixelRect window;
   Ray rays[kMostPixels];
   Hit hits[kMostPixels];
   std::uint32_t order[kMostPixels];
   std::uint32_t slot[kMostPixels];  // of a pixel of the window, row-major: its ray
-  std::optional<Shading> shading;   // of the pixel in hand; none: it looks alike from everywhere
+  std::optional<ShadingPoint> shading;  // of the pixel in hand; none: it looks alike from everywhere
   V3f wo;                           // local
   std::uint32_t key = 0;
 
@@ -154,7 +123,7 @@ CentreHit CentreHits::at(int x, int y) {
       return centre;
     }
   }
-  const Shading& shading = b.shading.emplace(scene_, camera_, ray, hit);
+  const ShadingPoint& shading = b.shading.emplace(scene_, camera_, ray, hit);
   b.wo = shading.frame.to_local(-ray.direction);
   b.key = pixel_key(x, y, 0, 0);
   centre.normal = pack_direction(facing(shading.surface));

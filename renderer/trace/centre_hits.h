@@ -54,7 +54,6 @@ class CentreHits {
 
  private:
   struct Block;
-  struct Shading;
   const SceneData& scene_;
   const Camera& camera_;
   const V3f axis_;

@@ -41,8 +41,10 @@ struct WindowTask {
 
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
-bool run_direction_kernel(const WindowTask& task, TraceStats& stats);  // of a film with history
 bool run_watched_kernel(const WindowTask& task);
+// Either of the first two, for a film that keeps first hits; the second, for one that keeps directions.
+bool run_hit_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats);
+bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats);
 
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

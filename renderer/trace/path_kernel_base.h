@@ -11,8 +11,6 @@
 #include <limits>
 #include <memory>
 
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/film_history.h"
 #include "renderer/film/sample_targets.h"
 #include "renderer/trace/mis.h"
 #include "renderer/trace/path_group.h"
@@ -48,7 +46,7 @@ class PathKernelBase {
     if (task.targets) find_levels();
     film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
     if (task.range.half == 0) film_first_.resize(film_radiance_.size());
-    if (Watch::kKeepsDirections) film_directions_.resize(film_radiance_.size());
+    if constexpr (Watch::kRecords) watch_.make_room(film_radiance_.size());
   }
 
   // False when cancelled: the film is as it was.
@@ -195,6 +193,9 @@ class PathKernelBase {
     PathGroup& b = group_;
     scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
+    if constexpr (Watch::kRecords) {
+      if (vertex == 1) watch_.arrived(b);
+    }
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
   }
@@ -307,10 +308,7 @@ class PathKernelBase {
       // A throughput that is not finite makes the sample invalid, even where the path met no light afterwards.
       film_radiance_[slot] = is_finite(path.beta) ? path.radiance : Rgb(std::numeric_limits<float>::quiet_NaN());
       if (task_.range.half == 0) film_first_[slot] = group_.first[i];
-      if constexpr (Watch::kKeepsDirections) {
-        const float u = unit_float(combine_hash(path.key ^ 0x2545f491u, reversed_index_));
-        film_directions_[slot] = watch_.direction(std::uint32_t(i), film_radiance_[slot], u);
-      }
+      if constexpr (Watch::kRecords) watch_.store(slot, std::uint32_t(i), path.radiance);
     }
   }
 
@@ -332,7 +330,7 @@ class PathKernelBase {
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
-            if constexpr (Watch::kKeepsDirections) keep_direction(x, y, sample, slot, pixel);
+            if constexpr (Watch::kRecords) watch_.commit(slot, range.half, sample, pixel.count, x, y);
           } else {
             task_.film.add_invalid(range.half, x, y);
             stats_.note_invalid({x, y, range.half, sample});
@@ -343,15 +341,6 @@ class PathKernelBase {
         }
       }
     }
-  }
-
-  void keep_direction(int x, int y, std::uint32_t sample, std::size_t slot, const HalfPixel& pixel) {
-    const int half = task_.range.half;
-    const std::uint32_t key = combine_hash(pixel_key(x, y, half, task_.settings.seed) ^ 0x9e3779b9u, sample);
-    const float u[DirectionReservoir::kPlaces] = {unit_float(mix_bits(key)), unit_float(mix_bits(~key))};
-    const Rgb whole(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]));
-    task_.film.history()->directions(x, y).add(half, film_directions_[slot], luminance(film_radiance_[slot]),
-                                               double(luminance(whole)), u);
   }
 
   // Whether the features of an invalid sample may enter the film.
@@ -378,7 +367,6 @@ class PathKernelBase {
   TraceStats stats_;
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;
-  std::vector<std::uint32_t> film_directions_;
   std::vector<BlockWork> work_;  // of the window's blocks, row-major
   // With targets, of the window's pixels, row-major: their samples, and where in film_radiance_ these begin.
   std::vector<SampleLevels> levels_;

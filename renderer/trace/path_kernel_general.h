@@ -1,4 +1,5 @@
-// The kernel for everything: one vertex of one path after the other. Watch: NoWatch or SampleWatch.
+// The kernel for everything: one vertex of one path after the other. Watch: NoWatch, SampleWatch
+// or HitRecorder.
 #pragma once
 
 #include "renderer/trace/bsdf_lambert.h"

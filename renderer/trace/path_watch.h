@@ -1,5 +1,6 @@
 // What a kernel is told to write down of what it does: nothing where it renders, everything about one sample where that
-// sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel.
+// sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel. Others note what later
+// pictures draw on: hit_recorder.h, direction_recorder.h.
 #pragma once
 
 #include "renderer/trace/mis.h"
@@ -10,8 +11,8 @@
 namespace helio {
 
 struct NoWatch {
-  static constexpr bool kWatches = false;          // one sample, and leaves the film alone
-  static constexpr bool kKeepsDirections = false;  // direction_watch.h
+  static constexpr bool kWatches = false;
+  static constexpr bool kRecords = false;
 
   explicit NoWatch(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
@@ -35,7 +36,7 @@ struct NoWatch {
 class SampleWatch {
  public:
   static constexpr bool kWatches = true;
-  static constexpr bool kKeepsDirections = false;
+  static constexpr bool kRecords = false;
 
   explicit SampleWatch(const WindowTask& task) : trace_(*task.trace) {}
 

@@ -177,6 +177,9 @@ pb::RenderSettings settings() {
   s.set_seed(3);
   s.set_mode(pb::MODE_COMBINED);
   s.mutable_adaptive()->set_min_samples(8);
+  s.set_variant(pb::VARIANT_PAPER);
+  s.mutable_reprojection()->set_stored_hits(1);
+  s.mutable_reprojection()->set_max_error(0.02);
   return s;
 }
 

@@ -83,8 +83,11 @@ class ReuseTest : public ServiceTest {
 
   // Two views of a session, each rendered to its budget.
   std::vector<Shown> two_views(pb::Mode mode, pb::PixelType type = pb::PIXEL_TYPE_HALF) {
+    return two_views(settings_of(mode), type);
+  }
+  std::vector<Shown> two_views(const pb::RenderSettings& settings, pb::PixelType type) {
     std::string session;
-    EXPECT_TRUE(open_session(settings_of(mode), &session).ok());
+    EXPECT_TRUE(open_session(settings, &session).ok());
     StreamClient client(stub());
     pb::StreamRequest open;
     open.mutable_open()->set_session_id(session);
@@ -145,6 +148,32 @@ TEST_F(ReuseTest, TheSecondViewSaysWhatTheFirstBroughtIt) {
   }
 }
 
+TEST_F(ReuseTest, AsPublishedNoBoundIsKnown) {
+  for (const pb::Mode mode : {pb::MODE_REPROJECT, pb::MODE_COMBINED}) {
+    pb::RenderSettings settings = settings_of(mode);
+    settings.set_variant(pb::VARIANT_PAPER);
+    settings.mutable_reprojection()->set_stored_hits(4);
+    const auto shown = two_views(settings, pb::PIXEL_TYPE_FLOAT);
+    EXPECT_EQ(shown[0].end.totals().reuse_share(), 0);
+    const Shown& second = shown[1];
+    EXPECT_GT(second.end.totals().reuse_share(), 0.1) << "of the square; the sky starts over";
+    EXPECT_GT(second.end.totals().verification_rays(), 0u);
+    EXPECT_GT(seconds_of(second.end, "reproject"), 0);
+    EXPECT_EQ(seconds_of(second.end, "review"), 0);
+    EXPECT_EQ(*std::max_element(second.bound.begin(), second.bound.end()), 0);
+    double carried = 0, samples = 0;
+    for (std::size_t i = 0; i < second.weight.size(); ++i) {
+      ASSERT_GE(second.weight[i], 0);
+      ASSERT_LE(second.weight[i], 1);
+      ASSERT_NEAR(second.age[i], second.weight[i], 1e-3);
+      carried += second.weight[i] > 0;
+      samples += second.samples[i];
+    }
+    EXPECT_GT(carried, 0.05 * kWidth * kHeight);
+    EXPECT_GT(samples, double(kSamples) * kWidth * kHeight);
+  }
+}
+
 TEST_F(ReuseTest, DensityIsThatOfTheFreshSamples) {
   for (const pb::Mode mode : {pb::MODE_ADAPTIVE, pb::MODE_COMBINED}) {
     for (const Shown& shown : two_views(mode, pb::PIXEL_TYPE_FLOAT)) {
@@ -178,8 +207,11 @@ TEST_F(ReuseTest, WhatTheModeDoesNotHaveIsRefusedByName) {
   for (const pb::Mode mode : {pb::MODE_REPROJECT, pb::MODE_COMBINED}) {
     pb::RenderSettings settings = settings_of(mode);
     settings.set_variant(pb::VARIANT_PAPER);
-    expect_status(open_session(settings, &session), StatusCode::INVALID_ARGUMENT,
-                  {"settings.variant", "paper is not there", "allowed: bounded"});
+    settings.mutable_reprojection()->set_stored_hits(0xffffffffu);
+    settings.mutable_reprojection()->set_max_error(-1);
+    expect_status(
+        open_session(settings, &session), StatusCode::INVALID_ARGUMENT,
+        {"settings.reprojection.stored_hits", "allowed: 1, 4", "settings.reprojection.max_error: -1", "(0, 1000000]"});
   }
   pb::RenderSettings settings = settings_of(pb::MODE_COMBINED);
   settings.mutable_adaptive()->set_min_samples(3);

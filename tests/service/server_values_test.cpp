@@ -139,6 +139,10 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
     Problems problems;
     EXPECT_EQ(read_settings(message, {}, "settings", problems), settings) << to_string(mode);
     EXPECT_TRUE(problems.empty());
+    settings.variant = mode == RenderMode::pt ? ModeVariant::bounded : ModeVariant::paper;
+    if (reuses(mode)) settings.reprojection = {1, 0.25};
+    EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(mode);
+    EXPECT_TRUE(problems.empty());
   }
   pb::RenderSettings odd;
   odd.set_mode(pb::MODE_COMBINED);

@@ -15,7 +15,11 @@ std::optional<AllocationSettings> allocation_settings(const RenderSettings& sett
 }
 
 FilmState film_state(const RenderSettings& settings) {
-  return {.targets = allocates(settings.mode), .history = reuses(settings.mode)};
+  const bool paper = settings.variant == ModeVariant::paper;
+  const bool history = reuses(settings.mode);
+  return {.targets = allocates(settings.mode),
+          .history = history,
+          .stored_hits = history && paper ? settings.reprojection.stored_hits : 0};
 }
 
 }  // namespace helio

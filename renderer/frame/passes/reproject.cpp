@@ -18,6 +18,7 @@ constexpr int kPartRows = kFilmBlock, kPartColumns = 16 * kFilmBlock;
 void PictureHistory::forget() {
   for (Slot& slot : slots_) slot.valid = false;
   film_.valid = false;
+  copy_pose_.reset();
   generation = 0;
 }
 
@@ -71,13 +72,7 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
       reprojection_->carry(windows_[part], stats);
       break;
   }
-  const std::lock_guard lock(mutex_);
-  stats_.add(stats);
-}
-
-ReprojectionStats HistoryTransfer::stats() const {
-  const std::lock_guard lock(mutex_);
-  return stats_;
+  note(stats);
 }
 
 void HistoryTransfer::finish_sweep(int sweep) {

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <vector>
 
-#include "renderer/frame/passes/sweeps.h"
-#include "renderer/trace/reprojection.h"
+#include "renderer/film/film_history.h"
+#include "renderer/frame/passes/picture_transfer.h"
 
 namespace helio {
 
@@ -30,7 +30,10 @@ class PictureHistory {
   // The film's pixels are of no use to any later picture: other settings, another scene.
   void forget();
   // The film holds a picture of this camera, all of its pixels in a defined state.
-  void film_complete(const CameraPose& pose) { film_ = {true, pose, 0, film_swapped()}; }
+  void film_complete(const CameraPose& pose) {
+    film_ = {true, pose, 0, film_swapped()};
+    copy_pose_.reset();
+  }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
@@ -40,6 +43,13 @@ class PictureHistory {
   int take_slot(double samples);
   void slot_complete(int slot);
   void film_overwritten() { film_.valid = false; }
+  // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).
+  void copy_complete() {
+    copy_pose_ = film_.pose;
+    film_overwritten();
+  }
+  // The camera of that copy, until the film is complete again.
+  const std::optional<CameraPose>& copy_pose() const { return copy_pose_; }
   const Slot& slot(int i) const { return slots_[i]; }
   int anchor() const { return anchor_; }
 
@@ -52,22 +62,20 @@ class PictureHistory {
   int anchor_ = 0;
   bool promoted_ = false;  // the slot that was taken last becomes the anchor once it is complete
   Slot slots_[FilmHistory::kSources], film_;
+  std::optional<CameraPose> copy_pose_;
 };
 
 // The sweeps of one move: gather (film to source, unless the film is of no use), centre hits, carry.
-class HistoryTransfer {
+class HistoryTransfer final : public PictureTransfer {
  public:
   // film_samples: fresh ones per pixel, both halves. Scene, film and history outlive this.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                   PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples);
 
-  std::size_t parts() const { return windows_.size(); }
-  int sweeps() const { return slot_ >= 0 ? 3 : 2; }
-  void run(int sweep, std::size_t part);
-  void finish_sweep(int sweep);
-
-  // Of what has been done so far.
-  ReprojectionStats stats() const;
+  std::size_t parts() const override { return windows_.size(); }
+  int sweeps() const override { return slot_ >= 0 ? 3 : 2; }
+  void run(int sweep, std::size_t part) override;
+  void finish_sweep(int sweep) override;
 
  private:
   enum class Sweep { gather, centres, carry };
@@ -83,11 +91,6 @@ class HistoryTransfer {
   int slot_ = -1;  // that the film goes to; -1: none
   std::vector<PixelRect> windows_;
   std::unique_ptr<Reprojection> reprojection_;
-  mutable std::mutex mutex_;  // of stats_
-  ReprojectionStats stats_;
 };
-
-using ReprojectPiece = SweepPiece<HistoryTransfer>;
-using ReprojectPass = SweepPass<HistoryTransfer>;
 
 }  // namespace helio

@@ -426,5 +426,37 @@ TEST(AdaptiveScheduler, ThePaperVariantCountsIterations) {
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).allocate->iteration, 7u);
 }
 
+TEST(AdaptiveScheduler, ThePaperVariantBeginsAtIterationNoughtWithWhatWasCarried) {
+  AllocationSettings paper = pilot_of(4);
+  paper.paper = true;
+  const FrameScheduler scheduler({}, {.passes = true}, paper);
+  FrameState state = at(0, 0);
+  state.reproject_due = true;
+  FramePlan plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_TRUE(plan.reproject);
+  EXPECT_EQ(plan.target[0], 0u);  // pixels with a probability get no sample yet
+  EXPECT_EQ(plan.publish, Publish::none);
+  // Nothing was carried: as without reuse.
+  state.reproject_due = false;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), first_look());
+  // Something was.
+  state.fill = true;
+  plan = scheduler.plan_next(state, 0, 0, 0);
+  ASSERT_TRUE(plan.allocate.has_value());
+  EXPECT_EQ(plan.allocate->iteration, 0u);
+  EXPECT_TRUE(plan.allocate->fill);
+  // After the first iteration, which gave a tenth of the pixels a sample, there is something to show everywhere.
+  state.round.number = 1;
+  state.round.pixels = 100;
+  state.round.samples = 10;
+  plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_EQ(plan.publish, Publish::round);
+  state.published = true;
+  state.round.published = 10;
+  plan = scheduler.plan_next(state, 0, 0, 0);
+  ASSERT_TRUE(plan.allocate.has_value());
+  EXPECT_EQ(plan.allocate->iteration, 1u);
+}
+
 }  // namespace
 }  // namespace helio

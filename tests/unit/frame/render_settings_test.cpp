@@ -117,6 +117,24 @@ TEST(RenderSettings, AdaptiveCountsAreChecked) {
       "[4, 65536]; settings.adaptive.measure: 5 is not a measure; allowed: rmse, relmse");
 }
 
+TEST(RenderSettings, ReprojectionIsCheckedWhereItIsUsed) {
+  RenderSettings s;
+  s.reprojection = {2, 0};
+  s.mode = RenderMode::reproject;
+  EXPECT_EQ(problems_of(s), "");  // of no meaning in our variant
+  s.variant = ModeVariant::paper;
+  EXPECT_EQ(
+      problems_of(s),
+      "settings.reprojection.stored_hits: 2 hits are not stored; allowed: 1, 4; settings.reprojection.max_error: 0 "
+      "is outside (0, 1000000]");
+  s.reprojection = {1, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(problems_of(s), "settings.reprojection.max_error: nan is outside (0, 1000000]");
+  s.reprojection = {4, 1e6};
+  s.mode = RenderMode::combined;
+  s.adaptive.min_samples = 2;
+  EXPECT_EQ(problems_of(s), "");
+}
+
 TEST(Budget, EveryProblemIsReported) {
   EXPECT_EQ(problems_of(Budget{}), "");
   Budget b;

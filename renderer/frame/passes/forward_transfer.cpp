@@ -1,0 +1,69 @@
+#include "renderer/frame/passes/forward_transfer.h"
+
+#include <utility>
+
+#include "renderer/film/film_windows.h"
+#include "renderer/film/first_hits.h"
+#include "renderer/film/sample_targets.h"
+
+namespace helio {
+namespace {
+
+// Of a sweep's parts: at most some milliseconds each.
+constexpr int kPartRows = kFilmBlock, kPartColumns = 8 * kFilmBlock;
+
+}  // namespace
+
+ForwardTransfer::ForwardTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
+                                 PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
+                                 float max_error)
+    : film_(film), history_(history), pose_(pose), windows_(cut_aligned(region, kPartColumns, kPartRows)) {
+  const CameraPose* from =
+      history.film_usable() ? &history.film_pose() : (history.copy_pose() ? &*history.copy_pose() : nullptr);
+  if (!from || !can_reproject_forward(*from, filter) || !can_reproject_forward(pose, filter)) {
+    kinds_ = {Sweep::clear};
+    return;
+  }
+  kinds_ = {history.film_usable() ? Sweep::gather : Sweep::withdraw, Sweep::project, Sweep::carry};
+  reprojection_ = std::make_unique<ForwardReprojection>(std::move(scene), film, region, *from, pose, max_error);
+}
+
+void ForwardTransfer::run(int sweep, std::size_t part) {
+  const PixelRect& window = windows_[part];
+  ReprojectionStats stats;
+  switch (kinds_[std::size_t(sweep)]) {
+    case Sweep::gather:
+      film_.first_hits()->left().gather(film_, window);
+      return;
+    case Sweep::withdraw:
+      film_.first_hits()->left().withdraw_bids(window);
+      return;
+    case Sweep::project:
+      reprojection_->project(window, stats);
+      break;
+    case Sweep::carry:
+      reprojection_->carry(window, stats);
+      break;
+    case Sweep::clear:
+      film_.clear(window);
+      return;
+  }
+  note(stats);
+}
+
+void ForwardTransfer::finish_sweep(int sweep) {
+  switch (kinds_[std::size_t(sweep)]) {
+    case Sweep::gather:
+      history_.copy_complete();
+      return;
+    case Sweep::withdraw:
+    case Sweep::project:
+      return;
+    case Sweep::carry:
+    case Sweep::clear:
+      history_.film_complete(pose_);
+      return;
+  }
+}
+
+}  // namespace helio

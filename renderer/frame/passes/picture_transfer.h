@@ -1,0 +1,41 @@
+// Pass: brings what earlier pictures know into the film of a new camera, by one method or another.
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+
+#include "renderer/frame/passes/sweeps.h"
+#include "renderer/trace/reprojection.h"
+
+namespace helio {
+
+// The sweeps of one move.
+class PictureTransfer {
+ public:
+  virtual ~PictureTransfer() = default;
+  virtual std::size_t parts() const = 0;
+  virtual int sweeps() const = 0;
+  virtual void run(int sweep, std::size_t part) = 0;
+  virtual void finish_sweep(int sweep) = 0;
+
+  // Of what has been done so far. Thread safe.
+  ReprojectionStats stats() const {
+    const std::lock_guard lock(mutex_);
+    return stats_;
+  }
+
+ protected:
+  void note(const ReprojectionStats& stats) {
+    const std::lock_guard lock(mutex_);
+    stats_.add(stats);
+  }
+
+ private:
+  mutable std::mutex mutex_;  // of stats_
+  ReprojectionStats stats_;
+};
+
+using ReprojectPiece = SweepPiece<PictureTransfer>;
+using ReprojectPass = SweepPass<PictureTransfer>;
+
+}  // namespace helio
