@@ -144,12 +144,13 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& b = film.half(1, x, y);
       centres_[index(x, y)] = history.centre(x, y);
       to = {};
-      if (means.kind[means.at(x, y)] == 0) continue;
+      if (a.count == 0 && b.count == 0) continue;
+      const float sign = history.centre(x, y).border ? -1.0f : 1.0f;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;
         const double inverse = half.count > 0 ? 1.0 / half.count : 0;
-        to.inverse_count[h] = float(inverse);
+        to.inverse_count[h] = sign * float(inverse);
         for (int c = 0; c < 3; ++c) {
           to.mean[h][c] = float(std::clamp(half.sum[c] * inverse, -double(FLT_MAX), double(FLT_MAX)));
           const float spread = half.count > 1 ? half.deviations[c] / (float(half.count) - 1) : 0.0f;

@@ -12,7 +12,8 @@ namespace helio {
 // In lanes of eight, as lookups add them up.
 struct SourcePixel {
   float mean[kHalves][3] = {};
-  // 1 / effective samples of each half. 0: the half knows nothing, or the pixel may show two surfaces.
+  // 1 / effective samples of each half. 0: the half knows nothing. Negative: the pixel may show two surfaces, and only
+  // the same view may draw on it.
   float inverse_count[kHalves] = {0, 0};
   // All of these: pack_short_float(). Variance of one sample, per half and channel.
   std::uint16_t spread[kHalves][3] = {};
@@ -25,6 +26,7 @@ struct SourcePixel {
   float bias2 = 0;        // CarriedPixel::bias2 as far as it is still in the means
 
   bool known(int h) const { return inverse_count[h] > 0; }
+  bool empty() const { return inverse_count[0] == 0 && inverse_count[1] == 0; }
 };
 
 // What radiance is divided by for a lookup, so that textures do not count as differences: the albedo, but 1 where it is
@@ -45,6 +47,7 @@ class HistorySource {
   int width() const { return width_; }
   int height() const { return height_; }
   const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)]; }
+  SourcePixel& pixel(int x, int y) { return pixels_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
 
   // Takes over a window of the film, whose history it has; reads up to two pixels beyond it, inside `region`. What lies

@@ -145,4 +145,9 @@ CentreHit CentreHits::at(int x, int y, std::span<const V3f> viewpoints, float* v
   return centre;
 }
 
+int CentreHits::material(int x, int y) const {
+  const Hit& hit = block_->hits[block_->at(x, y)];
+  return hit.valid() ? int(scene_.part(hit).material) : -1;
+}
+
 }  // namespace helio

@@ -32,6 +32,9 @@ class CentreHits {
   // Schalk 2018 without the irradiance, for any BSDF, over several wi.
   CentreHit at(int x, int y, std::span<const V3f> viewpoints, float* view_changes) const;
 
+  // The material of what that pixel's centre meets; -1: nothing.
+  int material(int x, int y) const;
+
  private:
   struct Block;
   const SceneData& scene_;

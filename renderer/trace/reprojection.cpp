@@ -28,6 +28,9 @@ using Float8 = float __attribute__((vector_size(32)));
 using Short8 = std::uint16_t __attribute__((vector_size(16)));
 using Int8 = std::uint32_t __attribute__((vector_size(32)));
 
+// Depths that the same ray has met, in scenes that may differ in how a surface is stored.
+constexpr float kSameDepth = 1e-4f;
+
 // How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
 constexpr int kMostReach = 8;
 int reach(const PixelFilter& filter) {
@@ -105,6 +108,40 @@ class SourceView {
   // Pixels outside the region are of pictures that are no longer true.
   SourceView(const PictureSource& source, const PixelRect& region, int width, int height, const V3d& scene_origin)
       : pixels_(*source.pixels), region_(region), projection_(source.pose, width, height, scene_origin) {}
+
+  // Of a pixel on a border, when this is a picture of the same view: what the very pixel knew, if all that its filter
+  // reaches shows what it showed.
+  Lookup same_pixel(const FilmHistory& now, int x, int y, int reach) const {
+    const PixelRect around = intersect({x - reach, y - reach, x + reach + 1, y + reach + 1}, region_);
+    for (int py = around.y0; py < around.y1; ++py) {
+      for (int px = around.x0; px < around.x1; ++px) {
+        const CentreHit &here = now.centre(px, py), &there = pixels_.centre(px, py);
+        if (pixels_.pixel(px, py).empty() || !same_surface(here, there)) return {};
+        if (here.hit() && !(std::fabs(here.depth - there.depth) <= kSameDepth * here.depth)) return {};
+      }
+    }
+    const SourcePixel& pixel = pixels_.pixel(x, y);
+    Lookup result;
+    float variance[kHalves] = {0, 0}, square[kHalves] = {0, 0};
+    for (int h = 0; h < kHalves; ++h) {
+      for (int c = 0; c < 3; ++c) {
+        result.mean[h][c] = pixel.mean[h][c];
+        result.spread[h][c] = unpack_short_float(pixel.spread[h][c]);
+        variance[h] += result.spread[h][c] / 3;
+        square[h] += sqr(result.mean[h][c]) / 3;
+      }
+    }
+    result.bias2 = pixel.bias2;
+    result.age = unpack_short_float(pixel.age);
+    for (int h = 0; h < kHalves; ++h) {
+      if (pixel.inverse_count[h] == 0) continue;
+      const int other = pixel.inverse_count[1 - h] == 0 ? h : 1 - h;  // as in look()
+      const float v = variance[other] > 0 ? variance[other] : square[other];
+      const float inverse = pixel.bias2 > 0 ? (v > 0 ? pixel.bias2 / v : FLT_MAX) : 0;
+      result.count[h] = std::min(1 / (std::fabs(pixel.inverse_count[h]) + inverse), float(CarriedPixel::kMostCount));
+    }
+    return result;
+  }
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there.
@@ -304,10 +341,12 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
       const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
       Lookup best;
       bool swap = false;
-      for (std::size_t i = 0; !here.border && i < views.size(); ++i) {
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        if (here.border && sources_[i].pose != pose_) continue;
         const int slot = viewpoint_slot_[i];
         const float change = slot < 0 ? 0.0f : history.carried(x, y).mean[0][slot];
-        const Lookup lookup = views[i].look(here, position, footprint, change);
+        const Lookup lookup = here.border ? views[i].same_pixel(history, x, y, border_)
+                                          : views[i].look(here, position, footprint, change);
         if (lookup.total() > best.total()) {
           best = lookup;
           swap = sources_[i].swap;

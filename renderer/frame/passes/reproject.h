@@ -1,5 +1,5 @@
-// Pass: what the film knew is kept as a source, and what the sources know is carried into the film of a new camera
-// (trace/reprojection.h).
+// Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
+// (trace/history_revision.h), and what they know is carried into the film of a new camera (trace/reprojection.h).
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/frame/passes/sweeps.h"
+#include "renderer/trace/history_revision.h"
 #include "renderer/trace/reprojection.h"
 
 namespace helio {
@@ -22,15 +23,19 @@ class PictureHistory {
  public:
   struct Slot {
     bool valid = false;
+    std::shared_ptr<const RenderScene> scene;
     CameraPose pose;
     double samples = 0;    // fresh ones, per pixel, both halves
     bool swapped = false;  // its first half is of the second lineage
   };
 
-  // The film's pixels are of no use to any later picture: other settings, another scene.
-  void forget();
+  // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
+  // held, which may take long to free.
+  std::vector<std::shared_ptr<const RenderScene>> forget();
   // The film holds a picture of this camera, all of its pixels in a defined state.
-  void film_complete(const CameraPose& pose) { film_ = {true, pose, 0, film_swapped()}; }
+  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose) {
+    film_ = {true, scene, pose, 0, film_swapped()};
+  }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
@@ -39,7 +44,8 @@ class PictureHistory {
   // from now on.
   int take_slot(double samples);
   void slot_complete(int slot);
-  void film_overwritten() { film_.valid = false; }
+  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene) { slots_[slot].scene = scene; }
+  void film_overwritten() { film_ = {}; }
   const Slot& slot(int i) const { return slots_[i]; }
   int anchor() const { return anchor_; }
 
@@ -54,15 +60,17 @@ class PictureHistory {
   Slot slots_[FilmHistory::kSources], film_;
 };
 
-// The sweeps of one move: gather (film to source, unless the film is of no use), centre hits, carry.
+// The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
+// earlier scene compare, measure, collect, revise; then centre hits, carry.
 class HistoryTransfer {
  public:
-  // film_samples: fresh ones per pixel, both halves. Scene, film and history outlive this.
+  // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
-                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples);
+                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
+                  const PathSettings& settings);
 
-  std::size_t parts() const { return windows_.size(); }
-  int sweeps() const { return slot_ >= 0 ? 3 : 2; }
+  std::size_t parts() const;  // of the sweep in hand
+  int sweeps() const { return int(sweeps_.size()); }
   void run(int sweep, std::size_t part);
   void finish_sweep(int sweep);
 
@@ -70,8 +78,8 @@ class HistoryTransfer {
   ReprojectionStats stats() const;
 
  private:
-  enum class Sweep { gather, centres, carry };
-  Sweep kind(int sweep) const { return Sweep(sweep + 3 - sweeps()); }
+  enum class Sweep { gather, compare, measure, collect, revise, centres, carry };
+  void prepare_revision();
   void prepare_reprojection();
 
   std::shared_ptr<const RenderScene> scene_;
@@ -80,8 +88,12 @@ class HistoryTransfer {
   PictureHistory& history_;
   CameraPose pose_;
   PixelFilter filter_;
-  int slot_ = -1;  // that the film goes to; -1: none
+  PathSettings settings_;
+  int slot_ = -1;              // that the film goes to; -1: none
+  std::vector<Sweep> sweeps_;  // as far as they are known
+  int current_ = 0;
   std::vector<PixelRect> windows_;
+  std::unique_ptr<HistoryRevision> revision_;
   std::unique_ptr<Reprojection> reprojection_;
   mutable std::mutex mutex_;  // of stats_
   ReprojectionStats stats_;

@@ -113,7 +113,7 @@ TEST(HistorySource, NoiseOfTheHalvesIsNoStructure) {
   EXPECT_EQ(source.pixel(5, 5).slope2, 0);
 }
 
-TEST(HistorySource, KnowsNothingOnBordersAndWithoutSamples) {
+TEST(HistorySource, OffersNothingOnBordersAndKnowsNothingWithoutSamples) {
   Film film = film_with(8, 8, 4, 0, [](int, int) { return 1.0f; });
   film.history()->centre(3, 3).border = 1;
   for (int h = 0; h < kHalves; ++h) film.half(h, 6, 6) = {};
@@ -121,6 +121,9 @@ TEST(HistorySource, KnowsNothingOnBordersAndWithoutSamples) {
   HistorySource source(8, 8);
   source.gather(film, film.bounds(), film.bounds());
   EXPECT_FALSE(source.pixel(3, 3).known(0) || source.pixel(3, 3).known(1));
+  EXPECT_FALSE(source.pixel(3, 3).empty());  // the same view may ask for it
+  EXPECT_EQ(source.pixel(3, 3).mean[1][2], 1);
+  EXPECT_TRUE(source.pixel(6, 6).empty());
   EXPECT_FALSE(source.pixel(6, 6).known(0) || source.pixel(6, 6).known(1));
   EXPECT_TRUE(source.pixel(1, 1).known(0));
   EXPECT_FALSE(source.pixel(1, 1).known(1));
