@@ -28,11 +28,10 @@ struct EditCommandOptions {
 };
 
 constexpr const char* kHelp =
-    "The scene is loaded where the daemon has it not yet; --scene-id names one that it has, also one that was edited. "
-    "The\n"
-    "edited scene gets an id of its own and shares memory with the one it was made from, which stays. --session "
-    "switches a\n"
-    "session to it: its picture starts over with the new scene.\n";
+    "The scene is loaded where the daemon has it not yet; --scene-id names one that it has, also one that was edited.\n"
+    "The edited scene gets an id of its own and shares memory with the one it was made from, which stays. --session\n"
+    "switches a session to it: its picture starts over with the new scene, but in modes reproject and combined for\n"
+    "what the edit leaves true.\n";
 
 Json to_json(const pb::EditSceneResponse& edited, const std::optional<std::uint64_t>& revision) {
   const pb::SceneInfo& scene = edited.scene();

@@ -25,6 +25,7 @@ struct SourcePixel {
   float bias2 = 0;        // CarriedPixel::bias2 as far as it is still in the means
 
   bool known(int h) const { return inverse_count[h] > 0; }
+  bool empty() const { return inverse_count[0] == 0 && inverse_count[1] == 0; }
 };
 
 // What radiance is divided by for a lookup, so that textures do not count as differences: the albedo, but 1 where it is
@@ -49,6 +50,7 @@ class HistorySource {
   int width() const { return width_; }
   int height() const { return height_; }
   const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)]; }
+  SourcePixel& pixel(int x, int y) { return pixels_[index(x, y)]; }
   const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
   const DirectionReservoir& directions(int x, int y) const { return directions_[index(x, y)]; }
 

@@ -18,6 +18,7 @@
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
+#include "renderer/trace/scene_difference.h"
 
 namespace helio {
 
@@ -49,6 +50,12 @@ void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
 
+// What takes long to free, and so is freed after the lock.
+struct Retired {
+  std::unique_ptr<Film> film;
+  std::vector<std::shared_ptr<const RenderScene>> scenes;
+};
+
 }  // namespace
 
 // Everything below `mutex` is guarded by it. It is never held while the sink, the integrate function or the film's
@@ -72,13 +79,13 @@ struct RenderLoop::Impl final : PieceSource {
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work() const;
   bool deliver_waiting(std::unique_lock<std::mutex>& lock);
-  void begin_frame(std::unique_ptr<Film>& retired_film);
+  void begin_frame(Retired& retired);
   void advance(std::size_t backlog);
   void note_finished_plan(double now);
   void end_frame(FrameEndReason reason, std::string message);
   void abandon_frame(FrameEndReason reason);
   FrameProgress progress_at(double now) const;
-  std::optional<Piece> take(std::size_t backlog, std::unique_ptr<Film>& retired_film);
+  std::optional<Piece> take(std::size_t backlog, Retired& retired);
 
   RenderEngine::Impl& engine;
   const std::shared_ptr<FrameSink> sink;
@@ -203,9 +210,13 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   }
   std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
   if (update.scene && update.scene != scene) {
-    // scene->edit() says what of the film could be kept.
-    another_picture = another_kind = true;
-    view_accepted_s = now;
+    const auto difference = scene ? scene_difference(*scene, *update.scene) : std::nullopt;
+    const bool published = film_state(settings).stored_hits > 0;  // which knows of camera moves alone
+    if (!difference || (published && !difference->empty())) another_kind = true;
+    if (!difference || !difference->empty() || !reuses(settings.mode)) {
+      another_picture = true;
+      view_accepted_s = now;
+    }
     retired_scene = std::exchange(scene, update.scene);
     integrate = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
   }
@@ -333,11 +344,11 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
-void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
+void RenderLoop::Impl::begin_frame(Retired& retired) {
   const bool show_again = next == Next::show_again;
   next = Next::nothing;
   if (next_film) {
-    retired_film = std::move(film);
+    retired.film = std::move(film);
     film = std::move(next_film);
   }
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
@@ -346,7 +357,7 @@ void RenderLoop::Impl::begin_frame(std::unique_ptr<Film>& retired_film) {
   if (another_picture) pipeline.forget_samples();
   if (another_picture || another_grid) {
     if (another_kind || another_grid) {
-      history.forget();
+      retired.scenes = history.forget();
     } else if (reuse) {
       ++history.generation;
     }
@@ -461,8 +472,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
       transfer = std::make_shared<ForwardTransfer>(scene, *film, region, history, view->camera, settings.filter,
                                                    float(settings.reprojection.max_error));
     } else {
-      transfer =
-          std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter, samples);
+      transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
+                                                   samples, path_settings(frame->begin.settings));
     }
     works.reproject = transfer;
   }
@@ -473,10 +484,10 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   planned = true;
 }
 
-std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, std::unique_ptr<Film>& retired_film) {
+std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, Retired& retired) {
   if (next != Next::nothing) {
     if (pipeline.in_flight() > 0) return std::nullopt;
-    begin_frame(retired_film);
+    begin_frame(retired);
   }
   while (frame) {
     if (!planned || (pipeline.over() && pipeline.in_flight() == 0)) advance(backlog);
@@ -489,10 +500,10 @@ std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, std::unique_ptr
 
 bool RenderLoop::Impl::run_piece() {
   const std::size_t backlog = sink->backlog();
-  std::unique_ptr<Film> retired_film;  // freed after the lock
+  Retired retired;
   std::unique_lock lock(mutex);
   if (deliver_waiting(lock)) return has_work();
-  std::optional<Piece> piece = take(backlog, retired_film);
+  std::optional<Piece> piece = take(backlog, retired);
   if (!piece) return has_work();
 
   const std::shared_ptr<FrameRecord> mine = frame;

@@ -66,7 +66,8 @@ class RenderLoop {
     std::optional<RenderSettings> settings;
     std::optional<Budget> budget;
     std::optional<unsigned> channels;          // RenderLoopOptions::channels
-    std::shared_ptr<const RenderScene> scene;  // null: unchanged; an edited one (RenderScene::edit()) or any other
+    std::shared_ptr<const RenderScene> scene;  // null: unchanged. Modes that reuse pictures keep of the
+                                               // film what an edit has left true; another load begins anew
   };
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may

@@ -200,4 +200,9 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   return change;
 }
 
+int CentreHits::material(int x, int y) const {
+  const Hit& hit = block_->hits[block_->at(x, y)];
+  return hit.valid() ? int(scene_.part(hit).material) : -1;
+}
+
 }  // namespace helio

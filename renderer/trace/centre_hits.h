@@ -52,6 +52,9 @@ class CentreHits {
   // lobes may change altogether. Without directions the ratio is 1.
   ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
+  // The material of what that pixel's centre meets; -1: nothing.
+  int material(int x, int y) const;
+
  private:
   struct Block;
   const SceneData& scene_;

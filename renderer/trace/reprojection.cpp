@@ -33,6 +33,9 @@ using Float8 = float __attribute__((vector_size(32)));
 using Short8 = std::uint16_t __attribute__((vector_size(16)));
 using Int8 = std::uint32_t __attribute__((vector_size(32)));
 
+// Depths that the same ray has met, in scenes that may differ in how a surface is stored.
+constexpr float kSameDepth = 1e-4f;
+
 // How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
 constexpr int kMostReach = 8;
 int reach(const PixelFilter& filter) {
@@ -167,10 +170,20 @@ class SourceView {
     return directions;
   }
 
-  // What it knew of the pixel itself. Precondition: same_camera().
-  Lookup keep(int x, int y) const {
+  // What it knew of the pixel itself, if that shows what it showed; on a border, if all that its filter reaches does.
+  // Precondition: same_camera().
+  Lookup keep(const FilmHistory& now, int x, int y, int reach) const {
     const SourcePixel& pixel = pixels_.pixel(x, y);
-    if (!region_.contains(x, y) || !(pixel.known(0) || pixel.known(1))) return {};
+    if (!region_.contains(x, y) || pixel.empty()) return {};
+    const int r = now.centre(x, y).border || pixels_.centre(x, y).border ? reach : 0;
+    const PixelRect around = intersect({x - r, y - r, x + r + 1, y + r + 1}, region_);
+    for (int py = around.y0; py < around.y1; ++py) {
+      for (int px = around.x0; px < around.x1; ++px) {
+        const CentreHit &here = now.centre(px, py), &there = pixels_.centre(px, py);
+        if (pixels_.pixel(px, py).empty() || !same_surface(here, there)) return {};
+        if (here.hit() && !(std::fabs(here.depth - there.depth) <= kSameDepth * here.depth)) return {};
+      }
+    }
     LookupSums sums;
     add(pixel, 1, Rgb(1, 1, 1), sums);
     Lookup result = weigh(sums, 0, 0);
@@ -427,8 +440,8 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
         if (here.border && !views[i].same_camera()) continue;
         const ViewChange change = viewpoints_[i] ? kept_change(history.carried(x, y), i) : ViewChange();
         const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), key_);
-        const Lookup lookup =
-            views[i].same_camera() ? views[i].keep(x, y) : views[i].look(here, position, footprint, change, key);
+        const Lookup lookup = views[i].same_camera() ? views[i].keep(history, x, y, border_)
+                                                     : views[i].look(here, position, footprint, change, key);
         if (lookup.total() > best.total()) {
           best = lookup;
           swap = sources_[i].swap;

@@ -6,8 +6,8 @@
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
 // anything, for Sobol points find out about edges sooner than interpolation is right about them. The rays of the new
 // picture are the verification: a point that another surface hid from the earlier camera finds no pixel that shows it.
-// A camera that comes back to where a picture was taken, to the bit, finds it pixel by pixel as it was, borders as
-// well.
+// A camera that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it
+// pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed.
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
@@ -20,7 +20,8 @@
 //     and how far that may be off is carried,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //   every
-//     step.
+//     step,
+//   - edits of the scene since then, which are among it (trace/history_revision.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest.
 //
@@ -51,7 +52,7 @@ struct PictureSource {
 };
 
 struct ReprojectionStats {
-  std::uint64_t rays = 0;     // through pixel centres: of the verification
+  std::uint64_t rays = 0;     // of the verification: through pixel centres, and of what edits have changed
   std::uint64_t carried = 0;  // pixels that drew on history
   double samples = 0;         // that they got, both halves
   void add(const ReprojectionStats& other);

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "renderer/base/clock.h"
@@ -16,7 +17,7 @@ struct ViewPicture {
   FrameEnd end;
   double seconds = 0;  // the update -> the end of the frame, whose final tiles are resolved by then
   int width = 0, height = 0;
-  std::vector<float> radiance[3], variance[3], samples;  // row-major, top row first
+  std::vector<float> radiance[3], variance[3], samples, bound;  // row-major, top row first
 
   PictureView view() const { return {width, height, {radiance[0].data(), radiance[1].data(), radiance[2].data()}}; }
 };
@@ -40,6 +41,7 @@ class LoopViews {
                             const std::optional<RenderSettings>& settings = std::nullopt) {
     RenderLoop::Update update;
     update.settings = settings;
+    update.scene = std::exchange(scene_, nullptr);
     View view;
     view.id = ++views_;
     view.camera = camera;
@@ -50,6 +52,9 @@ class LoopViews {
     sink_->picture.seconds = sink_->wait_for(revision) - started;
     return sink_->picture;
   }
+
+  // The next view is of this scene.
+  void set_scene(std::shared_ptr<const RenderScene> scene) { scene_ = std::move(scene); }
 
   RenderLoop& loop() { return *loop_; }
 
@@ -63,6 +68,7 @@ class LoopViews {
         picture.variance[c].resize(picture.radiance[c].size());
       }
       picture.samples.resize(picture.radiance[0].size());
+      picture.bound.resize(picture.radiance[0].size());
     }
     void frame_begun(const FrameBegin&) override {}
     void tile_ready(FrameTile tile) override {
@@ -73,6 +79,7 @@ class LoopViews {
         put_rows(tile.pixels.variance[c], window, picture.width, picture.variance[c]);
       }
       put_rows(tile.pixels.samples, window, picture.width, picture.samples);
+      put_rows(tile.pixels.bias_bound, window, picture.width, picture.bound);
     }
     void frame_ended(const FrameEnd& end) override {
       const std::lock_guard lock(mutex);
@@ -94,6 +101,7 @@ class LoopViews {
 
   std::shared_ptr<Sink> sink_;
   std::optional<RenderLoop> loop_;
+  std::shared_ptr<const RenderScene> scene_;
   std::uint64_t views_ = 0;
 };
 

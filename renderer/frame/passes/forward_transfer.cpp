@@ -61,7 +61,7 @@ void ForwardTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::carry:
     case Sweep::clear:
-      history_.film_complete(pose_);
+      history_.film_complete(nullptr, pose_);  // edits of the scene begin anew
       return;
   }
 }

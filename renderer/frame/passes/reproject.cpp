@@ -4,6 +4,7 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
+#include "renderer/film/pixel_hash.h"
 
 namespace helio {
 namespace {
@@ -12,21 +13,27 @@ namespace {
 constexpr double kEnough = 0.5;
 // Of a sweep's parts: about a millisecond each.
 constexpr int kPartRows = kFilmBlock, kPartColumns = 16 * kFilmBlock;
+// The paths that measure what an edit has changed are none of those of the picture.
+constexpr std::uint64_t kOtherPaths = 0x6a09e667f3bcc909;
 
 }  // namespace
 
-void PictureHistory::forget() {
-  for (Slot& slot : slots_) slot.valid = false;
-  film_.valid = false;
+std::vector<std::shared_ptr<const RenderScene>> PictureHistory::forget() {
+  std::vector<std::shared_ptr<const RenderScene>> scenes;
+  for (Slot* slot : {&slots_[0], &slots_[1], &film_}) {
+    if (slot->scene) scenes.push_back(std::move(slot->scene));
+    slot->valid = false;
+  }
   copy_pose_.reset();
   generation = 0;
+  return scenes;
 }
 
 int PictureHistory::take_slot(double samples) {
   const Slot& anchor = slots_[anchor_];
   const int i = 1 - anchor_;
   promoted_ = !anchor.valid || samples >= kAnchorShare * anchor.samples;
-  slots_[i] = {false, film_.pose, samples, film_.swapped};
+  slots_[i] = {false, film_.scene, film_.pose, samples, film_.swapped};
   return i;
 }
 
@@ -37,14 +44,33 @@ void PictureHistory::slot_complete(int slot) {
 
 HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
-                                 double film_samples)
-    : scene_(std::move(scene)), film_(film), region_(region), history_(history), pose_(pose), filter_(filter) {
+                                 double film_samples, const PathSettings& settings)
+    : scene_(std::move(scene)),
+      film_(film),
+      region_(region),
+      history_(history),
+      pose_(pose),
+      filter_(filter),
+      settings_(settings) {
+  settings_.seed = mix_bits(settings.seed ^ kOtherPaths);
   windows_ = cut_aligned(region, kPartColumns, kPartRows);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
+    sweeps_ = {Sweep::gather};
   } else {
-    prepare_reprojection();
+    prepare_revision();
   }
+}
+
+void HistoryTransfer::prepare_revision() {
+  std::vector<OutdatedPicture> pictures;
+  for (int i = 0; i < FilmHistory::kSources; ++i) {
+    const PictureHistory::Slot& slot = history_.slot(i);
+    if (slot.valid && slot.scene != scene_) pictures.push_back({slot.scene, slot.pose, &film_.history()->source(i)});
+  }
+  if (pictures.empty()) return prepare_reprojection();
+  revision_ = std::make_unique<HistoryRevision>(scene_, region_, settings_, std::move(pictures));
+  sweeps_.push_back(Sweep::compare);
 }
 
 void HistoryTransfer::prepare_reprojection() {
@@ -57,15 +83,42 @@ void HistoryTransfer::prepare_reprojection() {
     sources.push_back({slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped()});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
+  sweeps_.insert(sweeps_.end(), {Sweep::centres, Sweep::carry});
+}
+
+std::size_t HistoryTransfer::parts() const {
+  switch (current_ < sweeps() ? sweeps_[std::size_t(current_)] : Sweep::carry) {
+    case Sweep::compare:
+      return 1;
+    case Sweep::measure:
+      return revision_->measure_parts();
+    case Sweep::collect:
+      return revision_->collect_parts();
+    default:
+      return windows_.size();
+  }
 }
 
 void HistoryTransfer::run(int sweep, std::size_t part) {
   ReprojectionStats stats;
-  switch (kind(sweep)) {
+  switch (sweeps_[std::size_t(sweep)]) {
     case Sweep::gather:
       film_.history()->source(slot_).gather(film_, windows_[part], region_);
       return;
+    case Sweep::compare:
+      revision_->compare();
+      return;
+    case Sweep::measure:
+      revision_->measure(part, stats);
+      break;
+    case Sweep::collect:
+      revision_->collect(part);
+      return;
+    case Sweep::revise:
+      revision_->revise(windows_[part], stats);
+      break;
     case Sweep::centres:
+      if (part == 0) revision_.reset();  // here, where nobody waits: it may be the last that holds a scene
       reprojection_->find_centres(windows_[part], stats);
       break;
     case Sweep::carry:
@@ -76,16 +129,31 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
 }
 
 void HistoryTransfer::finish_sweep(int sweep) {
-  switch (kind(sweep)) {
+  current_ = sweep + 1;
+  switch (sweeps_[std::size_t(sweep)]) {
     case Sweep::gather:
       history_.slot_complete(slot_);
       history_.film_overwritten();
+      prepare_revision();
+      return;
+    case Sweep::compare:
+      if (revision_->measure_parts() > 0) sweeps_.insert(sweeps_.end(), {Sweep::measure, Sweep::collect});
+      sweeps_.push_back(Sweep::revise);
+      return;
+    case Sweep::collect:
+      revision_->finish_collecting();
+      return;
+    case Sweep::revise:
+      for (int i = 0; i < FilmHistory::kSources; ++i) {
+        if (history_.slot(i).valid) history_.slot_revised(i, scene_);
+      }
       prepare_reprojection();
       return;
+    case Sweep::measure:
     case Sweep::centres:
       return;
     case Sweep::carry:
-      history_.film_complete(pose_);
+      history_.film_complete(scene_, pose_);
       return;
   }
 }

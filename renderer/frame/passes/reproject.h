@@ -1,5 +1,5 @@
-// Pass: what the film knew is kept as a source, and what the sources know is carried into the film of a new camera
-// (trace/reprojection.h).
+// Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
+// (trace/history_revision.h), and what they know is carried into the film of a new camera (trace/reprojection.h).
 #pragma once
 
 #include <memory>
@@ -8,6 +8,8 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/frame/passes/picture_transfer.h"
+#include "renderer/trace/history_revision.h"
+#include "renderer/trace/reprojection.h"
 
 namespace helio {
 
@@ -22,16 +24,18 @@ class PictureHistory {
  public:
   struct Slot {
     bool valid = false;
+    std::shared_ptr<const RenderScene> scene;
     CameraPose pose;
     double samples = 0;    // fresh ones, per pixel, both halves
     bool swapped = false;  // its first half is of the second lineage
   };
 
-  // The film's pixels are of no use to any later picture: other settings, another scene.
-  void forget();
+  // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
+  // held, which may take long to free.
+  std::vector<std::shared_ptr<const RenderScene>> forget();
   // The film holds a picture of this camera, all of its pixels in a defined state.
-  void film_complete(const CameraPose& pose) {
-    film_ = {true, pose, 0, film_swapped()};
+  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose) {
+    film_ = {true, scene, pose, 0, film_swapped()};
     copy_pose_.reset();
   }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
@@ -42,7 +46,8 @@ class PictureHistory {
   // from now on.
   int take_slot(double samples);
   void slot_complete(int slot);
-  void film_overwritten() { film_.valid = false; }
+  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene) { slots_[slot].scene = scene; }
+  void film_overwritten() { film_ = {}; }
   // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).
   void copy_complete() {
     copy_pose_ = film_.pose;
@@ -65,21 +70,23 @@ class PictureHistory {
   std::optional<CameraPose> copy_pose_;
 };
 
-// The sweeps of one move: gather (film to source, unless the film is of no use), centre hits, carry.
+// The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
+// earlier scene compare, measure, collect, revise; then centre hits, carry.
 class HistoryTransfer final : public PictureTransfer {
  public:
-  // film_samples: fresh ones per pixel, both halves. Scene, film and history outlive this.
+  // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
-                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples);
+                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
+                  const PathSettings& settings);
 
-  std::size_t parts() const override { return windows_.size(); }
-  int sweeps() const override { return slot_ >= 0 ? 3 : 2; }
+  std::size_t parts() const override;  // of the sweep in hand
+  int sweeps() const override { return int(sweeps_.size()); }
   void run(int sweep, std::size_t part) override;
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { gather, centres, carry };
-  Sweep kind(int sweep) const { return Sweep(sweep + 3 - sweeps()); }
+  enum class Sweep { gather, compare, measure, collect, revise, centres, carry };
+  void prepare_revision();
   void prepare_reprojection();
 
   std::shared_ptr<const RenderScene> scene_;
@@ -88,8 +95,12 @@ class HistoryTransfer final : public PictureTransfer {
   PictureHistory& history_;
   CameraPose pose_;
   PixelFilter filter_;
-  int slot_ = -1;  // that the film goes to; -1: none
+  PathSettings settings_;
+  int slot_ = -1;              // that the film goes to; -1: none
+  std::vector<Sweep> sweeps_;  // as far as they are known
+  int current_ = 0;
   std::vector<PixelRect> windows_;
+  std::unique_ptr<HistoryRevision> revision_;
   std::unique_ptr<Reprojection> reprojection_;
 };
 

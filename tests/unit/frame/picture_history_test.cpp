@@ -15,7 +15,7 @@ CameraPose at(double x) {
 
 // The film shows at(x), gets `samples`, and is left.
 int leave(PictureHistory& history, double x, double samples) {
-  history.film_complete(at(x));
+  history.film_complete(nullptr, at(x));
   const int slot = history.take_slot(samples);
   EXPECT_FALSE(history.slot(slot).valid);
   history.slot_complete(slot);
@@ -49,7 +49,7 @@ TEST(PictureHistory, APictureOfAQuarterOfItsSamplesReplacesTheAnchor) {
 TEST(PictureHistory, ASlotThatWasNotCompletedIsNoPicture) {
   PictureHistory history;
   const int first = leave(history, 1, 64);
-  history.film_complete(at(2));
+  history.film_complete(nullptr, at(2));
   const int taken = history.take_slot(64);
   EXPECT_FALSE(history.slot(taken).valid);
   EXPECT_EQ(history.anchor(), first);
@@ -75,7 +75,8 @@ TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
   constexpr int kMoves = 9;
   for (int move = 0; move < kMoves; ++move) {
     // A wall that is the same everywhere: nothing is lost on the way.
-    HistoryTransfer transfer(scene, film, film.bounds(), history, at(0.01 * move), {}, move == 0 ? 0 : 1);
+    HistoryTransfer transfer(scene, film, film.bounds(), history, at(0.01 * move), {}, move == 0 ? 0 : 1,
+                             PathSettings());
     EXPECT_EQ(transfer.sweeps(), move == 0 ? 2 : 3);
     for (int sweep = 0; sweep < transfer.sweeps(); ++sweep) {
       for (std::size_t part = 0; part < transfer.parts(); ++part) transfer.run(sweep, part);

@@ -124,6 +124,7 @@ TEST(HistorySource, KnowsNothingWithoutSamplesAndMarksBorders) {
   EXPECT_EQ(source.pixel(3, 3).mean[0][0], 100);
   EXPECT_EQ(source.pixel(2, 3).slope2, 0) << "a difference across a border";
   EXPECT_EQ(source.pixel(2, 3).bend2[0], 0);
+  EXPECT_TRUE(source.pixel(6, 6).empty());
   EXPECT_FALSE(source.pixel(6, 6).known(0) || source.pixel(6, 6).known(1));
   EXPECT_TRUE(source.pixel(1, 1).known(0));
   EXPECT_FALSE(source.pixel(1, 1).known(1));
