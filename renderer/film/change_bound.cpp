@@ -10,6 +10,7 @@ namespace {
 constexpr int kRadius = 3, kNearRadius = 1;
 constexpr int kBinSide = 4, kBinRadius = 2;  // cells, bins
 constexpr double kSamplesFromFar = 24;
+constexpr double kMostChange2 = 1.0 / 16;  // of the mean square of the radiance
 constexpr double kDeviations = 1, kNearDeviations = 2;
 // Differences below this share of the radiance are rounding: of rays that were traced in other company.
 constexpr double kRounding = 1e-3f;
@@ -118,7 +119,7 @@ double ChangeBound::squared(int x, int y) const {
     const double here = std::max(near.product / near.n, 0.0);
     bound = std::max(bound, here - kNearDeviations * deviation(here, near.n));
   }
-  return bound;
+  return bound > kMostChange2 * power ? std::numeric_limits<double>::infinity() : bound;
 }
 
 }  // namespace helio

@@ -11,6 +11,8 @@
 //     picture have changed at all; there, too, one more than was seen.
 //   - Where the cell itself, or 3x3 around it, tell of more by two deviations, that is what counts: an edge of a shadow
 //     that the larger neighbourhood would blur.
+//   - What has changed by more than a quarter of what samples there show has no bound: of the old picture a few samples
+//     would be left to count, whose errors all have one sign.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +32,8 @@ class ChangeBound {
   // After all of them.
   void finish();
 
-  // Bound on the square of the change, mean over the channels, radiance^2; +inf: nothing around is known.
+  // Bound on the square of the change, mean over the channels, radiance^2; +inf: beyond use, or
+  // nothing around is known.
   double squared(int x, int y) const;
   // Of the picture's samples, those that have changed, one more among them; (0, 1].
   double changed_share() const { return changed_share_; }

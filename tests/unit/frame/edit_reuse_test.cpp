@@ -284,7 +284,7 @@ TEST_P(EditReuse, BitsDependNeitherOnThreadsNorOnTiles) {
     views.render(yard_camera(), 4);
     views.set_scene(moved);
     views.render(yard_camera(), 4);
-    views.set_scene(edited(moved, {painted(2, Rgb(1, 1, 1)), LightEdit{0u, std::nullopt, 1.5}}));
+    views.set_scene(edited(moved, {painted(2, Rgb(1, 1, 1)), LightEdit{0u, std::nullopt, 1.1}}));
     pictures.push_back(views.render(turned_and_shifted(yard_camera(), 1, 0), 8));
   }
   EXPECT_GT(pictures[0].end.progress.reuse_share, 0.1);
