@@ -8,6 +8,7 @@
 
 #include "error_curves.h"
 #include "study.h"
+#include "study_turns.h"
 #include "subcommands.h"
 
 namespace {
@@ -61,8 +62,9 @@ int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, b
 
 int run_and_publish_study(const BenchOptions& options, bool as_json) {
   BenchContext context(options);
-  const auto report = run_study(context);
-  const Status done = report ? publish_study(*report, as_json, options.output) : Status(report.error());
+  const auto report = options.turns ? run_turn_study(context) : run_study(context);
+  const Status done = report ? publish_study(*report, as_json, options.output, options.turns ? "turns" : "study")
+                             : Status(report.error());
   if (!done) note("study failed: " + done.error().to_string());
   return done ? 0 : 1;
 }
@@ -155,10 +157,18 @@ int main(int argc, char** argv) {
     add_scene_options(*command, options);
     command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
   }
-  CLI::App* study = app.add_subcommand("study", "settings of adaptive sampling on the scenes of the paper's study");
+  CLI::App* study = app.add_subcommand("study", "the paper's study: settings of adaptive sampling, or reprojection");
   study->callback([&chosen] { chosen = "study"; });
   add_scene_options(*study, options);
-  study->add_option("--output", options.output, "Folder for study.json and study.md");
+  study->add_option("--output", options.output, "Folder for study.json and study.md, or turns.json and turns.md");
+  study->add_flag("--turns", options.turns, "The reprojection part: turns of 100 degrees");
+  study->add_option("--degrees", options.step_degrees, "With --turns: degrees a step, of 5, 10, 20, 50")
+      ->delimiter(',')
+      ->capture_default_str();
+  study->add_option("--step-samples", options.step_samples, "With --turns: samples a pixel at each step")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
   app.add_subcommand("all", "all that give figures and take no scenes")->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);

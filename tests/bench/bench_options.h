@@ -15,6 +15,10 @@ struct BenchOptions {
   std::vector<std::string> scenes;  // of error curves; empty: those of the manual
   std::string cache;           // folder of references that were made here
   std::string output;          // folder for the files of error curves; empty: none are written
+  // Of the study: its reprojection part, by steps of so many degrees with so many samples each.
+  bool turns = false;
+  std::vector<int> step_degrees = {5, 10, 20, 50};
+  std::vector<int> step_samples = {32, 64};
   int views = 50;              // camera updates per latency figure
   std::string shared;          // folder with scenes/bench
   std::string mitsuba_python;  // Python with Mitsuba 3.9.1 and numpy; empty: none

@@ -10,10 +10,7 @@
 
 namespace helio::bench {
 
-namespace {
-
-Result<PictureError> compare(const LoopPicture& picture, const LoopPicture& reference) {
-  const PictureView view = picture.view();
+Result<PictureError> picture_error(const PictureView& view, double seconds, const LoopPicture& reference) {
   const auto squared = squared_error(view, reference.view());
   if (!squared) return squared.error();
   const auto relative = relative_error(view, reference.view());
@@ -23,12 +20,10 @@ Result<PictureError> compare(const LoopPicture& picture, const LoopPicture& refe
   const auto bias = estimate_bias({&view, 1}, reference.view());
   if (!bias) return bias.error();
   const DarkHalf dark = compare_dark_half(view, reference.view());
-  return PictureError{picture.seconds,   squared->mse, relative->relmse,
+  return PictureError{seconds,           squared->mse, relative->relmse,
                       structural->dssim, bias->bias,   squared->distance_variance,
                       dark.relmse,       dark.bias};
 }
-
-}  // namespace
 
 std::vector<int> doubling_counts(int most) {
   std::vector<int> counts;
@@ -47,7 +42,7 @@ Result<std::vector<CurveReport>> measure_curves(const ErrorScene& scene, const s
       for (std::size_t i = 0; i < contenders.size(); ++i) {
         const auto picture = contenders[i].render(counts[k], std::uint64_t(seed));
         if (!picture) return picture.error();
-        const auto error = compare(*picture, scene.reference);
+        const auto error = picture_error(picture->view(), picture->seconds, scene.reference);
         if (!error) return error.error();
         if (seed > 0) errors[i][k].push_back(*error);
       }

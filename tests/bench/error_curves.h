@@ -17,6 +17,9 @@ struct Contender {
 // 1, 2, 4, ... up to `most`, which is the last one even where it is no power of two.
 std::vector<int> doubling_counts(int most);
 
+// Of a picture that took so long. The views have the same size.
+Result<PictureError> picture_error(const PictureView& picture, double seconds, const LoopPicture& reference);
+
 // A picture of each count of each seed of each contender, each from nothing, so that its time is what a caller who asks
 // for so many samples waits; the contenders take turns. One round before the first seed is thrown away.
 Result<std::vector<CurveReport>> measure_curves(const ErrorScene& scene, const std::vector<Contender>& contenders,

@@ -31,6 +31,7 @@ void add_adaptive(std::vector<StudyMode>& modes) {
                     paper.max_samples, paper.probability},
                    RenderMode::adaptive,
                    ModeVariant::paper,
+                   {},
                    {}};
     mode.adaptive.min_samples = std::uint32_t(paper.min_samples);
     mode.adaptive.max_samples = std::uint32_t(paper.max_samples);
@@ -40,6 +41,7 @@ void add_adaptive(std::vector<StudyMode>& modes) {
     StudyMode mode{{fmt::format("ours {}", min_samples), min_samples, std::nullopt, std::nullopt},
                    RenderMode::adaptive,
                    ModeVariant::bounded,
+                   {},
                    {}};
     mode.adaptive.min_samples = std::uint32_t(min_samples);
     modes.push_back(mode);
@@ -65,18 +67,6 @@ std::vector<int> counts_up_to(int most) {
   return counts;
 }
 
-// Those asked for, with what the study knows of them.
-std::vector<StudyScene> chosen_scenes(const BenchOptions& options) {
-  if (options.scenes.empty()) return study_scenes();
-  std::vector<StudyScene> scenes;
-  for (const std::string& name : options.scenes) {
-    const auto known = std::find_if(study_scenes().begin(), study_scenes().end(),
-                                    [&](const StudyScene& scene) { return scene.name == name; });
-    scenes.push_back(known != study_scenes().end() ? *known : StudyScene{name, "not of the study", ""});
-  }
-  return scenes;
-}
-
 }  // namespace
 
 const std::vector<StudyScene>& study_scenes() {
@@ -100,15 +90,26 @@ const std::vector<StudyScene>& study_scenes() {
   return scenes;
 }
 
+std::vector<StudyScene> chosen_scenes(const BenchOptions& options) {
+  if (options.scenes.empty()) return study_scenes();
+  std::vector<StudyScene> scenes;
+  for (const std::string& name : options.scenes) {
+    const auto known = std::find_if(study_scenes().begin(), study_scenes().end(),
+                                    [&](const StudyScene& scene) { return scene.name == name; });
+    scenes.push_back(known != study_scenes().end() ? *known : StudyScene{name, "not of the study", ""});
+  }
+  return scenes;
+}
+
 std::vector<StudyMode> study_modes() {
   std::vector<StudyMode> modes;
   for (const RenderMode mode : kRenderModes) {
     if (mode == RenderMode::pt) {
-      modes.insert(modes.begin(), StudyMode{{"plain", {}, {}, {}}, mode, ModeVariant::bounded, {}});
+      modes.insert(modes.begin(), StudyMode{{"plain", {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});
     } else if (mode == RenderMode::adaptive) {
       add_adaptive(modes);
     } else if (!reuses(mode)) {  // pictures from scratch have nothing to reuse
-      modes.push_back({{fmt::format("{} ours", to_string(mode)), {}, {}, {}}, mode, ModeVariant::bounded, {}});
+      modes.push_back({{fmt::format("{} ours", to_string(mode)), {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});
     }
   }
   return modes;
@@ -138,9 +139,9 @@ Result<StudyReport> run_study(BenchContext& context) {
   return report;
 }
 
-Status publish_study(const StudyReport& report, bool as_json, const std::string& folder) {
+Status publish_study(const StudyReport& report, bool as_json, const std::string& folder, const std::string& name) {
   std::printf("%s\n", (as_json ? to_json(report) : to_markdown(report)).c_str());
-  return write_reports(folder, {{"study.json", to_json(report) + "\n"}, {"study.md", to_markdown(report)}});
+  return write_reports(folder, {{name + ".json", to_json(report) + "\n"}, {name + ".md", to_markdown(report)}});
 }
 
 }  // namespace helio::bench

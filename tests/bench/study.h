@@ -16,16 +16,20 @@ struct StudyMode {
   RenderMode mode;
   ModeVariant variant = ModeVariant::bounded;
   AdaptiveSettings adaptive;
+  ReprojectionSettings reprojection;
 };
 
+// Those asked for, with what the study knows of them.
+std::vector<StudyScene> chosen_scenes(const BenchOptions& options);
+
 // Every mode of render_modes.h, plain path tracing first: mode adaptive by the settings of the paper's table 1 and, in
-// our variant, by the same minima where it allows them; any other mode once in each variant.
+// our variant, by the same minima where it allows them. Modes that reuse pictures are for study_turns.h.
 std::vector<StudyMode> study_modes();
 
 Result<StudyReport> run_study(BenchContext& context);
 
-// Prints the report (`as_json`: JSON, else markdown) and writes study.json and study.md into `folder`, which is made;
+// Prints the report (`as_json`: JSON, else markdown) and writes NAME.json and NAME.md into `folder`, which is made;
 // empty: nothing is written.
-Status publish_study(const StudyReport& report, bool as_json, const std::string& folder);
+Status publish_study(const StudyReport& report, bool as_json, const std::string& folder, const std::string& name);
 
 }  // namespace helio::bench

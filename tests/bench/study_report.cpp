@@ -151,12 +151,12 @@ std::string to_json(const StudyReport& report) {
                       {"paper", result.scene.paper},
                       {"curves", curves}});
   }
-  return ordered_json({{"settings", settings}, {"scenes", scenes}}).dump(2);
+  return ordered_json({{"title", report.title}, {"settings", settings}, {"scenes", scenes}}).dump(2);
 }
 
 std::string to_markdown(const StudyReport& report) {
   std::string text =
-      "# Settings of adaptive sampling, after Schalk (2018), chapter 4.2\n\n"
+      "# " + report.title + "\n\n" +
       "Ratios to plain path tracing in the same time, below 1 is better; in the first table at the last point, over "
       "all "
       "scenes. Against references of 4,096 samples.\n\n";

@@ -30,6 +30,7 @@ struct StudyResult {
 };
 
 struct StudyReport {
+  std::string title = "Settings of adaptive sampling, after Schalk (2018), chapter 4.2";
   std::vector<StudySetting> settings;  // never empty; the first is plain path tracing
   std::vector<StudyResult> results;
 };
@@ -39,8 +40,8 @@ struct StudyReport {
 double over_plain(const StudyResult& result, std::size_t setting, std::size_t point,
                   Interval CurvePointReport::*measure);
 
-// {"settings": [...], "scenes": [{"scene", "property", "paper", "curves": [as error_report.h has them, each with
-// "over_plain": one object of ratios a point]}]}; what is not known is null.
+// {"title", "settings": [...], "scenes": [{"scene", "property", "paper", "curves": [as error_report.h has them, each
+// with "over_plain": one object of ratios a point]}]}; what is not known is null.
 std::string to_json(const StudyReport& report);
 
 // Markdown: the paper's table 1 with medians and worst cases over the scenes, then a table a scene. Below 1 is better
