@@ -4,13 +4,11 @@
 #include <memory>
 
 #include "client/cli/command.h"
-#include "client/cli/connection.h"
 #include "client/cli/edit_options.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/progress_option.h"
+#include "client/cli/opening.h"
 #include "client/cli/scene_options.h"
-#include "client/cli/terminal.h"
 
 namespace helio::cli {
 
@@ -22,9 +20,7 @@ struct EditCommandOptions {
   SceneOptions scene;
   TextOption scene_id, session;
   EditOptions edits;
-  ConnectionOptions connection;
-  TextOption progress;
-  bool json = false;
+  CommonOptions common;
 };
 
 constexpr const char* kHelp =
@@ -60,23 +56,21 @@ void say(Terminal& terminal, const pb::EditSceneResponse& edited, const std::str
 }
 
 int run(const CLI::App& app, const EditCommandOptions& options) {
-  Terminal terminal(options.json);
-  Problems problems;
-  OptionReader reader(problems);
-  report_unknown(app, reader);
-  read_progress(options.progress, reader, terminal);
-  const Connection connection = read_connection(options.connection, reader);
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
   const bool by_id = options.scene_id.given();
   SceneChoice choice;
   std::string scene_id = reader.text(options.scene_id).value_or("");
   if (!by_id) {
-    choice = read_scene(options.scene, options.connection, reader);
+    choice = read_scene(options.scene, options.common.connection, reader);
   } else {
     if (options.scene.file.given()) reader.problem(options.scene_id, "is given beside FILE; allowed: one of them");
-    if (!options.connection.server.given()) reader.problem(options.scene_id, "stands only beside --server");
+    if (!options.common.connection.server.given()) reader.problem(options.scene_id, "stands only beside --server");
   }
   const std::string session = reader.text(options.session).value_or("");
-  if (!session.empty() && !options.connection.server.given()) {
+  if (!session.empty() && !options.common.connection.server.given()) {
     reader.problem(options.session, "stands only beside --server");
   }
   if (!options.edits.given()) {
@@ -84,12 +78,12 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
   }
   pb::EditSceneRequest request;
   for (pb::SceneEdit& edit : read_edits(options.edits, problems)) *request.add_edits() = std::move(edit);
-  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+  if (!problems.empty()) return opening.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(connection);
-  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
   RenderClient& client = renderer->client();
   if (!by_id) {
     const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
@@ -100,14 +94,14 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
   request.set_scene_id(scene_id);
   const auto edited = client.edit_scene(request, &control);
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted");
-  if (!edited) return terminal.fail(exit_code_of(edited.error()), edited.error().to_string());
+  if (!edited) return opening.fail(edited.error());
   std::optional<std::uint64_t> revision;
   if (!session.empty()) {
     pb::UpdateSessionRequest update;
     update.set_session_id(session);
     update.set_scene_id(edited->scene().scene_id());
     const auto updated = client.update_session(update);
-    if (!updated) return terminal.fail(exit_code_of(updated.error()), updated.error().to_string());
+    if (!updated) return opening.fail(updated.error());
     revision = *updated;
   }
   say(terminal, *edited, session);
@@ -124,10 +118,7 @@ Command add_edit(CLI::App& root) {
   add_text(*app, options->scene_id, "--scene-id", "ID", "A scene that the daemon holds, in place of FILE");
   add_edit_options(*app, options->edits);
   add_text(*app, options->session, "--session", "ID", "Session that renders the edited scene from now on");
-  add_connection_options(*app, options->connection);
-  add_progress_option(*app, options->progress);
-  app->add_flag("--json", options->json, "One JSON object on stdout");
-  app->allow_extras();
+  add_common_options(*app, options->common, "One JSON object on stdout");
   app->footer(std::string(kHelp) + kEditHelp + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }

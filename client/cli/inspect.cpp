@@ -4,12 +4,10 @@
 #include <memory>
 
 #include "client/cli/command.h"
-#include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/progress_option.h"
+#include "client/cli/opening.h"
 #include "client/cli/scene_options.h"
-#include "client/cli/terminal.h"
 
 namespace helio::cli {
 
@@ -19,9 +17,7 @@ namespace {
 
 struct InspectOptions {
   SceneOptions scene;
-  ConnectionOptions connection;
-  TextOption progress;
-  bool json = false;
+  CommonOptions common;
 };
 
 Json to_json(const pb::Vec3& v) {
@@ -93,19 +89,17 @@ void say(Terminal& terminal, const LoadedScene& loaded) {
 }
 
 int run(const CLI::App& app, const InspectOptions& options) {
-  Terminal terminal(options.json);
-  Problems problems;
-  OptionReader reader(problems);
-  report_unknown(app, reader);
-  read_progress(options.progress, reader, terminal);
-  const Connection connection = read_connection(options.connection, reader);
-  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
-  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
+  const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
+  if (!problems.empty()) return opening.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(connection);
-  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
   const LoadOutcome outcome = load_scene(renderer->client(), choice, terminal, &control);
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
   if (outcome.failure) return terminal.fail(outcome.failure->exit_code, outcome.failure->error.to_string());
@@ -122,10 +116,7 @@ Command add_scene(CLI::App& root) {
   CLI::App* app = scene->add_subcommand("inspect", "Load a scene and report what it holds: exit 0; or why not: exit 3");
   auto options = std::make_shared<InspectOptions>();
   add_scene_options(*app, options->scene);
-  add_connection_options(*app, options->connection);
-  add_progress_option(*app, options->progress);
-  app->add_flag("--json", options->json, "One JSON object on stdout");
-  app->allow_extras();
+  add_common_options(*app, options->common, "One JSON object on stdout");
   app->footer(kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }

@@ -10,17 +10,15 @@
 
 #include "client/camera_path.h"
 #include "client/cli/command.h"
-#include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/move_player.h"
+#include "client/cli/opening.h"
 #include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
-#include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
 #include "client/cli/scene_options.h"
-#include "client/cli/terminal.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -39,9 +37,7 @@ struct MoveOptions {
   BudgetOptions budget;
   FileOptions files;
   TransportOptions transport;
-  ConnectionOptions connection;
-  TextOption progress;
-  bool json = false;
+  CommonOptions common;
 };
 
 constexpr const char* kHelp =
@@ -175,20 +171,18 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
 }
 
 int run(const CLI::App& app, const MoveOptions& options) {
-  Terminal terminal(options.json);
-  Problems problems;
-  OptionReader reader(problems);
-  report_unknown(app, reader);
-  read_progress(options.progress, reader, terminal);
-  const Connection connection = read_connection(options.connection, reader);
-  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
+  const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   const CameraMotion motion = read_motion(options, reader);
   const std::string path_text = read_path_file(options.path, reader);
   const auto pivot = reader.vector(options.pivot);
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  pb::TileFormat format = read_transport(options.transport, connection.address, reader);
+  pb::TileFormat format = read_transport(options.transport, opening.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns.heat_maps, format);
@@ -196,8 +190,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   outputs.add_inputs(choice);
   outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
-  const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
 
   CallControl control;
   std::mutex player_mutex;
@@ -207,13 +200,13 @@ int run(const CLI::App& app, const MoveOptions& options) {
     std::lock_guard lock(player_mutex);
     if (playing) playing->cancel();
   });
-  Result<Renderer> renderer = Renderer::open(connection);
-  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
   RenderClient& client = renderer->client();
   const auto info = client.server_info();
-  if (!info) return terminal.fail(exit_code_of(info.error()), info.error().to_string());
+  if (!info) return opening.fail(info.error());
   check_against_server(options.settings, request.settings(), *info, reader);
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
 
   const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
   if (interrupt.raised())
@@ -221,10 +214,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
   const pb::SceneInfo& scene = loaded.scene->response.scene();
   const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
-  if (!camera) return refuse();
+  if (!camera) return opening.refuse();
   set_defaults(*request.mutable_settings(), scene, *camera);
   check_region(options.settings, request.settings(), reader);
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
   const PathStart start{camera->view(), pivot.value_or(centre(scene)), cameras_of(scene)};
   const auto views =
       options.path.given() ? parse_camera_path(path_text, options.path.text, start) : play_motion(motion, start);
@@ -232,11 +225,11 @@ int run(const CLI::App& app, const MoveOptions& options) {
   for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
     outputs.check(numbered(patterns, static_cast<int>(i)), problems);
   }
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
 
   request.set_scene_id(scene.scene_id());
   const auto session = client.create_session(request);
-  if (!session) return terminal.fail(exit_code_of(session.error()), session.error().to_string());
+  if (!session) return opening.fail(session.error());
 
   Json json;
   json["load_seconds"] = loaded.scene->seconds;
@@ -282,10 +275,7 @@ Command add_move(CLI::App& root) {
   add_budget_options(*app, options->budget, "each view");
   add_file_options(*app, options->files, true);
   add_transport_options(*app, options->transport);
-  add_connection_options(*app, options->connection);
-  add_progress_option(*app, options->progress);
-  app->add_flag("--json", options->json, "One JSON object on stdout, described below");
-  app->allow_extras();
+  add_common_options(*app, options->common, "One JSON object on stdout, described below");
   app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }

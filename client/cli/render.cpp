@@ -6,16 +6,14 @@
 #include <optional>
 
 #include "client/cli/command.h"
-#include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/opening.h"
 #include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
-#include "client/cli/progress_option.h"
 #include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
 #include "client/cli/scene_options.h"
-#include "client/cli/terminal.h"
 #include "client/frame_assembler.h"
 
 namespace helio::cli {
@@ -30,9 +28,7 @@ struct RenderOptions {
   BudgetOptions budget;
   FileOptions files;
   TransportOptions transport;
-  ConnectionOptions connection;
-  TextOption progress;
-  bool json = false;
+  CommonOptions common;
 };
 
 constexpr const char* kHelp =
@@ -159,36 +155,33 @@ int finish(Terminal& terminal, const Interrupt& interrupt, Outcome& outcome, con
 }
 
 int run(const CLI::App& app, const RenderOptions& options) {
-  Terminal terminal(options.json);
-  Problems problems;
-  OptionReader reader(problems);
-  report_unknown(app, reader);
-  read_progress(options.progress, reader, terminal);
-  const Connection connection = read_connection(options.connection, reader);
-  const SceneChoice choice = read_scene(options.scene, options.connection, reader);
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
+  const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   pb::RunJobRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  *request.mutable_format() = read_transport(options.transport, connection.address, reader);
+  *request.mutable_format() = read_transport(options.transport, opening.connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
   const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names.heat_maps, *request.mutable_format());
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);
-  const auto refuse = [&] { return terminal.fail(kUsage, problems.to_error().message); };
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
 
   CallControl control;
   CancellableJob job(control);
   const Interrupt interrupt([&] { job.cancel(); });
-  Result<Renderer> renderer = Renderer::open(connection);
-  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
   RenderClient& client = renderer->client();
   const auto info = client.server_info();
-  if (!info) return terminal.fail(exit_code_of(info.error()), info.error().to_string());
+  if (!info) return opening.fail(info.error());
   check_against_server(options.settings, request.settings(), *info, reader);
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
 
   const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
   if (interrupt.raised())
@@ -201,7 +194,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
     check_region(options.settings, request.settings(), reader);
     *request.mutable_camera() = camera->view();
   }
-  if (!problems.empty()) return refuse();
+  if (!problems.empty()) return opening.refuse();
   request.set_scene_id(scene.scene_id());
 
   Outcome outcome;
@@ -235,10 +228,7 @@ Command add_render(CLI::App& root) {
   add_budget_options(*app, options->budget, "the render");
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
-  add_connection_options(*app, options->connection);
-  add_progress_option(*app, options->progress);
-  app->add_flag("--json", options->json, "One JSON object on stdout, described below");
-  app->allow_extras();
+  add_common_options(*app, options->common, "One JSON object on stdout, described below");
   app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }

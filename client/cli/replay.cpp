@@ -5,13 +5,11 @@
 #include <memory>
 
 #include "client/cli/command.h"
-#include "client/cli/connection.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/progress_option.h"
+#include "client/cli/opening.h"
 #include "client/cli/replay_report.h"
 #include "client/cli/scene_options.h"
-#include "client/cli/terminal.h"
 
 namespace helio::cli {
 
@@ -22,9 +20,7 @@ namespace {
 struct ReplayOptions {
   TextOption token;
   SceneOptions scene;
-  ConnectionOptions connection;
-  TextOption progress;
-  bool json = false;
+  CommonOptions common;
 };
 
 constexpr const char* kHelp =
@@ -56,23 +52,21 @@ void say(Terminal& terminal, const pb::ReplaySampleResponse& replay) {
 }
 
 int run(const CLI::App& app, const ReplayOptions& options) {
-  Terminal terminal(options.json);
-  Problems problems;
-  OptionReader reader(problems);
-  report_unknown(app, reader);
-  read_progress(options.progress, reader, terminal);
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
   std::string token;
   if (options.token.given()) {
     token = reader.text(options.token).value_or("");
   } else {
     problems.add("TOKEN", "is missing: the replay_token of a render");
   }
-  const Connection connection = read_connection(options.connection, reader);
   // A daemon may still have the scene.
-  const bool with_scene = options.scene.file.given() || !options.connection.server.given();
+  const bool with_scene = options.scene.file.given() || !options.common.connection.server.given();
   SceneChoice choice;
   if (with_scene) {
-    choice = read_scene(options.scene, options.connection, reader);
+    choice = read_scene(options.scene, options.common.connection, reader);
   } else {
     const SceneOptions& scene = options.scene;
     for (const TextOption* option : {&scene.environment, &scene.scene_time, &scene.texture_filter}) {
@@ -80,12 +74,12 @@ int run(const CLI::App& app, const ReplayOptions& options) {
     }
     if (scene.scene_path) problems.add("--scene-path", "stands only beside FILE");
   }
-  if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
+  if (!problems.empty()) return opening.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(connection);
-  if (!renderer) return terminal.fail(exit_code_of(renderer.error()), renderer.error().to_string());
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
   if (with_scene) {
     const LoadOutcome loaded = load_scene(renderer->client(), choice, terminal, &control);
     if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
@@ -95,7 +89,7 @@ int run(const CLI::App& app, const ReplayOptions& options) {
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted");
   if (!replay) {
     const bool other_scene = with_scene && replay.error().code == ErrorCode::not_found;
-    if (!other_scene) return terminal.fail(exit_code_of(replay.error()), replay.error().to_string());
+    if (!other_scene) return opening.fail(replay.error());
     return terminal.fail(kSceneRefused, choice.file + " is not the token's scene; " + replay.error().to_string());
   }
   if (!replay->note().empty()) terminal.warn(replay->note());
@@ -111,10 +105,7 @@ Command add_replay(CLI::App& root) {
   auto options = std::make_shared<ReplayOptions>();
   add_text(*app, options->token, "TOKEN", "", "What a render with invalid samples gave. Required");
   add_scene_options(*app, options->scene);
-  add_connection_options(*app, options->connection);
-  add_progress_option(*app, options->progress);
-  app->add_flag("--json", options->json, "One JSON object on stdout");
-  app->allow_extras();
+  add_common_options(*app, options->common, "One JSON object on stdout");
   app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }

@@ -1,0 +1,30 @@
+#include "client/cli/opening.h"
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/progress_option.h"
+
+namespace helio::cli {
+
+void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
+  add_connection_options(app, options.connection);
+  add_progress_option(app, options.progress);
+  app.add_flag("--json", options.json, json_help);
+  app.allow_extras();
+}
+
+Opening::Opening(const CLI::App& app, const CommonOptions& options) : terminal(options.json), reader(problems) {
+  report_unknown(app, reader);
+  read_progress(options.progress, reader, terminal);
+  connection = read_connection(options.connection, reader);
+}
+
+int Opening::refuse() {
+  return terminal.fail(kUsage, problems.to_error().message);
+}
+
+int Opening::fail(const Error& error) {
+  return terminal.fail(exit_code_of(error), error.to_string());
+}
+
+}  // namespace helio::cli
