@@ -140,6 +140,8 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
     EXPECT_EQ(read_settings(message, {}, "settings", problems), settings) << to_string(mode);
     EXPECT_TRUE(problems.empty());
     settings.variant = mode == RenderMode::pt ? ModeVariant::bounded : ModeVariant::paper;
+    // Not sent where counts do not differ: read back as the variant's default.
+    if (mode == RenderMode::reproject) settings.adaptive.min_samples = kPaperMinSamples;
     if (reuses(mode)) settings.reprojection = {1, 0.25};
     EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(mode);
     EXPECT_TRUE(problems.empty());
