@@ -1,5 +1,7 @@
 #include "client/camera_motion.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -92,6 +94,15 @@ CameraFrame orbited(const CameraFrame& frame, const V3d& pivot, double degrees) 
 CameraFrame moved(const CameraFrame& frame, const V3d& offset) {
   const V3d right = cross(frame.forward, frame.up);
   return {frame.position + right * offset.x + frame.up * offset.y + frame.forward * offset.z, frame.forward, frame.up};
+}
+
+Result<CameraFrame> within_range(const CameraFrame& frame) {
+  const V3d& p = frame.position;
+  if (in_coordinate_range(p) && in_coordinate_range(p + frame.forward)) return frame;
+  return Error{
+      ErrorCode::invalid_argument,
+      fmt::format("the camera comes to ({}, {}, {}); allowed: coordinates in {}", p.x, p.y, p.z, kCoordinateRange),
+      "position"};
 }
 
 }  // namespace helio

@@ -32,4 +32,7 @@ CameraFrame orbited(const CameraFrame& frame, const V3d& pivot, double degrees);
 // Shifts the camera along its own axes; `offset` is (right, up, forward) in scene units.
 CameraFrame moved(const CameraFrame& frame, const V3d& offset);
 
+// The frame; invalid_argument where motions have led it beyond coordinates of 1e12.
+Result<CameraFrame> within_range(const CameraFrame& frame);
+
 }  // namespace helio

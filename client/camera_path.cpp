@@ -151,16 +151,6 @@ void read_lens(ViewReader& reader, pb::CameraView& camera) {
   }
 }
 
-// A frame that motions have led to, unless that is too far away.
-Result<CameraFrame> within_range(const CameraFrame& frame) {
-  const V3d& p = frame.position;
-  if (in_coordinate_range(p) && in_coordinate_range(p + frame.forward)) return frame;
-  return Error{
-      ErrorCode::invalid_argument,
-      fmt::format("the camera comes to ({}, {}, {}); allowed: coordinates in {}", p.x, p.y, p.z, kCoordinateRange),
-      "position"};
-}
-
 // What one view does to the camera, so that "repeat" can do it again.
 struct Step {
   std::optional<V3d> position, target, up, move;

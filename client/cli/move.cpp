@@ -19,6 +19,7 @@
 #include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
 #include "client/cli/scene_options.h"
+#include "client/named_paths.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -32,7 +33,7 @@ constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 
 struct MoveOptions {
   SceneOptions scene;
-  TextOption path, turn, orbit, pivot, shift, steps;
+  TextOption path, turn, orbit, pivot, shift, steps, step;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -41,6 +42,14 @@ struct MoveOptions {
 };
 
 constexpr const char* kHelp =
+    "Paths by name end at the camera's own view; D is its distance from --pivot, X and N are --step and --steps:\n"
+    "  turn          N = 20 turns to the left by X = 5 degrees\n"
+    "  orbit         N = 20 steps of X = 5 degrees around the point D ahead\n"
+    "  zoom          N = 4 steps into the picture, each X = 1.189 times as large\n"
+    "  translate     N = 1 steps to the right by X = 0.1 times D\n"
+    "  out-and-back  N = 5 steps to the right by X = 0.02 times D and by 100 X degrees to the left, and back\n"
+    "  tiny-moves    the same with N = 500, X = 0.0002 and 50 X degrees\n"
+    "  jump          from a view turned by X = 120 degrees\n"
     "A path file is JSON: {\"views\": [...]}, played in order; what a view does not name stays as before. A view is\n"
     "  placed:  \"camera\": NAME, or \"position\": [x,y,z] and \"target\": [x,y,z] (and \"up\": [x,y,z])\n"
     "  or moved: \"turn_degrees\": A (positive: left), \"orbit_degrees\": A (around \"pivot\": [x,y,z]),\n"
@@ -59,22 +68,46 @@ constexpr const char* kHelp =
     "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n\n";
 
 void add_path_options(CLI::App& app, MoveOptions& options) {
-  add_text(app, options.path, "--path", "PATH.json", "Camera path file, described below");
+  add_text(app, options.path, "--path", "NAME|PATH.json",
+           "turn, orbit, zoom, translate, out-and-back, tiny-moves, jump, or a camera path file (./turn is one of that "
+           "name); described below");
   add_text(app, options.turn, "--turn", "DEGREES",
            "Turn the camera on the spot, positive to the left, in --steps steps");
   add_text(app, options.orbit, "--orbit", "DEGREES",
            "Carry the camera around --pivot, positive counter-clockwise from above, in --steps steps");
   add_text(app, options.pivot, "--pivot", "x,y,z",
-           "Centre of orbits, those of --path included that name none. Default: centre of the scene's bounds");
+           "Centre of orbits, those of a path file included that name none, and what paths by name measure distance "
+           "to. Default: centre of the scene's bounds");
   add_text(app, options.shift, "--move", "r,u,f",
            "Shift the camera right, up and forward along its own axes, scene units, in --steps steps");
   add_text(app, options.steps, "--steps", "N",
            "Steps of the whole motion, [1, 100000]; N + 1 pictures, the start included. Default: one for each 5 "
-           "degrees, at least 1");
+           "degrees, at least 1; of a path by name its own");
+  add_text(app, options.step, "--step", "X",
+           "Size of a step of a path by name: degrees in [-360, 360] (turn, orbit, jump), magnification in [0.01, 100] "
+           "(zoom) or share of the distance in [-100, 100] (the others)");
+}
+
+bool by_name(const MoveOptions& options) {
+  return options.path.given() && is_path_name(options.path.text);
+}
+
+PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
+  PathScale scale;
+  scale.step = reader.number(options.step, -360, true, 360);
+  if (const auto steps = reader.integer(options.steps, 1, 100000)) scale.steps = static_cast<int>(*steps);
+  if (!by_name(options)) {
+    if (options.step.given()) reader.problem(options.step, "stands only beside a --path by name");
+    return scale;
+  }
+  // With any distance: what is wrong with the scale is told before the scene is loaded.
+  const auto path = named_path(options.path.text, 1, scale);
+  if (!path) reader.problem(options.path, path.error().to_string());
+  return scale;
 }
 
 std::string read_path_file(const TextOption& option, OptionReader& reader) {
-  if (!option.given()) return {};
+  if (!option.given() || is_path_name(option.text)) return {};
   std::error_code ignored;
   if (std::filesystem::is_directory(option.text, ignored)) {
     reader.problem(option, "'" + option.text + "' is a folder, not a file");
@@ -93,19 +126,21 @@ std::string read_path_file(const TextOption& option, OptionReader& reader) {
   return text;
 }
 
-CameraMotion read_motion(const MoveOptions& options, OptionReader& reader) {
+CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, OptionReader& reader) {
   CameraMotion motion;
   motion.turn_degrees = reader.number(options.turn, -360000, true, 360000).value_or(0);
   motion.orbit_degrees = reader.number(options.orbit, -360000, true, 360000).value_or(0);
   motion.move = reader.vector(options.shift).value_or(V3d(0, 0, 0));
   const double largest = std::max(std::abs(motion.turn_degrees), std::abs(motion.orbit_degrees));
   motion.steps = std::max(1, static_cast<int>(std::ceil(largest / kDegreesPerStep - 1e-9)));
-  if (const auto steps = reader.integer(options.steps, 1, 100000)) motion.steps = static_cast<int>(*steps);
+  if (scale.steps) motion.steps = *scale.steps;
   if (options.pivot.given() && !options.orbit.given() && !options.path.given()) {
     reader.problem(options.pivot, "stands only beside --orbit or --path: nothing else turns around it");
   }
   const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
-  if (options.path.given() && (moves || options.steps.given())) {
+  if (by_name(options)) {
+    if (moves) reader.problem(options.path, "does not go with --turn, --orbit and --move");
+  } else if (options.path.given() && (moves || options.steps.given())) {
     reader.problem(options.path, "does not go with --turn, --orbit, --move and --steps");
   }
   if (!options.path.given() && !moves) reader.problems().add("--path", "or one of --turn, --orbit, --move is required");
@@ -115,6 +150,14 @@ CameraMotion read_motion(const MoveOptions& options, OptionReader& reader) {
 V3d centre(const pb::SceneInfo& scene) {
   const pb::Vec3 &low = scene.bounds_min(), &high = scene.bounds_max();
   return (V3d(low.x(), low.y(), low.z()) + V3d(high.x(), high.y(), high.z())) * 0.5;
+}
+
+Result<std::vector<PathView>> path_by_name(const std::string& name, const PathScale& scale, const PathStart& start) {
+  const Result<CameraFrame> home = camera_frame(start.camera);
+  if (!home) return home.error();
+  const auto path = named_path(name, length(start.pivot - home->position), scale);
+  if (!path) return path.error();
+  return play_named_path(*path, start);
 }
 
 // Writes the view's picture and describes it. `json` gets the members of render's.
@@ -176,7 +219,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Problems& problems = opening.problems;
   OptionReader& reader = opening.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
-  const CameraMotion motion = read_motion(options, reader);
+  const PathScale scale = read_scale(options, reader);
+  const CameraMotion motion = read_motion(options, scale, reader);
   const std::string path_text = read_path_file(options.path, reader);
   const auto pivot = reader.vector(options.pivot);
   pb::CreateSessionRequest request;
@@ -188,7 +232,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   add_layers(patterns.heat_maps, format);
   OutputCheck outputs;
   outputs.add_inputs(choice);
-  outputs.add_input(options.path.text, "the camera path");
+  if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return opening.refuse();
 
@@ -219,8 +263,9 @@ int run(const CLI::App& app, const MoveOptions& options) {
   check_region(options.settings, request.settings(), reader);
   if (!problems.empty()) return opening.refuse();
   const PathStart start{camera->view(), pivot.value_or(centre(scene)), cameras_of(scene)};
-  const auto views =
-      options.path.given() ? parse_camera_path(path_text, options.path.text, start) : play_motion(motion, start);
+  const auto views = by_name(options)       ? path_by_name(options.path.text, scale, start)
+                     : options.path.given() ? parse_camera_path(path_text, options.path.text, start)
+                                            : play_motion(motion, start);
   if (!views) return terminal.fail(kUsage, views.error().to_string());
   for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
     outputs.check(numbered(patterns, static_cast<int>(i)), problems);

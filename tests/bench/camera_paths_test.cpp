@@ -26,10 +26,10 @@ double degrees_between(const V3d& a, const V3d& b) {
   return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
-CameraPath path_of(const std::string& name) {
+NamedPath path_of(const std::string& name) {
   auto path = find_camera_path(name, kDepth);
   EXPECT_TRUE(path.ok()) << name;
-  return path.ok() ? *path : CameraPath{};
+  return path.ok() ? *path : NamedPath{};
 }
 
 class EveryPath : public testing::TestWithParam<const char*> {};

@@ -118,6 +118,12 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"move", "quad.gltf", "--turn", "5", "--steps", "0"}, 2, {"--steps: '0'", "[1, 100000]"}},
       {{"move", "quad.gltf", "--turn", "5", "--path", "p.json"}, 2, {"--path", "does not go with --turn"}},
       {{"move", "quad.gltf", "--turn", "5", "--pivot", "1,2,3"}, 2, {"--pivot: stands only beside --orbit"}},
+      {{"move", "quad.gltf", "--path", "turn", "--orbit", "5"}, 2, {"--path", "does not go with --turn, --orbit and"}},
+      {{"move", "quad.gltf", "--path", "turn", "--step", "0"}, 2, {"--path", "step: 0 is not a number of degrees"}},
+      {{"move", "quad.gltf", "--path", "zoom", "--step", "1"}, 2, {"--path", "step: 1 is not a magnification"}},
+      {{"move", "quad.gltf", "--path", "jump", "--step", "400"}, 2, {"--step", "[-360, 360]"}},
+      {{"move", "quad.gltf", "--path", "jump", "--steps", "0"}, 2, {"--steps", "[1, 100000]"}},
+      {{"move", "quad.gltf", "--path", "none.json", "--step", "2"}, 2, {"--step", "beside a --path by name"}},
       {{"move", "quad.gltf", "--path", "."}, 2, {"--path: '.' is a folder"}},
       {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened"}},
   };

@@ -223,6 +223,18 @@ TEST_F(CliMove, AnOrbitWritesOnePictureAView) {
   }
 }
 
+TEST_F(CliMove, APathByNameEndsAtTheCamerasOwnView) {
+  const auto json = heliograph_json({"move", "quad.gltf", "--environment", "0,0,0", "--path", "turn", "--step", "90",
+                                     "--steps", "2", "--size", "40x30", "--samples", "4", "--output", "t.#.exr"});
+  ASSERT_EQ(json["frames"].size(), 3u);
+  const float wanted[] = {0, 0, 2};  // the square is behind, beside and in front
+  for (int i = 0; i < 3; ++i) {
+    const auto picture = read_exr(folder_ / ("t." + std::to_string(i) + ".exr"), kMaxPixels);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ((*picture->find("R"))[15 * 40 + 10], wanted[i]) << "view " << i;
+  }
+}
+
 // Of the pixel that sees the square's middle, and of the corner, which sees the environment.
 TEST_F(CliMove, HeatMapsShowErrorProbabilityAndReuse) {
   const auto json = heliograph_json({"move", "quad.gltf", "--environment", "0.1,0.1,0.1", "--move", "0.2,0,0",

@@ -5,6 +5,7 @@
 
 #include "client/camera_motion.h"
 #include "client/camera_path.h"
+#include "client/named_paths.h"
 
 namespace helio::test {
 namespace {
@@ -206,6 +207,67 @@ TEST(CameraPath, WhatLeadsTooFarIsRefusedBeforeAnythingIsPlayed) {
   const auto moved_away = play_motion(motion, start());
   ASSERT_FALSE(moved_away);
   EXPECT_NE(moved_away.error().to_string().find("[-1e12, 1e12]"), std::string::npos) << moved_away.error().to_string();
+}
+
+std::vector<PathView> play(const std::string& name, double distance, const PathScale& scale = {},
+                           const PathStart& from = start()) {
+  const auto path = named_path(name, distance, scale);
+  EXPECT_TRUE(path) << path.error().to_string();
+  auto views = play_named_path(*path, from);
+  EXPECT_TRUE(views) << views.error().to_string();
+  return views ? *views : std::vector<PathView>();
+}
+
+TEST(NamedPaths, EndAtTheStartsOwnCamera) {
+  for (const char* name : kPathNames) {
+    EXPECT_TRUE(is_path_name(name));
+    EXPECT_EQ(play(name, 3).back().camera.SerializeAsString(), start().camera.SerializeAsString()) << name;
+  }
+  EXPECT_FALSE(is_path_name("turn.json"));
+}
+
+TEST(NamedPaths, GoWhereTheySay) {
+  const auto turn = play("turn", 3, {.step = 45, .steps = 2});
+  ASSERT_EQ(turn.size(), 3u);
+  expect_near(camera_frame(turn[0].camera)->forward, V3d(1, 0, 0));  // two turns of 45 degrees to the left before -z
+  const auto orbit = play("orbit", 3, {.step = 90, .steps = 1});
+  expect_near(position_of(orbit[0].camera), V3d(-3, 0, 0));  // around the point 3 ahead, the origin
+  const auto translate = play("translate", 5);
+  ASSERT_EQ(translate.size(), 2u);
+  expect_near(position_of(translate[0].camera), V3d(-0.5, 0, 3));
+  const auto out = play("out-and-back", 5, {.step = 0.1, .steps = 2});
+  ASSERT_EQ(out.size(), 5u);
+  expect_near(position_of(out[2].camera), V3d(1, 0, 3));
+  EXPECT_EQ(out[1].camera.SerializeAsString(), out[3].camera.SerializeAsString());
+  EXPECT_EQ(play("tiny-moves", 5).size(), 1001u);
+}
+
+TEST(NamedPaths, ZoomIsOfTheLens) {
+  const auto zoom = play("zoom", 3, {.step = 2, .steps = 1});
+  EXPECT_NEAR(std::tan(zoom[0].camera.vertical_fov() / 2), 2 * std::tan(0.4), 1e-12);
+  expect_near(position_of(zoom[0].camera), V3d(0, 0, 3));
+  PathStart flat = start();
+  flat.camera.clear_vertical_fov();
+  flat.camera.set_orthographic_half_height(3);
+  EXPECT_DOUBLE_EQ(play("zoom", 3, {.step = 2, .steps = 1}, flat)[0].camera.orthographic_half_height(), 6);
+}
+
+TEST(NamedPaths, RefuseWhatTheyDoNotKnow) {
+  const auto problem = [](const std::string& name, double distance, const PathScale& scale = {}) {
+    const auto path = named_path(name, distance, scale);
+    return path ? std::string("accepted") : path.error().to_string();
+  };
+  EXPECT_NE(problem("spiral", 1).find("'spiral' is none of turn, translate"), std::string::npos);
+  EXPECT_NE(problem("turn", 0).find("distance: 0 is not finite and above 0"), std::string::npos);
+  EXPECT_NE(problem("turn", std::nan("")).find("distance"), std::string::npos);
+  const std::string both = problem("zoom", 1, {.step = 1, .steps = 0});
+  EXPECT_NE(both.find("step: 1 is not a magnification in [0.01, 100], not 1"), std::string::npos) << both;
+  EXPECT_NE(both.find("steps: 0 is not in [1, 100000]"), std::string::npos) << both;
+  EXPECT_NE(problem("orbit", 1, {.step = 361}).find("[-360, 360]"), std::string::npos);
+  EXPECT_NE(problem("jump", 1, {.step = std::nan("")}).find("step"), std::string::npos);
+  EXPECT_NE(problem("translate", 1, {.step = 0}).find("share of the distance"), std::string::npos);
+  const auto far = play_named_path(*named_path("translate", 1e12, {.step = 100}), start());
+  EXPECT_FALSE(far);
 }
 
 }  // namespace
