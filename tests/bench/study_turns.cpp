@@ -84,7 +84,7 @@ Result<std::vector<CurveReport>> turn_curves(RenderEngine& engine, const ErrorSc
   }
   std::vector<CurveReport> curves;
   for (std::size_t m = 0; m < modes.size(); ++m) {
-    CurveReport curve{scene.name, "heliograph", modes[m].setting.name, scene.reference_mse, {}};
+    CurveReport curve{scene.name, "heliograph", modes[m].setting.name, reference_mse(scene), {}};
     for (std::size_t k = 0; k < counts.size(); ++k) curve.points.push_back(summarise(counts[k], errors[m][k]));
     curves.push_back(std::move(curve));
   }
@@ -120,7 +120,7 @@ Result<StudyReport> run_turn_study(BenchContext& context) {
   StudyReport report;
   report.title = "Reprojection along turns of 100 degrees, after Schalk (2018), chapters 4.3 and 4.4";
   for (const StudyMode& mode : modes) report.settings.push_back(mode.setting);
-  std::vector<CameraPath> paths;
+  std::vector<NamedPath> paths;
   for (const int degrees : options.step_degrees) {
     auto path = find_camera_path("turn-" + std::to_string(degrees), 1);  // turns do not depend on the depth
     if (!path)
