@@ -42,8 +42,11 @@ void FirstHits::add(int half, std::uint32_t sample_index, std::uint32_t count, i
     pixel.met = std::uint8_t(pixel.met | 1u << slot);
     if (sample.directed) pixel.directed = std::uint8_t(pixel.directed | 1u << slot);
   }
-  // The first stored hit is that of the pixel's first sample; one that met nothing is far from all that did.
+  // The first stored hit is that of the pixel's first sample; one that met nothing is far from all that did. Where that
+  // sample was invalid there is nothing to compare with.
+  if (slot == 0) pixel.begun = true;
   const bool first_met = pixel.met & 1;
+  if (!pixel.begun && !pixel.settled) return;
   if (sample.met != first_met ||
       (sample.met && !(length(sample.position - stored[0].position) <= kMostHitDistance * sample.footprint)))
     pixel.edge = true;

@@ -39,8 +39,9 @@ struct PixelHits {
   float irradiance[kHalves][3] = {};  // mean over the valid samples of each half
   std::uint8_t met = 0;               // bit k: stored hit k is there
   std::uint8_t directed = 0;          // bit k: and has a direction
-  bool settled = false;  // was reprojected: keeps the hits that came with it, "stored when not yet reprojected"
-  bool edge = false;     // samples of the pixel met points further apart than the distance test allows
+  bool settled : 1 = false;  // was reprojected: keeps the hits that came with it, "stored when not yet reprojected"
+  bool edge : 1 = false;     // samples of the pixel met points further apart than the distance test allows
+  bool begun : 1 = false;    // the first sample was valid
 };
 
 class LeftPicture;

@@ -95,8 +95,7 @@ class SampleAllocation {
 
 // The film, which must have targets, outlives the allocation; nobody else writes to it meanwhile. `region` meets it.
 // Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request (with
-// `fill` one, paper none), and
-// what the round before asked for at every later one.
+// `fill` one, paper none), and what the round before asked for at every later one.
 std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
                                                   const AllocationSettings& settings, const AllocationRequest& request);
 

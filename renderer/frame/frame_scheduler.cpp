@@ -68,7 +68,8 @@ std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, d
 bool FrameScheduler::publication_due(const FrameState& state, double view_age_s, std::size_t backlog,
                                      double now_s) const {
   // After one iteration of Algorithm 2 every pixel has something, though fewer than one fresh sample on average.
-  const bool shows_carried = allocation_ && allocation_->paper && state.fill && state.round.number > 0;
+  const bool shows_carried =
+      allocation_ && allocation_->paper && state.fill && state.round.number > 0 && state.round_done();
   if (state.total() == 0 && !shows_carried) return false;
   if (state.republish) return true;
   if (!policy_.passes) return false;

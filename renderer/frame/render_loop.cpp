@@ -81,6 +81,7 @@ struct RenderLoop::Impl final : PieceSource {
   bool deliver_waiting(std::unique_lock<std::mutex>& lock);
   void begin_frame(Retired& retired);
   void advance(std::size_t backlog);
+  void note_transfer();
   void note_finished_plan(double now);
   void end_frame(FrameEndReason reason, std::string message);
   void abandon_frame(FrameEndReason reason);
@@ -345,6 +346,8 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
 }
 
 void RenderLoop::Impl::begin_frame(Retired& retired) {
+  // The plan that the transfer began may have been cut short after it.
+  if (state.reproject_due && transfer && transfer->complete()) note_transfer();
   const bool show_again = next == Next::show_again;
   next = Next::nothing;
   if (next_film) {
@@ -413,18 +416,21 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   }
 }
 
+// The film holds what earlier pictures know.
+void RenderLoop::Impl::note_transfer() {
+  state.reproject_due = false;
+  const double carried = double(transfer->stats().carried);
+  const bool paper = film->first_hits() != nullptr;  // reviews nothing, and counts all that there is
+  state.carried = !paper && carried > 0;
+  state.fill = paper ? carried > 0 : carried >= kFillShare * double(state.round.pixels);
+}
+
 void RenderLoop::Impl::note_finished_plan(double now) {
   const FramePlan& plan = pipeline.plan();
   pipeline.grid().done_everywhere(state.done);
 
   const StageSeconds& seconds = pipeline.seconds();
-  if (plan.reproject) {
-    state.reproject_due = false;
-    const double carried = double(transfer->stats().carried);
-    const bool paper = settings.variant == ModeVariant::paper;  // reviews nothing, and counts all that there is
-    state.carried = !paper && carried > 0;
-    state.fill = paper ? carried > 0 : carried >= kFillShare * double(state.round.pixels);
-  }
+  if (plan.reproject) note_transfer();
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
     ++state.round.number;

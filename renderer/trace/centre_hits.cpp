@@ -192,7 +192,10 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   const float error = std::sqrt(scatter + sqr(unseen * known / float(count))) + unknown;
   // As far as the scatter explains it the change is noise: James and Stein's estimator.
   const float keep = sqr(off) / std::max(sqr(off) + sqr(error), FLT_MIN);
-  for (int c = 0; c < 3; ++c) change.ratio[c] = 1 + keep * ((now[c] + unknown) / (before[c] + unknown) - 1);
+  for (int c = 0; c < 3; ++c) {
+    const float old = before[c] + unknown;  // 0: the surface is black in this channel
+    change.ratio[c] = old > 0 ? 1 + keep * ((now[c] + unknown) / old - 1) : 1.0f;
+  }
   // Few directions say little of a large change; a fall as little as the rise that it is the other way round.
   const float fall = std::clamp(known / std::max(changed, FLT_MIN), 1.0f, kMostRatio);
   const float doubt = kDoubt * off * fall;

@@ -23,7 +23,9 @@ class DirectionRecorder : public NoWatch {
 
   void segment(int vertex, std::uint32_t path, const PathGroup&) {
     first_ = vertex == 1;
-    if (first_) paths_[path] = {};
+    if (!first_) return;
+    paths_[path] = {};
+    beta_ = Rgb(1, 1, 1);  // throughput() is not called where nothing is met
   }
   void throughput(std::uint32_t, const Rgb& beta) { beta_ = beta; }
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {

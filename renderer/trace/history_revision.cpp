@@ -79,8 +79,9 @@ SurfaceChange surface_change(const SceneDifference& difference, const CentreHit&
 }  // namespace
 
 HistoryRevision::HistoryRevision(std::shared_ptr<const RenderScene> scene, const PixelRect& region,
-                                 const PathSettings& settings, std::vector<OutdatedPicture> pictures)
-    : scene_(std::move(scene)), region_(region), settings_(settings) {
+                                 const PixelFilter& filter, const PathSettings& settings,
+                                 std::vector<OutdatedPicture> pictures)
+    : scene_(std::move(scene)), region_(region), wide_filter_(filter_reach(filter) > 1), settings_(settings) {
   for (OutdatedPicture& picture : pictures) items_.push_back({std::move(picture), std::nullopt, nullptr});
 }
 
@@ -105,6 +106,11 @@ void HistoryRevision::compare() {
                                                        views.size() > 1 ? kCellSideOfTwo : kCellSide, settings_));
     for (Item* item : view) item->changes = changes_.back().get();
   }
+}
+
+bool HistoryRevision::scales(std::size_t picture) const {
+  const std::optional<SceneDifference>& difference = items_[picture].difference;
+  return difference && difference->brightness.has_value();
 }
 
 std::size_t HistoryRevision::measure_parts() const {
@@ -173,7 +179,8 @@ void HistoryRevision::revise(const Item& item, const PixelRect& window, Reprojec
         SourcePixel& pixel = pixels.pixel(x, y);
         const CentreHit& centre = pixels.centre(x, y);
         if (pixel.empty()) continue;
-        const SurfaceChange surface = surface_change(difference, centre);
+        SurfaceChange surface = surface_change(difference, centre);
+        if (surface == SurfaceChange::some && wide_filter_) surface = SurfaceChange::all;
         if (surface == SurfaceChange::some && !traced) {
           stats.rays += edited.trace(block);
           traced = true;

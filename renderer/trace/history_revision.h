@@ -29,14 +29,17 @@ struct OutdatedPicture {
 
 // Four stages, one after the other, each all of its parts; parts of one stage are thread safe.
 //
-// Stopped on the way, pictures are outdated still, and may be revised again: bounds only grow.
+// Stopped on the way, pictures are outdated still, and may be revised again: bounds only grow. Not so those that are
+// scaled.
 class HistoryRevision {
  public:
   // The pictures' pixels outlive this. settings.seed: of none of their samples, nor of those of other revisions.
-  HistoryRevision(std::shared_ptr<const RenderScene> scene, const PixelRect& region, const PathSettings& settings,
-                  std::vector<OutdatedPicture> pictures);
+  HistoryRevision(std::shared_ptr<const RenderScene> scene, const PixelRect& region, const PixelFilter& filter,
+                  const PathSettings& settings, std::vector<OutdatedPicture> pictures);
 
   void compare();  // one part
+  // After compare(): revise() multiplies the pixels of this picture, and must not stop on the way.
+  bool scales(std::size_t picture) const;
   // 0 parts where nothing has to be measured.
   std::size_t measure_parts() const;
   void measure(std::size_t part, ReprojectionStats& stats);
@@ -56,6 +59,7 @@ class HistoryRevision {
 
   std::shared_ptr<const RenderScene> scene_;
   PixelRect region_;
+  bool wide_filter_;  // reaches beyond the next pixel
   PathSettings settings_;
   std::vector<Item> items_;
   std::vector<std::unique_ptr<ChangeSamples>> changes_;  // pictures of one scene and view share

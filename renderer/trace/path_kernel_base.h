@@ -1,4 +1,4 @@
-// The path loop that the kernels share: each is a class of its own on top of it, in one .cpp per kernel.
+// The path loop that the kernels share: each is a class template of its own on top of it.
 //
 // Paths advance together, a group at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
 // rays. A group is one sample of one half of every pixel of a 16x16 block of the film; with sample targets, of those

@@ -1,5 +1,5 @@
-// The kernel for everything: one vertex of one path after the other. Watch: NoWatch, SampleWatch
-// or HitRecorder.
+// The kernel for everything: one vertex of one path after the other. Watch: NoWatch, SampleWatch, HitRecorder or
+// DirectionRecorder.
 #pragma once
 
 #include "renderer/trace/bsdf_lambert.h"

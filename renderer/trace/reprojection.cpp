@@ -36,19 +36,7 @@ using Int8 = std::uint32_t __attribute__((vector_size(32)));
 // Depths that the same ray has met, in scenes that may differ in how a surface is stored.
 constexpr float kSameDepth = 1e-4f;
 
-// How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
 constexpr int kMostReach = 8;
-int reach(const PixelFilter& filter) {
-  switch (filter.kind) {
-    case PixelFilterKind::box:
-      return 1;
-    case PixelFilterKind::tent:
-      return std::max(1, int(std::ceil(std::min(filter.scale, 100.0))));
-    case PixelFilterKind::gaussian:
-      return std::max(1, int(std::ceil(std::min(4 * filter.scale, 100.0))));
-  }
-  return 1;
-}
 
 struct Tap {
   int x = 0, y = 0;
@@ -369,8 +357,20 @@ std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
 
 }  // namespace
 
+int filter_reach(const PixelFilter& filter) {
+  switch (filter.kind) {
+    case PixelFilterKind::box:
+      return 1;
+    case PixelFilterKind::tent:
+      return std::max(1, int(std::ceil(std::min(filter.scale, 100.0))));
+    case PixelFilterKind::gaussian:
+      return std::max(1, int(std::ceil(std::min(4 * filter.scale, 100.0))));
+  }
+  return 1;
+}
+
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter) {
-  return pose.lens_radius == 0 && reach(filter) <= kMostReach;
+  return pose.lens_radius == 0 && filter_reach(filter) <= kMostReach;
 }
 
 void ReprojectionStats::add(const ReprojectionStats& other) {
@@ -386,7 +386,7 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       region_(region),
       pose_(pose),
       camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
-      border_(reach(filter)),
+      border_(filter_reach(filter)),
       sources_(std::move(sources)) {
   assert(sources_.size() <= kMostSources && film.history());
   for (const PictureSource& source : sources_) viewpoints_.push_back(other_viewpoint(source.pose, pose, *scene_));

@@ -58,6 +58,9 @@ struct ReprojectionStats {
   void add(const ReprojectionStats& other);
 };
 
+// How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
+int filter_reach(const PixelFilter& filter);
+
 // Whether pictures of such a camera can be drawn on, and drawn from others.
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 

@@ -46,6 +46,9 @@ void ForwardTransfer::run(int sweep, std::size_t part) {
       break;
     case Sweep::clear:
       film_.clear(window);
+      for (int y = window.y0; film_.targets() && y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) film_.targets()->demand(0, x, y) = 0;  // a carried probability
+      }
       return;
   }
   note(stats);
@@ -62,6 +65,7 @@ void ForwardTransfer::finish_sweep(int sweep) {
     case Sweep::carry:
     case Sweep::clear:
       history_.film_complete(nullptr, pose_);  // edits of the scene begin anew
+      note_complete();
       return;
   }
 }

@@ -18,6 +18,9 @@ class PictureTransfer {
   virtual void run(int sweep, std::size_t part) = 0;
   virtual void finish_sweep(int sweep) = 0;
 
+  // The film holds all of the new picture's beginning.
+  bool complete() const { return complete_; }
+
   // Of what has been done so far. Thread safe.
   ReprojectionStats stats() const {
     const std::lock_guard lock(mutex_);
@@ -29,8 +32,10 @@ class PictureTransfer {
     const std::lock_guard lock(mutex_);
     stats_.add(stats);
   }
+  void note_complete() { complete_ = true; }
 
  private:
+  bool complete_ = false;
   mutable std::mutex mutex_;  // of stats_
   ReprojectionStats stats_;
 };

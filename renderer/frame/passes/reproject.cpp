@@ -66,10 +66,12 @@ void HistoryTransfer::prepare_revision() {
   std::vector<OutdatedPicture> pictures;
   for (int i = 0; i < FilmHistory::kSources; ++i) {
     const PictureHistory::Slot& slot = history_.slot(i);
-    if (slot.valid && slot.scene != scene_) pictures.push_back({slot.scene, slot.pose, &film_.history()->source(i)});
+    if (!slot.valid || slot.scene == scene_) continue;
+    pictures.push_back({slot.scene, slot.pose, &film_.history()->source(i)});
+    revised_slots_.push_back(i);
   }
   if (pictures.empty()) return prepare_reprojection();
-  revision_ = std::make_unique<HistoryRevision>(scene_, region_, settings_, std::move(pictures));
+  revision_ = std::make_unique<HistoryRevision>(scene_, region_, filter_, settings_, std::move(pictures));
   sweeps_.push_back(Sweep::compare);
 }
 
@@ -138,15 +140,17 @@ void HistoryTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::compare:
       if (revision_->measure_parts() > 0) sweeps_.insert(sweeps_.end(), {Sweep::measure, Sweep::collect});
+      // Bounds that are added twice are bounds; pictures scaled twice would be wrong.
+      for (std::size_t k = 0; k < revised_slots_.size(); ++k) {
+        if (revision_->scales(k)) history_.slot_in_revision(revised_slots_[k]);
+      }
       sweeps_.push_back(Sweep::revise);
       return;
     case Sweep::collect:
       revision_->finish_collecting();
       return;
     case Sweep::revise:
-      for (int i = 0; i < FilmHistory::kSources; ++i) {
-        if (history_.slot(i).valid) history_.slot_revised(i, scene_);
-      }
+      for (const int i : revised_slots_) history_.slot_revised(i, scene_);
       prepare_reprojection();
       return;
     case Sweep::measure:
@@ -154,6 +158,7 @@ void HistoryTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::carry:
       history_.film_complete(scene_, pose_);
+      note_complete();
       return;
   }
 }

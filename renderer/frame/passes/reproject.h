@@ -46,7 +46,12 @@ class PictureHistory {
   // from now on.
   int take_slot(double samples);
   void slot_complete(int slot);
-  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene) { slots_[slot].scene = scene; }
+  // Until slot_revised() the slot's pixels are of neither scene.
+  void slot_in_revision(int slot) { slots_[slot].valid = false; }
+  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene) {
+    slots_[slot].valid = true;
+    slots_[slot].scene = scene;
+  }
   void film_overwritten() { film_ = {}; }
   // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).
   void copy_complete() {
@@ -101,6 +106,7 @@ class HistoryTransfer final : public PictureTransfer {
   int current_ = 0;
   std::vector<PixelRect> windows_;
   std::unique_ptr<HistoryRevision> revision_;
+  std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;
 };
 

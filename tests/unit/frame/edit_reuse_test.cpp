@@ -319,6 +319,36 @@ TEST_P(EditReuse, EditsInterruptedAnywhereAreAllHeeded) {
   EXPECT_GT(std::sqrt(reported / squared), 0.6);
 }
 
+TEST_P(EditReuse, LightThatIsScaledAgainAndAgainIsScaledOnce) {
+  // All that shines, as a hand on a slider sets it, each before the picture of the last is done. Pixels scaled twice
+  // would be off by a factor that no bound tells of.
+  const auto brighter = [&](double factor) {
+    return edited(base, {LightEdit{0u, std::nullopt, factor}, EnvironmentEdit{std::nullopt, factor}});
+  };
+  std::vector<Scene> scenes;
+  for (int i = 0; i < 8; ++i) scenes.push_back(brighter(1.2 + 0.1 * i));
+  const Scene last = brighter(2);
+  const auto rest = rested(base);
+  LoopViews& views = *rest;
+  for (int i = 0; i < 60; ++i) {
+    RenderLoop::Update update;
+    update.scene = scenes[std::size_t(i % 8)];
+    views.loop().update(update);
+    const double until = now_s() + 5e-5 * i;
+    while (now_s() < until) {
+    }
+  }
+  views.set_scene(last);
+  const ViewPicture& picture = views.render(yard_camera(), 2);
+  const ViewPicture& after = truth(last);
+  double sum = 0, expected = 0;
+  for (std::size_t i = 0; i < after.samples.size(); ++i) {
+    sum += double(picture.radiance[1][i]);
+    expected += double(after.radiance[1][i]);
+  }
+  EXPECT_NEAR(sum / expected, 1, 0.05);
+}
+
 TEST_P(EditReuse, AnEditedSceneIsFreedOnceNothingIsOwedToIt) {
   const auto rest = rested(base);
   LoopViews& views = *rest;

@@ -87,6 +87,17 @@ TEST(CentreHits, AHighlightFollowsTheCamera) {
   }
 }
 
+TEST(CentreHits, BlackChannelsStayBlackNumbers) {
+  Material red = metal(0.2f);
+  red.base_color = Rgb(1, 0, 0);
+  red.metallic = 0.5f;
+  for (const float specular : {0.0f, 1.0f}) {
+    red.specular = specular;
+    const ViewChange change = AFloor(red).change_from(kThere, {{pack_direction(V3f(0, 1, 0)), 1}});
+    for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(change.ratio[c])) << c;
+  }
+}
+
 TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
   // Sixteen that say nearly the same leave little noise to shrink for.
   const AFloor floor(metal(0.2f));
