@@ -339,7 +339,7 @@ TEST_P(EditReuse, LightThatIsScaledAgainAndAgainIsScaledOnce) {
     }
   }
   views.set_scene(last);
-  const ViewPicture& picture = views.render(yard_camera(), 2);
+  const ViewPicture& picture = views.render(yard_camera(), 8);
   const ViewPicture& after = truth(last);
   double sum = 0, expected = 0;
   for (std::size_t i = 0; i < after.samples.size(); ++i) {
