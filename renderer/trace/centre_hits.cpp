@@ -21,12 +21,11 @@ constexpr int kDirections = 4;  // of view_change()
 constexpr float kMostRatio = 16;
 // Share of a change by which it is taken to be off beside what its directions' scatter says.
 constexpr float kDoubt = 0.5f;
-constexpr std::size_t kMostDirections = 16;
 
 // A direction that was kept more than once knows no more than once. Returns how many there are.
-std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostDirections]) {
+std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostWeighed]) {
   std::size_t count = 0;
-  for (const WeighedDirection& d : from.first(std::min(from.size(), kMostDirections))) {
+  for (const WeighedDirection& d : from.first(std::min(from.size(), kMostWeighed))) {
     std::size_t i = 0;
     while (i < count && to[i].packed != d.packed) ++i;
     if (i == count) to[count++] = {d.packed, 0};
@@ -154,8 +153,8 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
   const float unseen = view_change(params, b.wo, from, b.key);
 
-  WeighedDirection distinct[kMostDirections];
-  float ratios[kMostDirections];
+  WeighedDirection distinct[kMostWeighed];
+  float ratios[kMostWeighed];
   int count = 0;
   Rgb now(0, 0, 0), before(0, 0, 0);
   float whole = 0, known = 0, changed = 0;

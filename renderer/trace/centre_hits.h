@@ -18,6 +18,9 @@ struct WeighedDirection {
   float weight = 0;
 };
 
+// Of the four pixels of a lookup.
+inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
+
 struct ViewChange {
   Rgb ratio{1, 1, 1};  // new over old
   float error = 0;     // standard error of the ratio, over the ratio; >= 0
@@ -44,12 +47,12 @@ class CentreHits {
   bool depends_on_view() const;
 
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
-  // (rebased), given directions wi that light which arrived there came from, at most 16 of them. Picked in proportion
-  // to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the change is
-  // shrunk as far as that explains it (James and Stein 1961). Its error is the scatter's, with one direction more whose
-  // change is that of four directions of the BSDF's own sampling, for there may be light that none of these has met
-  // (eq. 15 of Schalk 2018 without the irradiance, for any BSDF); and a share of the change itself. Light of delta
-  // lobes may change altogether. Without directions the ratio is 1.
+  // (rebased), given directions wi that light which arrived there came from, at most kMostWeighed of them. Picked in
+  // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the
+  // change is shrunk as far as that explains it (James and Stein 1961). Its error is the scatter's, with one direction
+  // more whose change is that of four directions of the BSDF's own sampling, for there may be light that none of these
+  // has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF); and a share of the change itself. Light of
+  // delta lobes may change altogether. Without directions the ratio is 1.
   ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.

@@ -26,9 +26,6 @@ constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
 
-// Of the four pixels of a lookup.
-constexpr int kMostDirections = 4 * kHalves * DirectionReservoir::kPlaces;
-
 using Float8 = float __attribute__((vector_size(32)));
 using Short8 = std::uint16_t __attribute__((vector_size(16)));
 using Int8 = std::uint32_t __attribute__((vector_size(32)));
@@ -142,7 +139,7 @@ class SourceView {
   }
 
   // Where light came from for a pixel that sees `here` at `position`, as the pixels around know it.
-  int directions(const CentreHit& here, const V3d& position, WeighedDirection (&out)[kMostDirections]) {
+  int directions(const CentreHit& here, const V3d& position, WeighedDirection (&out)[kMostWeighed]) {
     const Taps taps = find_taps(here, position);
     int directions = 0;
     for (int i = 0; i < taps.count; ++i) {
@@ -409,7 +406,7 @@ void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stat
         const CentreHit& here = history.centre(x, y) = centres.at(x, y);
         for (std::size_t i = 0; i < sources_.size(); ++i) {
           if (!viewpoints_[i]) continue;
-          WeighedDirection directions[kMostDirections];
+          WeighedDirection directions[kMostWeighed];
           int count = 0;
           if (centres.depends_on_view()) {
             const V3d position = now.position_at(x + 0.5, y + 0.5, double(here.depth));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "checksum64.h"
+#include "figures.h"
 #include "generated_scenes.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/scene/scene_loader.h"
@@ -129,6 +130,19 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   scene.reference = std::move(made->picture);
   scene.reference_variance = std::move(made->variance);
   return scene;
+}
+
+Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, const std::string& name,
+                                                   RenderEngine& engine) {
+  const auto file = find_error_scene(options, name, SceneKind::any);
+  if (!file && options.scenes.empty()) {
+    note(file.error().to_string() + "; left out");
+    return std::optional<ErrorScene>();
+  }
+  if (!file) return file.error();
+  auto scene = load_error_scene(options, *file, engine, kReferenceSamples);
+  if (!scene) return scene.error();
+  return std::optional<ErrorScene>(std::move(*scene));
 }
 
 }  // namespace helio::bench

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "bench_context.h"
@@ -37,5 +38,10 @@ Result<std::filesystem::path> find_error_scene(const BenchOptions& options, cons
 // options.size pixels high, kept in options.cache (reference_pictures.h).
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::filesystem::path& file,
                                     RenderEngine& engine, std::uint32_t samples);
+
+// The two in one, with references of kReferenceSamples. Nothing, and a note, where a scene that nobody asked for by
+// name (options.scenes is empty) is not there.
+Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, const std::string& name,
+                                                   RenderEngine& engine);
 
 }  // namespace helio::bench

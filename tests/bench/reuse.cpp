@@ -254,14 +254,10 @@ Status run_reuse(BenchContext& context, Figures& figures) {
   std::vector<std::vector<double>> gains;
   std::vector<Motion> all;
   for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
-    const auto file = find_error_scene(options, name, SceneKind::any);
-    if (!file && options.scenes.empty()) {
-      note(file.error().to_string() + "; left out");
-      continue;
-    }
-    if (!file) return file.error();
-    const auto scene = load_error_scene(options, *file, engine, kReferenceSamples);
-    if (!scene) return scene.error();
+    const auto opened = open_error_scene(options, name, engine);
+    if (!opened) return opened.error();
+    const std::optional<ErrorScene>& scene = *opened;
+    if (!scene) continue;
     const auto depth = scene_depth(*scene->scene, scene->view);
     if (!depth) return depth.error();
     all = motions(*scene, *depth);

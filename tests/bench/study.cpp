@@ -122,14 +122,10 @@ Result<StudyReport> run_study(BenchContext& context) {
   for (const StudyMode& mode : modes) report.settings.push_back(mode.setting);
   RenderEngine engine(options.threads);
   for (const StudyScene& chosen : chosen_scenes(options)) {
-    const auto file = find_error_scene(options, chosen.name, SceneKind::any);
-    if (!file && options.scenes.empty()) {
-      note(file.error().to_string() + "; left out");
-      continue;
-    }
-    if (!file) return file.error();
-    const auto scene = load_error_scene(options, *file, engine, kReferenceSamples);
-    if (!scene) return scene.error();
+    const auto opened = open_error_scene(options, chosen.name, engine);
+    if (!opened) return opened.error();
+    const std::optional<ErrorScene>& scene = *opened;
+    if (!scene) continue;
     std::vector<Contender> contenders;
     for (const StudyMode& mode : modes) contenders.push_back(contender_of(engine, *scene, mode));
     auto curves = measure_curves(*scene, contenders, counts_up_to(options.samples), options.seeds);

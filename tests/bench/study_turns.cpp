@@ -129,14 +129,10 @@ Result<StudyReport> run_turn_study(BenchContext& context) {
   }
   RenderEngine engine(options.threads);
   for (const StudyScene& chosen : chosen_scenes(options)) {
-    const auto file = find_error_scene(options, chosen.name, SceneKind::any);
-    if (!file && options.scenes.empty()) {
-      note(file.error().to_string() + "; left out");
-      continue;
-    }
-    if (!file) return file.error();
-    const auto scene = load_error_scene(options, *file, engine, kReferenceSamples);
-    if (!scene) return scene.error();
+    const auto opened = open_error_scene(options, chosen.name, engine);
+    if (!opened) return opened.error();
+    const std::optional<ErrorScene>& scene = *opened;
+    if (!scene) continue;
     for (std::size_t p = 0; p < paths.size(); ++p) {
       for (const int samples : options.step_samples) {
         auto curves =

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "moments.h"
 #include "tests/support/edited_scenes.h"
 #include "tests/support/loop_views.h"
 #include "z_test.h"
@@ -29,17 +30,6 @@ const std::vector<std::pair<const char*, std::vector<SceneEdit>>>& edits() {
   };
   return all;
 }
-
-struct Moments {
-  double sum = 0, squares = 0, n = 0;
-  void add(double x) {
-    sum += x;
-    squares += x * x;
-    ++n;
-  }
-  double mean() const { return sum / n; }
-  double variance_of_mean() const { return std::max(0.0, squares / n - mean() * mean()) / (n - 1); }
-};
 
 // Means over the blocks of 16x16 pixels of many pictures: off by no more than the bias that they were allowed.
 TEST(EditReuse, BlocksAreNotBiasedBeyondTheirBound) {

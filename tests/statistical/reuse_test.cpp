@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "moments.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
@@ -26,17 +27,6 @@ double mean_of(const ViewPicture& picture) {
   }
   return sum / (3.0 * double(picture.samples.size()));
 }
-
-struct Moments {
-  double sum = 0, squares = 0, n = 0;
-  void add(double x) {
-    sum += x;
-    squares += x * x;
-    ++n;
-  }
-  double mean() const { return sum / n; }
-  double variance_of_mean() const { return std::max(0.0, squares / n - mean() * mean()) / (n - 1); }
-};
 
 // The mean over the picture, at the end of a path of a few turns and a step to the side, and after a rest.
 TEST(Reuse, TheMeanIsNotBiased) {

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,18 @@ struct ViewPicture {
 
   PictureView view() const { return {width, height, {radiance[0].data(), radiance[1].data(), radiance[2].data()}}; }
 };
+
+// Radiance, variance and samples, to the bit.
+inline bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
+  for (int c = 0; c < 3; ++c) {
+    if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
+  }
+  return a.samples == b.samples;
+}
+
+inline double mean_samples(const ViewPicture& picture) {
+  return std::accumulate(picture.samples.begin(), picture.samples.end(), 0.0) / double(picture.samples.size());
+}
 
 class LoopViews {
  public:

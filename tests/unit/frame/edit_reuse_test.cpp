@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numeric>
 
 #include "renderer/trace/centre_hits.h"
 #include "tests/support/edited_scenes.h"
@@ -26,13 +25,6 @@ RenderSettings settings_of(RenderMode mode) {
   settings.mode = mode;
   settings.seed = 5;
   return settings;
-}
-
-bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
-  for (int c = 0; c < 3; ++c) {
-    if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
-  }
-  return a.samples == b.samples;
 }
 
 // What the centres of the pixels meet: instance and material; ~0 and -1: nothing.

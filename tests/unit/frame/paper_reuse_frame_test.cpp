@@ -39,17 +39,6 @@ CameraPose past_the_pane() {
   return camera_at({0.1, 0.1, 0.55}, {0, -0.2, -1}, 60);
 }
 
-bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
-  for (int c = 0; c < 3; ++c) {
-    if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
-  }
-  return a.samples == b.samples;
-}
-
-double mean_samples(const ViewPicture& picture) {
-  return std::accumulate(picture.samples.begin(), picture.samples.end(), 0.0) / double(picture.samples.size());
-}
-
 double seconds_of(const ViewPicture& picture, const std::string& pass) {
   for (const PassTime& time : picture.end.passes) {
     if (time.pass == pass) return time.seconds;

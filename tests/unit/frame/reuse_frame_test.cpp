@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "renderer/film/film.h"
 #include "renderer/metrics/error_metrics.h"
@@ -25,17 +24,6 @@ RenderSettings settings_of(RenderMode mode) {
 
 CameraPose home() {
   return camera_at({0.1, 0.1, 0.9}, {0, -0.2, -1}, 60);
-}
-
-bool same_pixels(const ViewPicture& a, const ViewPicture& b) {
-  for (int c = 0; c < 3; ++c) {
-    if (a.radiance[c] != b.radiance[c] || a.variance[c] != b.variance[c]) return false;
-  }
-  return a.samples == b.samples;
-}
-
-double mean_samples(const ViewPicture& picture) {
-  return std::accumulate(picture.samples.begin(), picture.samples.end(), 0.0) / double(picture.samples.size());
 }
 
 double mse(const ViewPicture& a, const ViewPicture& b) {
