@@ -52,6 +52,8 @@ class Camera {
   const RayCone& cone() const { return cone_; }
 
  private:
+  friend class CameraImportance;
+
   V3f origin_, forward_, right_, up_;
   V3d step_x_, step_y_, corner_;
   float lens_radius_ = 0, focus_distance_ = 1;

@@ -1,10 +1,10 @@
 // What paths carry, and a group of them in flight: see path_kernel_base.h.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "renderer/trace/lambert_batch.h"
+#include "renderer/trace/media.h"
 #include "renderer/trace/path_integrator.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/surface.h"
@@ -12,25 +12,6 @@
 namespace helio {
 
 inline constexpr int kGroupPaths = kPathGroupSize * kPathGroupSize;
-
-// The volumes that a path is inside of, innermost last.
-struct MediumStack {
-  static constexpr int kDepth = 4;
-  std::array<std::uint16_t, kDepth> material{};
-  int count = 0;
-
-  void enter(std::uint32_t m) {
-    if (count < kDepth) material[std::size_t(count++)] = std::uint16_t(m);
-  }
-  void leave(std::uint32_t m) {
-    for (int i = count - 1; i >= 0; --i) {
-      if (material[std::size_t(i)] != std::uint16_t(m)) continue;
-      for (int j = i; j + 1 < count; ++j) material[std::size_t(j)] = material[std::size_t(j + 1)];
-      --count;
-      return;
-    }
-  }
-};
 
 struct PathState {
   Rgb beta;     // throughput from the camera to this vertex

@@ -33,6 +33,8 @@ struct SampleLevels {
 //                                                               on in group_.active and returns their number
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   std::uint32_t instance_name(const Hit&) const
+// and, where it has other techniques than the path tracer's two, its own
+//   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed()
 template <typename Kernel, typename Watch>
 class PathKernelBase {
  public:
@@ -70,6 +72,7 @@ class PathKernelBase {
       watch_.ended(film_radiance_[0]);
     } else {
       commit();
+      kernel().committed();
     }
     stats.add(stats_);
     return true;
@@ -98,6 +101,9 @@ class PathKernelBase {
       }
     }
   }
+
+  // Of all pixels of the window.
+  std::uint64_t samples() const { return film_radiance_.size(); }
 
   // Of a pixel of the window.
   SampleLevels levels(std::size_t pixel) const {
@@ -180,8 +186,8 @@ class PathKernelBase {
       path.media.count = 0;
       b.active[i] = std::uint32_t(i);
     }
-    kernel().prepare_paths(count);
     reversed_index_ = index;
+    kernel().prepare_paths(count);
     stats_.paths += std::uint64_t(count);
   }
 
@@ -263,30 +269,44 @@ class PathKernelBase {
     // Add what the environment sends along the ray.
     const Rgb radiance = lights_.environment_radiance(ray.direction);
     if (is_black(radiance)) return;
-    float weight = 1;
-    if (path.pdf_w > 0) {
-      weight = mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
-    }
+    const float weight = kernel().environment_weight(vertex, i);
     watch_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
 
+  // MIS weight of the environment that path i has met at its vertex of this number.
+  float environment_weight(int, std::uint32_t i) const {
+    const PathState& path = group_.paths[i];
+    const Ray& ray = group_.rays[i];
+    if (!(path.pdf_w > 0)) return 1;
+    return mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
+  }
+
+  // The same of an emitter; cos_light: between its front and the way to the path's vertex before.
+  float emission_weight(int, std::uint32_t i, std::uint32_t emitter, float distance, float cos_light) const {
+    const PathState& path = group_.paths[i];
+    const Ray& ray = group_.rays[i];
+    if (!(path.pdf_w > 0)) return 1;
+    return mis_weight(path.pdf_w,
+                      lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light));
+  }
+
   // Adds what the surface that path i met emits.
-  void add_emission(std::uint32_t i, const Hit& hit, const Surface& surface) {
+  void add_emission(int vertex, std::uint32_t i, const Hit& hit, const Surface& surface) {
     PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
     const std::uint32_t emitter = scene_.emitter(hit, *surface.part);
     const float cos_light = -dot(surface.geometric_normal, ray.direction);
     const Rgb radiance = kernel().emitted(hit, surface);
     if (is_black(radiance)) return;
-    float weight = 1;
-    if (path.pdf_w > 0 && emitter != kNoHit) {
-      weight =
-          mis_weight(path.pdf_w, lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, hit.t, cos_light));
-    }
+    const float weight =
+        emitter != kNoHit ? kernel().emission_weight(vertex, i, emitter, hit.t, cos_light) : 1.0f;
     watch_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
+
+  // The piece's samples are in the film.
+  void committed() {}
 
   std::size_t pixel_index(int x, int y) const {
     const PixelRect& w = task_.window;

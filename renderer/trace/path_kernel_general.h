@@ -61,12 +61,12 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     const V3f wo_world = -ray.direction;
 
     // Absorb what the medium takes along the segment.
-    if (path.media.count > 0) path.beta *= transmittance(path.media, hit.t);
+    if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
 
     watch_.throughput(i, path.beta);
 
     // Add what the surface emits.
-    if (material.emissive) add_emission(i, hit, surface);
+    if (material.emissive) add_emission(vertex, i, hit, surface);
 
     // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
     SurfaceParams params;
@@ -123,7 +123,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
           Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
           const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
           if (scene_.features.absorption)
-            radiance *= shadow_transmittance(path.media, material, surface, wi, light.distance);
+            radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front, wi.z > 0, light.distance);
           const V3f origin = origin_towards(surface, near_side, light.direction);
           add_shadow_ray(vertex, i, origin, light.direction, t_max, radiance);
         }
@@ -166,25 +166,6 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;
-  }
-
-  Rgb transmittance(const MediumStack& media, float distance) const {
-    const Rgb& sigma = scene_.materials[media.material[std::size_t(media.count - 1)]].absorption;
-    if (is_black(sigma)) return Rgb(1, 1, 1);
-    return Rgb(std::exp(-sigma.x * distance), std::exp(-sigma.y * distance), std::exp(-sigma.z * distance));
-  }
-
-  // Along a shadow ray that starts at the surface towards wi: inside the innermost medium after the crossing.
-  Rgb shadow_transmittance(MediumStack media, const MaterialRecord& material, const Surface& surface, const V3f& wi,
-                           float distance) const {
-    if (material.volume && (wi.z > 0) != surface.front) {
-      if (surface.front)
-        media.enter(surface.part->material);
-      else
-        media.leave(surface.part->material);
-    }
-    if (media.count == 0) return Rgb(1, 1, 1);
-    return transmittance(media, std::isfinite(distance) ? distance : std::numeric_limits<float>::max());
   }
 
   Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }

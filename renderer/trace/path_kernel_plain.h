@@ -63,7 +63,7 @@ class PlainKernel : public PathKernelBase<PlainKernel<Watch>, Watch> {
       const PartRecord& part = scene_.flat[hit.part];
       const MaterialRecord& material = scene_.materials[part.material];
       if (material.emissive) [[unlikely]]
-        add_emission(i, hit, make_surface<false>(scene_, ray, hit));
+        add_emission(vertex, i, hit, make_surface<false>(scene_, ray, hit));
       if (last) continue;
       batch.path[k] = i;
       batch.ray_origin.set(k, ray.origin);

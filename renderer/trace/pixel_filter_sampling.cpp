@@ -39,6 +39,12 @@ class GaussianTable {
     return std::copysign(integral_[i] + t * (density_[i] + 0.5 * slope(i) * t), x);
   }
 
+  double density(double x) const {
+    const double a = std::fabs(x) / kStep;
+    const auto i = std::size_t(std::min(a, double(kPieces)));
+    return i < kPieces ? density_[i] + slope(i) * (a - double(i)) * kStep : 0.0;
+  }
+
   double inverse_integral(double c) const {
     const double wanted = std::min(std::fabs(c), integral_[kPieces]);
     const auto above = std::upper_bound(integral_.begin() + 1, integral_.end() - 1, wanted);
@@ -49,8 +55,9 @@ class GaussianTable {
     return std::copysign(kStep * double(i) + std::clamp(t, 0.0, kStep), c);
   }
 
- private:
   static constexpr double kEnd = 4;
+
+ private:
   static constexpr std::size_t kPieces = 1024;
   static constexpr double kStep = kEnd / kPieces;
 
@@ -65,6 +72,28 @@ const GaussianTable& gaussian() {
 }
 
 }  // namespace
+
+double pixel_filter_radius(const PixelFilter& filter) {
+  switch (filter.kind) {
+    case PixelFilterKind::box:
+      break;
+    case PixelFilterKind::tent:
+      return filter.scale;
+    case PixelFilterKind::gaussian:
+      return GaussianTable::kEnd * filter.scale;
+  }
+  return 0.5;
+}
+
+double pixel_filter_density(const PixelFilter& filter, double x, double low, double high) {
+  if (filter.kind == PixelFilterKind::box) return x >= -0.5 && x < 0.5 ? 1.0 : 0.0;
+  if (!(x >= low && x <= high)) return 0;
+  const bool tent = filter.kind == PixelFilterKind::tent;
+  const double at = x / filter.scale, from = low / filter.scale, to = high / filter.scale;
+  if (tent) return std::max(0.0, 1 - std::fabs(at)) / ((tent_integral(to) - tent_integral(from)) * filter.scale);
+  const GaussianTable& table = gaussian();
+  return table.density(at) / ((table.integral(to) - table.integral(from)) * filter.scale);
+}
 
 double sample_pixel_filter(const PixelFilter& filter, double u, double low, double high) {
   if (filter.kind == PixelFilterKind::box) return u - 0.5;

@@ -15,5 +15,9 @@ namespace helio {
 // high, and normalised there. u in [0, 1]; the result never falls as u grows. box: u - 0.5, whatever low and high are.
 // The density of the Gaussian is that of 1024 linear pieces to each side, within 2e-6 of its peak.
 double sample_pixel_filter(const PixelFilter& filter, double u, double low, double high);
+// With which density, per pixel, the above returns x; box: 1 in [-0.5, 0.5).
+double pixel_filter_density(const PixelFilter& filter, double x, double low, double high);
+// Of the interval around 0 beyond which that is 0.
+double pixel_filter_radius(const PixelFilter& filter);
 
 }  // namespace helio

@@ -1,0 +1,112 @@
+// The weights of all bidirectional techniques, by recursion along the two subpaths.
+//
+// A path of k segments can be made in k + 2 ways: s of its vertices, counted from the light, by a light path, the other
+// t by a camera path, joined by one connection. The power heuristic with exponent 2 (Veach 1997, eq. 9.13) weights the
+// one that did by 1 / (1 + sum over the others of (p_other / p)^2); of that sum what lies on either side of the
+// connection is carried along its subpath in two numbers (van Antwerpen 2011, "A Survey of Importance Sampling
+// Applications in Unbiased Physically Based Rendering"; Georgiev 2012, "Implementing Vertex Connection and Merging",
+// eqs. 31 to 36, whose names these are). They are doubles: squares of densities up to 1e30 over distances down to 1e-6.
+//
+// Densities by which vertices are reached are in area measure; what turns them is the geometric cosine. Roulette and
+// chance decisions at surfaces with alpha do not enter: they would in all techniques alike. Delta scattering has the
+// density 1 both ways.
+//
+// How often a technique tries: a light path of the whole picture is one try for every pixel's camera path, so techniques
+// that land on the camera (t = 1) count `light_paths` times, as many as the picture has pixels.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace helio {
+
+// (p_other / p)^2. 0 / 0 and the like, where neither could have made the path, count nothing.
+inline double mis_ratio(double other, double own) {
+  const double ratio = other / own;
+  return ratio > 0 ? ratio * ratio : 0;
+}
+
+struct MisState {
+  double vcm = 0;  // of the techniques that connect the vertex before this one to what comes next on the other side
+  double vc = 0;   // of all others further back on this subpath
+
+  // A camera path begins. `density` of its ray: per solid angle, in pixels.
+  static MisState camera(double density, double light_paths) { return {mis_ratio(light_paths, density), 0}; }
+
+  // A light path begins; `cos_light`: 1 where there is no surface. The density with which next-event estimation at the
+  // first vertex would choose the same point of the light depends on that vertex: see arrive_from_light().
+  static MisState light(double pdf_emission, double cos_light, bool delta) {
+    return {0, delta ? 0 : mis_ratio(cos_light, pdf_emission)};
+  }
+
+  // The subpath's ray meets a surface. Rays of a directional light or camera arrive with the same density everywhere:
+  // `finite` is false for their first vertex.
+  void arrive(double distance, double cosine, bool finite) {
+    const double squared = cosine_squared(cosine);
+    if (finite) vcm *= distance * distance * distance * distance;
+    vcm /= squared;
+    vc /= squared;
+  }
+
+  // The light path's first: pdf_direct is the density (solid angle; delta lights: probability) with which next-event
+  // estimation here would choose the point of the light where the path began.
+  void arrive_from_light(double distance, double cosine, bool finite, bool delta, double pdf_direct,
+                         double pdf_emission, double cos_light) {
+    vc /= cosine_squared(cosine);
+    const double measure = !finite ? 1 : delta ? distance * distance : cos_light;
+    vcm = mis_ratio(pdf_direct * measure, pdf_emission) / cosine_squared(cosine);
+  }
+
+  // The subpath goes on: densities of the direction it took and of the reverse one, cosine of the direction taken.
+  void scatter(double pdf_forward, double pdf_reverse, double cosine) {
+    const double out = mis_ratio(cosine, pdf_forward);
+    vc = out * (vc * pdf_reverse * pdf_reverse + vcm);
+    vcm = mis_ratio(1, pdf_forward);
+  }
+  void scatter_delta(double cosine) {
+    vc *= cosine * cosine;
+    vcm = 0;
+  }
+  // By a delta that light coming the other way would not take: no technique reaches behind it.
+  void scatter_one_way() { vc = vcm = 0; }
+
+  bool valid() const { return std::isfinite(vcm) && std::isfinite(vc); }
+
+  // Rays that arrive along a surface have no area density; the square of what they get is no infinity.
+  static double cosine_squared(double cosine) { return std::max(cosine * cosine, 1e-24); }
+
+  // The sum over the techniques further back on this subpath, relative to joining it here to something that arrives
+  // with the area density `pdf_area` and leaves towards the previous vertex with `pdf_reverse`.
+  double behind(double pdf_area, double pdf_reverse) const {
+    return pdf_area * pdf_area * (vcm + vc * pdf_reverse * pdf_reverse);
+  }
+};
+
+// s = 0: a camera path hits a light. pdf_direct: next-event estimation at the vertex before, in area measure
+// (environment: solid angle).
+inline double weight_of_hit(const MisState& camera, double pdf_direct, double pdf_emission) {
+  const double others = pdf_direct * pdf_direct * camera.vcm + pdf_emission * pdf_emission * camera.vc;
+  return 1 / (1 + others);
+}
+
+// s = 1: next-event estimation. pdf_forward, pdf_reverse: the camera vertex's densities of the direction to the light
+// and from there back; pdf_direct as LightSample::pdf_w.
+inline double weight_of_light_sample(const MisState& camera, double pdf_direct, double pdf_emission, bool delta,
+                                     double cos_light, double cosine, double pdf_forward, double pdf_reverse) {
+  const double hit = delta ? 0 : mis_ratio(pdf_forward, pdf_direct);
+  return 1 / (1 + hit + camera.behind(pdf_emission * cosine / (pdf_direct * cos_light), pdf_reverse));
+}
+
+// s > 1, t > 1: two vertices are joined. pdf_to_*: area density with which the other subpath, going on, would reach
+// this vertex; pdf_reverse_*: with which this subpath's end would then be left towards the vertex before it.
+inline double weight_of_connection(const MisState& camera, const MisState& light, double pdf_to_camera,
+                                   double pdf_reverse_camera, double pdf_to_light, double pdf_reverse_light) {
+  return 1 / (1 + camera.behind(pdf_to_camera, pdf_reverse_camera) + light.behind(pdf_to_light, pdf_reverse_light));
+}
+
+// t = 1: a light path is joined to the camera. pdf_camera: area density of the camera's ray there, in pixels.
+inline double weight_of_splat(const MisState& light, double pdf_camera, double light_paths, double pdf_reverse) {
+  return 1 / (1 + light.behind(pdf_camera / light_paths, pdf_reverse));
+}
+
+}  // namespace helio

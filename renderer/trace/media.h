@@ -1,0 +1,53 @@
+// The volumes that a path is inside of, and what they take from the light along a segment.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "renderer/trace/scene_data.h"
+
+namespace helio {
+
+// Innermost last. Camera and lights are taken to lie outside of all volumes.
+struct MediumStack {
+  static constexpr int kDepth = 4;
+  std::array<std::uint16_t, kDepth> material{};
+  int count = 0;
+
+  void enter(std::uint32_t m) {
+    if (count < kDepth) material[std::size_t(count++)] = std::uint16_t(m);
+  }
+  void leave(std::uint32_t m) {
+    for (int i = count - 1; i >= 0; --i) {
+      if (material[std::size_t(i)] != std::uint16_t(m)) continue;
+      for (int j = i; j + 1 < count; ++j) material[std::size_t(j)] = material[std::size_t(j + 1)];
+      --count;
+      return;
+    }
+  }
+};
+
+// Beer's law in the innermost medium, which there must be.
+inline Rgb transmittance(const SceneData& scene, const MediumStack& media, float distance) {
+  const Rgb& sigma = scene.materials[media.material[std::size_t(media.count - 1)]].absorption;
+  if (is_black(sigma)) return Rgb(1, 1, 1);
+  return Rgb(std::exp(-sigma.x * distance), std::exp(-sigma.y * distance), std::exp(-sigma.z * distance));
+}
+
+// Along a ray that starts at the surface: inside the innermost medium after the crossing. `media`: before it, on the
+// side from which the path came; `front`: that is the front; `leaves_front`: the ray leaves on the front.
+inline Rgb shadow_transmittance(const SceneData& scene, MediumStack media, const PartRecord& part, bool front,
+                                bool leaves_front, float distance) {
+  if (scene.materials[part.material].volume && leaves_front != front) {
+    if (front)
+      media.enter(part.material);
+    else
+      media.leave(part.material);
+  }
+  if (media.count == 0) return Rgb(1, 1, 1);
+  return transmittance(scene, media, std::isfinite(distance) ? distance : std::numeric_limits<float>::max());
+}
+
+}  // namespace helio

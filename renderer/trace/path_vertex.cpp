@@ -1,0 +1,52 @@
+#include "renderer/trace/path_vertex.h"
+
+#include "renderer/trace/bsdf_lambert.h"
+
+namespace helio {
+
+PathVertex::PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, float footprint_)
+    : hit(at), surface(make_surface<true>(scene, ray, at)), arrived(ray.direction), footprint(footprint_) {
+  near_side = near_side_origin(surface, arrived);
+  const MaterialRecord& material = *surface.material;
+  flat = !surface.part->smooth && !material.normal_mapped && !material.scatters_mapped;
+  if (!flat || material.params.model != LobeModel::lambert) return;
+  lambert = true;
+  albedo = evaluate_material(scene, hit, -arrived, footprint, surface).base_color;
+}
+
+Surface PathVertex::seen_from(const V3f& direction) const {
+  Surface seen = surface;
+  seen.front = dot(surface.geometric_normal, direction) >= 0;
+  seen.shading_normal = surface.geometric_normal;
+  return seen;
+}
+
+bool PathVertex::mirrors_back(const SceneData& scene, const ShadingPoint& point, const V3f& made_for,
+                              const V3f& other) const {
+  if (flat || other == made_for) return true;
+  if (surface.material->scatters_mapped) return false;
+  Surface seen = seen_from(other);
+  interpolate_normal(scene, hit, other, footprint, seen);
+  return seen.shading_normal == point.surface.shading_normal;
+}
+
+bool PathVertex::serves(const SceneData& scene, const ShadingPoint& point, const V3f& wo, const V3f& to_camera) const {
+  if (point.params.model == LobeModel::blend) return false;  // its parts may have been overwritten since
+  if (wo == to_camera) return true;
+  const bool front = dot(surface.geometric_normal, to_camera) >= 0;
+  return front == point.surface.front && mirrors_back(scene, point, wo, to_camera);
+}
+
+BsdfValue PathVertex::scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light,
+                              const ShadingPoint* point, const V3f& wo) const {
+  if (lambert) {
+    const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
+    if (!(seen * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
+    const float pdf_w = cosine_hemisphere_pdf_w(std::fabs(lit));
+    return {albedo * pdf_w, pdf_w};
+  }
+  if (point && serves(scene, *point, wo, to_camera)) return point->evaluate(to_camera, to_light);
+  return ShadingPoint(scene, hit, seen_from(to_camera), to_camera, footprint).evaluate(to_camera, to_light);
+}
+
+}  // namespace helio
