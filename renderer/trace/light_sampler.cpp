@@ -14,6 +14,8 @@ namespace {
 constexpr double kUniformShare = 0.1;
 // The probability of an infinite light beside a tree is its share of the power within these bounds.
 constexpr double kMinInfiniteShare = 0.1, kMaxInfiniteShare = 0.9;
+// Disks are larger than the scene by more than rounding and widened triangles (widening.h) reach out of it.
+constexpr double kDiskMargin = 1 + 1e-4;
 
 AliasTable make_power_table(std::vector<double> flux) {
   double total = 0;
@@ -77,6 +79,8 @@ V3f uniform_direction(const V2f& u) {
 LightSampler::LightSampler(Input input) : textures_(input.textures) {
   const double scene_radius =
       input.scene_bounds.isEmpty() ? 1.0 : std::max(0.5 * length(V3d(input.scene_bounds.size())), 1e-6);
+  if (!input.scene_bounds.isEmpty()) scene_center_ = input.scene_bounds.center();
+  disk_radius_ = scene_radius * kDiskMargin;
   std::vector<double> flux;
   std::vector<LightBounds> bounds;
   add_areas(input, flux, bounds);
@@ -91,9 +95,9 @@ LightSampler::LightSampler(Input input) : textures_(input.textures) {
                   areas_[0].alpha == kOpaqueEmitter;
     return;
   }
+  power_ = make_power_table(flux);
   if (!input.use_tree || finite_count_ < 2) {
     selection_ = Selection::power;
-    power_ = make_power_table(std::move(flux));
     return;
   }
   selection_ = Selection::tree;
@@ -103,7 +107,7 @@ LightSampler::LightSampler(Input input) : textures_(input.textures) {
     double finite = 0, infinite = 0;
     for (auto it = flux.begin(); it != flux.end(); ++it) (it < first_infinite ? finite : infinite) += *it;
     infinite_probability_ = float(std::clamp(infinite / (finite + infinite), kMinInfiniteShare, kMaxInfiniteShare));
-    power_ = make_power_table({first_infinite, flux.end()});
+    infinite_ = make_power_table({first_infinite, flux.end()});
   }
 }
 
@@ -191,7 +195,7 @@ std::size_t LightSampler::memory_bytes() const {
   return sizeof(*this) + areas_.capacity() * sizeof(AreaLight) + punctual_.capacity() * sizeof(PunctualSource) +
          projectors_.capacity() * sizeof(Projector) + light_of_emitter_.capacity() * sizeof(std::uint32_t) +
          emitters_.capacity() * sizeof(AreaEmitter) + alphas_.capacity() * sizeof(LightAlpha) + power_.memory_bytes() +
-         tree_.memory_bytes() + (env_distribution_ ? env_distribution_->memory_bytes() : 0);
+         infinite_.memory_bytes() + tree_.memory_bytes() + (env_distribution_ ? env_distribution_->memory_bytes() : 0);
 }
 
 LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal, float u) const {
@@ -201,7 +205,7 @@ LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal,
     return {choice.index, choice.probability};
   }
   if (u < infinite_probability_) {
-    const AliasTable::Choice choice = power_.sample(std::min(u / infinite_probability_, kOneMinusEpsilon));
+    const AliasTable::Choice choice = infinite_.sample(std::min(u / infinite_probability_, kOneMinusEpsilon));
     return {finite_count_ + choice.index, choice.probability * infinite_probability_};
   }
   const float finite_probability = 1 - infinite_probability_;
@@ -213,7 +217,7 @@ LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal,
 float LightSampler::selection_probability(const V3f& point, const V3f& normal, std::uint32_t light) const {
   if (selection_ == Selection::one) return 1;
   if (selection_ == Selection::power) return power_.probability(light);
-  if (light >= finite_count_) return power_.probability(light - finite_count_) * infinite_probability_;
+  if (light >= finite_count_) return infinite_.probability(light - finite_count_) * infinite_probability_;
   return tree_.probability(point, normal, light) * (1 - infinite_probability_);
 }
 
@@ -230,6 +234,7 @@ LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float 
     sample = sample_environment(normal, u);
   }
   sample.pdf_w *= selected.probability;
+  sample.light = selected.light;
   return sample;
 }
 
@@ -282,7 +287,7 @@ float LightSampler::environment_density(const V3f& normal, const V3f& direction)
 
 float LightSampler::pdf_w_environment(const V3f& point, const V3f& normal, const V3f& direction) const {
   if (!environment_light_) return 0;
-  const std::uint32_t light = std::uint32_t(areas_.size() + punctual_.size());
+  const std::uint32_t light = environment_number();
   return environment_density(normal, direction) * selection_probability(point, normal, light);
 }
 

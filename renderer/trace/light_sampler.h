@@ -1,10 +1,12 @@
-// Lights as the integrator meets them: choose one, sample a direction to it, and the density of having done so.
+// Lights as the integrator meets them: choose one, sample a direction to it or a ray that leaves it, and the densities
+// of having done so.
 //
 // Emitters are numbered as given: emissive triangles, spheres and ellipsoids. Everything is in rebased scene
 // coordinates. Immutable after construction; safe to share between threads.
 //
-// One light costs no selection. Few are selected by power, many by a light tree. A density may be as large as 1e30, so
-// that MIS weights must be formed from the ratio of two densities, not from their squares.
+// One light costs no selection. Few are selected by power, many by a light tree; paths that start at a light select it
+// by power always. A density may be as large as 1e30, so that MIS weights must be formed from the ratio of two
+// densities, not from their squares.
 #pragma once
 
 #include <cstdint>
@@ -34,6 +36,26 @@ struct LightSample {
   float pdf_w = 0;         // selection x solid angle density; for delta lights the selection probability alone; 0: none
   bool delta = false;      // cannot be hit by a BSDF sample: MIS weight 1
   float cos_light = 1;     // |cosine| between the direction and the light's surface normal; 1 where there is no surface
+  std::uint32_t light = kNoLight;  // the sampler's number of the light
+};
+
+// Where a light path starts, and with which density (Veach 1997, 8.2; Georgiev 2012, "Implementing Vertex Connection
+// and Merging").
+struct EmissionSample {
+  V3f origin{0, 0, 0};  // on the light itself; directional lights and the environment: on a disk that covers the scene
+                        // as seen along the direction, outside of it
+  V3f direction{0, 0, 0};  // unit, the way the light travels
+  V3f normal{0, 0, 0};     // area lights: unit, on the side that emits; else 0
+  // Throughput of the path, selection included: emitted radiance x cos_light / pdf_emission, radiant intensity /
+  // pdf_emission of punctual lights (before range_window()), irradiance / pdf_emission of directional ones.
+  Rgb weight{0, 0, 0};
+  // Selection x density over area x solid angle. Points, spots and projectors: selection x solid angle; directional:
+  // selection x area of the disk; environment: selection x area of the disk x solid angle. 0: no sample.
+  double pdf_emission = 0;
+  float cos_light = 1;             // between the direction and the normal; 1 where there is none
+  std::uint32_t light = kNoLight;  // the sampler's number of the light
+  bool finite = true;              // false: directional, environment
+  bool delta = false;              // no ray can hit it: points, spots, projectors, directional lights
 };
 
 class LightSampler {
@@ -70,7 +92,7 @@ class LightSampler {
     if (plain_quad_ && !detail::is_near(areas_[0].shape, point)) [[likely]] {
       const AreaLight& light = areas_[0];
       const ShapeSample shape = detail::sample_planar_area(light.shape, point, u);
-      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false, shape.cos_light};
+      return {shape.direction, shape.distance, light.radiance, shape.pdf_w, false, shape.cos_light, 0};
     }
     return sample_any(point, normal, u_select, u);
   }
@@ -96,6 +118,23 @@ class LightSampler {
   // `direction` unit, from the scene outwards.
   Rgb environment_radiance(const V3f& direction) const;
 
+  // A ray that leaves a light (light_sampler_emission.cpp). All variates in [0, 1).
+  EmissionSample sample_emission(float u_select, const V2f& u_position, const V2f& u_direction) const;
+
+  // Densities, as EmissionSample::pdf_emission, with which sample_emission() starts the path whose light another
+  // technique found. An area emitter that a ray hit, cos_light as pdf_w_area(); 0 for emitters that are never sampled.
+  double pdf_emission_area(std::uint32_t emitter, float cos_light) const;
+  // `direction` unit, from the scene outwards.
+  double pdf_emission_environment(const V3f& direction) const;
+  // Of what sample() returned.
+  double pdf_emission(const LightSample& sample) const;
+
+  // Density with which sample() at `point` would have returned the point of the light where `emission` started, as
+  // LightSample::pdf_w; `normal` as sample(). 0: from there the light is not seen.
+  double pdf_w_direct(const EmissionSample& emission, const V3f& point, const V3f& normal) const;
+  // What KHR_lights_punctual's range leaves of a light at a distance from it, [0, 1]; 1 where it has none.
+  float range_window(std::uint32_t light, float distance) const;
+
  private:
   enum class Selection : std::uint8_t { none, one, power, tree };
   struct Selected {
@@ -117,6 +156,16 @@ class LightSampler {
   float environment_density(const V3f& normal, const V3f& direction) const;
   Rgb textured_emission(const AreaEmitter& emitter, const V2f& uv) const;
 
+  EmissionSample emit_area(const AreaLight& light, const V2f& u_position, const V2f& u_direction) const;
+  EmissionSample emit_punctual(const PunctualSource& source, const V2f& u_position, const V2f& u_direction) const;
+  EmissionSample emit_environment(const V2f& u_position, const V2f& u_direction) const;
+  V3f disk_point(const V3f& direction, const V2f& u) const;
+  double disk_density() const { return 1 / (std::numbers::pi * disk_radius_ * disk_radius_); }
+
+  std::uint32_t environment_number() const { return std::uint32_t(areas_.size() + punctual_.size()); }
+  double emission_probability(std::uint32_t light) const {
+    return selection_ == Selection::one ? 1.0 : double(power_.probability(light));
+  }
   Selected select(const V3f& point, const V3f& normal, float u) const;
   float selection_probability(const V3f& point, const V3f& normal, std::uint32_t light) const;
 
@@ -132,9 +181,13 @@ class LightSampler {
   std::vector<AreaEmitter> emitters_;
   std::vector<LightAlpha> alphas_;
 
-  AliasTable power_;                // power: all lights; tree: the infinite ones
-  LightTree tree_;                  // the finite ones
-  float infinite_probability_ = 0;  // tree: of selecting an infinite light
+  AliasTable power_;                // more than one light: all of them
+  LightTree tree_;                  // tree: the finite ones
+  AliasTable infinite_;             // tree: the others
+  float infinite_probability_ = 0;  // tree: of selecting one of them
+
+  V3f scene_center_{0, 0, 0};
+  double disk_radius_ = 1;  // of the disks through which directional lights and the environment send their light
 
   std::unique_ptr<const EnvironmentMap> environment_;  // null: black
   std::shared_ptr<const EnvironmentDistribution> env_distribution_;

@@ -1,5 +1,6 @@
 #include "renderer/trace/light_shapes.h"
 
+#include "renderer/trace/ellipsoid_area.h"
 #include "renderer/trace/solid_angle_sampling.h"
 
 namespace helio {
@@ -91,18 +92,8 @@ AreaShape make_ellipsoid_shape(const V3f& center, const V3f& e1, const V3f& e2, 
   const double volume = std::abs(dot(V3d(e1), cross(V3d(e2), V3d(e3))));
   const double box = length(V3d(e1)) * length(V3d(e2)) * length(V3d(e3));
   if (!std::isfinite(box) || !(box > 0) || !(volume > 1e-6 * box) || !is_finite(center)) return shape;
-  // The surface's area by the midpoint rule over equal areas of the unit sphere. It weighs lights against each other
-  // and enters no density.
-  constexpr int kRings = 32, kSectors = 64;
-  double sum = 0;
-  for (int i = 0; i < kRings; ++i) {
-    const float z = 1 - 2 * (float(i) + 0.5f) / kRings, r = safe_sqrt(1 - z * z);
-    for (int j = 0; j < kSectors; ++j) {
-      const float phi = kTwoPi * (float(j) + 0.5f) / kSectors;
-      sum += area_stretch(shape, V3f(r * std::cos(phi), r * std::sin(phi), z));
-    }
-  }
-  const double area = 4 * std::numbers::pi * sum / (kRings * kSectors);
+  const auto [area, stretch] = ellipsoid_area(V3d(e1), V3d(e2), V3d(e3));
+  shape.max_stretch = float(stretch * (1 + 1e-5));  // area_stretch() rounds in float
   shape.area = area > 1e-18 && area < 1e18 ? float(area) : 0.0f;
   return shape;
 }
@@ -143,6 +134,11 @@ V3f local_direction(const AreaShape& shape, const V3f& surface_point) {
 // |det A| |A^-T n|: the normal of an area element maps by the cofactors.
 float area_stretch(const AreaShape& ellipsoid, const V3f& local) {
   return length(LinearMap(ellipsoid).cofactors(local));
+}
+
+V3f ellipsoid_normal(const AreaShape& ellipsoid, const V3f& local) {
+  const LinearMap map(ellipsoid);
+  return normalize_any(map.cofactors(local) * std::copysign(1.0f, map.determinant));
 }
 
 namespace detail {

@@ -23,6 +23,7 @@ struct AreaShape {
   float area = 0;          // > 0
   float near_squared = 0;  // planar: closer to the centre than the root of this, sample the solid angle; 0: never
   float radius = 0;        // sphere
+  float max_stretch = 0;   // ellipsoid: what area_stretch() does not exceed
   ShapeKind kind = ShapeKind::triangle;
   bool two_sided = false;
 };
@@ -38,6 +39,8 @@ AreaShape make_ellipsoid_shape(const V3f& center, const V3f& e1, const V3f& e2, 
 V3f local_direction(const AreaShape& shape, const V3f& surface_point);
 // Area of an ellipsoid's surface per area of the unit sphere around its unit direction `local`.
 float area_stretch(const AreaShape& ellipsoid, const V3f& local);
+// Unit, outwards, at the point that the unit direction `local` becomes.
+V3f ellipsoid_normal(const AreaShape& ellipsoid, const V3f& local);
 
 struct ShapeSample {
   V3f direction{0, 0, 0};  // unit, from the point to the light

@@ -16,6 +16,7 @@ struct PunctualSource {
   float inverse_range = 0;                // 1 / range; 0: no windowing
   float cone_scale = 0, cone_offset = 1;  // spot: attenuation = clamp(cos * scale + offset)^2
   bool linear_cone = false;               // spot: attenuation = clamp(angle * scale + offset)
+  float one_minus_cos_outer = 2;          // spot: of the cone's half angle; others: the whole sphere
   std::uint32_t projector = 0;            // projector: which one of the sampler's
 };
 
@@ -31,5 +32,22 @@ struct PunctualArrival {
 
 // Within 1e-15 of the light there is no direction to it, and nothing arrives.
 PunctualArrival arrive(const PunctualSource& source, const V3f& point);
+
+// What KHR_lights_punctual's range leaves of the light at a distance, [0, 1].
+inline float range_window(const PunctualSource& source, float distance) {
+  return std::clamp(1 - sqr(sqr(distance * source.inverse_range)), 0.0f, 1.0f);
+}
+
+struct PunctualDeparture {
+  V3f direction{0, 0, 0};  // unit, the way the light travels
+  Rgb intensity{0, 0, 0};  // W / sr, before the range's window
+  double pdf_w = 0;        // solid angle density, that of departure_pdf_w(); 0: none, a spot without an opening
+};
+
+// Point lights: a direction uniform over the sphere; spots: over the cone outside of which they are dark. u in [0,
+// 1)^2.
+PunctualDeparture depart(const PunctualSource& source, const V2f& u);
+// For any direction within the spot's cone.
+double departure_pdf_w(const PunctualSource& source);
 
 }  // namespace helio
