@@ -41,9 +41,11 @@ class ErrorEstimate {
 
   struct Part {
     PixelRect window;
-    bool paired = true;       // every pixel has samples in both halves
-    double radiance = 0;      // sum over pixels and channels
-    double brightest = 0;     // largest sum of squares over sum: at most the largest sample, and it where all are alike
+    bool paired = true;   // every pixel has samples in both halves
+    double radiance = 0;  // sum over pixels and channels
+    // Largest sum of squares over sum: at most the largest sample, and it where all are alike; of splats, over the
+    // area.
+    double brightest = 0;
     std::vector<Sums> tiles;  // of the columns of 32x32 tiles in the window
   };
 

@@ -18,6 +18,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/film/pixel_row.h"
 #include "renderer/film/resolve.h"
+#include "renderer/film/splat_buffer.h"
 
 namespace helio {
 namespace {
@@ -39,6 +40,7 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
   thread_local PixelRow row;
   thread_local BoxRows means;
   thread_local std::vector<float> sums;
+  thread_local std::vector<double> splats[kHalves];
   means.begin(window.width());
   sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
   const PixelRect border = with_box_border(window);
@@ -54,6 +56,10 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
     if (y < window.y0) continue;
     means.sum(sums.data());
     const float* sum = sums.data();
+    for (int h = 0; h < kHalves && film.splats(); ++h) {
+      splats[h].resize(std::size_t(window.width()) * kLanes);
+      film.splats()->read_row(h, y, window.x0, window.x1, splats[h].data());
+    }
     for (int x = window.x0; x < window.x1; ++x, sum += kLanes) {
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
@@ -68,7 +74,11 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
       }
       const double bias2 = film.history() ? film.history()->bias2(x, y, a.count, b.count) : 0;
       for (int c = 0; c < 3; ++c) {
-        const double mean_a = a.sum[c] * inv_a, mean_b = b.sum[c] * inv_b;
+        double mean_a = a.sum[c] * inv_a, mean_b = b.sum[c] * inv_b;
+        if (film.splats()) {
+          mean_a += splats[0][std::size_t((x - window.x0) * kLanes + c)];
+          mean_b += splats[1][std::size_t((x - window.x0) * kLanes + c)];
+        }
         const double half_difference = 0.5 * (mean_a - mean_b);
         const double around = double(sum[c]) / sum[3];
         const bool stands_out = std::min(mean_a, mean_b) > kStandsOut * around;
@@ -123,6 +133,11 @@ void ErrorEstimate::look_over(std::size_t index) {
     row.look(*film_, y, part.window.x0, part.window.x1);
     part.paired &= !row.any_unpaired();
     part.radiance += row.sum_of_means();
+    // There are about as many light paths as samples, so that a splat of an area's worth of radiance is a sample's.
+    if (film_->splats()) {
+      const double splat = film_->splats()->brightest(y, part.window.x0, part.window.x1) / double(roi_.area());
+      part.brightest = std::max(part.brightest, splat);
+    }
     for (int h = 0; h < kHalves; ++h) {
       const HalfPixel* pixels = &film_->half(h, 0, y);
       for (int x = part.window.x0; x < part.window.x1; ++x) {

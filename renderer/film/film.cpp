@@ -7,6 +7,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/film/first_hits.h"
 #include "renderer/film/sample_targets.h"
+#include "renderer/film/splat_buffer.h"
 
 namespace helio {
 
@@ -23,6 +24,7 @@ Film::Film(int width, int height, const FilmState& state)
   assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
   if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
   if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
+  if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height);
 }
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
@@ -30,11 +32,12 @@ std::size_t Film::bytes_per_pixel(const FilmState& state) {
   if (state.targets) bytes += kHalves * (sizeof(std::uint32_t) + sizeof(float));
   if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
   if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
+  if (state.splats) bytes += SplatBuffer::kBytesPerPixel;
   return bytes;
 }
 
 FilmState Film::state() const {
-  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0};
+  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0, splats_ != nullptr};
 }
 
 std::uint32_t Film::carried(int h, int x, int y) const {
@@ -47,7 +50,8 @@ Film& Film::operator=(Film&&) noexcept = default;
 
 std::size_t Film::bytes() const {
   std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0) +
-                      (history_ ? history_->bytes() : 0) + (first_hits_ ? first_hits_->bytes() : 0);
+                      (history_ ? history_->bytes() : 0) + (first_hits_ ? first_hits_->bytes() : 0) +
+                      (splats_ ? splats_->bytes() : 0);
   for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
   for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
@@ -82,6 +86,7 @@ std::uint64_t Film::invalid_in(const PixelRect& window) const {
 
 void Film::clear() {
   clear(bounds());
+  if (splats_) splats_->clear();
   any_invalid_ = false;
 }
 

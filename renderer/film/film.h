@@ -81,12 +81,14 @@ struct BlockWork {
 class FilmHistory;
 class FirstHits;
 class SampleTargets;
+class SplatBuffer;
 
 // What a film holds beside its halves and features.
 struct FilmState {
   bool targets = false;  // SampleTargets: fresh samples differ from pixel to pixel
   bool history = false;  // FilmHistory: samples of earlier pictures are among the pixels'
   int stored_hits = 0;   // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
+  bool splats = false;   // SplatBuffer: light paths reach the camera at any pixel
 
   bool counts_differ() const { return targets || history; }
   bool operator==(const FilmState&) const = default;
@@ -96,6 +98,7 @@ class Film {
  public:
   // 132, with targets 16 more (a target and a demand of each half), with history 252 more (76 and two sources of 88).
   // History with stored hits: 40, and of N hits 196 + 32 N (the film's own, and the picture that was left): 268 or 364.
+  // Splats: 196 more.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -135,9 +138,12 @@ class Film {
   const FilmHistory* history() const { return history_.get(); }
   FirstHits* first_hits() { return first_hits_.get(); }  // null: none
   const FirstHits* first_hits() const { return first_hits_.get(); }
+  // Null: none. A half's mean is that of its samples plus that of its splats; what has no samples has no mean.
+  SplatBuffer* splats() { return splats_.get(); }
+  const SplatBuffer* splats() const { return splats_.get(); }
 
   void clear();
-  // Only a window, which must lie inside.
+  // Only a window, which must lie inside. Splats stay, there too: what normalises them is of the whole film.
   void clear(const PixelRect& window);
 
  private:
@@ -157,6 +163,7 @@ class Film {
   std::unique_ptr<SampleTargets> targets_;
   std::unique_ptr<FilmHistory> history_;
   std::unique_ptr<FirstHits> first_hits_;
+  std::unique_ptr<SplatBuffer> splats_;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "renderer/film/lanes.h"
+#include "renderer/film/splat_buffer.h"
 #include "renderer/film/variance_term.h"
 
 namespace helio {
@@ -47,6 +48,7 @@ void PixelRow::Weights::update(const std::uint32_t (&counts)[kHalves], bool coun
     count[h] = counts[h];
     const double inverse = count[h] > 0 ? 1.0 / count[h] : 0;
     mean[h] = paired ? 0.5 * inverse : inverse;
+    half[h] = count[h] == 0 ? 0 : paired ? 0.5 : 1;
     spread[h] = both_spread ? 0.25 * inverse / (count[h] - 1.0) : 0;
   }
   scale = counts_differ && paired ? 4 / (1.0 / count[0] + 1.0 / count[1]) : 1;
@@ -73,6 +75,27 @@ void PixelRow::find_runs(const HalfPixel* a, const HalfPixel* b) {
   }
 }
 
+void PixelRow::look_at_splats(const SplatBuffer& splats, int y, bool spreads) {
+  const std::size_t values = std::size_t(x1_ - x0_) * kLanes;
+  splat_spreads_.assign(values, 0.0);
+  splat_variances_.resize(values);
+  for (int h = 0; h < kHalves; ++h) {
+    splat_means_[h].resize(values);
+    splats.read_row(h, y, x0_, x1_, splat_means_[h].data(), spreads ? splat_variances_.data() : nullptr);
+    for (std::size_t i = 0; spreads && i < values; ++i) splat_spreads_[i] += 0.25 * splat_variances_[i];
+  }
+}
+
+template <class V>
+void PixelRow::add_splats(int x, V& part_a, V& part_b) const {
+  V splat_a, splat_b;
+  load(splat_means_[0].data() + x * kLanes, splat_a);
+  load(splat_means_[1].data() + x * kLanes, splat_b);
+  part_a += splat_a * (V{} + weights_.half[0]);
+  part_b += splat_b * (V{} + weights_.half[1]);
+}
+
+template <bool kSplats>
 void PixelRow::write_means(const Run& run, const HalfPixel* a, const HalfPixel* b) {
   const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
   for (int x = run.begin; x < run.end; ++x) {
@@ -81,11 +104,13 @@ void PixelRow::write_means(const Run& run, const HalfPixel* a, const HalfPixel* 
     Double4 sum_a, sum_b;
     load_sum(a[x], sum_a);
     load_sum(b[x], sum_b);
-    store_mean(sum_a * weight_a + sum_b * weight_b, means_.data() + x * kLanes);
+    Double4 part_a = sum_a * weight_a, part_b = sum_b * weight_b;
+    if (kSplats) add_splats(x, part_a, part_b);
+    store_mean(part_a + part_b, means_.data() + x * kLanes);
   }
 }
 
-template <bool kSpread>
+template <bool kSplats, bool kSpread>
 void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads) {
   const Double4 weight_a = Double4{} + weights_.mean[0], weight_b = Double4{} + weights_.mean[1];
   const Double4 scale = Double4{} + weights_.scale;
@@ -96,8 +121,8 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
     Double4 sum_a, sum_b;
     load_sum(a[x], sum_a);
     load_sum(b[x], sum_b);
-    const Double4 half_a = sum_a * weight_a,
-                  half_b = sum_b * weight_b;  // half the mean of each half
+    Double4 half_a = sum_a * weight_a, half_b = sum_b * weight_b;  // half the mean of each half
+    if (kSplats) add_splats(x, half_a, half_b);
     store_mean(half_a + half_b, means_.data() + x * kLanes);
     const Double4 half_difference = half_a - half_b;
     store_term(half_difference * half_difference * scale, 1.0f, differences + x * kLanes);
@@ -105,7 +130,13 @@ void PixelRow::write_terms(const Run& run, const HalfPixel* a, const HalfPixel* 
     Double4 spread_a, spread_b;
     load_deviations(a[x], spread_a);
     load_deviations(b[x], spread_b);
-    store_term(spread_a * scale_a + spread_b * scale_b, 1.0f, spreads + x * kLanes);
+    Double4 spread = spread_a * scale_a + spread_b * scale_b;
+    if (kSplats) {
+      Double4 splat_spread;
+      load(splat_spreads_.data() + x * kLanes, splat_spread);
+      spread += splat_spread * scale;
+    }
+    store_term(spread, 1.0f, spreads + x * kLanes);
   }
 }
 
@@ -119,16 +150,26 @@ void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences,
   const HalfPixel* a = &film.half(0, x0, y);
   const HalfPixel* b = &film.half(1, x0, y);
   find_runs(a, b);
+  if (const SplatBuffer* splats = film.splats()) {
+    look_at_splats(*splats, y, spreads != nullptr);
+    write<true>(a, b, differences, spreads);
+  } else {
+    write<false>(a, b, differences, spreads);
+  }
+}
+
+template <bool kSplats>
+void PixelRow::write(const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads) {
   for (const Run& run : runs_) {
     weights_.update(run.count, counts_differ_);
     const auto clear = [&run](float* terms) { std::fill(terms + run.begin * kLanes, terms + run.end * kLanes, 0.0f); };
     if (!differences || !run.paired()) {
-      write_means(run, a, b);
+      write_means<kSplats>(run, a, b);
       if (differences && any_paired_) clear(differences);
     } else if (run.spread()) {
-      write_terms<true>(run, a, b, differences, spreads);
+      write_terms<kSplats, true>(run, a, b, differences, spreads);
     } else {
-      write_terms<false>(run, a, b, differences, spreads);
+      write_terms<kSplats, false>(run, a, b, differences, spreads);
     }
     if (spreads && any_spread_ && !run.spread()) clear(spreads);
   }

@@ -1,4 +1,5 @@
 // One look at a row of the film: the pixels' means, and the terms of which their variance is pooled (variance_pool.h).
+// Splats are part of both.
 #pragma once
 
 #include <cstddef>
@@ -44,16 +45,24 @@ class PixelRow {
   // What the counts of a run make of its sums.
   struct Weights {
     std::uint32_t count[kHalves] = {0, 0};
-    double mean[kHalves] = {0, 0};     // mean of the pixel: sum[0] mean[0] + sum[1] mean[1]
-    double spread[kHalves] = {0, 0};   // 1 / (4 count (count - 1)), times `scale`
-    double scale = 1;                  // n of a film whose counts differ
+    double mean[kHalves] = {0, 0};    // mean of the pixel: sum[0] mean[0] + sum[1] mean[1]
+    double half[kHalves] = {0, 0};    // what a half's mean weighs in it
+    double spread[kHalves] = {0, 0};  // 1 / (4 count (count - 1)), times `scale`
+    double scale = 1;                 // n of a film whose counts differ
 
     void update(const std::uint32_t (&counts)[kHalves], bool counts_differ);
   };
 
   void find_runs(const HalfPixel* a, const HalfPixel* b);
+  void look_at_splats(const SplatBuffer& splats, int y, bool spreads);
+  // Of a pixel, to the parts that the halves have in the mean.
+  template <class V>
+  void add_splats(int x, V& part_a, V& part_b) const;
+  template <bool kSplats>
+  void write(const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads);
+  template <bool kSplats>
   void write_means(const Run& run, const HalfPixel* a, const HalfPixel* b);
-  template <bool kSpread>
+  template <bool kSplats, bool kSpread>
   void write_terms(const Run& run, const HalfPixel* a, const HalfPixel* b, float* differences, float* spreads);
 
   int x0_ = 0, x1_ = 0;
@@ -63,6 +72,8 @@ class PixelRow {
   Weights weights_;
   std::vector<Run> runs_;
   std::vector<float> means_;  // four floats a pixel, the fourth of no meaning
+  // Of a film with splats, four doubles a pixel: the halves' means, and the variance of half their sum.
+  std::vector<double> splat_means_[kHalves], splat_spreads_, splat_variances_;
 };
 
 }  // namespace helio

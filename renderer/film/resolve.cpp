@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "renderer/film/film_history.h"
+#include "renderer/film/splat_buffer.h"
 #include "renderer/film/variance_pool.h"
 
 namespace helio {
@@ -61,8 +62,13 @@ Rgb resolve_mean(const Film& film, int x, int y) {
   const double weight = a.count > 0 && b.count > 0 ? 0.5 : 1.0;
   const double weight_a = a.count > 0 ? weight / a.count : 0.0;
   const double weight_b = b.count > 0 ? weight / b.count : 0.0;
+  double splats[kHalves][4] = {};
+  for (int h = 0; h < kHalves && film.splats(); ++h) {
+    if (film.half(h, x, y).count > 0) film.splats()->read_row(h, y, x, x + 1, splats[h]);
+  }
   Rgb mean;
-  for (int c = 0; c < 3; ++c) mean[c] = to_float(a.sum[c] * weight_a + b.sum[c] * weight_b);
+  for (int c = 0; c < 3; ++c)
+    mean[c] = to_float(a.sum[c] * weight_a + b.sum[c] * weight_b + weight * (splats[0][c] + splats[1][c]));
   return mean;
 }
 
@@ -71,7 +77,7 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
   assert(!window.empty() && intersect(window, film.bounds()) == window);
   ResolvedTile tile;
   tile.window = window;
-  tile.invalid_samples = film.invalid_in(window);
+  tile.invalid_samples = film.invalid_in(window) + (film.splats() ? film.splats()->invalid_in(window) : 0);
   const auto area = std::size_t(window.area());
   for (std::vector<float>& channel : tile.radiance) channel.reserve(area);
   if (channels & kResolveSamples) tile.samples.reserve(area);

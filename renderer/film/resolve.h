@@ -8,7 +8,7 @@
 namespace helio {
 
 // Mean radiance of the pixel: halves weighted equally when both have samples (weights by count are biased when counts
-// depend on the samples), else the half that has some; 0 without samples.
+// depend on the samples), else the half that has some; 0 without samples. Splats of such a half are in its mean.
 Rgb resolve_mean(const Film& film, int x, int y);
 
 // Planar pixels of a window of the film, row-major, top row first. Vectors have window.area() entries, or none when not
@@ -26,7 +26,7 @@ struct ResolvedTile {
   std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
   std::vector<float> history_age;     // moves, CarriedPixel::age times the weight, [0, 255]
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
-  std::uint64_t invalid_samples = 0;
+  std::uint64_t invalid_samples = 0;  // splats among them
 };
 
 enum ResolveChannels : unsigned {
@@ -58,8 +58,8 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
 // brightest seen anywhere, that bounds what the error may hide. A pixel whose samples met nothing, or what reflects
 // nothing, is black.
 struct FilmError {
-  double rmse = 0;         // root of the mean over pixels and channels of the variance of the mean
-  double relmse = 0;       // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
+  double rmse = 0;             // root of the mean over pixels and channels of the variance of the mean
+  double relmse = 0;           // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
   double worst_tile_rmse = 0;  // largest rmse of a tile of 32x32, or up to 63 pixels a side at the region's far edges
   double unproven = 0;         // share of the pixels that are unproven black, [0, 1]
   double hidden_rmse = 0;      // bound on the rmse that they add; +infinity when no sample of the picture saw light

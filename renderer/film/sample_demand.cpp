@@ -8,6 +8,7 @@
 
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film_history.h"
+#include "renderer/film/splat_buffer.h"
 
 namespace helio {
 
@@ -25,6 +26,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
   const int seen = 1 - h;
   thread_local BoxRows means, deviations;
   thread_local std::vector<float> mean_sums, deviation_sums;
+  thread_local std::vector<double> splats;
   means.begin(window.width());
   deviations.begin(window.width());
   const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
@@ -33,9 +35,12 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
 
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region);
+  splats.assign(std::size_t(std::max(read.width(), 0)) * kLanes, 0.0);
   for (int below = border.y0; below < border.y1; ++below) {
     const bool inside = below >= read.y0 && below < read.y1;
+    if (inside && film.splats()) film.splats()->read_row(seen, below, read.x0, read.x1, splats.data());
     for (int x = read.x0; inside && x < read.x1; ++x) {
+      const double* splat = splats.data() + (x - read.x0) * kLanes;
       const HalfPixel& pixel = film.half(seen, x, below);
       float* mean = means.input() + (x - border.x0) * kLanes;
       float* deviation = deviations.input() + (x - border.x0) * kLanes;
@@ -44,7 +49,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
       mean[3] = deviation[3] = known ? 1.0f : 0.0f;
       for (int c = 0; c < 3; ++c) {
         constexpr double kLargest = 1e36;  // times 49 it is a float
-        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count, -kLargest, kLargest)) : 0.0f;
+        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count + splat[c], -kLargest, kLargest)) : 0.0f;
         deviation[c] = known ? float(std::sqrt(pixel.deviations[c] / (pixel.count - 1.0))) : 0.0f;
       }
     }
@@ -76,7 +81,10 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
 
 double sum_of_means(const Film& film, const PixelRect& window, int half) {
   double sum = 0;
+  std::vector<double> splats(film.splats() ? std::size_t(window.width()) * kLanes : 0);
   for (int y = window.y0; y < window.y1; ++y) {
+    if (film.splats()) film.splats()->read_row(half, y, window.x0, window.x1, splats.data());
+    for (const double splat : splats) sum += splat;
     for (int x = window.x0; x < window.x1; ++x) {
       const HalfPixel& pixel = film.half(half, x, y);
       if (pixel.count > 0) sum += (pixel.sum[0] + pixel.sum[1] + pixel.sum[2]) / pixel.count;

@@ -1,5 +1,6 @@
 // How much each pixel of a half wants samples, from what the other half has seen: s^2 / c, s: deviation of a sample in
-// the measure of the picture's error, c: its cost in rays.
+// the measure of the picture's error, c: its cost in rays. Splats are part of what relative errors are relative to, not
+// of the deviation: a pixel's own samples do not make their noise smaller.
 #pragma once
 
 #include <functional>

@@ -24,7 +24,8 @@ class SpatialVariance {
   // has four zeroes, as has the one behind the last.
   struct Means {
     std::vector<double> data;
-    bool complete = false;  // every pixel but the one behind has samples
+    std::vector<double> splats;  // of one half
+    bool complete = false;       // every pixel but the one behind has samples
 
     void look(const Film& film, int y, int x0, int x1);
     void clear(int width);

@@ -11,6 +11,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
+#include "renderer/film/splat_buffer.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/passes/allocate.h"
@@ -375,6 +376,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.measured = {};
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
+    if (film->splats()) film->splats()->clear();
   }
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());

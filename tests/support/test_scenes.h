@@ -137,6 +137,7 @@ inline MeanEstimate mean_of(const Film& film) {
 }
 
 inline bool same_bits(const Film& a, const Film& b) {
+  if (bool(a.splats()) != bool(b.splats()) || (a.splats() && !(*a.splats() == *b.splats()))) return false;
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       for (int h = 0; h < kHalves; ++h) {

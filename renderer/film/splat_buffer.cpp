@@ -1,0 +1,216 @@
+#include "renderer/film/splat_buffer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cfloat>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace helio {
+namespace {
+
+__extension__ using Int128 = __int128;
+__extension__ using Unsigned128 = unsigned __int128;
+
+constexpr double kQuantum = 0x1p-60, kLargest = 0x1p55;
+constexpr double kSquareQuantum = 0x1p-48, kLargestSquare = 0x1p79;
+
+// Neither depends on anything but the value.
+Int128 to_fixed(double value) {
+  const double quanta = value * (1 / kQuantum);
+  const double rounded = std::nearbyint(quanta);
+  if (rounded == 0 && quanta != 0) return quanta > 0 ? 1 : -1;
+  return Int128(rounded);
+}
+Unsigned128 to_fixed_square(double value) {
+  const double square = std::min(value * value, kLargestSquare);
+  return Unsigned128(std::ceil(square * (1 / kSquareQuantum)));
+}
+
+// min(a + b, largest) of terms that are not negative is the same in any order.
+void add_saturated(Unsigned128& sum, Unsigned128 term) {
+  sum = sum + term < sum ? ~Unsigned128(0) : sum + term;
+}
+
+}  // namespace
+
+// Left as memory is found until its stripe is prepared.
+struct SplatBuffer::Pixel {
+  Int128 sum[3];
+  Unsigned128 squares[3];
+
+  bool operator==(const Pixel&) const = default;
+};
+
+SplatBuffer::SplatBuffer(int width, int height)
+    : width_(width), height_(height), stripes_((height + kStripeRows - 1) / kStripeRows) {
+  assert(width > 0 && height > 0);
+  static_assert(kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
+  const std::size_t pixels = std::size_t(width) * std::size_t(height);
+  pixels_ = double(std::bit_ceil(pixels));
+  locks_ = std::make_unique<Stripe[]>(std::size_t(stripes_));
+  for (std::unique_ptr<Pixel[]>& half : halves_) half = std::make_unique_for_overwrite<Pixel[]>(pixels);
+  invalid_ = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
+}
+
+SplatBuffer::~SplatBuffer() = default;
+
+void SplatBuffer::clear() {
+  ++era_;
+  for (std::atomic<std::uint64_t>& paths : light_paths_) paths = 0;
+  invalid_outside_ = 0;
+  any_invalid_ = false;
+}
+
+std::size_t SplatBuffer::bytes() const {
+  return std::size_t(width_) * std::size_t(height_) * kBytesPerPixel + std::size_t(stripes_) * sizeof(Stripe);
+}
+
+// Its lock is held.
+void SplatBuffer::prepare(int stripe) {
+  Stripe& lock = locks_[std::size_t(stripe)];
+  if (holds_anything(lock)) return;
+  const std::size_t begin = index(0, stripe * kStripeRows);
+  const std::size_t end = index(0, std::min((stripe + 1) * kStripeRows, height_));
+  for (std::unique_ptr<Pixel[]>& half : halves_) std::fill(&half[begin], &half[begin] + (end - begin), Pixel{});
+  std::fill(&invalid_[begin], &invalid_[begin] + (end - begin), 0u);
+  lock.era = era_;
+}
+
+// The lock of its stripe is held. False: invalid.
+bool SplatBuffer::add(int half, const Splat& splat) {
+  double value[3];
+  for (int c = 0; c < 3; ++c) {
+    value[c] = double(splat.radiance[c]) / pixels_;
+    if (!(std::abs(value[c]) <= kLargest)) return false;
+  }
+  Pixel& pixel = halves_[half][index(splat.x, splat.y)];
+  for (int c = 0; c < 3; ++c) {
+    pixel.sum[c] += to_fixed(value[c]);
+    add_saturated(pixel.squares[c], to_fixed_square(value[c]));
+  }
+  return true;
+}
+
+void SplatBuffer::add(int half, std::span<const Splat> splats, std::uint64_t light_paths) {
+  // Splats by stripe, so that each lock is taken once.
+  thread_local std::vector<std::uint32_t> ends, order;
+  ends.assign(std::size_t(stripes_) + 1, 0);
+  order.resize(splats.size());
+  const auto inside = [&](const Splat& s) { return s.x >= 0 && s.x < width_ && s.y >= 0 && s.y < height_; };
+  std::uint64_t outside = 0;
+  for (const Splat& splat : splats) {
+    if (inside(splat)) {
+      ++ends[std::size_t(splat.y / kStripeRows) + 1];
+    } else {
+      ++outside;
+    }
+  }
+  for (std::size_t s = 1; s < ends.size(); ++s) ends[s] += ends[s - 1];
+  // ends[s] is where stripe s begins, and moves to where it ends.
+  for (std::size_t i = 0; i < splats.size(); ++i) {
+    if (inside(splats[i])) order[ends[std::size_t(splats[i].y / kStripeRows)]++] = std::uint32_t(i);
+  }
+  std::uint32_t next = 0;
+  for (int stripe = 0; stripe < stripes_; ++stripe) {
+    const std::uint32_t end = ends[std::size_t(stripe)];
+    if (next == end) continue;
+    const std::lock_guard lock(locks_[std::size_t(stripe)].mutex);
+    prepare(stripe);
+    for (; next < end; ++next) {
+      const Splat& splat = splats[order[next]];
+      if (add(half, splat)) continue;
+      ++invalid_[index(splat.x, splat.y)];
+      any_invalid_.store(true, std::memory_order_relaxed);
+    }
+  }
+  if (outside > 0) invalid_outside_.fetch_add(outside, std::memory_order_relaxed);
+  light_paths_[half].fetch_add(light_paths, std::memory_order_relaxed);
+}
+
+void SplatBuffer::read_row(int half, int y, int x0, int x1, double* means, double* variances) const {
+  const std::size_t values = 4 * std::size_t(x1 - x0);
+  const double n = double(light_paths(half));
+  const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
+  const std::lock_guard lock(stripe.mutex);
+  if (!holds_anything(stripe) || n == 0) {
+    std::fill_n(means, values, 0.0);
+    if (variances) std::fill_n(variances, values, 0.0);
+    return;
+  }
+  const double unit = kQuantum * pixels_, square_unit = kSquareQuantum * pixels_ * pixels_;
+  const Pixel* row = &halves_[half][index(0, y)];
+  for (int x = x0; x < x1; ++x, means += 4) {
+    for (int c = 0; c < 3; ++c) means[c] = double(row[x].sum[c]) * unit / n;
+    means[3] = 0;
+    if (!variances) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double off = double(row[x].squares[c]) * square_unit - means[c] * means[c] * n;
+      variances[c] = n > 1 ? std::max(0.0, off) / (n * (n - 1)) : 0;
+    }
+    variances[3] = 0;
+    variances += 4;
+  }
+}
+
+Rgb SplatBuffer::mean(int half, int x, int y) const {
+  double value[4];
+  read_row(half, y, x, x + 1, value);
+  Rgb mean;
+  for (int c = 0; c < 3; ++c) mean[c] = float(std::clamp(value[c], -double(FLT_MAX), double(FLT_MAX)));
+  return mean;
+}
+
+double SplatBuffer::brightest(int y, int x0, int x1) const {
+  const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
+  const std::lock_guard lock(stripe.mutex);
+  if (!holds_anything(stripe)) return 0;
+  double brightest = 0;
+  for (const std::unique_ptr<Pixel[]>& half : halves_) {
+    const Pixel* row = &half[index(0, y)];
+    for (int x = x0; x < x1; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const double sum = double(row[x].sum[c]) * kQuantum, squares = double(row[x].squares[c]) * kSquareQuantum;
+        // No splat is above the sum, though squares, which are rounded up, may say so of the smallest.
+        if (sum > 0) brightest = std::max(brightest, std::min(squares / sum, sum));
+      }
+    }
+  }
+  return brightest * pixels_;
+}
+
+std::uint64_t SplatBuffer::invalid_in(const PixelRect& window) const {
+  std::uint64_t total = 0;
+  if (!any_invalid_.load(std::memory_order_relaxed)) return total;
+  for (int y = window.y0; y < window.y1; ++y) {
+    const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
+    const std::lock_guard lock(stripe.mutex);
+    if (!holds_anything(stripe)) continue;
+    for (int x = window.x0; x < window.x1; ++x) total += invalid_[index(x, y)];
+  }
+  return total;
+}
+
+bool SplatBuffer::operator==(const SplatBuffer& other) const {
+  if (width_ != other.width_ || height_ != other.height_ || invalid_outside() != other.invalid_outside()) return false;
+  for (int half = 0; half < 2; ++half) {
+    if (light_paths(half) != other.light_paths(half)) return false;
+  }
+  const Pixel nothing{};
+  for (int y = 0; y < height_; ++y) {
+    const auto s = std::size_t(y / kStripeRows);
+    const bool here = holds_anything(locks_[s]), there = other.holds_anything(other.locks_[s]);
+    for (std::size_t i = index(0, y); i < index(0, y + 1); ++i) {
+      for (int half = 0; half < 2; ++half) {
+        const Pixel &a = here ? halves_[half][i] : nothing, &b = there ? other.halves_[half][i] : nothing;
+        if (!(a == b)) return false;
+      }
+      if ((here ? invalid_[i] : 0) != (there ? other.invalid_[i] : 0)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace helio
