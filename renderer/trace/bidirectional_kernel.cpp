@@ -109,9 +109,9 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       if (is_black(radiance)) continue;
       if (paths_.rays.full()) trace_splats();
       film_points_[paths_.rays.count()] = {c.film_x, c.film_y, i};
-      paths_.rays.add(vertex.start(c.direction), c.direction, c.distance,
-                      combine_hash(key ^ 0x5be0cd19u, index + std::uint32_t(vertex.depth)),
-                      std::uint32_t(paths_.rays.count()), radiance);
+      paths_.rays.add_between(vertex.start(c.direction), vertex.surface.position + c.direction * c.distance,
+                              combine_hash(key ^ 0x5be0cd19u, index + std::uint32_t(vertex.depth)),
+                              std::uint32_t(paths_.rays.count()), radiance);
     }
     trace_splats();
   }
@@ -267,16 +267,17 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     if (is_black(value.f_cos)) return;
     const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, &point, to_camera);
     const double weight =
-        weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.cos_light,
-                               at.cosine(light.direction), value.pdf_w, reverse.pdf_w);
+        weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.distance,
+                               light.cos_light, at.cosine(light.direction), value.pdf_w, reverse.pdf_w);
     Rgb radiance = path.beta * value.f_cos * light.radiance * float(weight / light.pdf_w);
     if (scene_.features.absorption) {
       radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front,
                                        dot(surface.geometric_normal, light.direction) > 0, light.distance);
     }
     const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
-    add_ray(i, at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex),
-            radiance);
+    if (paths_.rays.full()) trace_connections();
+    paths_.rays.add(at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex), i,
+                    radiance);
   }
 
   // s > 1: to the vertices of the camera path's own light path.
@@ -310,16 +311,11 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
                                          dot(at.surface.geometric_normal, direction) > 0, float(distance));
       }
       if (is_black(radiance)) continue;
-      const float t_max = shadow_length(float(distance), float(cos_light), at.surface.offset, scene_.radius);
-      add_ray(i, at.start(direction), direction, t_max,
-              combine_hash(alpha_key(path.key, reversed_index_, -vertex), std::uint32_t(light.depth)), radiance);
+      if (paths_.rays.full()) trace_connections();
+      paths_.rays.add_between(at.start(direction), light.start(back),
+                              combine_hash(alpha_key(path.key, reversed_index_, -vertex), std::uint32_t(light.depth)),
+                              i, radiance);
     }
-  }
-
-  void add_ray(std::uint32_t i, const V3f& origin, const V3f& direction, float t_max, std::uint32_t key,
-               const Rgb& radiance) {
-    if (paths_.rays.full()) trace_connections();
-    paths_.rays.add(origin, direction, t_max, key, i, radiance);
   }
 
   // The window's light paths are as many as its samples.

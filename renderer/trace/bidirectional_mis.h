@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace helio {
 
@@ -24,6 +25,14 @@ namespace helio {
 inline double mis_ratio(double other, double own) {
   const double ratio = other / own;
   return ratio > 0 ? ratio * ratio : 0;
+}
+
+// What next-event estimation's density has that emission's has not: of a solid angle, the cosine that makes it one over
+// the light; of a point that was chosen outright, the squared distance by which its flux thins out; of an infinite light
+// nothing.
+inline double light_measure(double distance, bool delta, double cos_light) {
+  if (!std::isfinite(distance)) return 1;
+  return delta ? distance * distance : cos_light;
 }
 
 struct MisState {
@@ -53,7 +62,7 @@ struct MisState {
   void arrive_from_light(double distance, double cosine, bool finite, bool delta, double pdf_direct,
                          double pdf_emission, double cos_light) {
     vc /= cosine_squared(cosine);
-    const double measure = !finite ? 1 : delta ? distance * distance : cos_light;
+    const double measure = light_measure(finite ? distance : std::numeric_limits<double>::infinity(), delta, cos_light);
     vcm = mis_ratio(pdf_direct * measure, pdf_emission) / cosine_squared(cosine);
   }
 
@@ -89,12 +98,14 @@ inline double weight_of_hit(const MisState& camera, double pdf_direct, double pd
   return 1 / (1 + others);
 }
 
-// s = 1: next-event estimation. pdf_forward, pdf_reverse: the camera vertex's densities of the direction to the light
-// and from there back; pdf_direct as LightSample::pdf_w.
+// s = 1: next-event estimation. pdf_direct as LightSample::pdf_w, distance infinite for lights that are so;
+// pdf_forward, pdf_reverse: the camera vertex's densities of the direction to the light and from there back.
 inline double weight_of_light_sample(const MisState& camera, double pdf_direct, double pdf_emission, bool delta,
-                                     double cos_light, double cosine, double pdf_forward, double pdf_reverse) {
+                                     double distance, double cos_light, double cosine, double pdf_forward,
+                                     double pdf_reverse) {
   const double hit = delta ? 0 : mis_ratio(pdf_forward, pdf_direct);
-  return 1 / (1 + hit + camera.behind(pdf_emission * cosine / (pdf_direct * cos_light), pdf_reverse));
+  const double measure = light_measure(distance, delta, cos_light);
+  return 1 / (1 + hit + camera.behind(pdf_emission * cosine / (pdf_direct * measure), pdf_reverse));
 }
 
 // s > 1, t > 1: two vertices are joined. pdf_to_*: area density with which the other subpath, going on, would reach

@@ -22,6 +22,14 @@ class ConnectionRays {
     tags_[count_++] = tag;
   }
 
+  // Between two points that are off their surfaces. Nothing stops it where they coincide.
+  void add_between(const V3f& from, const V3f& to, std::uint32_t alpha_key, std::uint32_t tag, const Rgb& radiance) {
+    const V3d between = V3d(to) - V3d(from);
+    const double distance = length(between);
+    const V3f direction = distance > 0 ? V3f(between / distance) : V3f(0, 0, 1);
+    add(from, direction, float(distance * (1 - 0x1p-20)), alpha_key, tag, radiance);
+  }
+
   // Calls arrived(tag, radiance) for those that nothing stops, in the order in which they were added, and forgets all.
   template <typename Function>
   void trace(const Accel& accel, Function&& arrived) {

@@ -52,7 +52,8 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
   const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
-  // Two kernels: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
+  if (settings.integrator != Integrator::path) return run_bidirectional_kernel(task, stats);
+  // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
   const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;
   if (film.first_hits()) return run_hit_recording_kernel(task, plain, stats);

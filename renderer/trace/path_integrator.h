@@ -8,6 +8,7 @@
 #include "renderer/base/math.h"
 #include "renderer/film/film.h"
 #include "renderer/trace/camera.h"
+#include "renderer/trace/integrator.h"
 #include "renderer/trace/render_scene.h"
 #include "renderer/trace/roulette.h"
 
@@ -18,6 +19,7 @@ struct PathSettings {
   int max_segments = 10;  // path segments, camera segment included (2: direct light); [1, 65535]
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
+  Integrator integrator = Integrator::path;
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
