@@ -12,6 +12,7 @@
 // Light path number n of a block of the film is sample n of a sequence of the block's own (sampler.h), so that the light
 // paths of neighbouring pixels are spread evenly over the lights.
 #include <memory>
+#include <optional>
 
 #include "renderer/film/splat_buffer.h"
 #include "renderer/trace/bsdf_lambert.h"
@@ -184,12 +185,8 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       leave_scene(vertex, i);
       return false;
     }
-    float footprint = 0;
-    if (scene_.mip_mapped) {
-      b.cones[i].advance(hit.t);
-      footprint = b.cones[i].footprint(dot(make_surface<true>(scene_, ray, hit).geometric_normal, ray.direction));
-    }
-    const PathVertex at(scene_, ray, hit, footprint);
+    if (scene_.mip_mapped) b.cones[i].advance(hit.t);
+    const PathVertex at(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
     const Surface& surface = at.surface;
     const MaterialRecord& material = *surface.material;
     const V3f to_camera = -ray.direction;
@@ -197,36 +194,38 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
     if (material.emissive) add_emission(vertex, i, hit, surface);
 
-    const ShadingPoint point(scene_, hit, surface, to_camera, footprint);
-    const SurfaceParams& params = point.params;
-    const V3f wo = point.frame.to_local(to_camera);
+    std::optional<ShadingPoint> made;  // of all that is not Lambert
+    if (!at.lambert) made.emplace(scene_, hit, surface, to_camera, at.footprint);
+    const ShadingPoint* point = made ? &*made : nullptr;
+    const bool black = material.one_sided && !surface.front;
+    const Frame frame = point ? point->frame : Frame(at.facing_normal());
+    const V3f wo = frame.to_local(to_camera);
     if (vertex == 1) {
-      const Rgb albedo = point.black ? Rgb(0, 0, 0) : at.lambert ? at.albedo : surface_albedo(params, wo);
-      const V3f seen = params.mapped ? point.frame.to_world(params.map_normal) : point.frame.n;
+      const Rgb albedo = black ? Rgb(0, 0, 0) : point ? surface_albedo(point->params, wo) : at.albedo;
+      const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, instance_name(hit), hit.primitive};
     }
-    if (light_only_ || point.black || vertex >= task_.settings.max_segments || params.model == LobeModel::none)
-      return false;
+    if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
+    if (point && point->params.model == LobeModel::none) return false;
 
-    const bool transmissive = !at.lambert && lets_light_through(params);
-    const V3f light_normal =
-        transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
-    if (has_lights_ && !is_pure_delta(params)) {
+    const bool transmissive = point && lets_light_through(point->params);
+    const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
+    if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
       sample_light(vertex, j, i, at, point, light_normal, transmissive);
       connect(vertex, i, at, point);
     }
 
     // Sample the BSDF for the next direction.
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    const BsdfSample sample = at.lambert ? sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u))
-                                         : sample_bsdf(params, wo, b.lobe[j], u);
+    const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
+                                    : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
     if (!sample.valid()) return false;
-    const V3f direction = point.frame.to_world(sample.wi);
-    if (!(dot(point.geometric_normal(), direction) * sample.wi.z > 0)) return false;
+    const V3f direction = frame.to_world(sample.wi);
+    if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
     if (!sample.delta) {
-      const BsdfValue reverse = at.scatter(scene_, direction, to_camera, &point, to_camera);
+      const BsdfValue reverse = at.scatter(scene_, direction, to_camera, point, to_camera);
       mis.scatter(sample.pdf_w, reverse.pdf_w, at.cosine(direction));
-    } else if (at.mirrors_back(scene_, point, to_camera, direction)) {
+    } else if (at.mirrors_back(scene_, *point, to_camera, direction)) {
       mis.scatter_delta(at.cosine(direction));
     } else {
       mis.scatter_one_way();
@@ -254,7 +253,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   }
 
   // s = 1.
-  void sample_light(int vertex, int j, std::uint32_t i, const PathVertex& at, const ShadingPoint& point,
+  void sample_light(int vertex, int j, std::uint32_t i, const PathVertex& at, const ShadingPoint* point,
                     const V3f& light_normal, bool transmissive) {
     const PathGroup& b = group_;
     const PathState& path = b.paths[i];
@@ -263,9 +262,9 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
     const V3f to_camera = -at.arrived;
-    const BsdfValue value = at.scatter(scene_, to_camera, light.direction, &point, to_camera);
+    const BsdfValue value = at.scatter(scene_, to_camera, light.direction, point, to_camera);
     if (is_black(value.f_cos)) return;
-    const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, &point, to_camera);
+    const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, point, to_camera);
     const double weight =
         weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.distance,
                                light.cos_light, at.cosine(light.direction), value.pdf_w, reverse.pdf_w);
@@ -281,7 +280,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   }
 
   // s > 1: to the vertices of the camera path's own light path.
-  void connect(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint& point) {
+  void connect(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {
     const PathState& path = group_.paths[i];
     const V3f to_camera = -at.arrived;
     for (std::uint32_t v = paths_.lights.last(int(i)); v != kNoVertex;) {
@@ -293,11 +292,11 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       if (!(squared > 0)) continue;
       const double distance = std::sqrt(squared);
       const V3f direction(V3d(between) / distance), back = -direction, to_light = -light.arrived;
-      const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, &point, to_camera);
+      const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
       if (is_black(camera_value.f_cos)) continue;
       const BsdfValue light_value = light.scatter(scene_, back, to_light, nullptr, to_light);
       if (is_black(light_value.f_cos)) continue;
-      const double camera_reverse = at.scatter(scene_, direction, to_camera, &point, to_camera).pdf_w;
+      const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;
       const double light_forward = light.scatter(scene_, to_light, back, nullptr, to_light).pdf_w;
       const double cos_camera = at.cosine(direction), cos_light = light.cosine(direction);
       const double weight = weight_of_connection(

@@ -1,6 +1,7 @@
 #include "renderer/trace/light_paths.h"
 
 #include <limits>
+#include <optional>
 
 #include "renderer/trace/bsdf_lambert.h"
 #include "renderer/trace/sampler.h"
@@ -71,24 +72,24 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   State& state = states_[i];
   Ray& ray = rays_[i];
   const EmissionSample& emission = state.emission;
-  LightVertex vertex;
-  static_cast<PathVertex&>(vertex) = PathVertex(scene, ray, hit, 0);
+  const PathVertex vertex(scene, ray, hit, nullptr);
   const Surface& surface = vertex.surface;
   const MaterialRecord& material = *surface.material;
   const V3f to_light = -ray.direction;
   if (state.media.count > 0) state.throughput *= transmittance(scene, state.media, hit.t);
 
-  const ShadingPoint point(scene, hit, surface, to_light, vertex.footprint);
-  if (point.params.model == LobeModel::none) return false;
-  const bool pure_delta = !vertex.lambert && is_pure_delta(point.params);
-  const bool transmissive = !vertex.lambert && lets_light_through(point.params);
+  std::optional<ShadingPoint> point;  // of all that is not Lambert
+  if (!vertex.lambert) point.emplace(scene, hit, surface, to_light, vertex.footprint);
+  if (point && point->params.model == LobeModel::none) return false;
+  const bool pure_delta = point ? is_pure_delta(point->params) : is_black(vertex.albedo);
+  const bool transmissive = point && lets_light_through(point->params);
 
   const float cos_in = vertex.cosine(to_light);
   if (state.from_light) {
     state.throughput *= scene.lights->range_window(emission.light, hit.t);
     // As next-event estimation at this vertex has it.
     const V3f light_normal =
-        transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
+        transmissive ? V3f(0, 0, 0) : vertex.facing_normal();
     const V3f from = transmissive ? surface.position : vertex.near_side;
     const double pdf_direct = scene.lights->pdf_w_direct(emission, from, light_normal);
     state.mis.arrive_from_light(hit.t, cos_in, emission.finite, emission.delta, pdf_direct, emission.pdf_emission,
@@ -99,14 +100,10 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   }
   if (is_black(state.throughput)) return false;
 
-  vertex.throughput = state.throughput;
-  vertex.mis = state.mis;
-  vertex.media = state.media;
-  vertex.depth = depth;
-  vertex.previous = last_[i];
   if (!pure_delta) {
+    const std::uint32_t previous = last_[i];
     last_[i] = std::uint32_t(vertices_.size());
-    vertices_.push_back(vertex);
+    vertices_.push_back({vertex, state.throughput, state.mis, state.media, depth, previous});
     path_of_.push_back(i);
   }
   if (depth + 1 >= settings.max_segments) return false;
@@ -116,17 +113,17 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   const std::uint32_t pair = 1 + std::uint32_t(depth), dimension = 1 + 2 * std::uint32_t(depth);
   const SamplePair drawn = sample_pair(key, index, pair);
   const V2f u(drawn.x, drawn.y);
-  const V3f wo = point.frame.to_local(to_light);
-  const BsdfSample sample = vertex.lambert
-                                ? sample_lambert(vertex.albedo, wo, square_to_cosine_hemisphere(u))
-                                : sample_bsdf(point.params, wo, sample_1d(key, index, dimension), u);
+  const Frame frame = point ? point->frame : Frame(vertex.facing_normal());
+  const V3f wo = frame.to_local(to_light);
+  const BsdfSample sample = point ? sample_bsdf(point->params, wo, sample_1d(key, index, dimension), u)
+                                  : sample_lambert(vertex.albedo, wo, square_to_cosine_hemisphere(u));
   if (!sample.valid()) return false;
-  const V3f direction = point.frame.to_world(sample.wi);
-  if (!(dot(point.geometric_normal(), direction) * sample.wi.z > 0)) return false;
+  const V3f direction = frame.to_world(sample.wi);
+  if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
   const float cos_out = vertex.cosine(direction);
   Rgb weight;
   if (sample.delta) {
-    if (!vertex.mirrors_back(scene, point, to_light, direction)) return false;
+    if (!vertex.mirrors_back(scene, *point, to_light, direction)) return false;
     if (material.one_sided && dot(surface.geometric_normal, direction) < 0) return false;
     // Radiance that is refracted is spread by eta^2, flux is not (Veach 1997, 5.2); and the factor of shading normals,
     // whose mirror the delta is.
@@ -135,7 +132,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
     weight = sample.weight * (sample.eta * sample.eta * (cos_in_s * cos_out) / (cos_in * cos_out_s));
     state.mis.scatter_delta(cos_out);
   } else {
-    const BsdfValue seen = vertex.scatter(scene, direction, to_light, &point, to_light);
+    const BsdfValue seen = vertex.scatter(scene, direction, to_light, point ? &*point : nullptr, to_light);
     weight = adjoint_weight(vertex, seen.f_cos, direction, to_light) * (1 / sample.pdf_w);
     state.mis.scatter(sample.pdf_w, seen.pdf_w, cos_out);
   }

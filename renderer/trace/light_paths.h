@@ -17,11 +17,11 @@ inline constexpr std::uint32_t kNoVertex = ~std::uint32_t(0);
 inline constexpr int kLightBatch = kPathGroupSize * kPathGroupSize;
 
 struct LightVertex : PathVertex {
-  Rgb throughput{0, 0, 0};  // of the light that arrives, the light's own included: what f_cos is multiplied by
+  Rgb throughput;  // of the light that arrives, the light's own included: what f_cos is multiplied by
   MisState mis;
-  MediumStack media;                    // on the side that the light arrives on
-  int depth = 0;                        // segments from the light
-  std::uint32_t previous = kNoVertex;  // nearer to the light on the same path, of those that are kept
+  MediumStack media;       // on the side that the light arrives on
+  int depth;               // segments from the light
+  std::uint32_t previous;  // nearer to the light on the same path, of those that are kept; or kNoVertex
 };
 
 // Which paths: path i of the batch has the random numbers of `keys[i]` and sample `index[i]`.

@@ -1,17 +1,18 @@
 #include "renderer/trace/path_vertex.h"
 
-#include "renderer/trace/bsdf_lambert.h"
-
 namespace helio {
 
-PathVertex::PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, float footprint_)
-    : hit(at), surface(make_surface<true>(scene, ray, at)), arrived(ray.direction), footprint(footprint_) {
+PathVertex::PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone)
+    : hit(at), surface(make_surface<true>(scene, ray, at)), arrived(ray.direction) {
+  if (cone) footprint = cone->footprint(dot(surface.geometric_normal, arrived));
   near_side = near_side_origin(surface, arrived);
   const MaterialRecord& material = *surface.material;
   flat = !surface.part->smooth && !material.normal_mapped && !material.scatters_mapped;
   if (!flat || material.params.model != LobeModel::lambert) return;
   lambert = true;
-  albedo = evaluate_material(scene, hit, -arrived, footprint, surface).base_color;
+  const bool colored = surface.part->mesh && !surface.part->mesh->colors.empty();
+  albedo = material.textured || colored ? evaluate_material(scene, hit, -arrived, footprint, surface).base_color
+                                        : material.params.base_color;
 }
 
 Surface PathVertex::seen_from(const V3f& direction) const {
@@ -37,14 +38,8 @@ bool PathVertex::serves(const SceneData& scene, const ShadingPoint& point, const
   return front == point.surface.front && mirrors_back(scene, point, wo, to_camera);
 }
 
-BsdfValue PathVertex::scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light,
-                              const ShadingPoint* point, const V3f& wo) const {
-  if (lambert) {
-    const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
-    if (!(seen * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
-    const float pdf_w = cosine_hemisphere_pdf_w(std::fabs(lit));
-    return {albedo * pdf_w, pdf_w};
-  }
+BsdfValue PathVertex::scatter_any(const SceneData& scene, const V3f& to_camera, const V3f& to_light,
+                                  const ShadingPoint* point, const V3f& wo) const {
   if (point && serves(scene, *point, wo, to_camera)) return point->evaluate(to_camera, to_light);
   return ShadingPoint(scene, hit, seen_from(to_camera), to_camera, footprint).evaluate(to_camera, to_light);
 }

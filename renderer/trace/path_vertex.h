@@ -9,6 +9,7 @@
 
 #include "renderer/trace/media.h"
 #include "renderer/trace/shading_point.h"
+#include "renderer/trace/warp.h"
 
 namespace helio {
 
@@ -22,8 +23,8 @@ struct PathVertex {
   bool lambert = false;  // flat and Lambert, of `albedo`: there is no more to know
   Rgb albedo{0, 0, 0};
 
-  PathVertex() = default;
-  PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, float footprint);
+  // `cone`: of the path here, which chooses levels of mip-mapped textures; null: none.
+  PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone);
 
   float cosine(const V3f& direction) const { return std::fabs(dot(surface.geometric_normal, direction)); }
   // Where a ray along the direction starts.
@@ -36,12 +37,23 @@ struct PathVertex {
   // looked at from there: not where the shading normal was bent towards one of the two.
   bool mirrors_back(const SceneData& scene, const ShadingPoint& point, const V3f& made_for, const V3f& other) const;
 
+  // Which way the surface of a Lambert vertex faces where it is reached; it has no other normal.
+  V3f facing_normal() const { return surface.front ? surface.geometric_normal : -surface.geometric_normal; }
+
   // f |cos to_light|, and the density with which the path tracer, coming from `to_camera`, samples `to_light`; deltas
   // excluded. `point`, made for `wo`, saves the making of another where it serves; null: none.
   BsdfValue scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
-                    const V3f& wo) const;
+                    const V3f& wo) const {
+    if (!lambert) return scatter_any(scene, to_camera, to_light, point, wo);
+    const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
+    if (!(seen * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
+    const float pdf_w = cosine_hemisphere_pdf_w(std::fabs(lit));
+    return {albedo * pdf_w, pdf_w};
+  }
 
  private:
+  BsdfValue scatter_any(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
+                        const V3f& wo) const;
   // The surface as it is looked at along a direction, without its shading normal.
   Surface seen_from(const V3f& direction) const;
 };
