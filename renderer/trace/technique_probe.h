@@ -1,0 +1,66 @@
+// Where light paths pay: both ways of rendering are tried on a small picture of the same view, and each tile of the
+// large one gets the one that makes the whole picture's error smallest for the time.
+//
+// All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum c_t,
+// and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware Multiple
+// Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision, not
+// counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), and come
+// from differences of halves. A path tracer that never found the light that light paths bring shows no noise, but it
+// shows less light: the squared difference of the two means of a tile is an estimate of the same error.
+//
+// The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
+// choice must be the same on every machine.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "renderer/film/light_tiles.h"
+#include "renderer/trace/camera.h"
+#include "renderer/trace/path_integrator.h"
+
+namespace helio {
+
+class TechniqueProbe {
+ public:
+  // settings.integrator does not matter. Costs about as much as 1.3 samples of every pixel.
+  TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
+                 const PathSettings& settings);
+  ~TechniqueProbe();
+
+  // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
+  std::size_t parts() const { return jobs_.size(); }
+  int sweeps() const { return 1; }
+  void run(int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+
+  // After the sweep.
+  const LightTiles& result() const { return tiles_; }
+
+  // Of a tile: mean relative error of a pixel after as many samples as the probe took, and mean rays of a sample.
+  struct Estimate {
+    double error = 0, cost = 0;
+  };
+  // Tiles for which light paths pay; `path` and `bdpt` by tile. Pure.
+  static std::vector<bool> choose(const std::vector<Estimate>& path, const std::vector<Estimate>& bdpt);
+
+ private:
+  static constexpr int kTechniques = 2;  // path, bdpt
+  struct Job {
+    int technique, half;
+    PixelRect window;
+  };
+  std::vector<Estimate> estimate(int technique) const;
+
+  std::shared_ptr<const RenderScene> scene_;
+  LightTiles tiles_;
+  int scale_;               // pixels per pixel of the small pictures
+  std::uint32_t samples_;  // of a half
+  Camera camera_;
+  PathSettings settings_[kTechniques];
+  Film films_[kTechniques];
+  std::vector<Job> jobs_;
+  std::vector<TraceStats> stats_;  // by job
+};
+
+}  // namespace helio
