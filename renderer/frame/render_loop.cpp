@@ -77,6 +77,9 @@ struct RenderLoop::Impl final : PieceSource {
   std::size_t memory_bytes() const;
 
   // All of these: `mutex` is held.
+  PublishPolicy publish_policy() const {
+    return {passes, !traces_light_paths(settings.integrator), options.publish_interval_s};
+  }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work() const;
   bool deliver_waiting(std::unique_lock<std::mutex>& lock);
@@ -92,7 +95,7 @@ struct RenderLoop::Impl final : PieceSource {
   RenderEngine::Impl& engine;
   const std::shared_ptr<FrameSink> sink;
   const RenderLoopOptions options;
-  const PublishPolicy policy;
+  const bool passes;  // PublishPolicy::passes
   FairQueue::Id id = 0;
 
   mutable std::mutex mutex;
@@ -143,7 +146,7 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
     : engine(engine_),
       sink(std::move(sink_)),
       options(options_),
-      policy{options_.publish_passes.value_or(rank == RenderRank::interactive), options_.publish_interval_s},
+      passes(options_.publish_passes.value_or(rank == RenderRank::interactive)),
       integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
       scene(std::move(scene_)),
       settings(settings_),
@@ -151,7 +154,7 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       channels(options_.channels),
       film(std::make_unique<Film>(settings_.width, settings_.height, film_state(settings_))),
       pipeline(engine_.threads(), kPieceSeconds),
-      scheduler(budget_, policy, allocation_settings(settings_)) {
+      scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
   id = engine.add(*this, rank);
 }
 
@@ -393,7 +396,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
   token = std::make_shared<CancelToken>();
-  scheduler = FrameScheduler(budget, policy, allocation_settings(settings));
+  scheduler = FrameScheduler(budget, publish_policy(), allocation_settings(settings));
   frame_samples = 0;
   planned = false;
 

@@ -8,6 +8,7 @@
 #include "renderer/base/math.h"
 #include "renderer/film/film.h"
 #include "renderer/trace/camera.h"
+#include "renderer/trace/integrator.h"
 #include "renderer/trace/render_scene.h"
 #include "renderer/trace/roulette.h"
 
@@ -18,6 +19,7 @@ struct PathSettings {
   int max_segments = 10;  // path segments, camera segment included (2: direct light); [1, 65535]
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
+  Integrator integrator = Integrator::path;  // others need a film with splats
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
@@ -43,6 +45,7 @@ struct InvalidSample {
 
 struct TraceStats {
   std::uint64_t paths = 0;
+  std::uint64_t light_paths = 0;
   std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
