@@ -65,6 +65,22 @@ RenderMode read_mode(pb::Mode message, const std::string& where, Problems& probl
   return RenderMode::pt;
 }
 
+constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {{Integrator::path, pb::INTEGRATOR_PATH},
+                                                                  {Integrator::light, pb::INTEGRATOR_LIGHT},
+                                                                  {Integrator::bdpt, pb::INTEGRATOR_BDPT},
+                                                                  {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT}};
+static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));
+
+Integrator read_integrator(pb::Integrator message, const std::string& where, Problems& problems) {
+  known(pb::Integrator_IsValid(message), message,
+        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), or 0 for INTEGRATOR_PATH",
+        where, problems);
+  for (const auto& [integrator, number] : kIntegrators) {
+    if (number == message) return integrator;
+  }
+  return Integrator::path;
+}
+
 CameraPose find_camera(const std::string& name, const std::vector<CameraDescription>& cameras, const std::string& where,
                        Problems& problems) {
   for (const CameraDescription& camera : cameras) {
@@ -236,6 +252,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   known(pb::Variant_IsValid(message.variant()), message.variant(),
         "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
   settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
+  settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
   settings.seed = message.seed();
@@ -390,11 +407,19 @@ pb::Mode to_message(RenderMode mode) {
   return pb::MODE_UNSPECIFIED;
 }
 
+pb::Integrator to_message(Integrator integrator) {
+  for (const auto& [value, message] : kIntegrators) {
+    if (value == integrator) return message;
+  }
+  return pb::INTEGRATOR_UNSPECIFIED;
+}
+
 pb::RenderSettings to_message(const RenderSettings& settings) {
   pb::RenderSettings message;
   message.set_width(settings.width);
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
+  message.set_integrator(to_message(settings.integrator));
   const bool paper = settings.variant == ModeVariant::paper;
   if (settings.mode != RenderMode::pt) message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
   if (allocates(settings.mode)) {
@@ -469,6 +494,7 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
   message.set_samples_per_second(progress.samples_per_second);
   message.set_rays(progress.trace.rays);
   message.set_paths(progress.trace.paths);
+  message.set_light_paths(progress.trace.light_paths);
   message.set_invalid_samples(progress.trace.invalid_samples);
   pb::ErrorEstimate& error = *message.mutable_error();
   error.set_known(progress.error.known);

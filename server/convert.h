@@ -44,6 +44,7 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
 
 void write_rect(const PixelRect& rect, pb::Rect& message);
 pb::Mode to_message(RenderMode mode);
+pb::Integrator to_message(Integrator integrator);
 pb::RenderSettings to_message(const RenderSettings& settings);
 pb::Budget to_message(const Budget& budget);
 pb::CameraView to_message(const CameraPose& pose);

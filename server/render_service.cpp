@@ -118,6 +118,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   limits.set_max_message_bytes(kMaxMessage);
   limits.set_max_scenes(config.max_scenes);
   for (const RenderMode mode : kEveryRenderMode) response.add_modes(to_message(mode));
+  for (const Integrator integrator : kEveryIntegrator) response.add_integrators(to_message(integrator));
   response.add_scene_formats("gltf");
   response.add_scene_formats("glb");
   response.add_scene_formats("xml");  // Mitsuba

@@ -136,6 +136,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_width(settings.width);
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
+  if (settings.integrator != Integrator::path) message.set_integrator(to_message(settings.integrator));
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -181,6 +182,13 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
     problems.add(where + ".mode", fmt::format("unknown value {}; allowed: MODE_PT (1), MODE_ADAPTIVE (2), "
                                               "MODE_REPROJECT (3), MODE_COMBINED (4)",
                                               int(message.mode())));
+  }
+  if (message.integrator() != pb::INTEGRATOR_UNSPECIFIED && message.integrator() != pb::INTEGRATOR_PATH) {
+    problems.add(where + ".integrator",
+                 fmt::format("{}: its samples cannot be traced again yet; allowed: "
+                             "INTEGRATOR_PATH (1), or 0 for it",
+                             pb::Integrator_IsValid(message.integrator()) ? pb::Integrator_Name(message.integrator())
+                                                                          : std::to_string(int(message.integrator()))));
   }
   RenderSettings& settings = replay.settings;
   settings.width = message.width();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/film/light_tiles.h"
 
 namespace helio {
 
@@ -141,6 +142,10 @@ class Film {
   // Null: none. A half's mean is that of its samples plus that of its splats; what has no samples has no mean.
   SplatBuffer* splats() { return splats_.get(); }
   const SplatBuffer* splats() const { return splats_.get(); }
+  // Which tiles get light paths, where samples are made with them at all; null: all. Kept by clear(). To be set before
+  // the first sample: in other tiles splats are dropped, as those pixels' samples already stand for all light.
+  const std::shared_ptr<const LightTiles>& light_tiles() const { return light_tiles_; }
+  void set_light_tiles(std::shared_ptr<const LightTiles> tiles) { light_tiles_ = std::move(tiles); }
 
   void clear();
   // Only a window, which must lie inside. Splats stay, there too: what normalises them is of the whole film.
@@ -164,6 +169,7 @@ class Film {
   std::unique_ptr<FilmHistory> history_;
   std::unique_ptr<FirstHits> first_hits_;
   std::unique_ptr<SplatBuffer> splats_;
+  std::shared_ptr<const LightTiles> light_tiles_;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

@@ -36,6 +36,7 @@ class LightTiles {
     return on_[std::size_t(y / kLightTile) * std::size_t(columns_) + std::size_t(x / kLightTile)] != 0;
   }
   std::size_t count() const { return std::size_t(std::count(on_.begin(), on_.end(), 1)); }
+  bool alike() const { return count() == 0 || count() == size(); }
   // Pixels of the film in tiles that are on.
   double pixels() const {
     double sum = 0;

@@ -13,7 +13,8 @@ void FramePipeline::enter(Stage stage) {
 
 void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& works) {
   assert(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
-         bool(works.reproject) == plan.reproject && bool(works.review) == plan.review);
+         bool(works.reproject) == plan.reproject && bool(works.review) == plan.review &&
+         bool(works.choose) == plan.choose);
   plan_ = plan;
   film_ = &film;
   cut_ = false;
@@ -21,10 +22,13 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
   measured_.reset();
   measure_.stop();
   reproject_.begin(works.reproject);
+  choose_.begin(works.choose);
   allocate_.begin(works.allocate);
   review_.begin(works.review);
   if (plan.reproject) {
     enter(Stage::reproject);
+  } else if (plan.choose) {
+    enter(Stage::choose);
   } else if (plan.allocate) {
     enter(Stage::allocate);
   } else {
@@ -51,8 +55,9 @@ void FramePipeline::leave_finished_stages(double now_s) {
       seconds_.reproject = seconds();
       grid_.mark_prepared();
     }
-    enter(Stage::allocate);
+    enter(Stage::choose);
   }
+  if (stage_ == Stage::choose && choose_.finished()) enter(Stage::allocate);
   if (stage_ == Stage::allocate && allocate_.finished()) {
     if (plan_.allocate) grid_.begin_round(*film_->targets());
     begin_integration();
@@ -89,6 +94,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
     piece = resolve_.next(grid_);
   } else if (stage_ == Stage::reproject) {
     if (auto next = reproject_.next()) piece = *next;
+  } else if (stage_ == Stage::choose) {
+    if (auto next = choose_.next()) piece = *next;
   } else if (stage_ == Stage::allocate) {
     if (auto next = allocate_.next()) piece = *next;
   } else if (stage_ == Stage::integrate) {
@@ -107,7 +114,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
-  return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::allocate && allocate_.any_open()) ||
+  return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::choose && choose_.any_open()) ||
+         (stage_ == Stage::allocate && allocate_.any_open()) ||
          (stage_ == Stage::review && review_.any_open()) || (stage_ == Stage::integrate && integrate_.any_open()) ||
          (stage_ == Stage::measure && measure_.any_open());
 }
@@ -120,6 +128,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
       resolve_.tile_ready(integrate->tile);
   } else if (const auto* reproject = std::get_if<ReprojectPiece>(&piece)) {
     reproject_.finish(*reproject);
+  } else if (const auto* choose = std::get_if<ChoosePiece>(&piece)) {
+    choose_.finish(*choose);
   } else if (const auto* allocate = std::get_if<AllocatePiece>(&piece)) {
     allocate_.finish(*allocate);
   } else if (const auto* review = std::get_if<ReviewPiece>(&piece)) {
@@ -134,6 +144,7 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
 
 void FramePipeline::stop() {
   reproject_.stop();
+  choose_.stop();
   allocate_.stop();
   integrate_.stop();
   review_.stop();

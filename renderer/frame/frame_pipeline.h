@@ -1,4 +1,4 @@
-// Carries out one plan after another: reproject, allocate, integrate, review, measure, resolve, in this order, each cut
+// Carries out one plan after another: reproject, choose, allocate, integrate, review, measure, resolve, in this order, each cut
 // into pieces that workers take.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
@@ -11,6 +11,7 @@
 
 #include "renderer/frame/frame_plan.h"
 #include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/passes/choose_techniques.h"
 #include "renderer/frame/passes/integrate.h"
 #include "renderer/frame/passes/measure.h"
 #include "renderer/frame/passes/picture_transfer.h"
@@ -20,7 +21,7 @@
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, ReprojectPiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
+using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
@@ -38,6 +39,7 @@ class FramePipeline {
   // Those of the works that the plan asks for, on this film.
   struct Works {
     std::shared_ptr<PictureTransfer> reproject;
+    std::shared_ptr<TechniqueChoice> choose;
     std::shared_ptr<SampleAllocation> allocate;
     std::shared_ptr<HistoryReview> review;
   };
@@ -65,7 +67,7 @@ class FramePipeline {
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { reproject, allocate, integrate, review, measure, publish, over };
+  enum class Stage { reproject, choose, allocate, integrate, review, measure, publish, over };
   void enter(Stage stage);
   void begin_integration();
   void leave_finished_stages(double now_s);
@@ -74,6 +76,7 @@ class FramePipeline {
   const Film* film_ = nullptr;
   TileGrid grid_;
   ReprojectPass reproject_;
+  ChoosePass choose_;
   AllocatePass allocate_;
   IntegratePass integrate_;
   ReviewPass review_;

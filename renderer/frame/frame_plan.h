@@ -23,6 +23,9 @@ struct FramePlan {
   // reproject: the film becomes a source of history and is filled for the new camera (passes/picture_transfer.h).
   bool reproject = false;
 
+  // choose: which tiles get light paths (passes/choose_techniques.h).
+  bool choose = false;
+
   // allocate: how many samples each pixel gets in the round that begins with this plan.
   std::optional<AllocationRequest> allocate;
 

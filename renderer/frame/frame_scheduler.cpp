@@ -13,9 +13,9 @@ namespace {
 constexpr double kIntervalPerAge = 1.0 / 16;
 // Even a plan that is not to be published is kept this short, so that a republish or new budget need not wait.
 constexpr double kLongestPlanSeconds = 1.0;
-// The variance of Sobol points falls as 1/n (noise) to 1/n^3 (edges, towards a power of two). The next look at the error
-// is where the fastest decay would have it in reach, and at least this share of the samples away: a look costs less
-// than a sample, but a step too far overshoots.
+// The variance of Sobol points falls as 1/n (noise) to 1/n^3 (edges, towards a power of two). The next look at the
+// error is where the fastest decay would have it in reach, and at least this share of the samples away: a look costs
+// less than a sample, but a step too far overshoots.
 constexpr double kFastestDecay = 3.0;
 constexpr double kSmallestErrorStep = 1.0 / 32;
 // A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n.
@@ -184,6 +184,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   plan.revision = state.revision;
   plan.deadline_s = deadline_s(state);
   plan.reproject = state.reproject_due;
+  plan.choose = state.choice_due;
   if (state.reproject_due) {
     // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
     if (allocation_ && allocation_->paper) return plan;
@@ -199,7 +200,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   }
   if (state.done[0] == 0 && policy_.passes) {
     plan.target[0] = 1;
-    plan.publish = Publish::early;
+    plan.publish = policy_.tiles_alone ? Publish::early : Publish::round;
     plan.final = sample_limit() == 1;
     return plan;
   }

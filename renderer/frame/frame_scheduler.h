@@ -1,6 +1,7 @@
 // Decides what a frame does next. Pure: touches no pixel and no clock, so that it is tested by comparing plans.
 //
-// The course of a frame: one sample of half A everywhere, each tile shown as soon as it is done; one of half B; then A
+// The course of a frame: one sample of half A everywhere, each tile shown as soon as it is done (where light paths
+// land on any tile: all of them once the last is); one of half B; then A
 // and B to the same power of two, doubling. A plan is cut short of its power of two where it would outlast the
 // publication interval, the time budget, or the count at which the target error is expected.
 //
@@ -50,11 +51,12 @@ struct FrameState {
   // Samples that every pixel of the region has; in a round: levels that are done.
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
-  bool reproject_due = false;              // before the first sample, what earlier pictures know is to be carried over
-  bool carried = false;                    // something was that is to be reviewed
+  bool reproject_due = false;  // before the first sample, what earlier pictures know is to be carried over
+  bool choice_due = false;       // before the first sample, tiles are to be chosen that get light paths
+  bool carried = false;        // something was that is to be reviewed
   // So much that counts are to fill up what is missing; else they are as without history. Paper: anything.
   bool fill = false;
-  ErrorAtCount measured;                   // the newest estimate; samples == 0: none
+  ErrorAtCount measured;  // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown
   bool published_final = false;         // everything was, as final
@@ -81,7 +83,9 @@ struct FrameState {
 };
 
 struct PublishPolicy {
-  bool passes = true;        // false: only the final state (jobs)
+  bool passes = true;  // false: only the final state (jobs)
+  // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
+  bool tiles_alone = true;
   double interval_s = 0.25;  // between publications that are not at powers of two; grows with the age of the view
 };
 

@@ -12,6 +12,7 @@ PathSettings path_settings(const RenderSettings& settings) {
   path.max_segments = settings.max_segments;
   path.roulette_from = settings.roulette_from;
   path.roulette = settings.roulette;
+  path.integrator = settings.integrator;
   return path;
 }
 

@@ -77,6 +77,9 @@ struct RenderLoop::Impl final : PieceSource {
   std::size_t memory_bytes() const;
 
   // All of these: `mutex` is held.
+  PublishPolicy publish_policy() const {
+    return {passes, !traces_light_paths(settings.integrator), options.publish_interval_s};
+  }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work() const;
   bool deliver_waiting(std::unique_lock<std::mutex>& lock);
@@ -92,7 +95,7 @@ struct RenderLoop::Impl final : PieceSource {
   RenderEngine::Impl& engine;
   const std::shared_ptr<FrameSink> sink;
   const RenderLoopOptions options;
-  const PublishPolicy policy;
+  const bool passes;  // PublishPolicy::passes
   FairQueue::Id id = 0;
 
   mutable std::mutex mutex;
@@ -116,6 +119,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::unique_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
+  std::weak_ptr<const RenderScene> chosen_for;  // whose light tiles the film has
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
@@ -143,7 +147,7 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
     : engine(engine_),
       sink(std::move(sink_)),
       options(options_),
-      policy{options_.publish_passes.value_or(rank == RenderRank::interactive), options_.publish_interval_s},
+      passes(options_.publish_passes.value_or(rank == RenderRank::interactive)),
       integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
       scene(std::move(scene_)),
       settings(settings_),
@@ -151,7 +155,7 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       channels(options_.channels),
       film(std::make_unique<Film>(settings_.width, settings_.height, film_state(settings_))),
       pipeline(engine_.threads(), kPieceSeconds),
-      scheduler(budget_, policy, allocation_settings(settings_)) {
+      scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
   id = engine.add(*this, rank);
 }
 
@@ -331,6 +335,7 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"resolve", record->resolve_seconds},
                     {"publish", record->publish_seconds}};
       if (record->reproject_seconds > 0) end.passes.push_back({"reproject", record->reproject_seconds});
+      if (record->choose_seconds > 0) end.passes.push_back({"choose", record->choose_seconds});
       if (record->review_seconds > 0) end.passes.push_back({"review", record->review_seconds});
       if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
     }
@@ -377,7 +382,13 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
     if (film->splats()) film->splats()->clear();
+    // Where a picture was better off alike everywhere, so is that of the next camera, and no time goes into looking.
+    if (another_kind || another_grid || !film->light_tiles() || !film->light_tiles()->alike() ||
+        chosen_for.lock() != scene)
+      film->set_light_tiles(nullptr);
   }
+  // A plan may have been cut short after it had chosen.
+  state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles();
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;
@@ -393,7 +404,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});
   token = std::make_shared<CancelToken>();
-  scheduler = FrameScheduler(budget, policy, allocation_settings(settings));
+  scheduler = FrameScheduler(budget, publish_policy(), allocation_settings(settings));
   frame_samples = 0;
   planned = false;
 
@@ -433,6 +444,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 
   const StageSeconds& seconds = pipeline.seconds();
   if (plan.reproject) note_transfer();
+  if (plan.choose) state.choice_due = !film->light_tiles();
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
     ++state.round.number;
@@ -485,6 +497,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     }
     works.reproject = transfer;
   }
+  if (plan.choose) {
+    works.choose =
+        std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), *film);
+    chosen_for = scene;
+  }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
   works.review = review;
@@ -533,6 +550,8 @@ bool RenderLoop::Impl::run_piece() {
       done = run_integrate(*p, *tracer, camera, mine->begin.settings, *cancelled, pixels, stats);
     } else if (const auto* p = std::get_if<ReprojectPiece>(&*piece)) {
       run_sweep(*p);
+    } else if (const auto* p = std::get_if<ChoosePiece>(&*piece)) {
+      run_sweep(*p);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<ReviewPiece>(&*piece)) {
@@ -562,6 +581,8 @@ bool RenderLoop::Impl::run_piece() {
     }
   } else if (std::holds_alternative<ReprojectPiece>(*piece)) {
     mine->reproject_seconds += cpu_seconds;
+  } else if (std::holds_alternative<ChoosePiece>(*piece)) {
+    mine->choose_seconds += cpu_seconds;
   } else if (std::holds_alternative<ReviewPiece>(*piece)) {
     mine->review_seconds += cpu_seconds;
   } else if (std::holds_alternative<AllocatePiece>(*piece)) {

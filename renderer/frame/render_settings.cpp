@@ -73,6 +73,19 @@ void check_reprojection(const ReprojectionSettings& reprojection, const std::str
                  text(reprojection.max_error) + " is outside (0, " + text(kLargestMaxError) + "]");
 }
 
+void check_integrator(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  if (std::find(std::begin(kEveryIntegrator), std::end(kEveryIntegrator), settings.integrator) ==
+      std::end(kEveryIntegrator)) {
+    problems.add(where, std::to_string(int(settings.integrator)) + " is not an integrator; allowed: path, light, bdpt, pt+bdpt");
+    return;
+  }
+  const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
+  if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
+    problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
+                            " (variant " + to_string(settings.variant) +
+                            "); allowed there: path; light and bdpt in mode pt, and adaptive with variant bounded");
+}
+
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
   switch (filter.kind) {
     case PixelFilterKind::box:
@@ -149,6 +162,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   if (settings.variant != ModeVariant::bounded && settings.variant != ModeVariant::paper)
     problems.add(field(where, "variant"),
                  std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
+  check_integrator(settings, field(where, "integrator"), problems);
   if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
     check_reprojection(settings.reprojection, field(where, "reprojection"), problems);
   if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);

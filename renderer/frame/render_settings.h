@@ -9,6 +9,7 @@
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/camera.h"
+#include "renderer/trace/integrator.h"
 #include "renderer/trace/roulette.h"
 
 namespace helio {
@@ -61,17 +62,18 @@ struct ReprojectionSettings {
 };
 
 struct RenderSettings {
-  int width = 1280, height = 720;       // [1, limits.max_film_side], width * height <= limits.max_film_pixels
+  int width = 1280, height = 720;  // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
+  Integrator integrator = Integrator::path;  // others: modes pt and adaptive (variant bounded)
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
   std::uint64_t seed = 0;
-  int max_segments = 10;                // [1, 65535]
-  int roulette_from = 3;                // [1, 65535]
+  int max_segments = 10;  // [1, 65535]
+  int roulette_from = 3;  // [1, 65535]
   RouletteRule roulette = RouletteRule::root;
   PixelFilter filter;
-  std::optional<PixelRect> region;      // of interest; inside the film; none: the whole film
+  std::optional<PixelRect> region;  // of interest; inside the film; none: the whole film
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }
   bool operator==(const RenderSettings&) const = default;
@@ -84,20 +86,20 @@ struct RenderLimits {
 
 // The first to be reached ends the frame. All absent: renders until superseded, at most max_samples_per_pixel.
 struct Budget {
-  std::optional<double> time_s;             // wall time since the frame began, > 0
-  std::optional<std::uint32_t> samples;     // per pixel, both halves together; [1, 2^30]
-  std::optional<double> error;              // target standard error, > 0, in the measure below
+  std::optional<double> time_s;          // wall time since the frame began, > 0
+  std::optional<std::uint32_t> samples;  // per pixel, both halves together; [1, 2^30]
+  std::optional<double> error;           // target standard error, > 0, in the measure below
   ErrorMeasure error_measure = ErrorMeasure::rmse;
-  std::optional<double> bytes_per_second;   // of tiles sent; paces publishing, never ends a frame; > 0
+  std::optional<double> bytes_per_second;  // of tiles sent; paces publishing, never ends a frame; > 0
 
   bool operator==(const Budget&) const = default;
 };
 
 struct View {
-  std::uint64_t id = 0;   // monotonic per session
+  std::uint64_t id = 0;  // monotonic per session
   CameraPose camera;
-  double time_s = 0;      // scene time; only the time the scene was loaded at is served for now
-  double exposure = 0;    // stops, display only: does not change what is rendered
+  double time_s = 0;    // scene time; only the time the scene was loaded at is served for now
+  double exposure = 0;  // stops, display only: does not change what is rendered
 };
 
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where, Problems& problems);

@@ -41,7 +41,8 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       : Base(task),
         paths_(thread_paths()),
         camera_(task.camera),
-        light_paths_(double(task.film.width()) * task.film.height()),
+        tiles_(task.film.light_tiles().get()),
+        light_paths_(tiles_ ? tiles_->pixels() : double(task.film.width()) * task.film.height()),
         light_only_(task.settings.integrator == Integrator::light) {}
 
  private:
@@ -123,7 +124,8 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       // A light path is the window's whose pixel's camera path it goes with.
       if (!task_.window.contains(group_.pixel_x[at.path], group_.pixel_y[at.path])) return;
       camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
-        splats_.push_back({x, y, radiance * float(share)});
+        // What other tiles' camera paths bring is all there is.
+        if (!tiles_ || tiles_->on(x, y)) splats_.push_back({x, y, radiance * float(share)});
       });
     });
   }
@@ -319,7 +321,8 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
 
   // The window's light paths are as many as its samples.
   void committed() {
-    if (SplatBuffer* splats = task_.film.splats()) splats->add(task_.range.half, splats_, samples());
+    task_.film.splats()->add(task_.range.half, splats_, samples());
+    stats_.light_paths += samples();
   }
 
   Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }
@@ -338,6 +341,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
 
   CameraPaths& paths_;
   const CameraImportance camera_;
+  const LightTiles* tiles_;   // null: light paths everywhere
   const double light_paths_;  // of a sample of the whole film
   const bool light_only_;
   FilmPoint film_points_[ConnectionRays::kCapacity];  // by tag

@@ -25,6 +25,7 @@ void TraceStats::add(const TraceStats& other) {
     first_invalid = other.first_invalid;
   }
   paths += other.paths;
+  light_paths += other.light_paths;
   rays += other.rays;
   shadow_rays += other.shadow_rays;
   invalid_samples += other.invalid_samples;
@@ -52,7 +53,9 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
   const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
-  if (settings.integrator != Integrator::path) return run_bidirectional_kernel(task, stats);
+  const LightTiles* tiles = film.light_tiles().get();
+  if (traces_light_paths(settings.integrator) && (!tiles || tiles->on(rect.x0, rect.y0)))
+    return run_bidirectional_kernel(task, stats);
   // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
   const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;

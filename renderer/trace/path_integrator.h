@@ -19,7 +19,7 @@ struct PathSettings {
   int max_segments = 10;  // path segments, camera segment included (2: direct light); [1, 65535]
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
-  Integrator integrator = Integrator::path;
+  Integrator integrator = Integrator::path;  // others need a film with splats
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
@@ -45,6 +45,7 @@ struct InvalidSample {
 
 struct TraceStats {
   std::uint64_t paths = 0;
+  std::uint64_t light_paths = 0;
   std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
@@ -60,6 +61,8 @@ struct TraceStats {
 // sample index, half and seed alone. Returns false, leaving the film as it was, when `cancel` was raised on the way.
 // Thread safe for disjoint windows. Paths are traced in whole blocks of the film (see kPathGroupSize): what lies in a
 // block but not in the window is traced too, counted in `stats`, and dropped.
+//
+// Where the film has light tiles and the integrator uses them, the window lies in tiles of one kind.
 //
 // With `targets`, which must be of the film's size, a pixel takes part in a level as SampleTargets::wants() says; of a
 // block, the pixels of the window that take part in the same level are traced together.

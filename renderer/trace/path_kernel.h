@@ -42,7 +42,7 @@ struct WindowTask {
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);
-// Integrators light and bdpt. The film keeps splats.
+// Integrators light and bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Either of the first two, for a film that keeps first hits; the second, for one that keeps directions.
 bool run_hit_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats);

@@ -86,6 +86,22 @@ TEST(ReplayToken, TellsTheMode) {
   EXPECT_NE(refusal(make_replay_token(Scene(), begin, kSample)).message.find("MODE_COMBINED (4)"), std::string::npos);
 }
 
+// A sample is another one with another integrator; a token of none is of a daemon that knew only one.
+TEST(ReplayToken, OnlySamplesOfCameraPathsAreReplayed) {
+  FrameBegin begin = frame();
+  const auto replay = read_replay_token(make_replay_token(Scene(), begin, kSample), {}, "token");
+  ASSERT_TRUE(replay.ok()) << replay.error().to_string();
+  EXPECT_EQ(replay->message.integrator(), pb::INTEGRATOR_UNSPECIFIED);
+  for (const auto& [integrator, name] :
+       {std::pair(Integrator::light, "INTEGRATOR_LIGHT"), {Integrator::bdpt, "INTEGRATOR_BDPT"}}) {
+    begin.settings.integrator = integrator;
+    const Error error = refusal(make_replay_token(Scene(), begin, kSample));
+    EXPECT_EQ(error.code, ErrorCode::invalid_argument);
+    EXPECT_NE(error.message.find(std::string("token.integrator: ") + name), std::string::npos) << error.message;
+    EXPECT_NE(error.message.find("allowed: INTEGRATOR_PATH (1)"), std::string::npos) << error.message;
+  }
+}
+
 TEST(ReplayToken, LongNamesKeepTheirEnd) {
   Scene long_named;
   long_named.manifest.main_file = std::string(5000, 'x') + "\xc3\xa9/end.glb";

@@ -146,6 +146,20 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
     EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(mode);
     EXPECT_TRUE(problems.empty());
   }
+  for (const Integrator integrator : kEveryIntegrator) {
+    RenderSettings settings;
+    settings.integrator = integrator;
+    Problems problems;
+    EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(integrator);
+    EXPECT_TRUE(problems.empty());
+  }
+  pb::RenderSettings unknown;
+  unknown.set_integrator(pb::Integrator(17));
+  Problems refused;
+  read_settings(unknown, {}, "settings", refused);
+  EXPECT_NE(refused.to_error().to_string().find("settings.integrator: unknown value 17; allowed: INTEGRATOR_PATH (1)"),
+            std::string::npos)
+      << refused.to_error().to_string();
   pb::RenderSettings odd;
   odd.set_mode(pb::MODE_COMBINED);
   odd.mutable_adaptive()->set_min_samples(7);

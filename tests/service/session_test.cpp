@@ -41,6 +41,8 @@ TEST_F(SessionTest, ServerInfoStatesItsLimits) {
   EXPECT_NE(info.devices(0).name().find("Embree"), std::string::npos);
   EXPECT_EQ(std::vector<int>(info.modes().begin(), info.modes().end()),
             (std::vector<int>{pb::MODE_PT, pb::MODE_ADAPTIVE, pb::MODE_REPROJECT, pb::MODE_COMBINED}));
+  EXPECT_EQ(std::vector<int>(info.integrators().begin(), info.integrators().end()),
+            (std::vector<int>{pb::INTEGRATOR_PATH, pb::INTEGRATOR_LIGHT, pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT}));
   EXPECT_FALSE(info.draining());
 }
 
@@ -53,6 +55,7 @@ TEST_F(SessionTest, DefaultsAreFilledIn) {
   EXPECT_EQ(response.settings().width(), 1280);
   EXPECT_EQ(response.settings().height(), 720);
   EXPECT_EQ(response.settings().mode(), pb::MODE_PT);
+  EXPECT_EQ(response.settings().integrator(), pb::INTEGRATOR_PATH);
   EXPECT_EQ(response.settings().max_segments(), 10);
   EXPECT_EQ(response.settings().roulette_from(), 3);
   EXPECT_EQ(response.grace_s(), 60);

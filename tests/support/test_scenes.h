@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "renderer/film/splat_buffer.h"
 #include "renderer/trace/path_integrator.h"
 #include "tests/support/pixel_moments.h"
 

@@ -19,7 +19,8 @@ FilmState film_state(const RenderSettings& settings) {
   const bool history = reuses(settings.mode);
   return {.targets = allocates(settings.mode),
           .history = history,
-          .stored_hits = history && paper ? settings.reprojection.stored_hits : 0};
+          .stored_hits = history && paper ? settings.reprojection.stored_hits : 0,
+          .splats = traces_light_paths(settings.integrator)};
 }
 
 }  // namespace helio

@@ -48,6 +48,12 @@ std::uint32_t IntegratePass::affordable_levels(const SampleRange& range, const P
   return levels;
 }
 
+// Whether two cells both get light paths, or neither does.
+bool IntegratePass::alike(const PixelRect& a, const PixelRect& b) const {
+  const LightTiles* tiles = film_->light_tiles().get();
+  return !tiles || tiles->on(a.x0, a.y0) == tiles->on(b.x0, b.y0);
+}
+
 double IntegratePass::sample_cost(std::size_t tile) const {
   if (tile_cost_[tile] > 0) return tile_cost_[tile];
   return mean_cost_ > 0 ? mean_cost_ : kFirstCostGuess;
@@ -115,6 +121,8 @@ std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds
           if (other.half != range.half || other.first != range.first) break;
           // Without targets a piece is a rectangle of samples; with them, pixels stop where their target is.
           if (!targets_ && other.count < range.count) break;
+          // The kernels that trace pieces are for tiles of one kind.
+          if (!alike(grid.window(tile, column, row, 1), grid.window(tile, c, row, 1))) break;
           const std::uint64_t more = count_samples(range, grid.window(tile, c, row, 1));
           if (c > column && taken + more > samples) break;
           taken += more;

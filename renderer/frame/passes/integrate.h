@@ -57,6 +57,7 @@ class IntegratePass {
   bool wants(const Cell& cell, SampleRange& range) const;
   std::uint64_t count_samples(const SampleRange& range, const PixelRect& window) const;
   std::uint32_t affordable_levels(const SampleRange& range, const PixelRect& cell, std::uint64_t samples) const;
+  bool alike(const PixelRect& a, const PixelRect& b) const;
   double sample_cost(std::size_t tile) const;
 
   int threads_;

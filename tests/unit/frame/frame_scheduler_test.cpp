@@ -78,6 +78,19 @@ TEST(FrameScheduler, BeginsWithHalfAThenBThenDoubles) {
   EXPECT_PLAN(scheduler.plan_next(at(5, 5), 0, 0, 0), integrate(8, 8, true));
 }
 
+// Light paths of any tile land on all others: none is shown alone.
+TEST(FrameScheduler, TilesThatAreNotDoneAloneAreShownTogether) {
+  PublishPolicy policy;
+  policy.tiles_alone = false;
+  FramePlan plan = first_look();
+  plan.publish = Publish::round;
+  EXPECT_PLAN(FrameScheduler({}, policy).plan_next(FrameState{}, 0, 0, 0), plan);
+  Budget budget;
+  budget.samples = 1;
+  plan.final = true;
+  EXPECT_PLAN(FrameScheduler(budget, policy).plan_next(FrameState{}, 0, 0, 0), plan);
+}
+
 TEST(FrameScheduler, CarriesTheRevision) {
   FrameState state;
   state.revision = 41;

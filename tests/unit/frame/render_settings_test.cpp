@@ -71,6 +71,35 @@ TEST(RenderSettings, ModesByName) {
   for (const RenderMode mode : kEveryRenderMode) EXPECT_EQ(parse_render_mode(to_string(mode)).value(), mode);
 }
 
+TEST(RenderSettings, IntegratorsByName) {
+  for (const Integrator integrator : kEveryIntegrator)
+    EXPECT_EQ(parse_integrator(to_string(integrator)).value(), integrator);
+  const auto unknown = parse_integrator("pt");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error().to_string(), "integrator: \"pt\" is not an integrator; allowed: path, light, bdpt");
+}
+
+TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
+  RenderSettings s;
+  for (const Integrator integrator : kEveryIntegrator) {
+    s.integrator = integrator;
+    for (const RenderMode mode : kEveryRenderMode) {
+      s.mode = mode;
+      s.variant = ModeVariant::bounded;
+      EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || !reuses(mode)) << to_string(mode);
+      s.variant = ModeVariant::paper;
+      EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || mode == RenderMode::pt) << to_string(mode);
+    }
+  }
+  s.mode = RenderMode::combined;
+  s.variant = ModeVariant::bounded;
+  EXPECT_EQ(problems_of(s),
+            "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; light and bdpt in mode "
+            "pt, and adaptive with variant bounded");
+  s.integrator = Integrator(3);
+  EXPECT_EQ(problems_of(s), "settings.integrator: 3 is not an integrator; allowed: path, light, bdpt");
+}
+
 TEST(RenderSettings, FilterScalesAreChecked) {
   RenderSettings s;
   s.filter.scale = -1;  // the box has none

@@ -1,0 +1,32 @@
+// Pass: decides which tiles of a new picture get light paths (trace/technique_probe.h). Integrator pt+bdpt.
+#pragma once
+
+#include "renderer/frame/passes/sweeps.h"
+#include "renderer/trace/technique_probe.h"
+
+namespace helio {
+
+class TechniqueChoice {
+ public:
+  // The film outlives this, and has no samples.
+  TechniqueChoice(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, const PathSettings& settings,
+                  Film& film)
+      : probe_(std::move(scene), pose, film.width(), film.height(), settings), film_(film) {}
+
+  std::size_t parts() const { return probe_.parts(); }
+  int sweeps() const { return probe_.sweeps(); }
+  void run(int sweep, std::size_t part) { probe_.run(sweep, part); }
+  void finish_sweep(int sweep) {
+    probe_.finish_sweep(sweep);
+    film_.set_light_tiles(std::make_shared<const LightTiles>(probe_.result()));
+  }
+
+ private:
+  TechniqueProbe probe_;
+  Film& film_;
+};
+
+using ChoosePiece = SweepPiece<TechniqueChoice>;
+using ChoosePass = SweepPass<TechniqueChoice>;
+
+}  // namespace helio
