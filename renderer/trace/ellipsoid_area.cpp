@@ -86,7 +86,7 @@ EllipsoidArea ellipsoid_area(const V3d& e1, const V3d& e2, const V3d& e3) {
   // In units of the largest cofactor, so that no square under- or overflows.
   double scale = 0;
   for (const V3d& c : {c1, c2, c3}) scale = std::max({scale, std::abs(c.x), std::abs(c.y), std::abs(c.z)});
-  if (!(scale > 0) || !std::isfinite(scale)) return {};
+  if (!(scale > 0) || !is_finite(c1) || !is_finite(c2) || !is_finite(c3)) return {};
   const V3d a = c1 / scale, b = c2 / scale, c = c3 / scale;
   auto [most, middle, least] = eigenvalues({V3d(dot(a, a), dot(a, b), dot(a, c)), V3d(dot(b, a), dot(b, b), dot(b, c)),
                                             V3d(dot(c, a), dot(c, b), dot(c, c))});
