@@ -40,7 +40,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   explicit BidirectionalKernel(const WindowTask& task)
       : Base(task),
         paths_(thread_paths()),
-        camera_(task.camera),
+        camera_(task.splat_camera ? *task.splat_camera : task.camera),
         tiles_(task.film.light_tiles().get()),
         light_paths_(tiles_ ? tiles_->pixels() : double(task.film.width()) * task.film.height()),
         light_only_(task.settings.integrator == Integrator::light) {}
@@ -100,8 +100,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       const double pdf_camera = c.pdf_area(vertex.cosine(c.direction), camera_.finite());
       const float arriving = vertex.cosine(to_light);
       if (!(arriving > 0)) continue;
-      const double weight =
-          light_only_ ? 1 : weight_of_splat(vertex.mis, pdf_camera, light_paths_, value.pdf_w);
+      const double weight = light_only_ ? 1 : weight_of_splat(vertex.mis, pdf_camera, light_paths_, value.pdf_w);
       // adjoint_weight() times the geometry term to the camera times its importance: the cosine is in pdf_camera.
       Rgb radiance = vertex.throughput * value.f_cos * float(weight * pdf_camera / arriving);
       if (scene_.features.absorption) {
@@ -110,20 +109,26 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       }
       if (is_black(radiance)) continue;
       if (paths_.rays.full()) trace_splats();
-      film_points_[paths_.rays.count()] = {c.film_x, c.film_y, i};
+      film_points_[paths_.rays.count()] = {c.film_x, c.film_y};
+      if (task_.squares) {
+        const double ratio = vertex.mis.path_tracer_behind(pdf_camera / light_paths_, value.pdf_w);
+        // A light path's share of the pixel is its try's, of which there are so many.
+        squares_of_rays_[paths_.rays.count()] =
+            path_tracer_square(luminance(radiance) / light_paths_, weight, ratio, task_.rare) * light_paths_;
+      }
       paths_.rays.add_between(vertex.start(c.direction), vertex.surface.position + c.direction * c.distance,
-                              combine_hash(key ^ 0x5be0cd19u, index + std::uint32_t(vertex.depth)),
-                              std::uint32_t(paths_.rays.count()), radiance);
+                              combine_hash(key ^ 0x5be0cd19u, index + std::uint32_t(vertex.depth)), i, radiance);
     }
     trace_splats();
   }
 
   void trace_splats() {
-    trace_rays([&](std::uint32_t tag, const Rgb& radiance) {
-      const FilmPoint& at = film_points_[tag];
+    trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
+      const FilmPoint& at = film_points_[ray];
       // A light path is the window's whose pixel's camera path it goes with.
-      if (!task_.window.contains(group_.pixel_x[at.path], group_.pixel_y[at.path])) return;
+      if (!task_.window.contains(group_.pixel_x[path], group_.pixel_y[path])) return;
       camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
+        if (task_.squares) squares_.push_back({x, y, Rgb(float(squares_of_rays_[ray] * share))});
         // What other tiles' camera paths bring is all there is.
         if (!tiles_ || tiles_->on(x, y)) splats_.push_back({x, y, radiance * float(share)});
       });
@@ -155,25 +160,44 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   }
 
   void trace_connections() {
-    trace_rays([&](std::uint32_t path, const Rgb& radiance) { group_.paths[path].radiance += radiance; });
+    trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
+      group_.paths[path].radiance += radiance;
+      if (task_.squares) add_square(path, squares_of_rays_[ray]);
+    });
   }
 
-  float environment_weight(int vertex, std::uint32_t i) const {
+  // Of the pixel that the path is a sample of.
+  void add_square(std::uint32_t path, double square) {
+    const int x = group_.pixel_x[path], y = group_.pixel_y[path];
+    if (task_.window.contains(x, y)) squares_.push_back({x, y, Rgb(float(square * light_paths_))});
+  }
+
+  float environment_weight(int vertex, std::uint32_t i) {
     if (vertex == 1) return 1;
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
-    return float(weight_of_hit(paths_.mis[i], lights_.pdf_w_environment(ray.origin, path.normal, ray.direction),
-                               lights_.pdf_emission_environment(ray.direction)));
+    const double pdf_w = lights_.pdf_w_environment(ray.origin, path.normal, ray.direction);
+    const double weight = weight_of_hit(paths_.mis[i], pdf_w, lights_.pdf_emission_environment(ray.direction));
+    if (task_.squares) add_hit_square(i, lights_.environment_radiance(ray.direction), weight, pdf_w);
+    return float(weight);
   }
 
-  float emission_weight(int vertex, std::uint32_t i, std::uint32_t emitter, float distance, float cos_light) const {
+  void add_hit_square(std::uint32_t i, const Rgb& radiance, double weight, double pdf_direct) {
+    const double brought = weight * luminance(group_.paths[i].beta * radiance);
+    add_square(i, path_tracer_square(brought, weight, 1 + pdf_direct * pdf_direct * paths_.mis[i].vcm, task_.rare));
+  }
+
+  float emission_weight(int vertex, std::uint32_t i, std::uint32_t emitter, const Rgb& radiance, float distance,
+                        float cos_light) {
     if (vertex == 1) return 1;
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
     const double pdf_w =
         lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light);
     const double pdf_area = pdf_w * std::fabs(cos_light) / (double(distance) * distance);
-    return float(weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light)));
+    const double weight = weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light));
+    if (task_.squares) add_hit_square(i, radiance, weight, pdf_area);
+    return float(weight);
   }
 
   // One vertex of one camera path. True when the path goes on along the new ray in group_.rays[i].
@@ -277,6 +301,10 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     }
     const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
     if (paths_.rays.full()) trace_connections();
+    if (task_.squares) {
+      const double hit = light.delta ? 0 : mis_ratio(value.pdf_w, light.pdf_w);
+      squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, 1 + hit, task_.rare);
+    }
     paths_.rays.add(at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex), i,
                     radiance);
   }
@@ -313,6 +341,11 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       }
       if (is_black(radiance)) continue;
       if (paths_.rays.full()) trace_connections();
+      if (task_.squares) {
+        const double ratio =
+            light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
+        squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, ratio, task_.rare);
+      }
       paths_.rays.add_between(at.start(direction), light.start(back),
                               combine_hash(alpha_key(path.key, reversed_index_, -vertex), std::uint32_t(light.depth)),
                               i, radiance);
@@ -322,6 +355,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   // The window's light paths are as many as its samples.
   void committed() {
     task_.film.splats()->add(task_.range.half, splats_, samples());
+    if (task_.squares) task_.squares->add(task_.range.half, squares_, samples());
     stats_.light_paths += samples();
   }
 
@@ -336,7 +370,6 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
 
   struct FilmPoint {
     double x, y;
-    std::uint32_t path;
   };
 
   CameraPaths& paths_;
@@ -344,8 +377,9 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   const LightTiles* tiles_;   // null: light paths everywhere
   const double light_paths_;  // of a sample of the whole film
   const bool light_only_;
-  FilmPoint film_points_[ConnectionRays::kCapacity];  // by tag
-  std::vector<Splat> splats_;
+  FilmPoint film_points_[ConnectionRays::kCapacity];      // by ray, as the next
+  double squares_of_rays_[ConnectionRays::kCapacity];
+  std::vector<Splat> splats_, squares_;
 };
 
 }  // namespace

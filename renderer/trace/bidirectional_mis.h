@@ -38,9 +38,13 @@ inline double light_measure(double distance, bool delta, double cos_light) {
 struct MisState {
   double vcm = 0;  // of the techniques that connect the vertex before this one to what comes next on the other side
   double vc = 0;   // of all others further back on this subpath
+  // Of a light path: of those among the above that the path tracer has, s = 0 and s = 1. At the first vertex that is
+  // all of vcm and vc.
+  double path_tracer = 0;
+  bool first = true;  // nothing has been scattered yet
 
   // A camera path begins. `density` of its ray: per solid angle, in pixels.
-  static MisState camera(double density, double light_paths) { return {mis_ratio(light_paths, density), 0}; }
+  static MisState camera(double density, double light_paths) { return {mis_ratio(light_paths, density)}; }
 
   // A light path begins; `cos_light`: 1 where there is no surface. The density with which next-event estimation at the
   // first vertex would choose the same point of the light depends on that vertex: see arrive_from_light().
@@ -55,6 +59,7 @@ struct MisState {
     if (finite) vcm *= distance * distance * distance * distance;
     vcm /= squared;
     vc /= squared;
+    path_tracer /= squared;
   }
 
   // The light path's first: pdf_direct is the density (solid angle; delta lights: probability) with which next-event
@@ -69,15 +74,22 @@ struct MisState {
   // The subpath goes on: densities of the direction it took and of the reverse one, cosine of the direction taken.
   void scatter(double pdf_forward, double pdf_reverse, double cosine) {
     const double out = mis_ratio(cosine, pdf_forward);
+    path_tracer = out * (first ? vc * pdf_reverse * pdf_reverse + vcm : path_tracer * pdf_reverse * pdf_reverse);
     vc = out * (vc * pdf_reverse * pdf_reverse + vcm);
     vcm = mis_ratio(1, pdf_forward);
+    first = false;
   }
   void scatter_delta(double cosine) {
+    path_tracer = (first ? vc : path_tracer) * cosine * cosine;
     vc *= cosine * cosine;
     vcm = 0;
+    first = false;
   }
   // By a delta that light coming the other way would not take: no technique reaches behind it.
-  void scatter_one_way() { vc = vcm = 0; }
+  void scatter_one_way() {
+    vc = vcm = path_tracer = 0;
+    first = false;
+  }
 
   bool valid() const { return std::isfinite(vcm) && std::isfinite(vc); }
 
@@ -88,6 +100,11 @@ struct MisState {
   // with the area density `pdf_area` and leaves towards the previous vertex with `pdf_reverse`.
   double behind(double pdf_area, double pdf_reverse) const {
     return pdf_area * pdf_area * (vcm + vc * pdf_reverse * pdf_reverse);
+  }
+  // The same of a light path over the path tracer's techniques alone.
+  double path_tracer_behind(double pdf_area, double pdf_reverse) const {
+    if (first) return behind(pdf_area, pdf_reverse);
+    return pdf_area * pdf_area * path_tracer * pdf_reverse * pdf_reverse;
   }
 };
 
@@ -118,6 +135,16 @@ inline double weight_of_connection(const MisState& camera, const MisState& light
 // t = 1: a light path is joined to the camera. pdf_camera: area density of the camera's ray there, in pixels.
 inline double weight_of_splat(const MisState& light, double pdf_camera, double light_paths, double pdf_reverse) {
   return 1 / (1 + light.behind(pdf_camera / light_paths, pdf_reverse));
+}
+
+// What the path tracer would make of a path that some technique has found, times what that brought: the mean over all
+// finds is the path tracer's mean square (the change of measure of Grittmann et al. 2022, eq. 11). `radiance` is what
+// it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being the
+// technique's own density, number of tries included. Below `rare`, and where the path tracer cannot find the path, 0.
+inline double path_tracer_square(double radiance, double weight, double ratio, double rare) {
+  if (!(weight > 0 && ratio > 0)) return 0;
+  const double found = radiance / (weight * std::sqrt(ratio));
+  return found > rare ? radiance * found : 0;
 }
 
 }  // namespace helio

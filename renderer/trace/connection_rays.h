@@ -30,12 +30,13 @@ class ConnectionRays {
     add(from, direction, float(distance * (1 - 0x1p-20)), alpha_key, tag, radiance);
   }
 
-  // Calls arrived(tag, radiance) for those that nothing stops, in the order in which they were added, and forgets all.
+  // Calls arrived(number, tag, radiance) for those that nothing stops, in the order in which they were added, from 0 on,
+  // and forgets all.
   template <typename Function>
   void trace(const Accel& accel, Function&& arrived) {
     accel.occluded(rays_, std::size_t(count_), occluded_);
     for (int k = 0; k < count_; ++k) {
-      if (!occluded_[k]) arrived(tags_[k], radiance_[k]);
+      if (!occluded_[k]) arrived(k, tags_[k], radiance_[k]);
     }
     count_ = 0;
   }

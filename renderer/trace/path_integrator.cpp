@@ -36,7 +36,7 @@ void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count
   for (std::size_t i = 0; i < count; ++i) rays.push_back(first[order ? order[i] : i]);
 }
 
-static bool suits_plain_kernel(const SceneFeatures& f) {
+bool has_plain_kernel(const SceneFeatures& f) {
   return f.only_lambert && !f.textures && !f.normal_maps && !f.vertex_colors && !f.instances && !f.spheres &&
          !f.smooth_normals && !f.absorption;
 }
@@ -58,7 +58,7 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
     return run_bidirectional_kernel(task, stats);
   // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
   // second earns.
-  const bool plain = suits_plain_kernel(scene.features()) && !settings.general_kernel;
+  const bool plain = has_plain_kernel(scene.features()) && !settings.general_kernel;
   if (film.first_hits()) return run_hit_recording_kernel(task, plain, stats);
   if (plain) return run_plain_kernel(task, stats);
   // Lambert surfaces look alike from everywhere.

@@ -23,6 +23,7 @@ struct RayLog {
 };
 
 struct SampleTrace;
+class SplatBuffer;
 
 struct WindowTask {
   const SceneData& scene;
@@ -37,8 +38,15 @@ struct WindowTask {
   // run_watched_kernel() alone: what becomes of the sample, and the film's size. The range is that one sample, the
   // window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
+  // run_bidirectional_kernel() alone. Of the film's size: the mean square of what the path tracer would find in a sample
+  // of each pixel, of finds with a luminance above `rare` alone (path_tracer_square()). Null: nobody asks.
+  SplatBuffer* squares = nullptr;
+  float rare = 0;
+  const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own
 };
 
+// Whether the kernel for flat Lambert triangles suits the scene.
+bool has_plain_kernel(const SceneFeatures& features);
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);

@@ -282,8 +282,8 @@ class PathKernelBase {
     return mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
   }
 
-  // The same of an emitter; cos_light: between its front and the way to the path's vertex before.
-  float emission_weight(int, std::uint32_t i, std::uint32_t emitter, float distance, float cos_light) const {
+  // The same of an emitter and its radiance; cos_light: between its front and the way to the path's vertex before.
+  float emission_weight(int, std::uint32_t i, std::uint32_t emitter, const Rgb&, float distance, float cos_light) const {
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
     if (!(path.pdf_w > 0)) return 1;
@@ -300,7 +300,7 @@ class PathKernelBase {
     const Rgb radiance = kernel().emitted(hit, surface);
     if (is_black(radiance)) return;
     const float weight =
-        emitter != kNoHit ? kernel().emission_weight(vertex, i, emitter, hit.t, cos_light) : 1.0f;
+        emitter != kNoHit ? kernel().emission_weight(vertex, i, emitter, radiance, hit.t, cos_light) : 1.0f;
     watch_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }

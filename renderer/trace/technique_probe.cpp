@@ -6,7 +6,7 @@
 
 #include "renderer/film/resolve.h"
 #include "renderer/film/splat_buffer.h"
-#include "renderer/trace/scene_data.h"
+#include "renderer/trace/path_kernel.h"
 
 namespace helio {
 
@@ -18,11 +18,13 @@ constexpr double kEpsilon = 1e-2;
 constexpr std::uint64_t kProbeSeed = 0x6a09e667f3bcc909u;
 // Processor time of a ray with light paths over one without, shading included: measured 1.8 where the path tracer has
 // its kernel for flat Lambert triangles, 1.1 to 1.8 elsewhere.
-constexpr double kRayCost = 1.5;
+constexpr double kRayCost = 1.3, kRayCostOverPlain = 1.8;
 // Share of the light paths' error that is the splats': fewer tiles with light paths make for fewer of them.
 constexpr double kSplatShare = 0.5;
-// A choice that gains less than this over doing the same everywhere is noise.
-constexpr double kLeastGain = 0.05;
+// What a choice between tiles must gain over doing the same everywhere, for it is made from few samples a tile.
+constexpr double kLeastGain = 0.3;
+// Finds this many times as bright as the mean of the picture are too rare for differences of halves to tell of them.
+constexpr double kRare = 30;
 
 int probe_scale(int width, int height) {
   return std::clamp(std::min(width, height) / 24, 1, kLargestScale);
@@ -47,6 +49,24 @@ Rgb half_mean(const Film& film, int half, int x, int y) {
   return mean;
 }
 
+// Camera rays of a small pixel stay within one of the large picture's in its middle, so that what the small one differs
+// in by itself is no noise.
+PixelFilter pixel_of_large(int scale) {
+  PixelFilter filter;
+  if (scale == 1) return filter;
+  filter.kind = PixelFilterKind::tent;
+  filter.scale = 0.5 / scale;
+  return filter;
+}
+
+double mean_luminance(const Film& film) {
+  double sum = 0;
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = 0; x < film.width(); ++x) sum += luminance(resolve_mean(film, x, y));
+  }
+  return sum / double(film.bounds().area());
+}
+
 FilmState probe_state(bool splats) {
   FilmState state;
   state.splats = splats;
@@ -60,15 +80,17 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
     : scene_(std::move(scene)),
       tiles_(width, height, false),
       scale_(probe_scale(width, height)),
-      samples_(std::uint32_t(std::max(1, scale_ * scale_ / 8))),
-      camera_(pose, small(width, scale_), small(height, scale_), scene_->origin()),
+      samples_{std::uint32_t(std::max(2, scale_ * scale_ / 8)), std::uint32_t(std::max(1, scale_ * scale_ / 16))},
+      camera_(pose, small(width, scale_), small(height, scale_), scene_->origin(), pixel_of_large(scale_)),
+      splat_camera_(pose, small(width, scale_), small(height, scale_), scene_->origin()),
       settings_{probe_settings(settings, Integrator::path), probe_settings(settings, Integrator::bdpt)},
       films_{Film(small(width, scale_), small(height, scale_), probe_state(false)),
-             Film(small(width, scale_), small(height, scale_), probe_state(true))} {
+             Film(small(width, scale_), small(height, scale_), probe_state(true))},
+      squares_(small(width, scale_), small(height, scale_)) {
   if (scene_->impl().lights->empty()) return;  // nothing starts a light path
   constexpr int kPart = 2 * kPathGroupSize;
   const PixelRect picture = films_[0].bounds();
-  for (int technique = kTechniques - 1; technique >= 0; --technique) {
+  for (int technique = 0; technique < kTechniques; ++technique) {
     for (int half = 0; half < kHalves; ++half) {
       for (int y = 0; y < picture.y1; y += kPathGroupSize) {
         for (int x = 0; x < picture.x1; x += kPart) {
@@ -82,63 +104,70 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
 
 TechniqueProbe::~TechniqueProbe() = default;
 
-void TechniqueProbe::run(int, std::size_t part) {
-  const Job& job = jobs_[part];
+void TechniqueProbe::run(int sweep, std::size_t part) {
+  const Job& job = jobs_[std::size_t(sweep) * parts() + part];
+  TraceStats& stats = stats_[std::size_t(sweep) * parts() + part];
   const CancelToken never;
-  trace_window(*scene_, camera_, settings_[job.technique], {job.half, 0, samples_}, job.window, never,
-               films_[job.technique], stats_[part]);
+  const SampleRange range{job.half, 0, samples_[job.technique]};
+  if (job.technique == 0) {
+    trace_window(*scene_, camera_, settings_[0], range, job.window, never, films_[0], stats);
+  } else {
+    WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, never, films_[1], nullptr};
+    task.squares = &squares_;
+    task.rare = rare_;
+    task.splat_camera = &splat_camera_;
+    run_bidirectional_kernel(task, stats);
+  }
 }
 
-std::vector<TechniqueProbe::Estimate> TechniqueProbe::estimate(int technique) const {
-  const int other = 1 - technique;
-  double mean[3] = {0, 0, 0};
-  const PixelRect picture = films_[0].bounds();
-  for (int y = 0; y < picture.y1; ++y) {
-    for (int x = 0; x < picture.x1; ++x) {
-      for (int t = 0; t < kTechniques; ++t) {
-        const Rgb value = resolve_mean(films_[t], x, y);
-        for (int c = 0; c < 3; ++c) mean[c] += value[c] / (double(kTechniques) * double(picture.area()));
-      }
-    }
-  }
+double TechniqueProbe::mean_cost(int technique) const {
   double rays = 0, paths = 0;
   for (std::size_t j = 0; j < jobs_.size(); ++j) {
     if (jobs_[j].technique != technique) continue;
     rays += double(stats_[j].rays);
     paths += double(stats_[j].paths);
   }
-  const double cost = rays / paths * (technique == 1 ? kRayCost : 1.0);
+  if (technique == 0) return rays / paths;
+  return rays / paths * (has_plain_kernel(scene_->features()) ? kRayCostOverPlain : kRayCost);
+}
 
-  std::vector<Estimate> estimates(tiles_.size());
+void TechniqueProbe::finish_sweep(int sweep) {
+  if (jobs_.empty()) return;
+  if (sweep == 0) {
+    rare_ = float(kRare * mean_luminance(films_[0]));
+    return;
+  }
+  const PixelRect picture = films_[0].bounds();
+  const double brightness = mean_luminance(films_[1]), floor = kEpsilon * brightness * brightness;
+  const Estimate costs[kTechniques] = {{0, mean_cost(0)}, {0, mean_cost(1)}};
+  std::vector<Estimate> path(tiles_.size(), costs[0]), bdpt(tiles_.size(), costs[1]);
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    // A tile and its neighbours: a tile has few pixels in the small picture.
     const PixelRect tile = tiles_.window(t);
+    // A tile and its neighbours: a tile has few pixels in the small picture.
     const PixelRect window = intersect({(tile.x0 - kLightTile) / scale_, (tile.y0 - kLightTile) / scale_,
                                         small(tile.x1 + kLightTile, scale_), small(tile.y1 + kLightTile, scale_)},
                                        picture);
-    double noise = 0;
-    for (int c = 0; c < 3; ++c) {
-      double sum[kTechniques] = {0, 0}, squared[kTechniques] = {0, 0};
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) {
-          for (int k = 0; k < kTechniques; ++k) {
-            const Rgb a = half_mean(films_[k], 0, x, y), b = half_mean(films_[k], 1, x, y);
-            const double difference = 0.5 * (double(a[c]) - double(b[c]));
-            sum[k] += 0.5 * (double(a[c]) + double(b[c]));
-            squared[k] += difference * difference;
-          }
+    double level = 0, rare = 0, differences[kTechniques] = {0, 0};
+    for (int y = window.y0; y < window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) {
+        for (int k = 0; k < kTechniques; ++k) {
+          const double a = luminance(half_mean(films_[k], 0, x, y)), b = luminance(half_mean(films_[k], 1, x, y));
+          differences[k] += 0.25 * (a - b) * (a - b);
+          if (k == 1) level += 0.5 * (a + b);
         }
+        rare += 0.5 * (double(squares_.mean(0, x, y).x) + double(squares_.mean(1, x, y).x));
       }
-      const double n = double(window.area()), missing = (sum[other] - sum[technique]) / n;
-      const double level = 0.5 * (sum[0] + sum[1]) / n;
-      const double from_means = n * missing * missing - squared[other] / n;
-      const double own = std::max(squared[technique] / n, technique == 0 ? from_means : 0.0);
-      const double floor = level * level + kEpsilon * mean[c] * mean[c];
-      if (floor > 0) noise += own / floor / 3;
     }
-    estimates[t] = {std::isfinite(noise) ? noise : 0.0, cost};
+    const double n = double(window.area());
+    level /= n;
+    const double scale = n * (level * level + floor);
+    if (!(scale > 0) || !std::isfinite(scale)) continue;
+    // Of a mean of one sample.
+    path[t].error = (differences[0] * kHalves * samples_[0] + rare) / scale;
+    bdpt[t].error = differences[1] * kHalves * samples_[1] / scale;
   }
-  return estimates;
+  const std::vector<bool> on = choose(path, bdpt);
+  for (std::size_t t = 0; t < on.size(); ++t) tiles_.set(t, on[t]);
 }
 
 std::vector<bool> TechniqueProbe::choose(const std::vector<Estimate>& path, const std::vector<Estimate>& bdpt) {
@@ -170,12 +199,6 @@ std::vector<bool> TechniqueProbe::choose(const std::vector<Estimate>& path, cons
   std::vector<bool> on(count, false);
   for (std::size_t k = 0; k < best; ++k) on[order[k]] = true;
   return on;
-}
-
-void TechniqueProbe::finish_sweep(int) {
-  if (jobs_.empty()) return;
-  const std::vector<bool> on = choose(estimate(0), estimate(1));
-  for (std::size_t t = 0; t < on.size(); ++t) tiles_.set(t, on[t]);
 }
 
 }  // namespace helio

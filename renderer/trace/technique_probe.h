@@ -5,8 +5,9 @@
 // and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware Multiple
 // Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision, not
 // counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), and come
-// from differences of halves. A path tracer that never found the light that light paths bring shows no noise, but it
-// shows less light: the squared difference of the two means of a tile is an estimate of the same error.
+// from differences of halves. They cannot tell of light that the path tracer finds once in a thousand samples, which may
+// be what makes its error: to it is added what it would make of such paths as the bidirectional one has found
+// (path_tracer_square()).
 //
 // The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
 // choice must be the same on every machine.
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "renderer/film/light_tiles.h"
+#include "renderer/film/splat_buffer.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
 
@@ -23,21 +25,21 @@ namespace helio {
 
 class TechniqueProbe {
  public:
-  // settings.integrator does not matter. Costs about as much as 1.3 samples of every pixel.
+  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel.
   TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
                  const PathSettings& settings);
   ~TechniqueProbe();
 
   // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
-  std::size_t parts() const { return jobs_.size(); }
-  int sweeps() const { return 1; }
+  std::size_t parts() const { return jobs_.size() / kTechniques; }  // of a sweep
+  int sweeps() const { return kTechniques; }
   void run(int sweep, std::size_t part);
   void finish_sweep(int sweep);
 
   // After the sweep.
   const LightTiles& result() const { return tiles_; }
 
-  // Of a tile: mean relative error of a pixel after as many samples as the probe took, and mean rays of a sample.
+  // Of a tile: mean relative error (square) of a pixel with one sample, and mean rays of a sample.
   struct Estimate {
     double error = 0, cost = 0;
   };
@@ -50,16 +52,18 @@ class TechniqueProbe {
     int technique, half;
     PixelRect window;
   };
-  std::vector<Estimate> estimate(int technique) const;
+  double mean_cost(int technique) const;
 
   std::shared_ptr<const RenderScene> scene_;
   LightTiles tiles_;
   int scale_;               // pixels per pixel of the small pictures
-  std::uint32_t samples_;  // of a half
-  Camera camera_;
+  std::uint32_t samples_[kTechniques];  // of a half
+  Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
   Film films_[kTechniques];
-  std::vector<Job> jobs_;
+  SplatBuffer squares_;  // WindowTask::squares
+  float rare_ = 0;
+  std::vector<Job> jobs_;  // the path tracer's, then as many with light paths
   std::vector<TraceStats> stats_;  // by job
 };
 

@@ -1,12 +1,12 @@
 // Time per sample and time to a given error, ours and Mitsuba's in turns, then Cycles'.
 #include "cycles_peer.h"
-#include "error_curve.h"
 #include "error_scenes.h"
 #include "loop_rendering.h"
 #include "mitsuba_peer.h"
 #include "renderer/metrics/error_metrics.h"
 #include "statistics.h"
 #include "subcommands.h"
+#include "time_to_error.h"
 
 namespace helio::bench {
 
@@ -14,24 +14,7 @@ namespace {
 
 constexpr int kSamples = 16;           // per picture of the time per sample
 constexpr int kMitsubaRoulette = 5;    // its default rr_depth
-constexpr double kTargetError = 0.01;  // relMSE with epsilon 0.01
-constexpr int kMitsubaStep = 4;        // samples a pass of its error curve
-const std::vector<int> kCounts = {4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128};
-
-// Seconds, and beside them the ratio over the peer's seconds of the same run; the goal in seconds is what the ratio's
-// goal comes to.
-void add_compared(const std::string& name, const std::vector<double>& ours, const std::vector<double>& theirs,
-                  double goal_ratio, Figures& figures) {
-  const double seconds = median(ours);
-  if (theirs.empty()) {
-    figures.add({name, seconds, "s", std::nullopt, Better::lower});
-    return;
-  }
-  const double peer_seconds = median(theirs);
-  figures.add({name, seconds, "s", goal_ratio * peer_seconds, Better::lower});
-  figures.add({name + ".over_mitsuba", seconds / peer_seconds, "x", goal_ratio, Better::lower});
-  figures.add({name + ".mitsuba", peer_seconds, "s", std::nullopt, Better::lower});
-}
+const ErrorGoal kGoal;
 
 Status seconds_per_sample(const std::string& name, const std::shared_ptr<const RenderScene>& scene,
                           RenderEngine& engine, MitsubaPeer* peer, const BenchOptions& options, double goal,
@@ -55,21 +38,6 @@ Status seconds_per_sample(const std::string& name, const std::shared_ptr<const R
   return ok_status();
 }
 
-// Each count is rendered from nothing, so that the time is what a caller who asks for so many samples waits.
-Result<std::vector<CurvePoint>> our_curve(const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
-                                          RenderSettings settings, const LoopPicture& reference) {
-  std::vector<CurvePoint> curve;
-  for (const int samples : kCounts) {
-    auto picture = render_picture(engine, scene, settings, std::uint32_t(samples));
-    if (!picture) return picture.error();
-    const auto error = relative_error(picture->view(), reference.view(), RelativeEpsilon::fixed(0.01));
-    if (!error) return error.error();
-    curve.push_back({samples, picture->seconds, error.value().relmse});
-    if (error.value().relmse <= kTargetError) break;
-  }
-  return curve;
-}
-
 Status time_to_error(const BenchContext& context, const std::shared_ptr<const RenderScene>& scene, RenderEngine& engine,
                      MitsubaPeer* peer, Figures& figures) {
   const std::string reference_file = (context.bench_scenes() / "cornell.reference.exr").string();
@@ -82,15 +50,15 @@ Status time_to_error(const BenchContext& context, const std::shared_ptr<const Re
   std::vector<double> ours, theirs;
   for (int i = -1; i < context.options().repeat; ++i) {
     settings.seed = std::uint64_t(i + 1);
-    const auto curve = our_curve(scene, engine, settings, reference.value());
+    const auto curve = our_curve(scene, engine, settings, reference.value(), kGoal);
     if (!curve) return curve.error();
-    const auto seconds = time_to(curve.value(), kTargetError);
+    const auto seconds = time_to(curve.value(), kGoal.target);
     if (!seconds) return Error{ErrorCode::internal, "our curve does not cross the target error", "cornell"};
     if (i >= 0) ours.push_back(*seconds);
     if (!peer) continue;
-    const auto peer_curve = peer->error_curve("cornell", kMitsubaStep, i + 1, kTargetError, 256, reference_file);
+    const auto peer_curve = peer->error_curve("cornell", kMitsubaStep, i + 1, kGoal.target, 256, reference_file);
     if (!peer_curve) return peer_curve.error();
-    const auto peer_seconds = time_to(peer_curve.value(), kTargetError);
+    const auto peer_seconds = time_to(peer_curve.value(), kGoal.target);
     if (!peer_seconds) return Error{ErrorCode::internal, "Mitsuba's curve does not cross the target error", "cornell"};
     if (i >= 0) theirs.push_back(*peer_seconds);
   }
@@ -119,17 +87,17 @@ Status cycles_figures(const BenchContext& context, Figures& figures) {
     const auto start_up = (*peer)->render_seconds(1, i + 1);
     if (!start_up) return start_up.error();
     std::vector<CurvePoint> curve;
-    for (const int samples : kCounts) {
+    for (const int samples : kErrorCounts) {
       const auto seconds = (*peer)->render_seconds(samples, i + 1, picture_file);
       if (!seconds) return seconds.error();
       const auto picture = read_picture(picture_file);
       if (!picture) return picture.error();
-      const auto error = relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(0.01));
+      const auto error = relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(kGoal.epsilon));
       if (!error) return error.error();
       curve.push_back({samples, *seconds - *start_up, error.value().relmse});
-      if (error.value().relmse <= kTargetError) break;
+      if (error.value().relmse <= kGoal.target) break;
     }
-    const auto seconds = time_to(curve, kTargetError);
+    const auto seconds = time_to(curve, kGoal.target);
     if (!seconds) return Error{ErrorCode::internal, "Cycles' curve does not cross the target error", "cornell"};
     if (i < 0) continue;  // warm-up
     per_sample.push_back(curve.back().seconds / (curve.back().samples - 1));
