@@ -1,6 +1,7 @@
 #include "renderer/trace/ellipsoid_area.h"
 
 #include <array>
+#include <functional>
 
 namespace helio {
 namespace {

@@ -8,7 +8,7 @@
 namespace helio {
 namespace {
 
-// Every second draw is kept at least, so that running out of them is a matter of 2^-64.
+// At least every second draw is kept: running out of them has a probability of 2^-63.
 constexpr int kMaxDraws = 64;
 
 V3f uniform_by_area(const AreaShape& ellipsoid, const V2f& u) {

@@ -14,8 +14,7 @@ struct ShapePoint {
 
 // u in [0, 1)^2; density 1 / shape.area. Precondition: shape.area > 0.
 // An ellipsoid's directions are drawn uniformly in the unit sphere's space and kept with a probability in proportion to
-// the area that they stand for (two of three at least half of the time); what is not kept is drawn again from hashes of
-// u.
+// the area that they stand for, at least every second one; what is not kept is drawn again from hashes of u.
 ShapePoint sample_shape_point(const AreaShape& shape, const V2f& u);
 
 }  // namespace helio
