@@ -30,6 +30,9 @@ Json to_json(const pb::GetServerInfoResponse& info) {
   json["threads"] = info.threads();
   json["modes"] = Json::array();
   for (const int mode : info.modes()) json["modes"].push_back(to_short_name(static_cast<pb::Mode>(mode)));
+  json["integrators"] = Json::array();
+  for (const int integrator : info.integrators())
+    json["integrators"].push_back(to_short_name(static_cast<pb::Integrator>(integrator)));
   json["scene_formats"] = Json::array();
   for (const std::string& format : info.scene_formats()) json["scene_formats"].push_back(format);
   const pb::Limits& limits = info.limits();
@@ -83,6 +86,9 @@ void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& 
   std::vector<std::string> modes;
   for (const int mode : info.modes()) modes.push_back(to_short_name(static_cast<pb::Mode>(mode)));
   terminal.say("  modes: " + join(modes, ", "));
+  std::vector<std::string> integrators;
+  for (const int value : info.integrators()) integrators.push_back(to_short_name(static_cast<pb::Integrator>(value)));
+  if (!integrators.empty()) terminal.say("  integrators: " + join(integrators, ", "));
   terminal.say("  scene formats: " + join({info.scene_formats().begin(), info.scene_formats().end()}, ", "));
   const pb::Limits& limits = info.limits();
   terminal.say(fmt::format("  limits: scene {}B, memory {}B, film {} pixels with sides up to {}, {} sessions, {} jobs",

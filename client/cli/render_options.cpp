@@ -37,6 +37,11 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
            "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") +
                ". adaptive sends samples where noise and cost ask for them; reproject carries what is still true of a "
                "view into the next one; combined does both. Default: pt, path tracing");
+  add_text(
+      app, options.integrator, "--integrator", "INTEGRATOR",
+      "Which paths make the picture: path, from the camera; light, from the lights alone, which shows neither what "
+      "mirrors and glass show nor lights themselves; bdpt, from both, with all connections. light and bdpt: --mode "
+      "pt, or adaptive with --variant bounded. Default: path");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
            "Default: bounded");
@@ -93,6 +98,17 @@ void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings,
     settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
 }
 
+void read_integrator(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  const auto name = reader.choice(options.integrator, short_names(*pb::Integrator_descriptor()));
+  if (!name) return;
+  settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
+  const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
+  const bool bounded = settings.mode() == pb::MODE_ADAPTIVE && settings.variant() != pb::VARIANT_PAPER;
+  if (settings.integrator() != pb::INTEGRATOR_PATH && !pt && !bounded)
+    reader.problem(options.integrator,
+                   "'" + *name + "' stands only beside --mode pt, or adaptive with --variant bounded");
+}
+
 void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
   const bool reuses = settings.mode() == pb::MODE_REPROJECT || settings.mode() == pb::MODE_COMBINED;
   for (const TextOption* option : {&options.stored_hits, &options.max_error}) {
@@ -146,6 +162,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
     settings.set_mode(from_short_name<pb::Mode>(*mode).value());
   }
   read_adaptive(options, settings, reader);
+  read_integrator(options, settings, reader);
   read_reprojection(options, settings, reader);
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
@@ -163,6 +180,17 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   return settings;
 }
 
+// `offered`: the daemon's own; empty: it does not say.
+template <class Enum>
+static void check_offered(const TextOption& option, Enum wanted, const google::protobuf::RepeatedField<int>& offered,
+                          OptionReader& reader) {
+  if (wanted == Enum() || offered.empty()) return;
+  if (std::find(offered.begin(), offered.end(), int(wanted)) != offered.end()) return;
+  std::vector<std::string> known;
+  for (const int value : offered) known.push_back(to_short_name(static_cast<Enum>(value)));
+  reader.problem(option, "'" + option.text + "' is none of the daemon's: " + join(known, ", "));
+}
+
 void check_against_server(const SettingsOptions& options, const pb::RenderSettings& settings,
                           const pb::GetServerInfoResponse& server, OptionReader& reader) {
   const std::int64_t side = server.limits().max_film_side();
@@ -173,12 +201,12 @@ void check_against_server(const SettingsOptions& options, const pb::RenderSettin
     reader.problem(options.size, fmt::format("'{}' is {} pixels, more than the allowed {}", options.size.text, pixels,
                                              server.limits().max_film_pixels()));
   }
-  if (settings.mode() == pb::MODE_UNSPECIFIED || server.modes().empty()) return;
-  if (std::find(server.modes().begin(), server.modes().end(), settings.mode()) == server.modes().end()) {
-    std::vector<std::string> known;
-    for (const int mode : server.modes()) known.push_back(to_short_name(static_cast<pb::Mode>(mode)));
-    reader.problem(options.mode, "'" + options.mode.text + "' is none of the daemon's: " + join(known, ", "));
-  }
+  check_offered(options.mode, settings.mode(), server.modes(), reader);
+  // A daemon that names none is older than the choice.
+  const bool older = server.integrators().empty() && settings.integrator() != pb::INTEGRATOR_PATH;
+  if (older && settings.integrator() != pb::INTEGRATOR_UNSPECIFIED)
+    reader.problem(options.integrator, "'" + options.integrator.text + "' is none of the daemon's: path");
+  check_offered(options.integrator, settings.integrator(), server.integrators(), reader);
 }
 
 const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::SceneInfo& scene, OptionReader& reader) {

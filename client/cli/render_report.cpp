@@ -17,6 +17,7 @@ void add_progress(Json& json, const pb::Progress& progress) {
   json["estimated_relmse"] = known(error.relmse());
   json["invalid_samples"] = progress.invalid_samples();
   json["paths"] = progress.paths();
+  json["light_paths"] = progress.light_paths();
   json["samples_per_second"] = progress.samples_per_second();
   json["worst_tile_rmse"] = known(error.worst_tile_rmse());
   json["all_black"] = error.all_black();
@@ -45,6 +46,7 @@ std::string describe_end(const pb::FrameEnd& end) {
   const pb::Progress& totals = end.totals();
   std::string line = fmt::format("{} samples in {}", totals.samples_per_pixel(), human_seconds(totals.seconds()));
   if (totals.seconds() > 0) line += fmt::format(", {} rays/s", human_count(double(totals.rays()) / totals.seconds()));
+  if (totals.light_paths() > 0) line += fmt::format(", {} light paths", human_count(double(totals.light_paths())));
   if (totals.reuse_share() > 0) line += fmt::format(", {:.0f} % reused", 100 * totals.reuse_share());
   if (totals.error().known()) {
     line += fmt::format(", error {:.3g} (relMSE {:.3g})", totals.error().rmse(), totals.error().relmse());
@@ -54,7 +56,8 @@ std::string describe_end(const pb::FrameEnd& end) {
 
 std::string caution(const pb::FrameEnd& end) {
   std::string text;
-  if (end.totals().error().all_black()) text = "no sample returned light: the picture is black, its error unknown";
+  if (end.totals().error().all_black())
+    text = "no sample returned light: the picture is black, its error unknown";
   else if (end.totals().error().hidden_rmse() > end.totals().error().rmse())
     text = fmt::format("{:.2g} % of the pixels saw no light although it may reach them: the error may be {:.2g} more",
                        100 * end.totals().error().unproven(), end.totals().error().hidden_rmse());

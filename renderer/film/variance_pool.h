@@ -15,9 +15,10 @@
 // Where counts differ from pixel to pixel (FilmState::counts_differ), d and q are first made those of a single sample,
 // times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n.
 //
-// Splats (film/splat_buffer.h) are part of A, B and q. They do not depend on the pixel's own count: where counts differ
+// Splats (film/splat_buffer.h) are part of A, B and q. They do not depend on the pixel's own count. Where counts differ
 // their part is right for pixels with as many as the mean of the neighbourhood, too large for those with fewer and too
-// small for those with more. The picture's error (film/estimate_error.cpp) is not pooled and knows nothing of this.
+// small for those with more, by half as much as the counts where q is known. The picture's error
+// (film/estimate_error.cpp) is not pooled and knows nothing of this.
 //
 // A pixel with samples in one half only gets the mean over the neighbourhood of (x_i - x_j)^2 / 2 over right and lower
 // neighbours (von Neumann 1941): the variance of one sampled half where the picture is flat, more where it is not. A

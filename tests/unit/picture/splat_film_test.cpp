@@ -133,14 +133,64 @@ TEST(SplatFilm, VarianceSitsWhereSplatsLand) {
     film.splats()->add(h, splats, kPaths);
   }
   const std::vector<float> variance = test::variance_of(film);
-  double left = 0, right = 0;
+  double left = 0;
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x)
-      (x < kWidth / 2 - 3 ? left : right) += x < kWidth / 2 + 3 ? variance[std::size_t(y * kWidth + x)] : 0;
-    for (int x = kWidth / 2 + 3; x < kWidth; ++x) EXPECT_EQ(variance[std::size_t(y * kWidth + x)], 0);
+    const float* row = variance.data() + std::size_t(y * kWidth);
+    for (int x = 0; x < kWidth / 2 - 3; ++x) left += row[x];
+    for (int x = kWidth / 2 + 3; x < kWidth; ++x) EXPECT_EQ(row[x], 0);
   }
   left /= (kWidth / 2 - 3) * kHeight;
   EXPECT_NEAR(left / (1.0 / (2 * kPerPixel)), 1, 0.15) << "a count of 4 a half, each worth 1 / 4: 4 / 16, halved";
+}
+
+// Splats land in even columns alone, with the variance v of the mean. Of the seven columns around an odd one four are
+// even: D = 4/7 v, and D / 2 is what a pixel without spread of its own gets. Around an even one three are, and its q is
+// 7/3 of those around: 3/7 v (1/2 + 1/2 7/3). That is 2.5 times as much; without the splats' spread both would get D.
+TEST(SplatFilm, VarianceIsShapedByTheSpreadOfSplats) {
+  constexpr int kSide = 64, kPerPixel = 4;
+  Film film(kSide, kSide, kSplats);
+  Random random(11);
+  for (int h = 0; h < kHalves; ++h) {
+    test::add_samples(film, h, 2, random, [](int, int, int, Random&) { return 1.0f; });
+    std::vector<Splat> splats;
+    for (int i = 0; i < kSide * kSide * kPerPixel; ++i) {
+      const auto x = std::int32_t(random.next_double() * kSide), y = std::int32_t(random.next_double() * kSide);
+      if (x % 2 == 0) splats.push_back({x, y, Rgb(float(kSide * kSide))});
+    }
+    film.splats()->add(h, splats, kSide * kSide * kPerPixel);
+  }
+  const std::vector<float> variance = test::variance_of(film);
+  double of[2] = {0, 0};
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 8; x < kSide - 8; ++x) of[x % 2] += variance[std::size_t(y * kSide + x)];
+  }
+  EXPECT_NEAR(of[0] / of[1], 2.5, 0.2);
+  EXPECT_NEAR(of[1] / (kSide * (kSide / 2 - 8)) / (2.0 / 7 / (2 * kPerPixel)), 1, 0.15);
+}
+
+// Counts differ from pixel to pixel as dithered powers of two do. The samples' part of the estimate follows the pixel's
+// own count; that of the splats is 1/2 + 1/2 n/n_own of theirs, n: mean around (variance_pool.h), on average 1 1/16.
+TEST(SplatFilm, VarianceWhereCountsDifferIsNearlyThatOfSamplesAndSplats) {
+  constexpr int kSide = 64;
+  Film film(kSide, kSide, {.targets = true, .splats = true});
+  Random random(12);
+  for (int h = 0; h < kHalves; ++h) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        for (int k = 0; k < 4 << (x + y) % 2; ++k) film.half(h, x, y).add(Rgb(test::exponential(1, random)));
+      }
+    }
+    add_splats(film, h, 3, 0.5f, random);
+  }
+  const std::vector<float> variance = test::variance_of(film);
+  double few = 0, many = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) ((x + y) % 2 == 0 ? few : many) += variance[std::size_t(y * kSide + x)];
+  }
+  const double splats = 0.25 * 2 / 6, pixels = kSide * kSide / 2;
+  EXPECT_NEAR(few / pixels / (1.0 / 8 + 1.25 * splats), 1, 0.12);
+  EXPECT_NEAR(many / pixels / (1.0 / 16 + 0.875 * splats), 1, 0.12);
+  EXPECT_NEAR(std::pow(estimate_error(film, film.bounds()).rmse, 2) / (3.0 / 32 + splats), 1, 0.12);
 }
 
 // Black that reflects is unproven; a pixel on which any light landed is not, and neither are those around it.
