@@ -73,7 +73,8 @@ static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));
 
 Integrator read_integrator(pb::Integrator message, const std::string& where, Problems& problems) {
   known(pb::Integrator_IsValid(message), message,
-        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), or 0 for INTEGRATOR_PATH",
+        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), or 0 for "
+        "INTEGRATOR_PATH",
         where, problems);
   for (const auto& [integrator, number] : kIntegrators) {
     if (number == message) return integrator;

@@ -39,9 +39,10 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
                "view into the next one; combined does both. Default: pt, path tracing");
   add_text(
       app, options.integrator, "--integrator", "INTEGRATOR",
-      "Which paths make the picture: path, from the camera; light, from the lights alone, which shows neither what "
-      "mirrors and glass show nor lights themselves; bdpt, from both, with all connections. light and bdpt: --mode "
-      "pt, or adaptive with --variant bounded. Default: path");
+      "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
+      "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
+      "of the picture, whichever pays there. All but path: --mode pt, or adaptive with --variant bounded. Default: "
+      "path");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
            "Default: bounded");
@@ -99,7 +100,11 @@ void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings,
 }
 
 void read_integrator(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  const auto name = reader.choice(options.integrator, short_names(*pb::Integrator_descriptor()));
+  // Written with a plus as well, as methods and papers have it.
+  if (options.integrator.text == "pt+bdpt") settings.set_integrator(pb::INTEGRATOR_PT_BDPT);
+  const bool plus = settings.integrator() == pb::INTEGRATOR_PT_BDPT;
+  const auto name = plus ? std::optional<std::string>("pt-bdpt")
+                         : reader.choice(options.integrator, short_names(*pb::Integrator_descriptor()));
   if (!name) return;
   settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
   const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;

@@ -1,5 +1,5 @@
-// Carries out one plan after another: reproject, choose, allocate, integrate, review, measure, resolve, in this order, each cut
-// into pieces that workers take.
+// Carries out one plan after another: reproject, choose, allocate, integrate, review, measure, resolve, in this order,
+// each cut into pieces that workers take.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -21,7 +21,8 @@
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
+using Piece =
+    std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {

@@ -52,7 +52,7 @@ struct FrameState {
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
   bool reproject_due = false;  // before the first sample, what earlier pictures know is to be carried over
-  bool choice_due = false;       // before the first sample, tiles are to be chosen that get light paths
+  bool choice_due = false;     // before the first sample, tiles are to be chosen that get light paths
   bool carried = false;        // something was that is to be reviewed
   // So much that counts are to fill up what is missing; else they are as without history. Paper: anything.
   bool fill = false;

@@ -498,8 +498,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.choose) {
-    works.choose =
-        std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), *film);
+    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), *film);
     chosen_for = scene;
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);

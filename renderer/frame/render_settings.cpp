@@ -76,14 +76,15 @@ void check_reprojection(const ReprojectionSettings& reprojection, const std::str
 void check_integrator(const RenderSettings& settings, const std::string& where, Problems& problems) {
   if (std::find(std::begin(kEveryIntegrator), std::end(kEveryIntegrator), settings.integrator) ==
       std::end(kEveryIntegrator)) {
-    problems.add(where, std::to_string(int(settings.integrator)) + " is not an integrator; allowed: path, light, bdpt, pt+bdpt");
+    problems.add(
+        where, std::to_string(int(settings.integrator)) + " is not an integrator; allowed: path, light, bdpt, pt-bdpt");
     return;
   }
   const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
   if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
     problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
                             " (variant " + to_string(settings.variant) +
-                            "); allowed there: path; light and bdpt in mode pt, and adaptive with variant bounded");
+                            "); allowed there: path; the others in mode pt, and adaptive with variant bounded");
 }
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {

@@ -9,8 +9,8 @@
 //   s > 1, t = 1  a light vertex is joined to the camera  camera's density, light vertex's BSDF both ways
 // Lights seen directly (one segment) have s = 0 alone. Delta surfaces are joined to nothing; delta lights are not met.
 //
-// Light path number n of a block of the film is sample n of a sequence of the block's own (sampler.h), so that the light
-// paths of neighbouring pixels are spread evenly over the lights.
+// Light path number n of a block of the film is sample n of a sequence of the block's own (sampler.h), so that the
+// light paths of neighbouring pixels are spread evenly over the lights.
 #include <memory>
 #include <optional>
 
@@ -192,8 +192,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     if (vertex == 1) return 1;
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
-    const double pdf_w =
-        lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light);
+    const double pdf_w = lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light);
     const double pdf_area = pdf_w * std::fabs(cos_light) / (double(distance) * distance);
     const double weight = weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light));
     if (task_.squares) add_hit_square(i, radiance, weight, pdf_area);
@@ -329,9 +328,9 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;
       const double light_forward = light.scatter(scene_, to_light, back, nullptr, to_light).pdf_w;
       const double cos_camera = at.cosine(direction), cos_light = light.cosine(direction);
-      const double weight = weight_of_connection(
-          paths_.mis[i], light.mis, light_forward * cos_camera / squared, camera_reverse,
-          camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
+      const double weight =
+          weight_of_connection(paths_.mis[i], light.mis, light_forward * cos_camera / squared, camera_reverse,
+                               camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
       // f_cos has the cosine at the camera's vertex; adjoint_weight() that at the light's.
       const Rgb leaving = adjoint_weight(light, light_value.f_cos, back, to_light);
       Rgb radiance = path.beta * camera_value.f_cos * light.throughput * leaving * float(weight / squared);
@@ -342,8 +341,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       if (is_black(radiance)) continue;
       if (paths_.rays.full()) trace_connections();
       if (task_.squares) {
-        const double ratio =
-            light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
+        const double ratio = light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
         squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, ratio, task_.rare);
       }
       paths_.rays.add_between(at.start(direction), light.start(back),
@@ -377,7 +375,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   const LightTiles* tiles_;   // null: light paths everywhere
   const double light_paths_;  // of a sample of the whole film
   const bool light_only_;
-  FilmPoint film_points_[ConnectionRays::kCapacity];      // by ray, as the next
+  FilmPoint film_points_[ConnectionRays::kCapacity];  // by ray, as the next
   double squares_of_rays_[ConnectionRays::kCapacity];
   std::vector<Splat> splats_, squares_;
 };

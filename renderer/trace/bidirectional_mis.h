@@ -11,8 +11,8 @@
 // chance decisions at surfaces with alpha do not enter: they would in all techniques alike. Delta scattering has the
 // density 1 both ways.
 //
-// How often a technique tries: a light path of the whole picture is one try for every pixel's camera path, so techniques
-// that land on the camera (t = 1) count `light_paths` times, as many as the picture has pixels.
+// How often a technique tries: a light path of the whole picture is one try for every pixel's camera path, so
+// techniques that land on the camera (t = 1) count `light_paths` times, as many as the picture has pixels.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +28,8 @@ inline double mis_ratio(double other, double own) {
 }
 
 // What next-event estimation's density has that emission's has not: of a solid angle, the cosine that makes it one over
-// the light; of a point that was chosen outright, the squared distance by which its flux thins out; of an infinite light
-// nothing.
+// the light; of a point that was chosen outright, the squared distance by which its flux thins out; of an infinite
+// light nothing.
 inline double light_measure(double distance, bool delta, double cos_light) {
   if (!std::isfinite(distance)) return 1;
   return delta ? distance * distance : cos_light;
@@ -139,8 +139,9 @@ inline double weight_of_splat(const MisState& light, double pdf_camera, double l
 
 // What the path tracer would make of a path that some technique has found, times what that brought: the mean over all
 // finds is the path tracer's mean square (the change of measure of Grittmann et al. 2022, eq. 11). `radiance` is what
-// it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being the
-// technique's own density, number of tries included. Below `rare`, and where the path tracer cannot find the path, 0.
+// it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being
+// the technique's own density, number of tries included. Below `rare`, and where the path tracer cannot find the path,
+// 0.
 inline double path_tracer_square(double radiance, double weight, double ratio, double rare) {
   if (!(weight > 0 && ratio > 0)) return 0;
   const double found = radiance / (weight * std::sqrt(ratio));

@@ -32,7 +32,7 @@ CameraConnection CameraImportance::connect(const V3f& point, const V2f& lens) co
   const V2f disk = lens_radius_ > 0 ? square_to_disk(lens) : V2f(0, 0);
   const V3d on_lens = right_ * (double(disk.x) * lens_radius_) - down_ * (double(disk.y) * lens_radius_);
   V3d to_point = V3d(point) - origin_ - on_lens;  // perspective: from the lens's sampled point
-  V3d film;                                      // of the plane through the film: across at distance 1, or across
+  V3d film;                                       // of the plane through the film: across at distance 1, or across
   if (orthographic_) {
     const V3d along = (forward_ * focus_distance_ - on_lens).normalized();
     const double distance = dot(to_point, forward_) / dot(along, forward_);

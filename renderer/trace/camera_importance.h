@@ -9,8 +9,8 @@
 namespace helio {
 
 struct CameraConnection {
-  V3f direction;        // unit, from the point towards the camera
-  float distance = 0;   // to the lens; orthographic: to its plane
+  V3f direction;                  // unit, from the point towards the camera
+  float distance = 0;             // to the lens; orthographic: to its plane
   double film_x = 0, film_y = 0;  // pixels from the upper left corner; on the film
   // Of the camera's rays through the point: pixels per solid angle, of an orthographic camera pixels per area across
   // the ray. 0: the camera does not see the point.

@@ -30,8 +30,8 @@ class ConnectionRays {
     add(from, direction, float(distance * (1 - 0x1p-20)), alpha_key, tag, radiance);
   }
 
-  // Calls arrived(number, tag, radiance) for those that nothing stops, in the order in which they were added, from 0 on,
-  // and forgets all.
+  // Calls arrived(number, tag, radiance) for those that nothing stops, in the order in which they were added, from 0
+  // on, and forgets all.
   template <typename Function>
   void trace(const Accel& accel, Function&& arrived) {
     accel.occluded(rays_, std::size_t(count_), occluded_);

@@ -11,7 +11,7 @@ const char* to_string(Integrator integrator) {
     case Integrator::bdpt:
       return "bdpt";
     case Integrator::path_bdpt:
-      return "pt+bdpt";
+      return "pt-bdpt";
   }
   return "unknown";
 }
@@ -20,8 +20,8 @@ Result<Integrator> parse_integrator(const std::string& name) {
   for (const Integrator integrator : kEveryIntegrator) {
     if (name == to_string(integrator)) return integrator;
   }
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not an integrator; allowed: path, light, bdpt, pt+bdpt",
-               "integrator"};
+  return Error{ErrorCode::invalid_argument,
+               "\"" + name + "\" is not an integrator; allowed: path, light, bdpt, pt-bdpt", "integrator"};
 }
 
 }  // namespace helio

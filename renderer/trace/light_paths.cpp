@@ -52,10 +52,10 @@ void LightPaths::start(const SceneData& scene, const LightBatch& batch) {
     state.from_light = true;
     Ray& ray = rays_[i];
     // Off the light's surface as rays are from others: far enough that it does not stop its own light.
-    const float offset = (max_component(V3f(std::fabs(emission.origin.x), std::fabs(emission.origin.y),
-                                            std::fabs(emission.origin.z))) +
-                          scene.radius) *
-                         kOffsetFactor;
+    const float offset =
+        (max_component(V3f(std::fabs(emission.origin.x), std::fabs(emission.origin.y), std::fabs(emission.origin.z))) +
+         scene.radius) *
+        kOffsetFactor;
     ray.origin = emission.origin + emission.normal * offset;
     ray.direction = emission.direction;
     ray.t_max = std::numeric_limits<float>::infinity();
@@ -88,8 +88,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   if (state.from_light) {
     state.throughput *= scene.lights->range_window(emission.light, hit.t);
     // As next-event estimation at this vertex has it.
-    const V3f light_normal =
-        transmissive ? V3f(0, 0, 0) : vertex.facing_normal();
+    const V3f light_normal = transmissive ? V3f(0, 0, 0) : vertex.facing_normal();
     const V3f from = transmissive ? surface.position : vertex.near_side;
     const double pdf_direct = scene.lights->pdf_w_direct(emission, from, light_normal);
     state.mis.arrive_from_light(hit.t, cos_in, emission.finite, emission.delta, pdf_direct, emission.pdf_emission,

@@ -47,7 +47,7 @@ class LightPaths {
  private:
   struct State {
     EmissionSample emission;
-    Rgb throughput;      // the light's included
+    Rgb throughput;         // the light's included
     Rgb relative{1, 1, 1};  // since the light, for roulette
     MisState mis;
     MediumStack media;

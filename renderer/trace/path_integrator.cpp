@@ -56,8 +56,8 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   const LightTiles* tiles = film.light_tiles().get();
   if (traces_light_paths(settings.integrator) && (!tiles || tiles->on(rect.x0, rect.y0)))
     return run_bidirectional_kernel(task, stats);
-  // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench features says what the
-  // second earns.
+  // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench
+  // features says what the second earns.
   const bool plain = has_plain_kernel(scene.features()) && !settings.general_kernel;
   if (film.first_hits()) return run_hit_recording_kernel(task, plain, stats);
   if (plain) return run_plain_kernel(task, stats);

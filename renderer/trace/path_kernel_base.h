@@ -283,7 +283,8 @@ class PathKernelBase {
   }
 
   // The same of an emitter and its radiance; cos_light: between its front and the way to the path's vertex before.
-  float emission_weight(int, std::uint32_t i, std::uint32_t emitter, const Rgb&, float distance, float cos_light) const {
+  float emission_weight(int, std::uint32_t i, std::uint32_t emitter, const Rgb&, float distance,
+                        float cos_light) const {
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
     if (!(path.pdf_w > 0)) return 1;

@@ -123,7 +123,8 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
           Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
           const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
           if (scene_.features.absorption)
-            radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front, wi.z > 0, light.distance);
+            radiance *=
+                shadow_transmittance(scene_, path.media, *surface.part, surface.front, wi.z > 0, light.distance);
           const V3f origin = origin_towards(surface, near_side, light.direction);
           add_shadow_ray(vertex, i, origin, light.direction, t_max, radiance);
         }

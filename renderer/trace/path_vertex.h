@@ -60,8 +60,8 @@ struct PathVertex {
 
 // What light from `to_light` leaves along `to_camera` for a light path's throughput, before it is divided by the
 // density of what comes next: f_cos of the above times |cos_g(to_camera)| / |cos_g(to_light)|. The cosine to the light
-// is that of the shading normal, the area density with which a light path arrives has the geometric one: Veach 1997, eq.
-// 5.19. 0 where light arrives along the surface.
+// is that of the shading normal, the area density with which a light path arrives has the geometric one: Veach 1997,
+// eq. 5.19. 0 where light arrives along the surface.
 inline Rgb adjoint_weight(const PathVertex& vertex, const Rgb& f_cos, const V3f& to_camera, const V3f& to_light) {
   const float arriving = vertex.cosine(to_light);
   return arriving > 0 ? f_cos * (vertex.cosine(to_camera) / arriving) : Rgb(0, 0, 0);

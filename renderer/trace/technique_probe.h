@@ -1,12 +1,12 @@
 // Where light paths pay: both ways of rendering are tried on a small picture of the same view, and each tile of the
 // large one gets the one that makes the whole picture's error smallest for the time.
 //
-// All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum c_t,
-// and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware Multiple
-// Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision, not
-// counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), and come
-// from differences of halves. They cannot tell of light that the path tracer finds once in a thousand samples, which may
-// be what makes its error: to it is added what it would make of such paths as the bidirectional one has found
+// All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum
+// c_t, and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware
+// Multiple Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision,
+// not counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), and
+// come from differences of halves. They cannot tell of light that the path tracer finds once in a thousand samples,
+// which may be what makes its error: to it is added what it would make of such paths as the bidirectional one has found
 // (path_tracer_square()).
 //
 // The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
@@ -56,14 +56,14 @@ class TechniqueProbe {
 
   std::shared_ptr<const RenderScene> scene_;
   LightTiles tiles_;
-  int scale_;               // pixels per pixel of the small pictures
+  int scale_;                           // pixels per pixel of the small pictures
   std::uint32_t samples_[kTechniques];  // of a half
   Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
   Film films_[kTechniques];
   SplatBuffer squares_;  // WindowTask::squares
   float rare_ = 0;
-  std::vector<Job> jobs_;  // the path tracer's, then as many with light paths
+  std::vector<Job> jobs_;          // the path tracer's, then as many with light paths
   std::vector<TraceStats> stats_;  // by job
 };
 

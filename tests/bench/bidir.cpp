@@ -50,8 +50,8 @@ Status run_case(BenchContext& context, const Case& what, RenderEngine& engine, M
       settings.integrator = kIntegrators[k];
       settings.seed = std::uint64_t(i + 1);
       // The first run warms up; what it does not finish in a while is not worth waiting for.
-      const auto curve = our_curve(*scene, engine, settings, reference.value(), what.goal, kCounts,
-                                   i < 0 ? 1.0 : kMostSeconds);
+      const auto curve =
+          our_curve(*scene, engine, settings, reference.value(), what.goal, kCounts, i < 0 ? 1.0 : kMostSeconds);
       if (!curve) return curve.error();
       if (i < 0) continue;
       ours[k].push_back(time_to(curve.value(), what.goal.target)

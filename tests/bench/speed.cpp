@@ -92,7 +92,8 @@ Status cycles_figures(const BenchContext& context, Figures& figures) {
       if (!seconds) return seconds.error();
       const auto picture = read_picture(picture_file);
       if (!picture) return picture.error();
-      const auto error = relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(kGoal.epsilon));
+      const auto error =
+          relative_error(picture.value().view(), reference.value().view(), RelativeEpsilon::fixed(kGoal.epsilon));
       if (!error) return error.error();
       curve.push_back({samples, *seconds - *start_up, error.value().relmse});
       if (error.value().relmse <= kGoal.target) break;

@@ -76,7 +76,8 @@ TEST(RenderSettings, IntegratorsByName) {
     EXPECT_EQ(parse_integrator(to_string(integrator)).value(), integrator);
   const auto unknown = parse_integrator("pt");
   ASSERT_FALSE(unknown.ok());
-  EXPECT_EQ(unknown.error().to_string(), "integrator: \"pt\" is not an integrator; allowed: path, light, bdpt");
+  EXPECT_EQ(unknown.error().to_string(),
+            "integrator: \"pt\" is not an integrator; allowed: path, light, bdpt, pt-bdpt");
 }
 
 TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
@@ -94,10 +95,10 @@ TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
   s.mode = RenderMode::combined;
   s.variant = ModeVariant::bounded;
   EXPECT_EQ(problems_of(s),
-            "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; light and bdpt in mode "
-            "pt, and adaptive with variant bounded");
-  s.integrator = Integrator(3);
-  EXPECT_EQ(problems_of(s), "settings.integrator: 3 is not an integrator; allowed: path, light, bdpt");
+            "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; the others in mode pt, "
+            "and adaptive with variant bounded");
+  s.integrator = Integrator(9);
+  EXPECT_EQ(problems_of(s), "settings.integrator: 9 is not an integrator; allowed: path, light, bdpt, pt-bdpt");
 }
 
 TEST(RenderSettings, FilterScalesAreChecked) {

@@ -104,13 +104,13 @@ struct MadeUpPath {
     }
     if (s == 1) {
       return weight_of_light_sample(camera_state(1), pdf_direct, pdf_emission, delta_light,
-                                    finite_light ? edges[0].distance : std::numeric_limits<double>::infinity(), cos_light(),
-                                    edges[0].cos_to, vertices[1].reverse, vertices[1].forward);
+                                    finite_light ? edges[0].distance : std::numeric_limits<double>::infinity(),
+                                    cos_light(), edges[0].cos_to, vertices[1].reverse, vertices[1].forward);
     }
     const int light = s - 1, camera = s;
-    return weight_of_connection(camera_state(camera), light_state(light), vertices[light].forward * onto_camera_side(light),
-                                vertices[camera].forward, vertices[camera].reverse * onto_light_side(light),
-                                vertices[light].reverse);
+    return weight_of_connection(camera_state(camera), light_state(light),
+                                vertices[light].forward * onto_camera_side(light), vertices[camera].forward,
+                                vertices[camera].reverse * onto_light_side(light), vertices[light].reverse);
   }
 };
 
@@ -142,7 +142,9 @@ void expect_exact(const MadeUpPath& path) {
     EXPECT_NEAR(weight, path.exact_weight(s), 1e-9) << "s " << s << " of " << path.segments() << " segments";
     sum += weight;
   }
-  if (sum > 0) EXPECT_NEAR(sum, 1, 1e-9);
+  if (sum > 0) {
+    EXPECT_NEAR(sum, 1, 1e-9);
+  }
 }
 
 TEST(BidirectionalMis, WeightsAreThoseOfTheDensities) {

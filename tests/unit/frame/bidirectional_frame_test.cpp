@@ -1,0 +1,79 @@
+// The integrators with light paths, through the loop and on real scenes: bits, choices and what is told of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/loop_picture.h"
+#include "tests/support/own_scenes.h"
+
+namespace helio {
+namespace {
+
+class BidirectionalFrame : public ::testing::Test {
+ protected:
+  test::LoopPicture render(const std::string& scene, Integrator integrator, std::uint32_t samples, int threads = 2) {
+    RenderSettings settings;
+    settings.width = 100;
+    settings.height = 70;
+    settings.integrator = integrator;
+    Budget budget;
+    budget.samples = samples;
+    RenderEngine engine(threads);
+    return test::render_through_loop(engine, test::load_own_scene(scene), settings, budget);
+  }
+  static double choose_seconds(const test::LoopPicture& picture) {
+    for (const PassTime& pass : picture.end.passes) {
+      if (pass.name == "choose") return pass.seconds;
+    }
+    return 0;
+  }
+};
+
+TEST_F(BidirectionalFrame, ThreadsDoNotChangeABit) {
+  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::path_bdpt}) {
+    const test::LoopPicture one = render("cornell-spheres", integrator, 6, 1);
+    const test::LoopPicture four = render("cornell-spheres", integrator, 6, 4);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(one.channels[c], four.channels[c]) << to_string(integrator);
+    EXPECT_GT(*std::max_element(one.channels[0].begin(), one.channels[0].end()), 0.1f);
+    EXPECT_EQ(one.end.progress.trace.light_paths, one.end.progress.trace.paths);
+  }
+}
+
+// Light comes to the covered box by way of the ceiling: light paths pay everywhere, and the picture is that of bdpt.
+TEST_F(BidirectionalFrame, LightPathsAreChosenWhereTheLightIsHidden) {
+  const test::LoopPicture mixed = render("cornell-covered", Integrator::path_bdpt, 8);
+  const test::LoopPicture bdpt = render("cornell-covered", Integrator::bdpt, 8);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(mixed.channels[c], bdpt.channels[c]);
+  EXPECT_GT(choose_seconds(mixed), 0);
+  EXPECT_EQ(choose_seconds(bdpt), 0);
+}
+
+// In the open box next-event estimation does as well in less time: the picture is the path tracer's.
+TEST_F(BidirectionalFrame, AndNotWhereItIsSeen) {
+  const test::LoopPicture mixed = render("cornell-box", Integrator::path_bdpt, 8);
+  const test::LoopPicture path = render("cornell-box", Integrator::path, 8);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(mixed.channels[c], path.channels[c]);
+  EXPECT_EQ(mixed.end.progress.trace.light_paths, 0u);
+}
+
+TEST_F(BidirectionalFrame, ASceneWithoutLightIsBlackAndEnds) {
+  SceneDescription scene;
+  scene.materials = {test::lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  RenderSettings settings;
+  settings.width = settings.height = 40;
+  Budget budget;
+  budget.samples = 4;
+  RenderEngine engine(2);
+  const auto built = test::build(std::move(scene));
+  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::path_bdpt}) {
+    settings.integrator = integrator;
+    const test::LoopPicture picture =
+        test::render_through_loop(engine, built, settings, budget, test::camera_at({0, 0, 0.9}, {0, 0, -1}, 70));
+    EXPECT_EQ(picture.end.reason, FrameEndReason::samples);
+    for (const float value : picture.channels[1]) EXPECT_EQ(value, 0);
+  }
+}
+
+}  // namespace
+}  // namespace helio
