@@ -23,7 +23,7 @@ class BidirectionalFrame : public ::testing::Test {
   }
   static double choose_seconds(const test::LoopPicture& picture) {
     for (const PassTime& pass : picture.end.passes) {
-      if (pass.name == "choose") return pass.seconds;
+      if (pass.pass == "choose") return pass.seconds;
     }
     return 0;
   }

@@ -20,10 +20,13 @@ TEST(TechniqueChoice, ManyTimesLessNoiseIsWorthItsCost) {
   for (const bool on : TechniqueProbe::choose(path, bdpt)) EXPECT_TRUE(on);
 }
 
-// A tenth of the tiles makes all the error: light paths there alone cost little.
+// A tenth of the tiles makes all the error: where light paths are dear, they go there alone.
 TEST(TechniqueChoice, WhereTheErrorIsLightPathsGo) {
-  Estimates path(40, {0.001, 5}), bdpt(40, {0.001, 15});
-  for (int t = 0; t < 4; ++t) path[std::size_t(t)] = {10, 5}, bdpt[std::size_t(t)] = {0.05, 15};
+  Estimates path(40, {0.001, 5}), bdpt(40, {0.001, 2000});
+  for (std::size_t t = 0; t < 4; ++t) {
+    path[t].error = 10;
+    bdpt[t].error = 0.05;
+  }
   const std::vector<bool> on = TechniqueProbe::choose(path, bdpt);
   for (int t = 0; t < 40; ++t) EXPECT_EQ(on[std::size_t(t)], t < 4) << t;
 }
@@ -54,8 +57,9 @@ TEST(TechniqueChoice, NoOtherChoiceIsMuchBetter) {
     for (unsigned t = 0; t < 6; ++t) chosen |= on[t] ? 1u << t : 0;
     double best = product(0);
     for (unsigned set = 1; set < 64; ++set) best = std::min(best, product(set));
-    // Tiles enter one by one in the order of gain over cost, which is not the best of all 64 to the last percent.
-    EXPECT_LE(product(chosen), 1.25 * best);
+    // Tiles enter one by one in the order of gain over cost, which is not the best of all 64 to the last percent, and a
+    // choice between tiles has to gain 30 % over none.
+    EXPECT_LE(product(chosen), 1.25 * best / 0.7);
   }
 }
 
