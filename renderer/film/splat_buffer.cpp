@@ -94,13 +94,13 @@ bool SplatBuffer::add(int half, const Splat& splat) {
   return true;
 }
 
-void SplatBuffer::add(int half, std::span<const Splat> splats, std::uint64_t light_paths) {
+std::uint64_t SplatBuffer::add(int half, std::span<const Splat> splats, std::uint64_t light_paths) {
   // Splats by stripe, so that each lock is taken once.
   thread_local std::vector<std::uint32_t> ends, order;
   ends.assign(std::size_t(stripes_) + 1, 0);
   order.resize(splats.size());
   const auto inside = [&](const Splat& s) { return s.x >= 0 && s.x < width_ && s.y >= 0 && s.y < height_; };
-  std::uint64_t outside = 0;
+  std::uint64_t outside = 0, invalid = 0;
   for (const Splat& splat : splats) {
     if (inside(splat)) {
       ++ends[std::size_t(splat.y / kStripeRows) + 1];
@@ -123,11 +123,13 @@ void SplatBuffer::add(int half, std::span<const Splat> splats, std::uint64_t lig
       const Splat& splat = splats[order[next]];
       if (add(half, splat)) continue;
       ++invalid_[index(splat.x, splat.y)];
+      ++invalid;
       any_invalid_.store(true, std::memory_order_relaxed);
     }
   }
   if (outside > 0) invalid_outside_.fetch_add(outside, std::memory_order_relaxed);
   light_paths_[half].fetch_add(light_paths, std::memory_order_relaxed);
+  return outside + invalid;
 }
 
 void SplatBuffer::read_row(int half, int y, int x0, int x1, double* means, double* variances) const {

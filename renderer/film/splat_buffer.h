@@ -38,8 +38,8 @@ class SplatBuffer {
 
   // Thread safe, and the sums do not depend on the order of calls. light_paths: those that the splats come from, and
   // those of the same piece of work that brought nothing. Splats outside the film, not finite or beyond the range do
-  // not enter: they count as invalid.
-  void add(int half, std::span<const Splat> splats, std::uint64_t light_paths);
+  // not enter: they count as invalid, and the result is how many of these there were.
+  std::uint64_t add(int half, std::span<const Splat> splats, std::uint64_t light_paths);
 
   std::uint64_t light_paths(int half) const { return light_paths_[half].load(std::memory_order_relaxed); }
 

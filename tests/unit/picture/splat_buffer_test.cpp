@@ -146,7 +146,7 @@ TEST(SplatBuffer, CountsWhatDoesNotEnter) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<Splat> splats = {{-1, 0, Rgb(1)}, {5, 0, Rgb(1)},         {0, 9, Rgb(nan)}, {0, -1, Rgb(1)},
                                      {4, 8, Rgb(1)},  {3, 7, Rgb(1, nan, 1)}, {3, 7, Rgb(2)},   {0, 0, Rgb(1e38f)}};
-  buffer.add(1, splats, 8);
+  EXPECT_EQ(buffer.add(1, splats, 8), 6u);
   EXPECT_EQ(buffer.invalid_outside(), 4u);
   EXPECT_EQ(buffer.invalid_in({0, 0, 5, 9}), 2u);
   EXPECT_EQ(buffer.invalid_in({3, 7, 4, 8}), 1u);
