@@ -352,7 +352,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
 
   // The window's light paths are as many as its samples.
   void committed() {
-    task_.film.splats()->add(task_.range.half, splats_, samples());
+    stats_.invalid_samples += task_.film.splats()->add(task_.range.half, splats_, samples());
     if (task_.squares) task_.squares->add(task_.range.half, squares_, samples());
     stats_.light_paths += samples();
   }
