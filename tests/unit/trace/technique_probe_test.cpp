@@ -24,7 +24,7 @@ TEST(TechniqueChoice, ManyTimesLessNoiseIsWorthItsCost) {
 TEST(TechniqueChoice, WhereTheErrorIsLightPathsGo) {
   Estimates path(40, {0.001, 5}), bdpt(40, {0.001, 2000});
   for (std::size_t t = 0; t < 4; ++t) {
-    path[t].error = 10;
+    path[t].error = 100;
     bdpt[t].error = 0.05;
   }
   const std::vector<bool> on = TechniqueProbe::choose(path, bdpt);
