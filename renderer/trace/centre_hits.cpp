@@ -203,7 +203,7 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
     float old = 1;
     if (d.packed == DirectionReservoir::kNone) continue;
     if (d.packed != DirectionReservoir::kAny) {
-      const V3f wi = frame.to_local(unpack_direction(d.packed));
+      const V3f wi = frame.to_local(unpack_direction<DirectionReservoir::kAxisBits>(d.packed));
       const BsdfViews::Values values = views.f_cos(wi);
       f = values.second;
       old = luminance(f);

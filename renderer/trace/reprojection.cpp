@@ -28,10 +28,6 @@ constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
 
-using Float8 = float __attribute__((vector_size(32)));
-using Short8 = std::uint16_t __attribute__((vector_size(16)));
-using Int8 = std::uint32_t __attribute__((vector_size(32)));
-
 // Depths that the same ray has met, in scenes that may differ in how a surface is stored.
 constexpr float kSameDepth = 1e-4f;
 
@@ -71,21 +67,32 @@ struct LookupSums {
   float age() const { return rest[3]; }
 };
 
-static_assert(offsetof(SourcePixel, inverse_count) == 24 && offsetof(SourcePixel, spread) == 32 &&
-              offsetof(SourcePixel, bend2) == 44);
+static_assert(offsetof(SourcePixel, packed_spread) + 8 == offsetof(SourcePixel, packed_structure));
+
+// Of both halves.
+inline Float8 means_and_counts(const SourcePixel& pixel) {
+  Float8 values;
+  load(&pixel.mean, values);  // and what comes after them
+  values[6] = pixel.inverse_count(0);
+  values[7] = pixel.inverse_count(1);
+  return values;
+}
+
+// unpack_short_number() of both halves' spreads, then the second differences.
+inline Float8 spreads_and_bends(const SourcePixel& pixel) {
+  UInt4 packed;
+  load(&pixel.packed_spread, packed);  // the structure, and what comes after it
+  const UInt8 codes =
+      __builtin_shufflevector(packed, packed, 0, 0, 0, 1, 1, 1, 2, 2) >> UInt8{0, 10, 20, 0, 10, 20, 0, 10} & 1023u;
+  const UInt8 numbers = (codes + kShortNumberOffset) << 20;
+  return (Float8)(codes == 0u ? UInt8{} : numbers);
+}
 
 inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
   const Float8 modulation = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
-  Float8 means;
-  load(&pixel.mean, means);
-  sums.means += means * modulation * w;
-  Short8 packed;
-  load(&pixel.spread, packed);
-  const auto spreads = (Float8)(__builtin_convertvector(packed, Int8) << 16);
-  sums.spreads += spreads * (modulation * modulation) * w;
-  sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, unpack_short_float(pixel.slope2),
-                      unpack_short_float(pixel.age)} *
-               w;
+  sums.means += means_and_counts(pixel) * modulation * w;
+  sums.spreads += spreads_and_bends(pixel) * (modulation * modulation) * w;
+  sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
   sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2;
 }
 
