@@ -14,8 +14,7 @@ struct SourcePixel {
   static constexpr std::uint32_t kCountBits = 0xffffffu;
 
   float mean[kHalves][3] = {};
-  std::uint32_t packed_count[kHalves] = {0,
-                                         0};  // pack_count() of the inverse, and half of a pack_short_float(): the age
+  std::uint32_t packed_count[kHalves] = {0, 0};  // pack_count() of the inverse; above it half of the age's short float
   // pack_short_numbers()
   std::uint32_t packed_spread[kHalves] = {0, 0};
   std::uint32_t packed_structure = 0;
