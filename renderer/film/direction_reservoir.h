@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "renderer/film/film.h"
+#include "renderer/film/packed_values.h"
 
 namespace helio {
 
@@ -13,11 +14,12 @@ namespace helio {
 // at a time.
 struct DirectionReservoir {
   static constexpr int kPlaces = 2;
-  // Beside pack_direction()'s codes, of which these are none that it gives but for rounding.
-  static constexpr std::uint32_t kNone = 0;           // nothing is known, or no direction: a delta lobe
-  static constexpr std::uint32_t kAny = 0x0000ffffu;  // what the surface emits: the same from everywhere
+  static constexpr int kAxisBits = 12;  // a hundredth of a lobe of alpha 0.1
+  // Beside pack_direction<kAxisBits>()'s codes, of which these are none that it gives but for rounding.
+  static constexpr std::uint32_t kNone = 0;      // nothing is known, or no direction: a delta lobe
+  static constexpr std::uint32_t kAny = 0xfffu;  // what the surface emits: the same from everywhere
 
-  std::uint32_t place[kHalves][kPlaces] = {};
+  Packed24 place[kHalves][kPlaces] = {};
 
   // A sample of luminance `brought` >= 0; whole: that of all samples of the half, this one among them. u: uniform in
   // [0, 1), independent of the sample.

@@ -97,7 +97,7 @@ struct FilmState {
 
 class Film {
  public:
-  // 132, with targets 16 more (a target and a demand of each half), with history 252 more (76 and two sources of 88).
+  // 132, with targets 16 more (a target and a demand of each half), with history 222 more (70 and two sources of 76).
   // History with stored hits: 40, and of N hits 196 + 32 N (the film's own, and the picture that was left): 268 or 364.
   // Splats: 196 more.
   static std::size_t bytes_per_pixel(const FilmState& state);

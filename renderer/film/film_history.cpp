@@ -29,13 +29,13 @@ bool FilmHistory::on_border(int x, int y, int reach, const PixelRect& region) co
 
 std::size_t FilmHistory::bytes_per_pixel(bool sources) {
   if (!sources) return sizeof(CarriedPixel);
-  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) + sizeof(float) +
+  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) + sizeof(std::uint16_t) +
          kSources * HistorySource::kBytesPerPixel;
 }
 
 std::size_t FilmHistory::bytes() const {
   std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit) +
-                      directions_.capacity() * sizeof(DirectionReservoir) + scratch_.capacity() * sizeof(float);
+                      directions_.capacity() * sizeof(DirectionReservoir) + scratch_.capacity() * sizeof(std::uint16_t);
   for (const std::unique_ptr<HistorySource>& source : sources_) total += source ? source->bytes() : 0;
   return total;
 }

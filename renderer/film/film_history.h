@@ -85,7 +85,7 @@ class FilmHistory {
   bool on_border(int x, int y, int reach, const PixelRect& region) const;
 
   // For passes that have to write down something of every pixel before they may change any.
-  float& scratch(int x, int y) { return scratch_[index(x, y)]; }
+  std::uint16_t& scratch(int x, int y) { return scratch_[index(x, y)]; }
 
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
@@ -97,7 +97,7 @@ class FilmHistory {
   std::vector<CarriedPixel> carried_;
   std::vector<CentreHit> centres_;
   std::vector<DirectionReservoir> directions_;
-  std::vector<float> scratch_;
+  std::vector<std::uint16_t> scratch_;
   std::unique_ptr<HistorySource> sources_[kSources];
 };
 

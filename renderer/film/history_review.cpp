@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kDeviations = 4;
 constexpr double kUnexpected = 0.25;
+constexpr double kLargestBias2 = 1e38;
 constexpr double kLargest = 1e15;  // of a difference: sums of the fourth powers of a neighbourhood are no floats
 
 double variance_of(const HalfPixel& half, int c) {
@@ -95,12 +96,13 @@ void HistoryReview::look(const PixelRect& window) {
       const double pixels = double(sum[3]) - (known ? 1 : 0);
       const double product = double(sum[0]) - own, expected = std::max(0.0, double(sum[2]) - own_bias2);
       const double chance = std::max(0.0, double(sum[1]) - own_chance);
-      float& found = film_.history()->scratch(x, y);
+      std::uint16_t& found = film_.history()->scratch(x, y);
       found = 0;
       if (!(pixels > 0 && product - expected > kDeviations * std::sqrt(chance))) continue;
       // Spread over the neighbourhood as it was expected there, but for a part that nobody expected.
       const double measured = product / pixels, floor = kUnexpected * measured;
-      found = float(measured * (double(film_.history()->carried(x, y).bias2) + floor) / (expected / pixels + floor));
+      const double own_part = (double(film_.history()->carried(x, y).bias2) + floor) / (expected / pixels + floor);
+      found = pack_short_float(float(std::min(measured * own_part, kLargestBias2)));
     }
   }
 }
@@ -110,7 +112,7 @@ double HistoryReview::take_back(const PixelRect& window) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
-      const float bias2 = film_.history()->scratch(x, y);
+      const float bias2 = unpack_short_float(film_.history()->scratch(x, y));
       if (!(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {

@@ -139,31 +139,27 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
   const FilmHistory& history = *film.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++products) {
-      SourcePixel& to = pixels_[index(x, y)];
+      pixels_[index(x, y)] = {{}, history.centre(x, y), history.directions(x, y)};
+      SourcePixel& to = pixel(x, y);
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
-      centres_[index(x, y)] = history.centre(x, y);
-      directions_[index(x, y)] = history.directions(x, y);
-      to = {};
       if (a.count == 0 && b.count == 0) continue;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
+      float inverse[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;
         if (half.count == 0) continue;
-        to.inverse_count[h] = float(1.0 / half.count);
+        inverse[h] = float(1.0 / half.count);
         const Float4 mean = means_of(half, Double4{1, 1, 1, 0}, FLT_MAX);
         const float divisor = half.count > 1 ? 1 / (float(half.count) - 1) : 0.0f;
-        for (int c = 0; c < 3; ++c) {
-          to.mean[h][c] = mean[c];
-          to.spread[h][c] = pack_short_float(std::min(half.deviations[c] * divisor, 1e36f));
-        }
+        for (int c = 0; c < 3; ++c) to.mean[h][c] = mean[c];
+        to.set_spread(h, Rgb(half.deviations[0], half.deviations[1], half.deviations[2]) * divisor);
       }
       const Products& p = *products;
-      to.slope2 =
-          pack_short_float(mean_product(p.sum[0] + p.sum[1], p.squares[0] + p.squares[1], p.count[0] + p.count[1]));
-      for (int i = 0; i < 2; ++i)
-        to.bend2[i] = pack_short_float(mean_product(p.sum[2 + i], p.squares[2 + i], p.count[2 + i]));
-      to.age = pack_short_float(float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
+      to.set_structure(mean_product(p.sum[2], p.squares[2], p.count[2]),
+                       mean_product(p.sum[3], p.squares[3], p.count[3]),
+                       mean_product(p.sum[0] + p.sum[1], p.squares[0] + p.squares[1], p.count[0] + p.count[1]));
+      to.set_counts(inverse, float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }
 }

@@ -1,4 +1,4 @@
-// A picture that later ones can draw on: what a film knew when its camera left, in 88 bytes a pixel.
+// A picture that later ones can draw on: what a film knew when its camera left, in 76 bytes a pixel.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,46 @@
 
 namespace helio {
 
-// In lanes of eight, as lookups add them up.
+// What a pixel said. Its numbers are packed so that noise hides what that takes (packed_values.h).
 struct SourcePixel {
+  static constexpr std::uint32_t kCountBits = 0xffffffu;
+
   float mean[kHalves][3] = {};
-  // 1 / effective samples of each half. 0: the half knows nothing.
-  float inverse_count[kHalves] = {0, 0};
-  // All of these: pack_short_float(). Variance of one sample, per half and channel.
-  std::uint16_t spread[kHalves][3] = {};
+  std::uint32_t packed_count[kHalves] = {0, 0};  // pack_count() of the inverse; above it half of the age's short float
+  // pack_short_numbers()
+  std::uint32_t packed_spread[kHalves] = {0, 0};
+  std::uint32_t packed_structure = 0;
+  float bias2 = 0;  // CarriedPixel::bias2 as far as it is still in the means
+
+  // 1 / effective samples of a half. 0: the half knows nothing.
+  float inverse_count(int h) const { return unpack_count(packed_count[h] & kCountBits); }
+  bool known(int h) const { return (packed_count[h] & kCountBits) != 0; }
+  bool empty() const { return !known(0) && !known(1); }
+
+  // Moves, as CarriedPixel::age.
+  float age() const { return unpack_short_float(std::uint16_t(packed_count[0] >> 24 | packed_count[1] >> 24 << 8)); }
+
+  void set_counts(const float (&inverse)[kHalves], float age) {
+    const std::uint32_t packed_age = pack_short_float(age);
+    packed_count[0] = pack_count(inverse[0]) | packed_age << 24;
+    packed_count[1] = pack_count(inverse[1]) | packed_age >> 8 << 24;
+  }
+
+  // Variance of one sample of a half, per channel.
+  Rgb spread(int h) const {
+    const std::uint32_t packed = packed_spread[h];
+    return {unpack_short_number(packed, 0), unpack_short_number(packed, 1), unpack_short_number(packed, 2)};
+  }
+  void set_spread(int h, const Rgb& spread) { packed_spread[h] = pack_short_numbers(spread.x, spread.y, spread.z); }
+
   // Squared differences of the picture over its albedo between neighbours, 3x3 mean, mean over the channels, noise
   // taken out (the product of the halves' differences). Second differences along x and y, and first differences: what
   // looking the picture up between its pixels, or next to them, may cost. Only of neighbours that lie inside a surface.
-  std::uint16_t bend2[2] = {};
-  std::uint16_t slope2 = 0;
-  std::uint16_t age = 0;  // moves, as CarriedPixel::age
-  float bias2 = 0;        // CarriedPixel::bias2 as far as it is still in the means
-
-  bool known(int h) const { return inverse_count[h] > 0; }
-  bool empty() const { return inverse_count[0] == 0 && inverse_count[1] == 0; }
+  float bend2(int axis) const { return unpack_short_number(packed_structure, axis); }
+  float slope2() const { return unpack_short_number(packed_structure, 2); }
+  void set_structure(float bend2_x, float bend2_y, float slope2) {
+    packed_structure = pack_short_numbers(bend2_x, bend2_y, slope2);
+  }
 };
 
 // What radiance is divided by for a lookup, so that textures do not count as differences: the albedo, but 1 where it is
@@ -37,39 +60,37 @@ inline Rgb demodulation(const Rgb& albedo) {
 }
 
 class HistorySource {
+  struct Pixel {
+    SourcePixel values;
+    CentreHit centre;
+    DirectionReservoir directions;
+  };
+
  public:
-  static constexpr std::size_t kBytesPerPixel = sizeof(SourcePixel) + sizeof(CentreHit) + sizeof(DirectionReservoir);
+  static constexpr std::size_t kBytesPerPixel = sizeof(Pixel);
 
   HistorySource(int width, int height)
-      : width_(width),
-        height_(height),
-        pixels_(std::size_t(width) * std::size_t(height)),
-        centres_(pixels_.size()),
-        directions_(pixels_.size()) {}
+      : width_(width), height_(height), pixels_(std::size_t(width) * std::size_t(height)) {}
 
   int width() const { return width_; }
   int height() const { return height_; }
-  const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)]; }
-  SourcePixel& pixel(int x, int y) { return pixels_[index(x, y)]; }
-  const CentreHit& centre(int x, int y) const { return centres_[index(x, y)]; }
-  const DirectionReservoir& directions(int x, int y) const { return directions_[index(x, y)]; }
+  const SourcePixel& pixel(int x, int y) const { return pixels_[index(x, y)].values; }
+  SourcePixel& pixel(int x, int y) { return pixels_[index(x, y)].values; }
+  const CentreHit& centre(int x, int y) const { return pixels_[index(x, y)].centre; }
+  const DirectionReservoir& directions(int x, int y) const { return pixels_[index(x, y)].directions; }
 
   // Takes over a window of the film, whose history it has; reads up to two pixels beyond it, inside `region`. What lies
   // outside the region stays as it was, of whatever picture. Thread
   // safe for disjoint windows.
   void gather(const Film& film, const PixelRect& window, const PixelRect& region);
-  std::size_t bytes() const {
-    return pixels_.capacity() * sizeof(SourcePixel) + centres_.capacity() * sizeof(CentreHit) +
-           directions_.capacity() * sizeof(DirectionReservoir);
-  }
+  std::size_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }
 
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
 
   int width_, height_;
-  std::vector<SourcePixel> pixels_;
-  std::vector<CentreHit> centres_;
-  std::vector<DirectionReservoir> directions_;
+  std::vector<Pixel> pixels_;
 };
+static_assert(HistorySource::kBytesPerPixel == 76);
 
 }  // namespace helio

@@ -13,6 +13,9 @@ inline constexpr int kLanes = 4;
 using Double4 = double __attribute__((vector_size(32)));
 using Long4 = std::int64_t __attribute__((vector_size(32)));
 using Float4 = float __attribute__((vector_size(16)));
+using UInt4 = std::uint32_t __attribute__((vector_size(16)));
+using Float8 = float __attribute__((vector_size(32)));
+using UInt8 = std::uint32_t __attribute__((vector_size(32)));
 using Float16 = float __attribute__((vector_size(64)));  // four pixels
 inline constexpr int kPixelsAtOnce = 4;
 

@@ -68,22 +68,19 @@ float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) 
   return lobes.passage == Passage::thin ? terms.a + terms.b : 1.0f;
 }
 
-// Probabilities of choosing the diffuse base, the facets (reflected or transmitted) and the straight passage, from
-// their approximate albedos; and the base's share of light entering along wo.
-struct LobeChoice {
-  float diffuse = 0, facets = 0, straight = 0;
-  Rgb base_entry{1, 1, 1};
-};
+}  // namespace
 
-LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
-  LobeChoice choice;
+LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
+  LayeredView view;
+  view.wo = wo;
+  if (!lobes.mirror) view.visible_area = lobes.microfacet.projected_area(wo);
   const bool base = !is_black(lobes.diffuse);
   if (!base && lobes.passage != Passage::straight) {
-    choice.facets = 1;
-    return choice;
+    view.facets = 1;
+    return view;
   }
   const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  choice.base_entry =
+  view.base_entry =
       lobes.filmed_base ? lobes.filmed_base->entering(wo.z) : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
@@ -93,56 +90,65 @@ LobeChoice choose_lobes(const LayeredLobes& lobes, const V3f& wo) {
     facets += lobes.glass * (mean(glass.reflected * lobes.reflection_tint) * (terms.a + terms.b) +
                              mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
-  const float diffuse = mean(lobes.diffuse * choice.base_entry), sum = diffuse + facets + straight;
-  if (!(sum > 0)) return choice;
-  choice.diffuse = diffuse / sum;
-  choice.straight = straight / sum;
-  choice.facets = std::max(0.0f, 1 - choice.diffuse - choice.straight);
-  if (facets == 0) choice.facets = 0;
-  return choice;
+  const float diffuse = mean(lobes.diffuse * view.base_entry), sum = diffuse + facets + straight;
+  if (!(sum > 0)) return view;
+  view.diffuse = diffuse / sum;
+  view.straight = straight / sum;
+  view.facets = std::max(0.0f, 1 - view.diffuse - view.straight);
+  if (facets == 0) view.facets = 0;
+  return view;
 }
 
-void add_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wi, BsdfValue& value) {
-  if (!(choice.diffuse > 0)) return;
-  const float cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
-  value.f_cos += lobes.diffuse * choice.base_entry * base_exit(lobes, wi.z) * cosine_pdf;
-  value.pdf_w += choice.diffuse * cosine_pdf;
+LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi) {
+  LayeredArrival arrival;
+  arrival.wi = wi;
+  if (!is_black(lobes.diffuse)) {
+    arrival.cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
+    arrival.base_exit = base_exit(lobes, wi.z);
+  }
+  if (!lobes.mirror) arrival.masking = lobes.microfacet.masking(wi);
+  return arrival;
 }
 
-// wi.z > 0, and m the half vector with cos_m = wo.m = wi.m.
-BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& wi,
+namespace {
+
+// m: the half vector with cos_m = wo.m = wi.m.
+BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival,
                               const V3f& m, float cos_m) {
   BsdfValue value;
-  add_diffuse(lobes, choice, wi, value);
+  if (view.diffuse > 0) {
+    value.f_cos += lobes.diffuse * view.base_entry * arrival.base_exit * arrival.cosine_pdf;
+    value.pdf_w += view.diffuse * arrival.cosine_pdf;
+  }
   if (lobes.mirror) return value;
   const FacetResponse response = facet_response(lobes, cos_m);
-  const float pdf = lobes.microfacet.normal_density(m) / (4 * lobes.microfacet.projected_area(wo));
-  value.f_cos += response.reflected * (lobes.microfacet.masking(wi) * pdf);
-  value.pdf_w += choice.facets * response.reflect_share * pdf;
+  const float pdf = lobes.microfacet.normal_density(m) / (4 * view.visible_area);
+  value.f_cos += response.reflected * (arrival.masking * pdf);
+  value.pdf_w += view.facets * response.reflect_share * pdf;
   return value;
 }
 
 // `reflected` is wi mirrored to this side, m the half vector of wo and it.
-BsdfValue evaluate_thin_wall(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& reflected,
-                             const V3f& m, float cos_m) {
+BsdfValue evaluate_thin_wall(const LayeredLobes& lobes, const LayeredView& view, const V3f& reflected, const V3f& m,
+                             float cos_m) {
   const FacetResponse response = facet_response(lobes, cos_m);
-  const float pdf = lobes.microfacet.normal_density(m) / (4 * lobes.microfacet.projected_area(wo));
+  const float pdf = lobes.microfacet.normal_density(m) / (4 * view.visible_area);
   return {response.transmitted * (lobes.microfacet.masking(reflected) * pdf),
-          choice.facets * (1 - response.reflect_share) * pdf};
+          view.facets * (1 - response.reflect_share) * pdf};
 }
 
 // wi.z < 0, and m the normal about which wo refracts into wi. The Jacobian (Walter 2007, eq. 17) is
 // eta^2 cos_t / (cos_m - eta cos_t)^2; the difference is (eta^2 - 1) / (cos_m + eta cos_t).
-BsdfValue evaluate_refraction(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V3f& wi,
-                              const V3f& m, float cos_m) {
+BsdfValue evaluate_refraction(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi, const V3f& m,
+                              float cos_m) {
   const FacetResponse response = facet_response(lobes, cos_m);
   const float eta = lobes.eta, cos_t = response.cos_t;
   const float difference = (eta - 1) * (eta + 1) / (cos_m + eta * cos_t);
-  const float density_m = lobes.microfacet.normal_density(m) * cos_m / lobes.microfacet.projected_area(wo);
+  const float density_m = lobes.microfacet.normal_density(m) * cos_m / view.visible_area;
   const float radiance_pdf = density_m * cos_t / sqr(difference);  // pdf / eta^2
   const float masking = lobes.microfacet.masking(V3f(wi.x, wi.y, -wi.z));
   return {response.transmitted * (masking * radiance_pdf),
-          choice.facets * (1 - response.reflect_share) * sqr(eta) * radiance_pdf};
+          view.facets * (1 - response.reflect_share) * sqr(eta) * radiance_pdf};
 }
 
 // Unit vector along h with z > 0; false where h is too short or horizontal to have one.
@@ -184,8 +190,8 @@ BsdfSample sample_mirror(const LayeredLobes& lobes, float probability, const V3f
   return sample;
 }
 
-BsdfSample sample_facets(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, float u_lobe,
-                         const V2f& u) {
+BsdfSample sample_facets(const LayeredLobes& lobes, const LayeredView& view, float u_lobe, const V2f& u) {
+  const V3f& wo = view.wo;
   const V3f m = lobes.microfacet.sample_visible_normal(wo, u);
   const float cos_m = dot(wo, m);
   if (!(cos_m > 0)) return {};
@@ -193,27 +199,27 @@ BsdfSample sample_facets(const LayeredLobes& lobes, const LobeChoice& choice, co
   const V3f reflected = m * (2 * cos_m) - wo;
   if (u_lobe < response.reflect_share) {
     if (!(reflected.z > 0)) return {};
-    return sample_of(reflected, evaluate_reflection(lobes, choice, wo, reflected, m, cos_m));
+    return sample_of(reflected, evaluate_reflection(lobes, view, arrival_along(lobes, reflected), m, cos_m));
   }
   BsdfSample sample;
   if (lobes.passage == Passage::thin) {
     if (!(reflected.z > 0)) return {};
     const V3f wi(reflected.x, reflected.y, -reflected.z);
-    sample = sample_of(wi, evaluate_thin_wall(lobes, choice, wo, reflected, m, cos_m));
+    sample = sample_of(wi, evaluate_thin_wall(lobes, view, reflected, m, cos_m));
   } else {
     const V3f wi = refract(wo, m, cos_m, response.cos_t, lobes.eta);
     if (!(wi.z < 0)) return {};
-    sample = sample_of(wi, evaluate_refraction(lobes, choice, wo, wi, m, cos_m));
+    sample = sample_of(wi, evaluate_refraction(lobes, view, wi, m, cos_m));
   }
   mark_transmitted(lobes, sample);
   return sample;
 }
 
-BsdfSample sample_diffuse(const LayeredLobes& lobes, const LobeChoice& choice, const V3f& wo, const V2f& u) {
+BsdfSample sample_diffuse(const LayeredLobes& lobes, const LayeredView& view, const V2f& u) {
   const V3f wi = square_to_cosine_hemisphere(u);
   V3f m;
-  if (!(wi.z > 0) || !make_normal(wo + wi, m)) return {};
-  return sample_of(wi, evaluate_reflection(lobes, choice, wo, wi, m, dot(wo, m)));
+  if (!(wi.z > 0) || !make_normal(view.wo + wi, m)) return {};
+  return sample_of(wi, evaluate_reflection(lobes, view, arrival_along(lobes, wi), m, dot(view.wo, m)));
 }
 
 }  // namespace
@@ -232,33 +238,36 @@ Rgb base_exit(const LayeredLobes& lobes, float mu) {
   return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
 }
 
-BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
+BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival) {
   V3f m;
-  if (wi.z > 0) {
-    if (!make_normal(wo + wi, m)) return {};
-    return evaluate_reflection(lobes, choose_lobes(lobes, wo), wo, wi, m, dot(wo, m));
-  }
+  if (!make_normal(view.wo + arrival.wi, m)) return {};
+  return evaluate_reflection(lobes, view, arrival, m, dot(view.wo, m));
+}
+
+BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
+  if (wi.z > 0) return evaluate_reflected(lobes, view_along(lobes, wo), arrival_along(lobes, wi));
   if (!(wi.z < 0) || lobes.mirror) return {};
+  V3f m;
   if (lobes.passage == Passage::thin) {
     const V3f reflected(wi.x, wi.y, -wi.z);
     if (!make_normal(wo + reflected, m)) return {};
-    return evaluate_thin_wall(lobes, choose_lobes(lobes, wo), wo, reflected, m, dot(wo, m));
+    return evaluate_thin_wall(lobes, view_along(lobes, wo), reflected, m, dot(wo, m));
   }
   if (lobes.passage != Passage::refract || !make_normal(wo + wi * lobes.eta, m)) return {};
   const float cos_m = dot(wo, m);
   if (!(cos_m > 0) || !(dot(wi, m) < 0)) return {};
-  return evaluate_refraction(lobes, choose_lobes(lobes, wo), wo, wi, m, cos_m);
+  return evaluate_refraction(lobes, view_along(lobes, wo), wi, m, cos_m);
 }
 
 BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u) {
-  const LobeChoice choice = choose_lobes(lobes, wo);
-  if (u_lobe < choice.diffuse) return sample_diffuse(lobes, choice, wo, u);
-  u_lobe -= choice.diffuse;
-  if (u_lobe < choice.facets) {
-    const float rest = std::min(u_lobe / choice.facets, kOneMinusEpsilon);
-    return lobes.mirror ? sample_mirror(lobes, choice.facets, wo, rest) : sample_facets(lobes, choice, wo, rest, u);
+  const LayeredView view = view_along(lobes, wo);
+  if (u_lobe < view.diffuse) return sample_diffuse(lobes, view, u);
+  u_lobe -= view.diffuse;
+  if (u_lobe < view.facets) {
+    const float rest = std::min(u_lobe / view.facets, kOneMinusEpsilon);
+    return lobes.mirror ? sample_mirror(lobes, view.facets, wo, rest) : sample_facets(lobes, view, rest, u);
   }
-  BsdfSample sample = finish_delta(-wo, lobes.tint * lobes.glass, choice.straight);
+  BsdfSample sample = finish_delta(-wo, lobes.tint * lobes.glass, view.straight);
   sample.transmitted = sample.valid();
   return sample;
 }

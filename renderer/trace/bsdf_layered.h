@@ -68,7 +68,28 @@ struct LayeredLobes {
 Rgb base_entry(const LayeredLobes& lobes, float mu);
 Rgb base_exit(const LayeredLobes& lobes, float mu);
 
+// What of the scattering depends on wo alone: probabilities of choosing the diffuse base, the facets (reflected or
+// transmitted) and the straight passage, from their approximate albedos; the base's share of light entering along wo;
+// and the projected area of the facets that wo sees.
+struct LayeredView {
+  V3f wo;
+  float diffuse = 0, facets = 0, straight = 0;
+  float visible_area = 1;
+  Rgb base_entry{1, 1, 1};
+};
+
+// And what depends on wi alone, wi.z > 0.
+struct LayeredArrival {
+  V3f wi;
+  float cosine_pdf = 0, masking = 0;
+  Rgb base_exit{1, 1, 1};
+};
+
 // wo.z > 0 in all of these.
+LayeredView view_along(const LayeredLobes& lobes, const V3f& wo);
+LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi);
+// evaluate_layered() of the two.
+BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival);
 BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi);
 BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u);
 bool is_pure_delta(const LayeredLobes& lobes);

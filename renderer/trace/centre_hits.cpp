@@ -8,6 +8,7 @@
 
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/packed_values.h"
+#include "renderer/trace/bsdf_views.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/shading_point.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr int kMostPixels = kPathGroupSize * kPathGroupSize;
 constexpr int kDirections = 4;  // of view_change()
+constexpr int kViewpoints = 2;  // from which a picture is compared
 
 // Of a sum of ratios of BSDFs: one that is larger is of a lobe that hardly reaches the direction from there.
 constexpr float kMostRatio = 16;
@@ -25,8 +27,11 @@ constexpr float kDoubt = 0.5f;
 // A direction that was kept more than once knows no more than once. Returns how many there are.
 std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostWeighed]) {
   std::size_t count = 0;
+  std::uint64_t seen = 0;  // of the hashes of those in `to`: most directions are met once
   for (const WeighedDirection& d : from.first(std::min(from.size(), kMostWeighed))) {
-    std::size_t i = 0;
+    const std::uint64_t hash = std::uint64_t(1) << (d.packed * 0x9e3779b9u >> 26);
+    std::size_t i = seen & hash ? 0 : count;
+    seen |= hash;
     while (i < count && to[i].packed != d.packed) ++i;
     if (i == count) to[count++] = {d.packed, 0};
     to[i].weight += d.weight;
@@ -34,10 +39,10 @@ std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection
   return count;
 }
 
-// wo, from: local.
-float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, std::uint32_t key) {
-  if (params.model == LobeModel::none) return 0;
-  if (params.model == LobeModel::lambert && !params.mapped) return 0;
+// How much of the light that the surface sends along wo comes otherwise along `from`, [0, 1], as far as a few samples
+// of its BSDF say. views: of the two; local.
+float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from,
+                  std::uint32_t key) {
   if (!(from.z * wo.z > 0)) return 1;
   float whole = 0, changed = 0;
   for (int k = 0; k < kDirections; ++k) {
@@ -46,7 +51,7 @@ float view_change(const SurfaceParams& params, const V3f& wo, const V3f& from, s
     if (!sample.valid()) continue;
     const float weight = luminance(sample.weight);
     whole += weight;
-    const float there = sample.delta ? 0.0f : luminance(evaluate_bsdf(params, from, sample.wi).f_cos) / sample.pdf_w;
+    const float there = sample.delta ? 0.0f : luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
     changed += std::fabs(there - weight);
   }
   return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
@@ -59,10 +64,22 @@ struct CentreHits::Block {
   Ray rays[kMostPixels];
   Hit hits[kMostPixels];
   std::uint32_t order[kMostPixels];
-  std::uint32_t slot[kMostPixels];  // of a pixel of the window, row-major: its ray
+  std::uint32_t slot[kMostPixels];      // of a pixel of the window, row-major: its ray
   std::optional<ShadingPoint> shading;  // of the pixel in hand; none: it looks alike from everywhere
-  V3f wo;                           // local
+  V3f wo;                               // local
   std::uint32_t key = 0;
+
+  // view_change() of the pixel that asked last in a cell: others there that show the like take it over.
+  struct CellChange {
+    const MaterialRecord* material = nullptr;
+    V3f viewpoint, normal;
+    float change = 0;
+  };
+  static constexpr int kCell = 4, kCells = kPathGroupSize / kCell;
+  CellChange changes[kCells][kCells][kViewpoints];
+
+  // Of the pixel in hand.
+  CellChange (*cell)[kViewpoints] = nullptr;
 
   std::size_t at(int x, int y) const {
     return slot[std::size_t(y - window.y0) * std::size_t(window.width()) + std::size_t(x - window.x0)];
@@ -82,6 +99,7 @@ void CentreHits::trace(const PixelRect& window) {
   constexpr int kTile = 4;  // neighbours share a packet
   Block& b = *block_;
   b.window = window;
+  std::fill_n(&b.changes[0][0][0], Block::kCells * Block::kCells * kViewpoints, Block::CellChange{});
   std::uint32_t count = 0;
   for (int ty = window.y0; ty < window.y1; ty += kTile) {
     for (int tx = window.x0; tx < window.x1; tx += kTile) {
@@ -125,6 +143,8 @@ CentreHit CentreHits::at(int x, int y) {
   const ShadingPoint& shading = b.shading.emplace(scene_, camera_, ray, hit);
   b.wo = shading.frame.to_local(-ray.direction);
   b.key = pixel_key(x, y, 0, 0);
+  const auto cell = [](int at) { return at % kPathGroupSize / Block::kCell; };
+  b.cell = &b.changes[cell(y)][cell(x)];
   centre.normal = pack_direction(facing(shading.surface));
   if (shading.black) {
     b.shading.reset();
@@ -144,6 +164,24 @@ bool CentreHits::depends_on_view() const {
   return block_->shading.has_value();
 }
 
+float CentreHits::unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from) const {
+  constexpr float kAlike = 0.99f;  // cosine between normals
+  const Block& b = *block_;
+  const Surface& surface = b.shading->surface;
+  const V3f& normal = b.shading->frame.n;
+  const bool textured = surface.material->textured || surface.material->normal_mapped;
+  Block::CellChange* keep = nullptr;
+  for (Block::CellChange& known : *b.cell) {
+    if (known.material && !(known.viewpoint == viewpoint)) continue;
+    if (known.material == surface.material && dot(known.normal, normal) > kAlike && !textured) return known.change;
+    keep = &known;
+    break;
+  }
+  const float change = view_change(b.shading->params, views, b.wo, from, b.key);
+  if (keep) *keep = {surface.material, viewpoint, normal, change};
+  return change;
+}
+
 ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
   const Block& b = *block_;
   ViewChange change;
@@ -151,7 +189,8 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   const SurfaceParams& params = b.shading->params;
   const Frame& frame = b.shading->frame;
   const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
-  const float unseen = view_change(params, b.wo, from, b.key);
+  const BsdfViews views(params, b.wo, from);
+  const float unseen = unseen_change(viewpoint, views, from);
 
   WeighedDirection distinct[kMostWeighed];
   float ratios[kMostWeighed];
@@ -164,10 +203,11 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
     float old = 1;
     if (d.packed == DirectionReservoir::kNone) continue;
     if (d.packed != DirectionReservoir::kAny) {
-      const V3f wi = frame.to_local(unpack_direction(d.packed));
-      f = evaluate_bsdf(params, from, wi).f_cos;
+      const V3f wi = frame.to_local(unpack_direction<DirectionReservoir::kAxisBits>(d.packed));
+      const BsdfViews::Values values = views.f_cos(wi);
+      f = values.second;
       old = luminance(f);
-      there = evaluate_bsdf(params, b.wo, wi).f_cos / old;
+      there = values.first / old;
       if (!(old > 0) || !is_finite(f) || !is_finite(there)) continue;  // the surface is not quite the same
       there *= std::min(1.0f, kMostRatio / std::max(max_component(there), 1.0f));
     }

@@ -28,6 +28,8 @@ struct ViewChange {
   bool none() const { return error == 0; }
 };
 
+class BsdfViews;
+
 // Of one block of the film at a time. Not thread safe.
 class CentreHits {
  public:
@@ -37,7 +39,8 @@ class CentreHits {
   CentreHits(const CentreHits&) = delete;
   CentreHits& operator=(const CentreHits&) = delete;
 
-  // Traces the pixels of `window`, at most kPathGroupSize on a side, as one packet after the other.
+  // Traces the pixels of `window`, which lies in one of the film's blocks or, for material() alone, is as large as one,
+  // as one packet after the other.
   void trace(const PixelRect& window);
 
   // Of the pixel, which lies in the window that was traced last. The pixel in hand from now on.
@@ -51,8 +54,9 @@ class CentreHits {
   // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the
   // change is shrunk as far as that explains it (James and Stein 1961). Its error is the scatter's, with one direction
   // more whose change is that of four directions of the BSDF's own sampling, for there may be light that none of these
-  // has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF); and a share of the change itself. Light of
-  // delta lobes may change altogether. Without directions the ratio is 1.
+  // has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the
+  // first that asked); and a share of the change itself. Light of delta lobes may change altogether. Without directions
+  // the ratio is 1.
   ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.
@@ -60,6 +64,9 @@ class CentreHits {
 
  private:
   struct Block;
+  // view_change(), of the pixel in hand or one next to it.
+  float unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from) const;
+
   const SceneData& scene_;
   const Camera& camera_;
   const V3f axis_;

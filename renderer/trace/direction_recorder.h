@@ -32,7 +32,7 @@ class DirectionRecorder : public NoWatch {
     if (first_) paths_[path].emitted = luminance(beta_ * radiance) * weight;
   }
   void light_sample(std::uint32_t path, const LightSample& light) {
-    if (first_) paths_[path].to_light = pack_direction(light.direction);
+    if (first_) paths_[path].to_light = pack_direction<DirectionReservoir::kAxisBits>(light.direction);
   }
   void shadow_ray(std::uint32_t path, float, const Rgb& contribution) {
     if (first_) paths_[path].from_light = luminance(contribution);
@@ -41,7 +41,8 @@ class DirectionRecorder : public NoWatch {
     if (first_ && occluded) paths_[path].from_light = 0;
   }
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
-    if (first_ && sample.valid() && !sample.delta) paths_[path].onwards = pack_direction(frame.to_world(sample.wi));
+    if (!first_ || !sample.valid() || sample.delta) return;
+    paths_[path].onwards = pack_direction<DirectionReservoir::kAxisBits>(frame.to_world(sample.wi));
   }
 
   void store(std::size_t slot, std::uint32_t path, const Rgb& radiance) {

@@ -21,17 +21,11 @@ bool same_view(const OutdatedPicture& a, const OutdatedPicture& b) {
 // Of a picture to which so much light is added.
 void scale(const Rgb& factor, SourcePixel& pixel) {
   const float most2 = sqr(max_component(factor));
-  const auto times = [](float factor, std::uint16_t& packed) {
-    packed = pack_short_float(std::min(unpack_short_float(packed) * factor, 1e36f));
-  };
   for (int h = 0; h < kHalves; ++h) {
-    for (int c = 0; c < 3; ++c) {
-      pixel.mean[h][c] *= factor[c];
-      times(sqr(factor[c]), pixel.spread[h][c]);
-    }
+    for (int c = 0; c < 3; ++c) pixel.mean[h][c] *= factor[c];
+    pixel.set_spread(h, pixel.spread(h) * factor * factor);
   }
-  for (std::uint16_t& bend : pixel.bend2) times(most2, bend);
-  times(most2, pixel.slope2);
+  pixel.set_structure(pixel.bend2(0) * most2, pixel.bend2(1) * most2, pixel.slope2() * most2);
   pixel.bias2 *= most2;
 }
 

@@ -21,14 +21,12 @@ namespace {
 
 // Of a lookup's four pixels: the share of the weight that must be usable.
 constexpr float kLeastWeight = 0.1f;
+// Of a lookup: the directions of a pixel that weighs less are not worth their BSDFs.
+constexpr float kLeastShare = 1.0f / 16;
 // How far off the plane of a pixel's centre hit a point may lie, in its pixels.
 constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
-
-using Float8 = float __attribute__((vector_size(32)));
-using Short8 = std::uint16_t __attribute__((vector_size(16)));
-using Int8 = std::uint32_t __attribute__((vector_size(32)));
 
 // Depths that the same ray has met, in scenes that may differ in how a surface is stored.
 constexpr float kSameDepth = 1e-4f;
@@ -69,21 +67,32 @@ struct LookupSums {
   float age() const { return rest[3]; }
 };
 
-static_assert(offsetof(SourcePixel, inverse_count) == 24 && offsetof(SourcePixel, spread) == 32 &&
-              offsetof(SourcePixel, bend2) == 44);
+static_assert(offsetof(SourcePixel, packed_spread) + 8 == offsetof(SourcePixel, packed_structure));
+
+// Of both halves.
+inline Float8 means_and_counts(const SourcePixel& pixel) {
+  Float8 values;
+  load(&pixel.mean, values);  // and what comes after them
+  values[6] = pixel.inverse_count(0);
+  values[7] = pixel.inverse_count(1);
+  return values;
+}
+
+// unpack_short_number() of both halves' spreads, then the second differences.
+inline Float8 spreads_and_bends(const SourcePixel& pixel) {
+  UInt4 packed;
+  load(&pixel.packed_spread, packed);  // the structure, and what comes after it
+  const UInt8 codes =
+      __builtin_shufflevector(packed, packed, 0, 0, 0, 1, 1, 1, 2, 2) >> UInt8{0, 10, 20, 0, 10, 20, 0, 10} & 1023u;
+  const UInt8 numbers = (codes + kShortNumberOffset) << 20;
+  return (Float8)(codes == 0u ? UInt8{} : numbers);
+}
 
 inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
   const Float8 modulation = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
-  Float8 means;
-  load(&pixel.mean, means);
-  sums.means += means * modulation * w;
-  Short8 packed;
-  load(&pixel.spread, packed);
-  const auto spreads = (Float8)(__builtin_convertvector(packed, Int8) << 16);
-  sums.spreads += spreads * (modulation * modulation) * w;
-  sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, unpack_short_float(pixel.slope2),
-                      unpack_short_float(pixel.age)} *
-               w;
+  sums.means += means_and_counts(pixel) * modulation * w;
+  sums.spreads += spreads_and_bends(pixel) * (modulation * modulation) * w;
+  sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
   sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2;
 }
 
@@ -99,23 +108,26 @@ float resampling_error2(float between, float zoom) {
 class SourceView {
  public:
   // Pixels outside the region are of pictures that are no longer true.
-  SourceView(const PictureSource& source, const CameraPose& now, const PixelRect& region, int width, int height,
-             const V3d& scene_origin)
+  SourceView(const PictureSource& source, const std::optional<V3f>& viewpoint, const CameraPose& now,
+             const PixelRect& region, int width, int height, const V3d& scene_origin)
       : pixels_(*source.pixels),
         region_(intersect(region, {0, 0, width, height})),
         projection_(source.pose, width, height, scene_origin),
         same_camera_(source.pose == now),
+        viewpoint_(viewpoint),
         normal_(0, projection_) {}
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
-  // there.
-  Lookup look(const CentreHit& here, const V3d& position, double footprint, const ViewChange& change,
+  // there. centres: has the pixel in hand.
+  Lookup look(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres,
               std::uint32_t key) {
     const Taps taps = find_taps(here, position);
     if (taps.total < kLeastWeight) return {};
+    const bool glossy = centres.depends_on_view();
+    const ViewChange change = glossy && viewpoint_ ? change_of(taps, centres) : ViewChange();
 
     LookupSums sums;
     double off_x = -taps.u, off_y = -taps.v;
@@ -134,34 +146,19 @@ class SourceView {
         albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, zoom) + sums.bend2(1) * resampling_error2(taps.fy, zoom) +
                    sums.slope2() * float(off_x * off_x + off_y * off_y));
     Lookup result = weigh(sums, resampled, change.error);
-    if (result.total() > 0) pick_directions(taps, key, result.directions);
+    if (glossy && result.total() > 0) pick_directions(taps, key, result.directions);
     return result;
   }
 
-  // Where light came from for a pixel that sees `here` at `position`, as the pixels around know it.
-  int directions(const CentreHit& here, const V3d& position, WeighedDirection (&out)[kMostWeighed]) {
-    const Taps taps = find_taps(here, position);
-    int directions = 0;
-    for (int i = 0; i < taps.count; ++i) {
-      const Tap& tap = taps.tap[i];
-      const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
-      for (int h = 0; h < kHalves; ++h) {
-        const float weight = tap.weight * luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2]));
-        if (!pixel.known(h) || !(weight > 0) || !(weight <= FLT_MAX)) continue;
-        for (const std::uint32_t packed : pixels_.directions(tap.x, tap.y).place[h])
-          out[directions++] = {packed, weight};
-      }
-    }
-    return directions;
-  }
+  // Whether what the pixel showed was next to another surface.
+  bool border(int x, int y) const { return pixels_.centre(x, y).border; }
 
-  // What it knew of the pixel itself, if that shows what it showed; on a border, if all that its filter reaches does.
-  // Precondition: same_camera().
+  // What it knew of the pixel itself, if that and all around it, so far, show what they showed. Precondition:
+  // same_camera().
   Lookup keep(const FilmHistory& now, int x, int y, int reach) const {
     const SourcePixel& pixel = pixels_.pixel(x, y);
     if (!region_.contains(x, y) || pixel.empty()) return {};
-    const int r = now.centre(x, y).border || pixels_.centre(x, y).border ? reach : 0;
-    const PixelRect around = intersect({x - r, y - r, x + r + 1, y + r + 1}, region_);
+    const PixelRect around = intersect({x - reach, y - reach, x + reach + 1, y + reach + 1}, region_);
     for (int py = around.y0; py < around.y1; ++py) {
       for (int px = around.x0; px < around.x1; ++px) {
         const CentreHit &here = now.centre(px, py), &there = pixels_.centre(px, py);
@@ -177,6 +174,26 @@ class SourceView {
   }
 
  private:
+  struct Taps;
+
+  // Of the pixel in hand, by where its light came from as the pixels around know it.
+  ViewChange change_of(const Taps& taps, const CentreHits& centres) const {
+    WeighedDirection directions[kMostWeighed];
+    std::size_t count = 0;
+    for (int i = 0; i < taps.count; ++i) {
+      const Tap& tap = taps.tap[i];
+      if (tap.weight < kLeastShare * taps.total) continue;
+      const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
+      for (int h = 0; h < kHalves; ++h) {
+        const float weight = tap.weight * luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2]));
+        if (!pixel.known(h) || !(weight > 0) || !(weight <= FLT_MAX)) continue;
+        for (const std::uint32_t packed : pixels_.directions(tap.x, tap.y).place[h])
+          directions[count++] = {packed, weight};
+      }
+    }
+    return centres.change_from(*viewpoint_, {directions, count});
+  }
+
   // resampled: squared error of the lookup, over the sums'. view_change: relative to the mean.
   static Lookup weigh(const LookupSums& sums, float resampled, float view_change) {
     Lookup result;
@@ -292,26 +309,9 @@ class SourceView {
   PixelRect region_;
   CameraProjection projection_;
   bool same_camera_;
+  std::optional<V3f> viewpoint_;  // none: where the new picture's is
   Normal normal_;
 };
-
-std::vector<SourceView> views_of(const std::vector<PictureSource>& sources, const CameraPose& now,
-                                 const PixelRect& region, const Film& film, const V3d& scene_origin) {
-  std::vector<SourceView> views;
-  for (const PictureSource& source : sources)
-    views.emplace_back(source, now, region, film.width(), film.height(), scene_origin);
-  return views;
-}
-
-// Between the two sweeps a pixel's carried() holds how each of its sources looks from here.
-void keep_change(CarriedPixel& pixel, std::size_t source, const ViewChange& change) {
-  for (int c = 0; c < 3; ++c) pixel.mean[source][c] = change.ratio[c];
-  (source == 0 ? pixel.bias2 : pixel.age) = change.error;
-}
-ViewChange kept_change(const CarriedPixel& pixel, std::size_t source) {
-  const float* ratio = pixel.mean[source];
-  return {Rgb(ratio[0], ratio[1], ratio[2]), source == 0 ? pixel.bias2 : pixel.age};
-}
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
 std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& now, const RenderScene& scene) {
@@ -323,33 +323,42 @@ std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& n
   return V3f(source.forward) * (-1e4f * scene.impl().radius);
 }
 
-// swap: the source's first half is of the lineage of the film's second.
-std::uint32_t fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
+std::vector<SourceView> views_of(const std::vector<PictureSource>& sources, const CameraPose& now,
+                                 const PixelRect& region, const Film& film, const RenderScene& scene) {
+  std::vector<SourceView> views;
+  for (const PictureSource& source : sources) {
+    views.emplace_back(source, other_viewpoint(source.pose, now, scene), now, region, film.width(), film.height(),
+                       scene.origin());
+  }
+  return views;
+}
+
+// Overwrites what the pixel holds. swap: the source's first half is of the lineage of the film's second.
+void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
+  DirectionReservoir& directions = film.history()->directions(x, y);
   carried = {};
-  film.history()->directions(x, y) = {};
+  directions = {};
   for (int h = 0; h < kHalves; ++h) {
     const int from = swap ? 1 - h : h;
     const auto count = std::uint32_t(lookup.count[from] + 0.5f);
-    carried.count[h] = count;
-    if (count == 0) continue;
     HalfPixel& half = film.half(h, x, y);
-    half.count = count;
+    half = {};
+    carried.count[h] = half.count = count;
+    if (count == 0) continue;
     for (int c = 0; c < 3; ++c) {
       carried.mean[h][c] = lookup.mean[from][c];
       half.sum[c] = double(carried.mean[h][c]) * count;
       half.deviations[c] = std::min(lookup.spread[from][c] * (float(count) - 1), 0x1p127f);
     }
   }
-  const std::uint32_t total = carried.count[0] + carried.count[1];
-  if (total == 0) return 0;
+  if (carried.count[0] + carried.count[1] == 0) return;
   carried.bias2 = lookup.bias2;
   carried.age = lookup.age + 1;
   for (int h = 0; h < kHalves; ++h) {
     for (int k = 0; k < DirectionReservoir::kPlaces; ++k)
-      film.history()->directions(x, y).place[h][k] = lookup.directions.place[swap ? 1 - h : h][k];
+      directions.place[h][k] = lookup.directions.place[swap ? 1 - h : h][k];
   }
-  return total;
 }
 
 }  // namespace
@@ -386,66 +395,66 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       border_(filter_reach(filter)),
       sources_(std::move(sources)) {
   assert(sources_.size() <= kMostSources && film.history());
-  for (const PictureSource& source : sources_) viewpoints_.push_back(other_viewpoint(source.pose, pose, *scene_));
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
   for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})
     key_ = combine_hash(key_, std::uint32_t(std::bit_cast<std::uint64_t>(number) >> 20));
 }
 
-void Reprojection::find_centres(const PixelRect& window, ReprojectionStats& stats) {
-  film_.clear(window);
+void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   CentreHits centres(*scene_, camera_, pose_.forward);
   const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
-  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, scene_->origin());
+  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
+    film_.clear(block);
     centres.trace(block);
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
         const CentreHit& here = history.centre(x, y) = centres.at(x, y);
-        for (std::size_t i = 0; i < sources_.size(); ++i) {
-          if (!viewpoints_[i]) continue;
-          WeighedDirection directions[kMostWeighed];
-          int count = 0;
-          if (centres.depends_on_view()) {
-            const V3d position = now.position_at(x + 0.5, y + 0.5, double(here.depth));
-            count = views[i].directions(here, position, directions);
+        const V3d position =
+            here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
+        const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
+        Lookup best;
+        bool swap = false;
+        for (std::size_t i = 0; i < views.size(); ++i) {
+          Lookup lookup;
+          if (!views[i].same_camera()) {
+            const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), key_);
+            lookup = views[i].look(here, position, footprint, centres, key);
+          } else if (!views[i].border(x, y)) {
+            lookup = views[i].keep(history, x, y, 0);
           }
-          keep_change(history.carried(x, y), i, centres.change_from(*viewpoints_[i], {directions, std::size_t(count)}));
+          if (lookup.total() > best.total()) {
+            best = lookup;
+            swap = sources_[i].swap;
+          }
+          if (lookup.total() >= sources_[i].enough) break;
         }
+        fill(best, swap, film_, x, y);
       }
     }
   }
   stats.rays += std::uint64_t(window.area());
 }
 
-void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
-  const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
-  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, scene_->origin());
+void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
+  const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CentreHit& here = history.centre(x, y);
+      CarriedPixel& carried = history.carried(x, y);
       here.border = history.on_border(x, y, border_, region_);
-      const V3d position =
-          here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
-      const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
-      Lookup best;
-      bool swap = false;
+      if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
-        if (here.border && !views[i].same_camera()) continue;
-        const ViewChange change = viewpoints_[i] ? kept_change(history.carried(x, y), i) : ViewChange();
-        const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), key_);
-        const Lookup lookup = views[i].same_camera() ? views[i].keep(history, x, y, border_)
-                                                     : views[i].look(here, position, footprint, change, key);
-        if (lookup.total() > best.total()) {
-          best = lookup;
-          swap = sources_[i].swap;
-        }
+        if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
+        const Lookup lookup = views[i].keep(history, x, y, border_);
+        if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
+          fill(lookup, sources_[i].swap, film_, x, y);
         if (lookup.total() >= sources_[i].enough) break;
       }
-      const std::uint32_t count = fill(best, swap, film_, x, y);
+      const std::uint32_t count = carried.count[0] + carried.count[1];
       if (count == 0) continue;
       ++stats.carried;
       stats.samples += double(count);

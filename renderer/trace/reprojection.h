@@ -32,7 +32,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -65,7 +64,8 @@ int filter_reach(const PixelFilter& filter);
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
 // Two sweeps over windows of a film, to be shared between threads: run() of every window of the first, then of the
-// second. Windows are disjoint and lie in the region. The bits do not depend on how it was cut.
+// second. Windows are disjoint and lie in the region. The bits do not depend on how it was cut along blocks of the
+// film.
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
@@ -76,10 +76,11 @@ class Reprojection {
 
   static constexpr std::size_t kMostSources = 2;
 
-  // Clears the window, finds its centre hits, and leaves how they change with the view in carried().
-  void find_centres(const PixelRect& window, ReprojectionStats& stats);
-  // Fills it with what the sources know. Precondition: find_centres() of everything.
+  // Clears the window, finds its centre hits, and fills it with what the sources know of them.
   void carry(const PixelRect& window, ReprojectionStats& stats);
+  // Finds what is next to another surface, takes back what was carried there, and gives it what only whole
+  // neighbourhoods tell. Precondition: carry() of everything.
+  void settle(const PixelRect& window, ReprojectionStats& stats);
 
  private:
   std::shared_ptr<const RenderScene> scene_;
@@ -89,8 +90,7 @@ class Reprojection {
   Camera camera_;
   int border_;  // pixels around that a pixel's filter reaches
   std::vector<PictureSource> sources_;
-  std::vector<std::optional<V3f>> viewpoints_;  // of the sources whose camera stood elsewhere, rebased
-  std::uint32_t key_ = 0;                       // of the view, for choices by chance
+  std::uint32_t key_ = 0;  // of the view, for choices by chance
 };
 
 }  // namespace helio

@@ -85,11 +85,11 @@ void HistoryTransfer::prepare_reprojection() {
     sources.push_back({slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped()});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
-  sweeps_.insert(sweeps_.end(), {Sweep::centres, Sweep::carry});
+  sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::settle});
 }
 
 std::size_t HistoryTransfer::parts() const {
-  switch (current_ < sweeps() ? sweeps_[std::size_t(current_)] : Sweep::carry) {
+  switch (current_ < sweeps() ? sweeps_[std::size_t(current_)] : Sweep::settle) {
     case Sweep::compare:
       return 1;
     case Sweep::measure:
@@ -119,12 +119,12 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
     case Sweep::revise:
       revision_->revise(windows_[part], stats);
       break;
-    case Sweep::centres:
-      if (part == 0) revision_.reset();  // here, where nobody waits: it may be the last that holds a scene
-      reprojection_->find_centres(windows_[part], stats);
-      break;
     case Sweep::carry:
+      if (part == 0) revision_.reset();  // here, where nobody waits: it may be the last that holds a scene
       reprojection_->carry(windows_[part], stats);
+      break;
+    case Sweep::settle:
+      reprojection_->settle(windows_[part], stats);
       break;
   }
   note(stats);
@@ -154,9 +154,9 @@ void HistoryTransfer::finish_sweep(int sweep) {
       prepare_reprojection();
       return;
     case Sweep::measure:
-    case Sweep::centres:
-      return;
     case Sweep::carry:
+      return;
+    case Sweep::settle:
       history_.film_complete(scene_, pose_);
       note_complete();
       return;

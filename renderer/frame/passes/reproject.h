@@ -76,7 +76,7 @@ class PictureHistory {
 };
 
 // The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
-// earlier scene compare, measure, collect, revise; then centre hits, carry.
+// earlier scene compare, measure, collect, revise; then carry, settle.
 class HistoryTransfer final : public PictureTransfer {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
@@ -90,7 +90,7 @@ class HistoryTransfer final : public PictureTransfer {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { gather, compare, measure, collect, revise, centres, carry };
+  enum class Sweep { gather, compare, measure, collect, revise, carry, settle };
   void prepare_revision();
   void prepare_reprojection();
 

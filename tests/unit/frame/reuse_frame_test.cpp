@@ -285,8 +285,8 @@ TEST(ReuseMemory, IsAsDocumented) {
   const auto bytes = [](const FilmState& state) { return Film::bytes_per_pixel(state); };
   EXPECT_EQ(bytes({}), 132u);
   EXPECT_EQ(bytes({.targets = true}), 148u);
-  EXPECT_EQ(bytes({.history = true}), 132u + 252u);
-  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 252u);
+  EXPECT_EQ(bytes({.history = true}), 132u + 222u);
+  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 222u);
 }
 
 }  // namespace

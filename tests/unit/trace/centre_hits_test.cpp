@@ -35,8 +35,10 @@ class AFloor {
     camera_.emplace(pose_, kSide, kSide, scene_->origin());
     centres_.emplace(*scene_, *camera_, pose_.forward);
     centres_->trace({0, 0, kSide, kSide});
-    centres_->at(kSide / 2, kSide / 2);
+    look_at(kSide / 2, kSide / 2);
   }
+
+  void look_at(int x, int y) { centres_->at(x, y); }
 
   bool depends_on_view() const { return centres_->depends_on_view(); }
   ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
@@ -66,7 +68,8 @@ const V3d kHere(0.6, 1, 0), kThere(0.5, 1, 0.1);
 TEST(CentreHits, LambertSurfacesLookAlikeFromEverywhere) {
   const AFloor floor(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   EXPECT_FALSE(floor.depends_on_view());
-  const ViewChange change = floor.change_from(kThere, {{pack_direction(V3f(0, 1, 0)), 1}});
+  const ViewChange change =
+      floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}});
   EXPECT_TRUE(change.none());
   EXPECT_EQ(change.ratio, Rgb(1, 1, 1));
 }
@@ -79,7 +82,8 @@ TEST(CentreHits, AHighlightFollowsTheCamera) {
     const V3d wi = lamp.normalized();
     const double truth = floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi);
     ASSERT_GT(std::abs(truth - 1), 0.02) << "nothing to be seen";
-    const ViewChange change = floor.change_from(kThere, {{pack_direction(V3f(wi)), 2}, {pack_direction(V3f(wi)), 3}});
+    const ViewChange change = floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 2},
+                                                         {pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 3}});
     // One direction, known once: shrunk, and said to be in doubt by at least what that takes.
     EXPECT_GT((double(change.ratio.y) - 1) / (truth - 1), 0.2);
     EXPECT_LT((double(change.ratio.y) - 1) / (truth - 1), 1.001);
@@ -93,7 +97,8 @@ TEST(CentreHits, BlackChannelsStayBlackNumbers) {
   red.metallic = 0.5f;
   for (const float specular : {0.0f, 1.0f}) {
     red.specular = specular;
-    const ViewChange change = AFloor(red).change_from(kThere, {{pack_direction(V3f(0, 1, 0)), 1}});
+    const ViewChange change =
+        AFloor(red).change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}});
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(change.ratio[c])) << c;
   }
 }
@@ -105,11 +110,27 @@ TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
   double truth = 0;
   for (int i = 0; i < 16; ++i) {
     const V3d wi = V3d(-0.3 + 0.001 * i, 1, -0.2).normalized();
-    directions.push_back({pack_direction(V3f(wi)), 1});
+    directions.push_back({pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 1});
     truth += floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi) / 16;
   }
   const ViewChange change = floor.change_from(kThere, directions);
   EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.1);
+}
+
+TEST(CentreHits, LikeNeighboursShareWhatNoDirectionHasMet) {
+  // 4x4 pixels: (4, 4) and (6, 5) are of one cell, (3, 4) of another, which asks other samples.
+  AFloor floor(metal(0.2f));
+  const auto unseen = [&](int x, int y, const V3d& viewpoint) {
+    floor.look_at(x, y);
+    return floor.change_from(viewpoint, {}).error;
+  };
+  const float first = unseen(4, 4, kThere);
+  EXPECT_EQ(unseen(6, 5, kThere), first);
+  EXPECT_NE(unseen(6, 5, kHere), first) << "of another viewpoint";
+  EXPECT_EQ(unseen(5, 5, kThere), first);
+  const float other = unseen(3, 4, kThere);
+  EXPECT_NE(other, first);
+  EXPECT_NEAR(other, first, 0.5f * first);
 }
 
 TEST(CentreHits, WhatIsNotKnownIsAnError) {
@@ -124,9 +145,11 @@ TEST(CentreHits, WhatIsNotKnownIsAnError) {
   // What a surface emits it emits everywhere.
   EXPECT_LT(floor.change_from(kThere, {{DirectionReservoir::kAny, 1}}).error, nothing.error * 1.001f);
   // The other side of it is another surface.
-  EXPECT_GE(floor.change_from({0.5, -1, 0.1}, {{pack_direction(V3f(0, 1, 0)), 1}}).error, 1);
+  EXPECT_GE(floor.change_from({0.5, -1, 0.1}, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}}).error,
+            1);
   // Directions that the old camera could not have had light from, and weights that are as large as floats go.
-  const ViewChange below = floor.change_from(kThere, {{pack_direction(V3f(0, -1, 0)), 1e38f}});
+  const ViewChange below =
+      floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, -1, 0)), 1e38f}});
   EXPECT_EQ(below.ratio, Rgb(1, 1, 1));
   EXPECT_TRUE(std::isfinite(below.error));
 }

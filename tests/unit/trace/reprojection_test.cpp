@@ -21,8 +21,8 @@ ReprojectionStats look_through(const std::shared_ptr<const RenderScene>& scene, 
                                std::vector<PictureSource> sources, const PixelRect& region) {
   Reprojection work(scene, film, region, pose, {}, std::move(sources));
   ReprojectionStats stats;
-  work.find_centres(region, stats);
   work.carry(region, stats);
+  work.settle(region, stats);
   return stats;
 }
 

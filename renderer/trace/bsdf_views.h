@@ -1,0 +1,29 @@
+// The scattering of one surface as two directions see it: what reprojection compares.
+#pragma once
+
+#include "renderer/trace/bsdf.h"
+#include "renderer/trace/bsdf_layered.h"
+
+namespace helio {
+
+// evaluate_bsdf() along two wo, to the bit, for many wi. What depends on a wo alone is worked out once, and what
+// depends on a wi alone once for both, for the models that have but one interface.
+class BsdfViews {
+ public:
+  // wo: local, unit. The parameters outlive this.
+  BsdfViews(const SurfaceParams& params, const V3f& first, const V3f& second);
+
+  struct Values {
+    Rgb first, second;  // f(wo, wi) |cos wi|, deltas excluded
+  };
+  Values f_cos(const V3f& wi) const;
+
+ private:
+  const SurfaceParams& params_;
+  V3f first_, second_;
+  bool layered_;
+  LayeredLobes lobes_;
+  LayeredView first_view_, second_view_;
+};
+
+}  // namespace helio
