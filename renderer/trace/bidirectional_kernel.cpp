@@ -259,12 +259,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     path.normal = light_normal;
     if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
-    if (sample.transmitted && material.volume) {
-      if (wo.z > 0)
-        path.media.enter(surface.part->material);
-      else
-        path.media.leave(surface.part->material);
-    }
+    if (sample.transmitted && material.volume) path.media.cross(surface.part->material, wo.z > 0);
     if (is_black(path.beta)) return false;
     if (vertex >= task_.settings.roulette_from) {
       const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);

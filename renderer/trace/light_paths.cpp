@@ -138,12 +138,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   state.throughput *= weight;
   state.relative *= weight;
   if (is_black(state.throughput)) return false;
-  if (sample.transmitted && material.volume) {
-    if (wo.z > 0)
-      state.media.enter(surface.part->material);
-    else
-      state.media.leave(surface.part->material);
-  }
+  if (sample.transmitted && material.volume) state.media.cross(surface.part->material, wo.z > 0);
 
   if (depth >= settings.roulette_from) {
     const float survival = survival_probability(settings.roulette, state.relative);

@@ -19,6 +19,13 @@ struct MediumStack {
   void enter(std::uint32_t m) {
     if (count < kDepth) material[std::size_t(count++)] = std::uint16_t(m);
   }
+  // Through the surface of a volume, from its front or from its back.
+  void cross(std::uint32_t m, bool from_front) {
+    if (from_front)
+      enter(m);
+    else
+      leave(m);
+  }
   void leave(std::uint32_t m) {
     for (int i = count - 1; i >= 0; --i) {
       if (material[std::size_t(i)] != std::uint16_t(m)) continue;
@@ -40,12 +47,7 @@ inline Rgb transmittance(const SceneData& scene, const MediumStack& media, float
 // side from which the path came; `front`: that is the front; `leaves_front`: the ray leaves on the front.
 inline Rgb shadow_transmittance(const SceneData& scene, MediumStack media, const PartRecord& part, bool front,
                                 bool leaves_front, float distance) {
-  if (scene.materials[part.material].volume && leaves_front != front) {
-    if (front)
-      media.enter(part.material);
-    else
-      media.leave(part.material);
-  }
+  if (scene.materials[part.material].volume && leaves_front != front) media.cross(part.material, front);
   if (media.count == 0) return Rgb(1, 1, 1);
   return transmittance(scene, media, std::isfinite(distance) ? distance : std::numeric_limits<float>::max());
 }

@@ -145,12 +145,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     path.normal = light_normal;
     if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
-    if (sample.transmitted && material.volume) {
-      if (wo.z > 0)
-        path.media.enter(surface.part->material);
-      else
-        path.media.leave(surface.part->material);
-    }
+    if (sample.transmitted && material.volume) path.media.cross(surface.part->material, wo.z > 0);
     watch_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
 

@@ -19,12 +19,12 @@ constexpr std::uint32_t kReferenceFactor = 64;
 // Ours, in every mode. The engine and the scene outlive them.
 std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& scene) {
   std::vector<Contender> contenders;
-  for (const RenderMode mode : kRenderModes) {
-    contenders.push_back({"heliograph", to_string(mode), [&engine, &scene, mode](int samples, std::uint64_t seed) {
+  for (const ComparedMode& mode : kRenderModes) {
+    contenders.push_back({"heliograph", mode.name, [&engine, &scene, &mode](int samples, std::uint64_t seed) {
                             RenderSettings settings;
                             settings.width = scene.reference.width;
                             settings.height = scene.reference.height;
-                            settings.mode = mode;
+                            mode.choose_in(settings);
                             settings.seed = seed;
                             return render_picture(engine, scene.scene, settings, std::uint32_t(samples));
                           }});

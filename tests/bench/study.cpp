@@ -103,13 +103,14 @@ std::vector<StudyScene> chosen_scenes(const BenchOptions& options) {
 
 std::vector<StudyMode> study_modes() {
   std::vector<StudyMode> modes;
-  for (const RenderMode mode : kRenderModes) {
+  for (const auto& [name, mode, integrator] : kRenderModes) {
+    if (integrator != Integrator::path) continue;  // the study is of counts
     if (mode == RenderMode::pt) {
       modes.insert(modes.begin(), StudyMode{{"plain", {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});
     } else if (mode == RenderMode::adaptive) {
       add_adaptive(modes);
     } else if (!reuses(mode)) {  // pictures from scratch have nothing to reuse
-      modes.push_back({{fmt::format("{} ours", to_string(mode)), {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});
+      modes.push_back({{fmt::format("{} ours", name), {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});
     }
   }
   return modes;

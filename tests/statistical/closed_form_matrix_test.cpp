@@ -6,6 +6,7 @@
 // more, with another seed and four times the samples, and must not miss again (once in 1e5).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <future>
 #include <tuple>
@@ -104,7 +105,7 @@ double miss_of(const MeanOfPicture& picture, const V3d& truth) {
   return miss;
 }
 
-class ClosedFormMatrix : public testing::TestWithParam<std::tuple<NamedScene, RenderMode>> {};
+class ClosedFormMatrix : public testing::TestWithParam<std::tuple<NamedScene, bench::ComparedMode>> {};
 
 TEST_P(ClosedFormMatrix, HasTheKnownRadiance) {
   const auto& [named, mode] = GetParam();
@@ -117,7 +118,7 @@ TEST_P(ClosedFormMatrix, HasTheKnownRadiance) {
     ASSERT_TRUE(built);
     RenderSettings settings;
     settings.width = settings.height = kSide;
-    settings.mode = mode;
+    mode.choose_in(settings);
     settings.max_segments = scene.max_segments;
     settings.roulette = way.roulette;
     settings.roulette_from = way.roulette_from;
@@ -128,13 +129,13 @@ TEST_P(ClosedFormMatrix, HasTheKnownRadiance) {
       MeanOfPicture picture = render_mean(engine, built, way, settings, samples, pose);
       double miss = miss_of(picture, scene.radiance);
       if (miss > 1) {
-        std::printf("%s, %s, %s, %s: at %.3g of its bound, once more\n", named.name, to_string(mode), way.name,
+        std::printf("%s, %s, %s, %s: at %.3g of its bound, once more\n", named.name, mode.name, way.name,
                     to_string(camera), miss);
         settings.seed = 2;
         picture = render_mean(engine, built, way, settings, 4 * samples, pose);
         miss = miss_of(picture, scene.radiance);
       }
-      EXPECT_LE(miss, 1) << to_string(mode) << ", " << way.name << ", " << to_string(camera) << " camera: ("
+      EXPECT_LE(miss, 1) << mode.name << ", " << way.name << ", " << to_string(camera) << " camera: ("
                          << picture.mean.x << ", " << picture.mean.y << ", " << picture.mean.z << ") for ("
                          << scene.radiance.x << ", " << scene.radiance.y << ", " << scene.radiance.z
                          << "), standard error " << std::sqrt(picture.variance.x) << ", "
@@ -147,7 +148,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ClosedFormMatrix,
                          testing::Combine(testing::ValuesIn(closed_form_scenes().begin(), closed_form_scenes().end()),
                                           testing::ValuesIn(bench::kRenderModes)),
                          [](const auto& info) {
-                           return std::string(std::get<0>(info.param).name) + "_" + to_string(std::get<1>(info.param));
+                           std::string name =
+                               std::string(std::get<0>(info.param).name) + "_" + std::get<1>(info.param).name;
+                           std::replace(name.begin(), name.end(), '+', '_');
+                           return name;
                          });
 
 // What is rendered as the scene chooses has to meet every choice: both kernels, both kinds of rays, one light, power
