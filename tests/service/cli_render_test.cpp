@@ -326,7 +326,8 @@ TEST_F(CliOther, InfoTellsLimitsAndModes) {
   const auto json = heliograph_json({"info"});
   EXPECT_GT(json["limits"]["max_film_side"], 0);
   EXPECT_EQ(json["modes"][0], "pt");
-  EXPECT_EQ(json["integrators"].get<std::vector<std::string>>(), (std::vector<std::string>{"path", "light", "bdpt"}));
+  EXPECT_EQ(json["integrators"].get<std::vector<std::string>>(),
+            (std::vector<std::string>{"path", "light", "bdpt", "pt-bdpt"}));
   EXPECT_EQ(heliograph({"info"}).exit_code, 0);
 }
 
