@@ -234,8 +234,7 @@ BidirectionalScene mirrored_instances() {
   squashed[1][1] = -0.5, squashed[2][2] = 0.8, squashed[3][1] = 0.4, squashed[3][2] = -0.6;
   for (const M44d& m : {placed, mirrored, squashed}) add_instance(s.description, index, m);
   s.light_sees_all = true;
-  s.samples = 32;
-  s.largest_error = 0.002;
+  s.samples = 40;
   return s;
 }
 
@@ -434,6 +433,7 @@ BidirectionalScene black_backs_and_thin_sheets() {
   thin.roughness = 0.8f;
   add_mesh(s.description, quad({-0.7f, 0.5f, 0.4f}, {1.4f, 0, 0}, {0, 0, -1.0f}, add_material(s.description, thin)));
   s.light_sees_all = true;
+  s.samples = 32;
   return s;
 }
 
