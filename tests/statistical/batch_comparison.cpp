@@ -39,7 +39,7 @@ double normal_z(const Mean& a, const Mean& b, double floor) {
   const double t = std::abs(a.value - b.value) / std::sqrt(variance + floor * floor);
   const double terms = a.variance * a.variance / a.freedom + b.variance * b.variance / b.freedom;
   const double freedom = terms > 0 ? variance * variance / terms : a.freedom + b.freedom;
-  return t * (1 - 1 / (4 * freedom)) / std::sqrt(1 + t * t / (2 * freedom));
+  return (8 * freedom + 1) / (8 * freedom + 3) * std::sqrt(freedom * std::log1p(t * t / freedom));
 }
 
 class Worst {

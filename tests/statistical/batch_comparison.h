@@ -5,7 +5,8 @@
 // and of any region the scatter over the batches is that of its mean. Sobol's gain is in it, too.
 //
 // The two means of a region differ by Welch's t (1947) with the degrees of freedom of his eq. 28, which is mapped to
-// a standard normal z (Abramowitz and Stegun 1964, 26.7.8); bounds on z are those of z_test.h.
+// a standard normal z (Wallace 1959, "Bounds on normal approximations to Student's and the chi-square distributions",
+// right far into the tails); bounds on z are those of z_test.h.
 #pragma once
 
 #include <string>

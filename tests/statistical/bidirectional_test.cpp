@@ -59,7 +59,7 @@ class Renderer {
       }
     }
     EXPECT_EQ(stats.invalid_samples, 0u);
-    if (film.splats()) EXPECT_EQ(film.splats()->invalid_in(film.bounds()), 0u);
+    EXPECT_EQ(film.splats() ? film.splats()->invalid_in(film.bounds()) : 0u, 0u);
     return film;
   }
 
