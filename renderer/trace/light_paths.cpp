@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "renderer/trace/bsdf_lambert.h"
+#include "renderer/trace/enclosing_media.h"
 #include "renderer/trace/sampler.h"
 
 namespace helio {
@@ -23,6 +24,7 @@ void LightPaths::trace(const SceneData& scene, const PathSettings& settings, con
   path_of_.clear();
   std::fill_n(last_, batch.count, kNoVertex);
   start(scene, batch);
+  if (scene.features.absorption) stats.rays += enter_media_of_lights(scene);
   for (int depth = 1; active_count_ > 0 && depth < settings.max_segments; ++depth) {
     scene.accel->intersect(rays_, active_, std::size_t(active_count_), hits_, RayOrder::scattered);
     stats.rays += std::uint64_t(active_count_);
@@ -62,6 +64,20 @@ void LightPaths::start(const SceneData& scene, const LightBatch& batch) {
     ray.alpha_key = light_alpha_key(key, index, 1);
     active_[active_count_++] = std::uint32_t(i);
   }
+}
+
+// Lights may be inside of volumes; those at infinity are not.
+std::uint64_t LightPaths::enter_media_of_lights(const SceneData& scene) {
+  std::uint32_t finite[kLightBatch];
+  MediumStack media[kLightBatch];
+  std::size_t count = 0;
+  for (int j = 0; j < active_count_; ++j) {
+    if (states_[active_[j]].emission.finite) finite[count++] = active_[j];
+  }
+  static_assert(kLightBatch <= kMostEnclosed);
+  const std::uint64_t rays = find_enclosing_media(scene, rays_, finite, count, media);
+  for (std::size_t j = 0; j < count; ++j) states_[finite[j]].media = media[finite[j]];
+  return rays;
 }
 
 // One vertex. True when the path goes on along the new ray.

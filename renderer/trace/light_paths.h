@@ -55,6 +55,7 @@ class LightPaths {
   };
 
   void start(const SceneData& scene, const LightBatch& batch);
+  std::uint64_t enter_media_of_lights(const SceneData& scene);  // returns the rays that it took
   bool shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, int depth, std::uint32_t i);
 
   Ray rays_[kLightBatch];

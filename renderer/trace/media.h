@@ -10,7 +10,7 @@
 
 namespace helio {
 
-// Innermost last. Camera and lights are taken to lie outside of all volumes.
+// Innermost last. The camera is taken to lie outside of all volumes; for lights see enclosing_media.h.
 struct MediumStack {
   static constexpr int kDepth = 4;
   std::array<std::uint16_t, kDepth> material{};
