@@ -135,11 +135,11 @@ TEST_P(ClosedFormMatrix, HasTheKnownRadiance) {
         picture = render_mean(engine, built, way, settings, 4 * samples, pose);
         miss = miss_of(picture, scene.radiance);
       }
-      EXPECT_LE(miss, 1) << mode.name << ", " << way.name << ", " << to_string(camera) << " camera: ("
-                         << picture.mean.x << ", " << picture.mean.y << ", " << picture.mean.z << ") for ("
-                         << scene.radiance.x << ", " << scene.radiance.y << ", " << scene.radiance.z
-                         << "), standard error " << std::sqrt(picture.variance.x) << ", "
-                         << std::sqrt(picture.variance.y) << ", " << std::sqrt(picture.variance.z);
+      EXPECT_LE(miss, 1) << mode.name << ", " << way.name << ", " << to_string(camera) << " camera: (" << picture.mean.x
+                         << ", " << picture.mean.y << ", " << picture.mean.z << ") for (" << scene.radiance.x << ", "
+                         << scene.radiance.y << ", " << scene.radiance.z << "), standard error "
+                         << std::sqrt(picture.variance.x) << ", " << std::sqrt(picture.variance.y) << ", "
+                         << std::sqrt(picture.variance.z);
     }
   }
 }
