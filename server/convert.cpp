@@ -496,7 +496,7 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
   message.set_rays(progress.trace.rays);
   message.set_paths(progress.trace.paths);
   message.set_light_paths(progress.trace.light_paths);
-  message.set_invalid_samples(progress.trace.invalid_samples);
+  message.set_invalid_samples(progress.trace.invalid_samples + progress.trace.invalid_splats);
   pb::ErrorEstimate& error = *message.mutable_error();
   error.set_known(progress.error.known);
   if (progress.error.known) {

@@ -129,13 +129,16 @@ void ErrorEstimate::finish_sweep(int sweep) {
 void ErrorEstimate::look_over(std::size_t index) {
   Part& part = parts_[index];
   thread_local PixelRow row;
+  // There are about as many light paths as samples of pixels that have them, so that a splat of their area's worth of
+  // radiance is a sample's.
+  const LightTiles* tiles = film_->light_tiles().get();
+  const double light_paths = tiles ? std::max(tiles->pixels_in(roi_), 1.0) : double(roi_.area());
   for (int y = part.window.y0; y < part.window.y1; ++y) {
     row.look(*film_, y, part.window.x0, part.window.x1);
     part.paired &= !row.any_unpaired();
     part.radiance += row.sum_of_means();
-    // There are about as many light paths as samples, so that a splat of an area's worth of radiance is a sample's.
     if (film_->splats()) {
-      const double splat = film_->splats()->brightest(y, part.window.x0, part.window.x1) / double(roi_.area());
+      const double splat = film_->splats()->brightest(y, part.window.x0, part.window.x1) / light_paths;
       part.brightest = std::max(part.brightest, splat);
     }
     for (int h = 0; h < kHalves; ++h) {

@@ -142,8 +142,9 @@ class Film {
   // Null: none. A half's mean is that of its samples plus that of its splats; what has no samples has no mean.
   SplatBuffer* splats() { return splats_.get(); }
   const SplatBuffer* splats() const { return splats_.get(); }
-  // Which tiles get light paths, where samples are made with them at all; null: all. Kept by clear(). To be set before
-  // the first sample: in other tiles splats are dropped, as those pixels' samples already stand for all light.
+  // Which tiles get light paths, where samples are made with them at all; null: all, with integrator pt+bdpt none. Kept
+  // by clear(). To be set before the first sample: in other tiles splats are dropped, for those pixels' samples already
+  // stand for all light.
   const std::shared_ptr<const LightTiles>& light_tiles() const { return light_tiles_; }
   void set_light_tiles(std::shared_ptr<const LightTiles> tiles) { light_tiles_ = std::move(tiles); }
 

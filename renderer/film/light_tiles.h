@@ -36,11 +36,13 @@ class LightTiles {
     return on_[std::size_t(y / kLightTile) * std::size_t(columns_) + std::size_t(x / kLightTile)] != 0;
   }
   std::size_t count() const { return std::size_t(std::count(on_.begin(), on_.end(), 1)); }
-  bool alike() const { return count() == 0 || count() == size(); }
-  // Pixels of the film in tiles that are on.
-  double pixels() const {
+  // Pixels of a part of the film in tiles that are on.
+  double pixels_in(const PixelRect& part) const {
     double sum = 0;
-    for (std::size_t t = 0; t < on_.size(); ++t) sum += on_[t] ? double(window(t).area()) : 0.0;
+    for (std::size_t t = 0; t < on_.size(); ++t) {
+      const PixelRect shared = intersect(window(t), part);
+      if (on_[t] && !shared.empty()) sum += double(shared.area());
+    }
     return sum;
   }
 

@@ -87,6 +87,7 @@ void FramePipeline::leave_finished_stages(double now_s) {
 
 std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   if (stage_ == Stage::integrate && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
+  if (stage_ == Stage::choose && choose_.any_open() && now_s >= plan_.choose_until_s) choose_.stop();
   leave_finished_stages(now_s);
 
   std::optional<Piece> piece;

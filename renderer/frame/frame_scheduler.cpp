@@ -21,6 +21,9 @@ constexpr double kSmallestErrorStep = 1.0 / 32;
 // A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n.
 constexpr double kRoundMargin = 1.02;
 
+// Of a time budget, what choosing between techniques may take.
+constexpr double kChoiceShare = 0.25;
+
 std::uint32_t next_power_of_two(std::uint32_t n) {
   return n == 0 ? 1 : std::bit_ceil(n + 1);
 }
@@ -185,6 +188,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   plan.deadline_s = deadline_s(state);
   plan.reproject = state.reproject_due;
   plan.choose = state.choice_due;
+  if (budget_.time_s) plan.choose_until_s = state.begun_s + kChoiceShare * *budget_.time_s;
   if (state.reproject_due) {
     // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
     if (allocation_ && allocation_->paper) return plan;

@@ -119,7 +119,6 @@ struct RenderLoop::Impl final : PieceSource {
   std::unique_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
-  std::weak_ptr<const RenderScene> chosen_for;  // whose light tiles the film has
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
@@ -382,13 +381,11 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
     if (film->splats()) film->splats()->clear();
-    // Where a picture was better off alike everywhere, so is that of the next camera, and no time goes into looking.
-    if (another_kind || another_grid || !film->light_tiles() || !film->light_tiles()->alike() ||
-        chosen_for.lock() != scene)
-      film->set_light_tiles(nullptr);
+    film->set_light_tiles(nullptr);
   }
-  // A plan may have been cut short after it had chosen.
-  state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles();
+  // A plan may have been cut short after it had chosen, or before it could.
+  state.choice_due =
+      settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;
@@ -444,7 +441,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 
   const StageSeconds& seconds = pipeline.seconds();
   if (plan.reproject) note_transfer();
-  if (plan.choose) state.choice_due = !film->light_tiles();
+  if (plan.choose) state.choice_due = false;
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
     ++state.round.number;
@@ -498,8 +495,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.choose) {
-    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), *film);
-    chosen_for = scene;
+    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token, *film);
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
@@ -574,7 +570,7 @@ bool RenderLoop::Impl::run_piece() {
     mine->integrate_seconds += cpu_seconds;
     if (done && !failure) {
       trace.add(stats);
-      invalid_samples += stats.invalid_samples;
+      invalid_samples += stats.invalid_samples + stats.invalid_splats;
       film_samples += p->samples;
       if (current) frame_samples += p->samples;
     }

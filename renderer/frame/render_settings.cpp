@@ -80,6 +80,11 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
         where, std::to_string(int(settings.integrator)) + " is not an integrator; allowed: path, light, bdpt, pt-bdpt");
     return;
   }
+  // Every vertex of a light path is kept, and joined to every vertex of a camera path.
+  constexpr int kMostJoinedSegments = 256;
+  if (traces_light_paths(settings.integrator) && settings.max_segments > kMostJoinedSegments)
+    problems.add(where, std::string(to_string(settings.integrator)) + " with max_segments " +
+                            std::to_string(settings.max_segments) + "; allowed there: [1, 256]");
   const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
   if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
     problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +

@@ -69,7 +69,7 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
   std::uint64_t seed = 0;
-  int max_segments = 10;  // [1, 65535]
+  int max_segments = 10;  // [1, 65535]; integrators with light paths: [1, 256]
   int roulette_from = 3;  // [1, 65535]
   RouletteRule roulette = RouletteRule::root;
   PixelFilter filter;

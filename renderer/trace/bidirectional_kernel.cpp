@@ -42,11 +42,17 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
         paths_(thread_paths()),
         camera_(task.splat_camera ? *task.splat_camera : task.camera),
         tiles_(task.film.light_tiles().get()),
-        light_paths_(tiles_ ? tiles_->pixels() : double(task.film.width()) * task.film.height()),
+        light_paths_(light_paths_of(task, tiles_)),
         light_only_(task.settings.integrator == Integrator::light) {}
 
  private:
   friend Base;
+
+  // That a sample of every pixel comes with.
+  static double light_paths_of(const WindowTask& task, const LightTiles* tiles) {
+    const PixelRect region = task.settings.region.empty() ? task.film.bounds() : task.settings.region;
+    return tiles ? tiles->pixels_in(region) : double(region.area());
+  }
 
   static CameraPaths& thread_paths() {
     static thread_local std::unique_ptr<CameraPaths> paths(new CameraPaths);
@@ -77,7 +83,7 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       const auto own = std::uint32_t(y % kPathGroupSize * kPathGroupSize + x % kPathGroupSize);
       batch.reversed_index[i] = reverse_bits(sample * kBlockPaths + own);
     }
-    paths_.lights.trace(scene_, task_.settings, batch, stats_);
+    paths_.lights.trace(scene_, task_.settings, batch, task_.cancel, stats_);
   }
 
   // t = 1.
@@ -127,11 +133,11 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       const FilmPoint& at = film_points_[ray];
       // A light path is the window's whose pixel's camera path it goes with.
       if (!task_.window.contains(group_.pixel_x[path], group_.pixel_y[path])) return;
-      camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
-        if (task_.squares) squares_.push_back({x, y, Rgb(float(squares_of_rays_[ray] * share))});
-        // What other tiles' camera paths bring is all there is.
-        if (!tiles_ || tiles_->on(x, y)) splats_.push_back({x, y, radiance * float(share)});
-      });
+      arrivals_.push_back({at, radiance});
+      if (task_.squares)
+        camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
+          squares_.push_back({x, y, Rgb(float(squares_of_rays_[ray] * share))});
+        });
     });
   }
 
@@ -233,6 +239,10 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 
+    // The next direction first: what is evaluated below may overwrite the parts of a blend.
+    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
+    const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
+                                    : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
     if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
@@ -240,10 +250,6 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
       connect(vertex, i, at, point);
     }
 
-    // Sample the BSDF for the next direction.
-    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
-                                    : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
@@ -345,9 +351,23 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     }
   }
 
-  // The window's light paths are as many as its samples.
+  // The window's light paths are as many as its samples. A wide filter spreads each over thousands of pixels, so that
+  // they are handed over as they are spread.
   void committed() {
-    stats_.invalid_samples += task_.film.splats()->add(task_.range.half, splats_, samples());
+    SplatBuffer& buffer = *task_.film.splats();
+    std::vector<Splat> splats;
+    const auto hand_over = [&](std::uint64_t light_paths) {
+      stats_.invalid_splats += buffer.add(task_.range.half, splats, light_paths);
+      splats.clear();
+    };
+    for (const Arrival& arrival : arrivals_) {
+      camera_.for_each_pixel(arrival.at.x, arrival.at.y, [&](int x, int y, double share) {
+        // What other tiles' camera paths bring is all there is.
+        if (!tiles_ || tiles_->on(x, y)) splats.push_back({x, y, arrival.radiance * float(share)});
+      });
+      if (splats.size() >= kMostSplats) hand_over(0);
+    }
+    hand_over(samples());
     if (task_.squares) task_.squares->add(task_.range.half, squares_, samples());
     stats_.light_paths += samples();
   }
@@ -361,18 +381,26 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
   // Pairs of dimensions of a light path that choose points of the lens, by the vertex; beyond all others.
   static constexpr std::uint32_t kLensPair = 0x40000;
 
+  static constexpr std::size_t kMostSplats = 1u << 16;  // that are handed over at a time
+
   struct FilmPoint {
     double x, y;
+  };
+  // Of a light path at the camera.
+  struct Arrival {
+    FilmPoint at;
+    Rgb radiance;
   };
 
   CameraPaths& paths_;
   const CameraImportance camera_;
-  const LightTiles* tiles_;   // null: light paths everywhere
-  const double light_paths_;  // of a sample of the whole film
+  const LightTiles* tiles_;  // null: light paths everywhere
+  const double light_paths_;
   const bool light_only_;
   FilmPoint film_points_[ConnectionRays::kCapacity];  // by ray, as the next
   double squares_of_rays_[ConnectionRays::kCapacity];
-  std::vector<Splat> splats_, squares_;
+  std::vector<Arrival> arrivals_;
+  std::vector<Splat> squares_;
 };
 
 }  // namespace

@@ -19,13 +19,14 @@ std::uint32_t light_alpha_key(std::uint32_t key, std::uint32_t reversed_index, i
 }  // namespace
 
 void LightPaths::trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
-                       TraceStats& stats) {
+                       const CancelToken& cancel, TraceStats& stats) {
   vertices_.clear();
   path_of_.clear();
   std::fill_n(last_, batch.count, kNoVertex);
   start(scene, batch);
   if (scene.features.absorption) stats.rays += enter_media_of_lights(scene);
   for (int depth = 1; active_count_ > 0 && depth < settings.max_segments; ++depth) {
+    if (cancel.cancelled()) return;
     scene.accel->intersect(rays_, active_, std::size_t(active_count_), hits_, RayOrder::scattered);
     stats.rays += std::uint64_t(active_count_);
     int survivors = 0;

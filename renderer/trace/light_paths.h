@@ -34,8 +34,10 @@ struct LightBatch {
 class LightPaths {
  public:
   // Traces the batch to the end of its paths, in place of what was there. A path has up to max_segments - 1 segments.
-  // The bits depend on the batch as a whole. Adds to `stats` rays alone.
-  void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, TraceStats& stats);
+  // The bits depend on the batch as a whole. Adds to `stats` rays alone. Ends early, with paths that are of no use, once
+  // `cancel` is raised.
+  void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, const CancelToken& cancel,
+             TraceStats& stats);
 
   // By rounds: those of one path in the order of their depth. Surfaces that only mirror are left out.
   const std::vector<LightVertex>& vertices() const { return vertices_; }

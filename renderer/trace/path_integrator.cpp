@@ -29,6 +29,7 @@ void TraceStats::add(const TraceStats& other) {
   rays += other.rays;
   shadow_rays += other.shadow_rays;
   invalid_samples += other.invalid_samples;
+  invalid_splats += other.invalid_splats;
 }
 
 void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion) {
@@ -39,6 +40,13 @@ void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count
 bool has_plain_kernel(const SceneFeatures& f) {
   return f.only_lambert && !f.textures && !f.normal_maps && !f.vertex_colors && !f.instances && !f.spheres &&
          !f.smooth_normals && !f.absorption;
+}
+
+// pt+bdpt without tiles is the path tracer: nothing is known in favour of light paths.
+static bool has_light_paths(Integrator integrator, const Film& film, const PixelRect& window) {
+  const LightTiles* tiles = film.light_tiles().get();
+  if (!tiles) return traces_light_paths(integrator) && integrator != Integrator::path_bdpt;
+  return traces_light_paths(integrator) && tiles->on(window.x0, window.y0);
 }
 
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
@@ -53,9 +61,7 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
   const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
-  const LightTiles* tiles = film.light_tiles().get();
-  if (traces_light_paths(settings.integrator) && (!tiles || tiles->on(rect.x0, rect.y0)))
-    return run_bidirectional_kernel(task, stats);
+  if (has_light_paths(settings.integrator, film, rect)) return run_bidirectional_kernel(task, stats);
   // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench
   // features says what the second earns.
   const bool plain = has_plain_kernel(scene.features()) && !settings.general_kernel;

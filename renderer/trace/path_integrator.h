@@ -20,6 +20,7 @@ struct PathSettings {
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
   Integrator integrator = Integrator::path;  // others need a film with splats
+  PixelRect region;  // whose pixels get samples, and so light paths; empty: the whole film
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
 };
 
@@ -49,6 +50,7 @@ struct TraceStats {
   std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
+  std::uint64_t invalid_splats = 0;  // of light paths: not among those, and not replayed
   // Meaningful when invalid_samples > 0: the one of the lowest index, of these of the first half, then of the topmost
   // and leftmost pixel, so that it does not depend on how the work was cut.
   InvalidSample first_invalid;

@@ -29,8 +29,7 @@ struct SampleLevels {
 //   void prepare_paths(int count)                               what paths 0 to count start with, beyond PathState
 //   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that
-//   go
-//                                                               on in group_.active and returns their number
+//                                                               go on in group_.active and returns their number
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   std::uint32_t instance_name(const Hit&) const
 // and, where it has other techniques than the path tracer's two, its own

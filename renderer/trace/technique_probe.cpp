@@ -36,6 +36,7 @@ int small(int size, int scale) {
 
 PathSettings probe_settings(PathSettings settings, Integrator integrator) {
   settings.integrator = integrator;
+  settings.region = {};
   settings.seed ^= kProbeSeed + std::uint64_t(integrator);
   return settings;
 }
@@ -59,12 +60,12 @@ PixelFilter pixel_of_large(int scale) {
   return filter;
 }
 
-double mean_luminance(const Film& film) {
+double mean_luminance(const Film& film, const PixelRect& window) {
   double sum = 0;
-  for (int y = 0; y < film.height(); ++y) {
-    for (int x = 0; x < film.width(); ++x) sum += luminance(resolve_mean(film, x, y));
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) sum += luminance(resolve_mean(film, x, y));
   }
-  return sum / double(film.bounds().area());
+  return sum / double(window.area());
 }
 
 FilmState probe_state(bool splats) {
@@ -76,8 +77,9 @@ FilmState probe_state(bool splats) {
 }  // namespace
 
 TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                               const PathSettings& settings)
+                               const PathSettings& settings, std::shared_ptr<const CancelToken> cancel)
     : scene_(std::move(scene)),
+      cancel_(std::move(cancel)),
       tiles_(width, height, false),
       scale_(probe_scale(width, height)),
       samples_{std::uint32_t(std::max(2, scale_ * scale_ / 8)), std::uint32_t(std::max(1, scale_ * scale_ / 16))},
@@ -88,17 +90,18 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
              Film(small(width, scale_), small(height, scale_), probe_state(true))},
       squares_(small(width, scale_), small(height, scale_)) {
   if (scene_->impl().lights->empty()) return;  // nothing starts a light path
-  constexpr int kPart = 2 * kPathGroupSize;
-  const PixelRect picture = films_[0].bounds();
+  const PixelRect region = settings.region.empty() ? PixelRect{0, 0, width, height} : settings.region;
+  picture_ = {region.x0 / scale_, region.y0 / scale_, small(region.x1, scale_), small(region.y1, scale_)};
   for (int technique = 0; technique < kTechniques; ++technique) {
     for (int half = 0; half < kHalves; ++half) {
-      for (int y = 0; y < picture.y1; y += kPathGroupSize) {
-        for (int x = 0; x < picture.x1; x += kPart) {
-          jobs_.push_back({technique, half, intersect({x, y, x + kPart, y + kPathGroupSize}, picture)});
+      for (int y = picture_.y0 / kPathGroupSize * kPathGroupSize; y < picture_.y1; y += kPathGroupSize) {
+        for (int x = picture_.x0 / kPathGroupSize * kPathGroupSize; x < picture_.x1; x += kPathGroupSize) {
+          jobs_.push_back({technique, half, intersect({x, y, x + kPathGroupSize, y + kPathGroupSize}, picture_)});
         }
       }
     }
   }
+  settings_[1].region = picture_;
   stats_.resize(jobs_.size());
 }
 
@@ -107,12 +110,11 @@ TechniqueProbe::~TechniqueProbe() = default;
 void TechniqueProbe::run(int sweep, std::size_t part) {
   const Job& job = jobs_[std::size_t(sweep) * parts() + part];
   TraceStats& stats = stats_[std::size_t(sweep) * parts() + part];
-  const CancelToken never;
   const SampleRange range{job.half, 0, samples_[job.technique]};
   if (job.technique == 0) {
-    trace_window(*scene_, camera_, settings_[0], range, job.window, never, films_[0], stats);
+    trace_window(*scene_, camera_, settings_[0], range, job.window, *cancel_, films_[0], stats);
   } else {
-    WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, never, films_[1], nullptr};
+    WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, *cancel_, films_[1], nullptr};
     task.squares = &squares_;
     task.rare = rare_;
     task.splat_camera = &splat_camera_;
@@ -134,19 +136,20 @@ double TechniqueProbe::mean_cost(int technique) const {
 void TechniqueProbe::finish_sweep(int sweep) {
   if (jobs_.empty()) return;
   if (sweep == 0) {
-    rare_ = float(kRare * mean_luminance(films_[0]));
+    rare_ = float(kRare * mean_luminance(films_[0], picture_));
     return;
   }
-  const PixelRect picture = films_[0].bounds();
-  const double brightness = mean_luminance(films_[1]), floor = kEpsilon * brightness * brightness;
+  const double brightness = mean_luminance(films_[1], picture_), floor = kEpsilon * brightness * brightness;
   const Estimate costs[kTechniques] = {{0, mean_cost(0)}, {0, mean_cost(1)}};
-  std::vector<Estimate> path(tiles_.size(), costs[0]), bdpt(tiles_.size(), costs[1]);
+  std::vector<Estimate> path, bdpt;
+  std::vector<std::size_t> tiles;  // of the region
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     const PixelRect tile = tiles_.window(t);
     // A tile and its neighbours: a tile has few pixels in the small picture.
     const PixelRect window = intersect({(tile.x0 - kLightTile) / scale_, (tile.y0 - kLightTile) / scale_,
                                         small(tile.x1 + kLightTile, scale_), small(tile.y1 + kLightTile, scale_)},
-                                       picture);
+                                       picture_);
+    if (window.empty()) continue;
     double level = 0, rare = 0, differences[kTechniques] = {0, 0};
     for (int y = window.y0; y < window.y1; ++y) {
       for (int x = window.x0; x < window.x1; ++x) {
@@ -158,16 +161,19 @@ void TechniqueProbe::finish_sweep(int sweep) {
         rare += 0.5 * (double(squares_.mean(0, x, y).x) + double(squares_.mean(1, x, y).x));
       }
     }
+    tiles.push_back(t);
+    path.push_back(costs[0]);
+    bdpt.push_back(costs[1]);
     const double n = double(window.area());
     level /= n;
     const double scale = n * (level * level + floor);
     if (!(scale > 0) || !std::isfinite(scale)) continue;
     // Of a mean of one sample.
-    path[t].error = (differences[0] * kHalves * samples_[0] + rare) / scale;
-    bdpt[t].error = differences[1] * kHalves * samples_[1] / scale;
+    path.back().error = (differences[0] * kHalves * samples_[0] + rare) / scale;
+    bdpt.back().error = differences[1] * kHalves * samples_[1] / scale;
   }
   const std::vector<bool> on = choose(path, bdpt);
-  for (std::size_t t = 0; t < on.size(); ++t) tiles_.set(t, on[t]);
+  for (std::size_t k = 0; k < on.size(); ++k) tiles_.set(tiles[k], on[k]);
 }
 
 std::vector<bool> TechniqueProbe::choose(const std::vector<Estimate>& path, const std::vector<Estimate>& bdpt) {

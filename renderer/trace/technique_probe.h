@@ -25,9 +25,10 @@ namespace helio {
 
 class TechniqueProbe {
  public:
-  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel.
+  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel. Once `cancel` is
+  // raised, runs end early, and there is no result.
   TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                 const PathSettings& settings);
+                 const PathSettings& settings, std::shared_ptr<const CancelToken> cancel);
   ~TechniqueProbe();
 
   // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
@@ -55,7 +56,9 @@ class TechniqueProbe {
   double mean_cost(int technique) const;
 
   std::shared_ptr<const RenderScene> scene_;
+  std::shared_ptr<const CancelToken> cancel_;
   LightTiles tiles_;
+  PixelRect picture_;  // of the small pictures, what the region is in
   int scale_;                           // pixels per pixel of the small pictures
   std::uint32_t samples_[kTechniques];  // of a half
   Camera camera_, splat_camera_;

@@ -461,6 +461,25 @@ BidirectionalScene everything() {
   return s;
 }
 
+// Walls and a box of two blends each: what is known of one vertex's blend must outlive the evaluation of another's.
+BidirectionalScene two_blends() {
+  BidirectionalScene s = room();
+  SceneDescription& scene = s.description;
+  hang_lamp(scene, 0.3f);
+  const auto blend_of = [&](const Rgb& color, const Material& other, float weight) {
+    Material m;
+    m.model = MaterialModel::blend;
+    m.blend.first = add_material(scene, lambert(color));
+    m.blend.second = add_material(scene, other);
+    m.blend.weight = weight;
+    return add_material(scene, m);
+  };
+  scene.materials[kWalls] = scene.materials[std::size_t(blend_of(Rgb(0.7f, 0.3f, 0.2f), metal(0.4f), 0.3f))];
+  const int box_material = blend_of(Rgb(0.1f, 0.3f, 0.8f), metal(0.2f), 0.7f);
+  add_mesh(scene, box({-0.5f, -1, -0.7f}, {0.3f, -0.4f, 0}, box_material));
+  return s;
+}
+
 constexpr NamedBidirectionalScene kScenes[] = {
     {"DiffuseRoom", diffuse_room},
     {"SmoothNormals", smooth_normals},
@@ -485,6 +504,7 @@ constexpr NamedBidirectionalScene kScenes[] = {
     {"AlphaAndTexturedLamp", alpha_and_textured_lamp},
     {"BlackBacksAndThinSheets", black_backs_and_thin_sheets},
     {"SphereLamps", sphere_lamps},
+    {"TwoBlends", two_blends},
     {"Everything", everything},
 };
 

@@ -8,10 +8,10 @@ namespace helio {
 
 class TechniqueChoice {
  public:
-  // The film outlives this, and has no samples.
+  // The film outlives this, and has no samples. A work that was cancelled is to be dropped before its sweep ends.
   TechniqueChoice(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, const PathSettings& settings,
-                  Film& film)
-      : probe_(std::move(scene), pose, film.width(), film.height(), settings), film_(film) {}
+                  std::shared_ptr<const CancelToken> cancel, Film& film)
+      : probe_(std::move(scene), pose, film.width(), film.height(), settings, std::move(cancel)), film_(film) {}
 
   std::size_t parts() const { return probe_.parts(); }
   int sweeps() const { return probe_.sweeps(); }

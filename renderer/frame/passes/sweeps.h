@@ -27,6 +27,7 @@ class SweepPass {
     work_ = std::move(work);
     sweep_ = 0;
     next_ = done_ = 0;
+    finish_empty_sweeps();
   }
   std::optional<SweepPiece<Work>> next() {
     if (!any_open()) return std::nullopt;
@@ -37,6 +38,7 @@ class SweepPass {
     if (piece.work != work_) return;  // stopped meanwhile
     if (++done_ < work_->parts()) return;
     work_->finish_sweep(sweep_++);
+    finish_empty_sweeps();
     done_ = 0;
     next_ = sweep_ < work_->sweeps() ? 0 : work_->parts();
   }
@@ -47,6 +49,10 @@ class SweepPass {
   const Work* work() const { return work_.get(); }
 
  private:
+  void finish_empty_sweeps() {
+    while (work_ && sweep_ < work_->sweeps() && work_->parts() == 0) work_->finish_sweep(sweep_++);
+  }
+
   std::shared_ptr<Work> work_;
   int sweep_ = 0;
   std::size_t next_ = 0, done_ = 0;  // parts of the sweep

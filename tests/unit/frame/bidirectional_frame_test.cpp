@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
@@ -54,6 +55,43 @@ TEST_F(BidirectionalFrame, AndNotWhereItIsSeen) {
   const test::LoopPicture path = render("cornell-box", Integrator::path, 8);
   for (int c = 0; c < 3; ++c) EXPECT_EQ(mixed.channels[c], path.channels[c]);
   EXPECT_EQ(mixed.end.progress.trace.light_paths, 0u);
+}
+
+// A region's light paths are those of its own samples: neither those of the blocks that it cuts, nor those of the film.
+TEST_F(BidirectionalFrame, ARegionIsAsBrightAsThePathTracerHasIt) {
+  RenderSettings settings;
+  settings.width = 100;
+  settings.height = 70;
+  settings.region = PixelRect{21, 37, 70, 62};
+  Budget budget;
+  budget.samples = 128;
+  RenderEngine engine(2);
+  const auto scene = test::load_own_scene("cornell-covered");
+  double means[2] = {0, 0}, errors[2] = {0, 0};
+  for (const int k : {0, 1}) {
+    settings.integrator = k == 0 ? Integrator::path : Integrator::bdpt;
+    budget.samples = k == 0 ? 1024 : 128;
+    const test::LoopPicture picture = test::render_through_loop(engine, scene, settings, budget);
+    for (const float value : picture.channels[0]) means[k] += value / double(settings.region->area());
+    errors[k] = picture.end.progress.error.rmse / std::sqrt(double(settings.region->area()));
+  }
+  EXPECT_NEAR(means[1] / means[0], 1, 0.03);
+  EXPECT_LT(3 * std::hypot(errors[0], errors[1]) / means[0], 0.03) << "else the test would not tell";
+}
+
+// A choice that outlasts its share of the time is given up, and every pixel still gets its samples.
+TEST_F(BidirectionalFrame, AShortTimeIsNotSpentOnChoosing) {
+  RenderSettings settings;
+  settings.width = 1024;
+  settings.height = 1024;
+  settings.integrator = Integrator::path_bdpt;
+  Budget budget;
+  budget.time_s = 1e-3;
+  RenderEngine engine(2);
+  const test::LoopPicture picture =
+      test::render_through_loop(engine, test::load_own_scene("cornell-glossy"), settings, budget);
+  EXPECT_EQ(picture.end.reason, FrameEndReason::time);
+  EXPECT_EQ(picture.end.progress.trace.light_paths, 0u);
 }
 
 TEST_F(BidirectionalFrame, ASceneWithoutLightIsBlackAndEnds) {

@@ -92,11 +92,18 @@ TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
       EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || mode == RenderMode::pt) << to_string(mode);
     }
   }
+  s.integrator = Integrator::bdpt;
   s.mode = RenderMode::combined;
   s.variant = ModeVariant::bounded;
   EXPECT_EQ(problems_of(s),
             "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; the others in mode pt, "
             "and adaptive with variant bounded");
+  s.mode = RenderMode::pt;
+  s.max_segments = 257;
+  EXPECT_EQ(problems_of(s), "settings.integrator: bdpt with max_segments 257; allowed there: [1, 256]");
+  s.integrator = Integrator::path;
+  EXPECT_EQ(problems_of(s), "");
+  s.max_segments = 10;
   s.integrator = Integrator(9);
   EXPECT_EQ(problems_of(s), "settings.integrator: 9 is not an integrator; allowed: path, light, bdpt, pt-bdpt");
 }
