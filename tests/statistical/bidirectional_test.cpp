@@ -19,7 +19,7 @@
 namespace helio::test {
 namespace {
 
-// Two by one tiles of light paths, the second a narrow one; blocks of 16 pixels are cut in both.
+// Two by one tiles of light paths, the second a narrow one; the film cuts blocks of 16 pixels in the second.
 constexpr int kWidth = 40, kHeight = 24;
 static_assert(kWidth > kLightTile);
 
