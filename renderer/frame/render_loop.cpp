@@ -384,8 +384,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     film->set_light_tiles(nullptr);
   }
   // A plan may have been cut short after it had chosen, or before it could.
-  state.choice_due =
-      settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
+  state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;
@@ -495,7 +494,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.choose) {
-    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token, *film);
+    works.choose =
+        std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token, *film);
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;

@@ -149,11 +149,6 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     paths_.rays.trace(*scene_.accel, arrived);
   }
 
-  void draw_own_numbers(std::uint32_t dimension, int active) {
-    PathGroup& b = group_;
-    for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], reversed_index_, dimension + 1);
-  }
-
   int shade(int vertex, int active) {
     PathGroup& b = group_;
     int survivors = 0;
@@ -370,12 +365,6 @@ class BidirectionalKernel : public PathKernelBase<BidirectionalKernel, NoWatch> 
     hand_over(samples());
     if (task_.squares) task_.squares->add(task_.range.half, squares_, samples());
     stats_.light_paths += samples();
-  }
-
-  Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }
-
-  std::uint32_t instance_name(const Hit& hit) const {
-    return hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
   }
 
   // Pairs of dimensions of a light path that choose points of the lens, by the vertex; beyond all others.

@@ -27,12 +27,12 @@ struct SampleLevels {
 
 // Kernel derives from this and has
 //   void prepare_paths(int count)                               what paths 0 to count start with, beyond PathState
-//   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that
 //                                                               go on in group_.active and returns their number
+// and, where what stands below does not suit its scenes or techniques, its own
+//   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   std::uint32_t instance_name(const Hit&) const
-// and, where it has other techniques than the path tracer's two, its own
 //   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed()
 template <typename Kernel, typename Watch>
 class PathKernelBase {
@@ -271,6 +271,17 @@ class PathKernelBase {
     const float weight = kernel().environment_weight(vertex, i);
     watch_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
+  }
+
+  void draw_own_numbers(std::uint32_t dimension, int active) {
+    PathGroup& b = group_;
+    for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], reversed_index_, dimension + 1);
+  }
+
+  Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }
+
+  std::uint32_t instance_name(const Hit& hit) const {
+    return hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
   }
 
   // MIS weight of the environment that path i has met at its vertex of this number.

@@ -17,17 +17,12 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
 
  private:
   friend Base;
-  using Base::add_emission, Base::add_shadow_ray, Base::alpha_key, Base::group_, Base::has_lights_, Base::leave_scene,
-      Base::lights_, Base::reversed_index_, Base::scene_, Base::shadow_count_, Base::task_, Base::trace_shadow_rays,
-      Base::watch_;
+  using Base::add_emission, Base::add_shadow_ray, Base::alpha_key, Base::emitted, Base::group_, Base::has_lights_,
+      Base::instance_name, Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::shadow_count_,
+      Base::task_, Base::trace_shadow_rays, Base::watch_;
 
   void prepare_paths(int count) {
     if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
-  }
-
-  void draw_own_numbers(std::uint32_t dimension, int active) {
-    PathGroup& b = group_;
-    for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], reversed_index_, dimension + 1);
   }
 
   int shade(int vertex, int active) {
@@ -162,12 +157,6 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;
-  }
-
-  Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }
-
-  std::uint32_t instance_name(const Hit& hit) const {
-    return hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
   }
 
   LayerParams layers_;  // of the vertex in hand
