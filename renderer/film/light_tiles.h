@@ -22,20 +22,16 @@ class LightTiles {
         rows_((height + kLightTile - 1) / kLightTile),
         on_(std::size_t(columns_) * std::size_t(rows_), on) {}
 
-  int columns() const { return columns_; }
-  int rows() const { return rows_; }
   std::size_t size() const { return on_.size(); }
   PixelRect window(std::size_t tile) const {
     const int x = int(tile % std::size_t(columns_)) * kLightTile, y = int(tile / std::size_t(columns_)) * kLightTile;
     return {x, y, std::min(x + kLightTile, width_), std::min(y + kLightTile, height_)};
   }
   void set(std::size_t tile, bool on) { on_[tile] = on; }
-  bool tile(std::size_t tile) const { return on_[tile] != 0; }
   // Of a pixel of the film.
   bool on(int x, int y) const {
     return on_[std::size_t(y / kLightTile) * std::size_t(columns_) + std::size_t(x / kLightTile)] != 0;
   }
-  std::size_t count() const { return std::size_t(std::count(on_.begin(), on_.end(), 1)); }
   // Pixels of a part of the film in tiles that are on.
   double pixels_in(const PixelRect& part) const {
     double sum = 0;
