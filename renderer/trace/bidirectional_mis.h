@@ -11,8 +11,9 @@
 // chance decisions at surfaces with alpha do not enter: they would in all techniques alike. Delta scattering has the
 // density 1 both ways.
 //
-// How often a technique tries: a light path of the whole picture is one try for every pixel's camera path, so
-// techniques that land on the camera (t = 1) count `light_paths` times, as many as the picture has pixels.
+// How often a technique tries is part of its density (TechniqueCounts). Merging, where a light path arrives within a
+// small disc about a camera vertex, is a technique like the others: that of a connection to the light vertex before, if
+// the light path goes on into the disc (Georgiev 2012, eq. 8). It adds a term at every vertex where it could have been.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +27,13 @@ inline double mis_ratio(double other, double own) {
   const double ratio = other / own;
   return ratio > 0 ? ratio * ratio : 0;
 }
+
+// How often techniques try to make a path, for each camera path of a pixel; all others try once.
+struct TechniqueCounts {
+  double light_paths = 1;  // t = 1: a light path of the whole picture is one try for every pixel
+  double connections = 1;  // s > 1, t > 1: of a camera vertex to light vertices of one depth, on average
+  double merging = 0;      // light paths of the whole picture x area of the disc that they are merged in; 0: none
+};
 
 // What next-event estimation's density has that emission's has not: of a solid angle, the cosine that makes it one over
 // the light; of a point that was chosen outright, the squared distance by which its flux thins out; of an infinite
@@ -72,11 +80,11 @@ struct MisState {
   }
 
   // The subpath goes on: densities of the direction it took and of the reverse one, cosine of the direction taken.
-  void scatter(double pdf_forward, double pdf_reverse, double cosine) {
+  void scatter(double pdf_forward, double pdf_reverse, double cosine, const TechniqueCounts& counts) {
     const double out = mis_ratio(cosine, pdf_forward);
     path_tracer = out * (first ? vc * pdf_reverse * pdf_reverse + vcm : path_tracer * pdf_reverse * pdf_reverse);
-    vc = out * (vc * pdf_reverse * pdf_reverse + vcm);
-    vcm = mis_ratio(1, pdf_forward);
+    vc = out * (vc * pdf_reverse * pdf_reverse + vcm + counts.merging * counts.merging);
+    vcm = mis_ratio(counts.connections, pdf_forward);
     first = false;
   }
   void scatter_delta(double cosine) {
@@ -97,21 +105,25 @@ struct MisState {
   static double cosine_squared(double cosine) { return std::max(cosine * cosine, 1e-24); }
 
   // The sum over the techniques further back on this subpath, relative to joining it here to something that arrives
-  // with the area density `pdf_area` and leaves towards the previous vertex with `pdf_reverse`.
-  double behind(double pdf_area, double pdf_reverse) const {
-    return pdf_area * pdf_area * (vcm + vc * pdf_reverse * pdf_reverse);
+  // with the area density `pdf_area` and leaves towards the previous vertex with `pdf_reverse`; `merging` as in
+  // TechniqueCounts, that at this vertex included.
+  double behind(double pdf_area, double pdf_reverse, double merging) const {
+    return pdf_area * pdf_area * (vcm + merging * merging + vc * pdf_reverse * pdf_reverse);
   }
   // The same of a light path over the path tracer's techniques alone.
   double path_tracer_behind(double pdf_area, double pdf_reverse) const {
-    if (first) return behind(pdf_area, pdf_reverse);
+    if (first) return behind(pdf_area, pdf_reverse, 0);
     return pdf_area * pdf_area * path_tracer * pdf_reverse * pdf_reverse;
   }
 };
 
 // s = 0: a camera path hits a light. pdf_direct: next-event estimation at the vertex before, in area measure
 // (environment: solid angle).
-inline double weight_of_hit(const MisState& camera, double pdf_direct, double pdf_emission) {
-  const double others = pdf_direct * pdf_direct * camera.vcm + pdf_emission * pdf_emission * camera.vc;
+inline double weight_of_hit(const MisState& camera, double pdf_direct, double pdf_emission,
+                            const TechniqueCounts& counts) {
+  // vcm counts the connections that the vertex before would have had; it has one light sample.
+  const double one = pdf_direct / counts.connections;
+  const double others = one * one * camera.vcm + pdf_emission * pdf_emission * camera.vc;
   return 1 / (1 + others);
 }
 
@@ -119,22 +131,36 @@ inline double weight_of_hit(const MisState& camera, double pdf_direct, double pd
 // pdf_forward, pdf_reverse: the camera vertex's densities of the direction to the light and from there back.
 inline double weight_of_light_sample(const MisState& camera, double pdf_direct, double pdf_emission, bool delta,
                                      double distance, double cos_light, double cosine, double pdf_forward,
-                                     double pdf_reverse) {
+                                     double pdf_reverse, const TechniqueCounts& counts) {
   const double hit = delta ? 0 : mis_ratio(pdf_forward, pdf_direct);
   const double measure = light_measure(distance, delta, cos_light);
-  return 1 / (1 + hit + camera.behind(pdf_emission * cosine / (pdf_direct * measure), pdf_reverse));
+  const double pdf_area = pdf_emission * cosine / (pdf_direct * measure);
+  return 1 / (1 + hit + camera.behind(pdf_area, pdf_reverse, counts.merging));
 }
 
 // s > 1, t > 1: two vertices are joined. pdf_to_*: area density with which the other subpath, going on, would reach
 // this vertex; pdf_reverse_*: with which this subpath's end would then be left towards the vertex before it.
 inline double weight_of_connection(const MisState& camera, const MisState& light, double pdf_to_camera,
-                                   double pdf_reverse_camera, double pdf_to_light, double pdf_reverse_light) {
-  return 1 / (1 + camera.behind(pdf_to_camera, pdf_reverse_camera) + light.behind(pdf_to_light, pdf_reverse_light));
+                                   double pdf_reverse_camera, double pdf_to_light, double pdf_reverse_light,
+                                   const TechniqueCounts& counts) {
+  const double others = camera.behind(pdf_to_camera, pdf_reverse_camera, counts.merging) +
+                        light.behind(pdf_to_light, pdf_reverse_light, counts.merging);
+  return 1 / (1 + others / (counts.connections * counts.connections));
 }
 
 // t = 1: a light path is joined to the camera. pdf_camera: area density of the camera's ray there, in pixels.
-inline double weight_of_splat(const MisState& light, double pdf_camera, double light_paths, double pdf_reverse) {
-  return 1 / (1 + light.behind(pdf_camera / light_paths, pdf_reverse));
+inline double weight_of_splat(const MisState& light, double pdf_camera, double pdf_reverse,
+                              const TechniqueCounts& counts) {
+  return 1 / (1 + light.behind(pdf_camera / counts.light_paths, pdf_reverse, counts.merging));
+}
+
+// A light path arrives within the disc about a camera vertex. pdf_reverse_*: with which the camera vertex is left
+// towards the vertex before it on the same subpath, coming from that of the other. counts.merging > 0.
+inline double weight_of_merging(const MisState& camera, const MisState& light, double pdf_reverse_camera,
+                                double pdf_reverse_light, const TechniqueCounts& counts) {
+  const double others = camera.vcm + camera.vc * pdf_reverse_camera * pdf_reverse_camera + light.vcm +
+                        light.vc * pdf_reverse_light * pdf_reverse_light;
+  return 1 / (1 + others / (counts.merging * counts.merging));
 }
 
 // What the path tracer would make of a path that some technique has found, times what that brought: the mean over all

@@ -19,7 +19,7 @@ std::uint32_t light_alpha_key(std::uint32_t key, std::uint32_t reversed_index, i
 }  // namespace
 
 void LightPaths::trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
-                       const CancelToken& cancel, TraceStats& stats) {
+                       const TechniqueCounts& counts, const CancelToken& cancel, TraceStats& stats) {
   vertices_.clear();
   path_of_.clear();
   std::fill_n(last_, batch.count, kNoVertex);
@@ -32,7 +32,7 @@ void LightPaths::trace(const SceneData& scene, const PathSettings& settings, con
     int survivors = 0;
     for (int j = 0; j < active_count_; ++j) {
       const std::uint32_t i = active_[j];
-      if (shade(scene, settings, batch, depth, i)) active_[survivors++] = i;
+      if (shade(scene, settings, batch, counts, depth, i)) active_[survivors++] = i;
     }
     active_count_ = survivors;
   }
@@ -82,8 +82,8 @@ std::uint64_t LightPaths::enter_media_of_lights(const SceneData& scene) {
 }
 
 // One vertex. True when the path goes on along the new ray.
-bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, int depth,
-                       std::uint32_t i) {
+bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
+                       const TechniqueCounts& counts, int depth, std::uint32_t i) {
   const Hit& hit = hits_[i];
   if (!hit.valid()) return false;
   State& state = states_[i];
@@ -150,7 +150,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   } else {
     const BsdfValue seen = vertex.scatter(scene, direction, to_light, point ? &*point : nullptr, to_light);
     weight = adjoint_weight(vertex, seen.f_cos, direction, to_light) * (1 / sample.pdf_w);
-    state.mis.scatter(sample.pdf_w, seen.pdf_w, cos_out);
+    state.mis.scatter(sample.pdf_w, seen.pdf_w, cos_out, counts);
   }
   state.throughput *= weight;
   state.relative *= weight;

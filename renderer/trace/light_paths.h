@@ -36,8 +36,8 @@ class LightPaths {
   // Traces the batch to the end of its paths, in place of what was there. A path has up to max_segments - 1 segments.
   // The bits depend on the batch as a whole. Adds to `stats` rays alone. Ends early, with paths that are of no use, once
   // `cancel` is raised.
-  void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, const CancelToken& cancel,
-             TraceStats& stats);
+  void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
+             const TechniqueCounts& counts, const CancelToken& cancel, TraceStats& stats);
 
   // By rounds: those of one path in the order of their depth. Surfaces that only mirror are left out.
   const std::vector<LightVertex>& vertices() const { return vertices_; }
@@ -58,7 +58,8 @@ class LightPaths {
 
   void start(const SceneData& scene, const LightBatch& batch);
   std::uint64_t enter_media_of_lights(const SceneData& scene);  // returns the rays that it took
-  bool shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch, int depth, std::uint32_t i);
+  bool shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
+             const TechniqueCounts& counts, int depth, std::uint32_t i);
 
   Ray rays_[kLightBatch];
   Hit hits_[kLightBatch];

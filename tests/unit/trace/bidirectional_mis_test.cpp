@@ -21,7 +21,8 @@ struct MadeUpPath {
   };
   std::vector<Edge> edges;
   std::vector<Vertex> vertices;  // 1 to k - 1 are surfaces
-  double pdf_emission = 1, pdf_direct = 1, density = 1, light_paths = 1;
+  double pdf_emission = 1, pdf_direct = 1, density = 1;
+  TechniqueCounts counts;
   bool delta_light = false, finite_light = true, finite_camera = true;
 
   int segments() const { return int(edges.size()); }
@@ -35,6 +36,22 @@ struct MadeUpPath {
   double forward(int i) const { return vertices[i].delta ? 1 : vertices[i].forward; }
   double reverse(int i) const { return vertices[i].delta ? 1 : vertices[i].reverse; }
 
+  // Of a light path that gets to x_i.
+  double light_density(int i) const {
+    double p = pdf_emission * onto_camera_side(0);
+    for (int j = 1; j < i; ++j) p *= forward(j) * onto_camera_side(j);
+    return p;
+  }
+  // Of a camera path that gets to x_i.
+  double camera_density(int i) const {
+    double p = density * onto_light_side(segments() - 1);
+    for (int j = segments() - 1; j > i; --j) {
+      // The environment is met in a direction, not at a point.
+      p *= reverse(j) * (j == 1 && !finite_light ? 1 : onto_light_side(j - 1));
+    }
+    return p;
+  }
+
   // Density of the path made with s vertices by a light path, times the number of tries; 0: it cannot be.
   double density_of(int s) const {
     const int k = segments(), t = k + 1 - s;
@@ -46,20 +63,22 @@ struct MadeUpPath {
     if (s >= 1 && t >= 2 && vertices[s].delta) return 0;
     double p = 1;
     if (s == 1) p = pdf_direct * (delta_light || !finite_light ? 1 : onto_light_side(0));
-    if (s >= 2) p = pdf_emission * onto_camera_side(0);
-    for (int i = 1; i + 1 < s; ++i) p *= forward(i) * onto_camera_side(i);
-    if (t == 1) return p * light_paths;
-    p *= density * onto_light_side(k - 1);
-    for (int i = k - 1; i > s; --i) {
-      // The environment is met in a direction, not at a point.
-      p *= reverse(i) * (i == 1 && !finite_light ? 1 : onto_light_side(i - 1));
-    }
-    return p;
+    if (s >= 2) p = light_density(s - 1);
+    if (t == 1) return p * counts.light_paths;
+    if (s >= 2) p *= counts.connections;
+    return p * camera_density(s);
   }
 
-  double exact_weight(int s) const {
+  // The same of a path that is merged at x_i.
+  double merging_density(int i) const {
+    return vertices[i].delta ? 0 : light_density(i) * camera_density(i) * counts.merging;
+  }
+
+  // Of the technique that has this density.
+  double exact_weight(double own) const {
     double sum = 0;
-    for (int other = 0; other <= segments(); ++other) sum += mis_ratio(density_of(other), density_of(s));
+    for (int other = 0; other <= segments(); ++other) sum += mis_ratio(density_of(other), own);
+    for (int i = 1; i < segments(); ++i) sum += mis_ratio(merging_density(i), own);
     return 1 / sum;
   }
 
@@ -74,7 +93,7 @@ struct MadeUpPath {
       if (vertices[i].delta)
         mis.scatter_delta(edges[i].cos_from);
       else
-        mis.scatter(vertices[i].forward, vertices[i].reverse, edges[i].cos_from);
+        mis.scatter(vertices[i].forward, vertices[i].reverse, edges[i].cos_from, counts);
       mis.arrive(edges[i].distance, edges[i].cos_to, true);
     }
     return mis;
@@ -82,35 +101,39 @@ struct MadeUpPath {
 
   // Of the camera path at x_i; at 0 of one that meets an environment nothing turns its direction into an area.
   MisState camera_state(int at) const {
-    MisState mis = MisState::camera(density, light_paths);
+    MisState mis = MisState::camera(density, counts.light_paths);
     for (int i = segments() - 1;; --i) {
       if (i > 0 || finite_light) mis.arrive(edges[i].distance, edges[i].cos_from, i < segments() - 1 || finite_camera);
       if (i == at) return mis;
       if (vertices[i].delta)
         mis.scatter_delta(edges[i - 1].cos_to);
       else
-        mis.scatter(vertices[i].reverse, vertices[i].forward, edges[i - 1].cos_to);
+        mis.scatter(vertices[i].reverse, vertices[i].forward, edges[i - 1].cos_to, counts);
     }
   }
 
   double weight(int s) const {
     const int k = segments(), t = k + 1 - s;
     if (s == 0) {
-      return weight_of_hit(camera_state(0), pdf_direct * (finite_light ? onto_light_side(0) : 1), pdf_emission);
+      return weight_of_hit(camera_state(0), pdf_direct * (finite_light ? onto_light_side(0) : 1), pdf_emission,
+                           counts);
     }
     if (t == 1) {
-      return weight_of_splat(light_state(k - 1), density * onto_light_side(k - 1), light_paths,
-                             vertices[k - 1].reverse);
+      return weight_of_splat(light_state(k - 1), density * onto_light_side(k - 1), vertices[k - 1].reverse, counts);
     }
     if (s == 1) {
       return weight_of_light_sample(camera_state(1), pdf_direct, pdf_emission, delta_light,
                                     finite_light ? edges[0].distance : std::numeric_limits<double>::infinity(),
-                                    cos_light(), edges[0].cos_to, vertices[1].reverse, vertices[1].forward);
+                                    cos_light(), edges[0].cos_to, vertices[1].reverse, vertices[1].forward, counts);
     }
     const int light = s - 1, camera = s;
     return weight_of_connection(camera_state(camera), light_state(light),
                                 vertices[light].forward * onto_camera_side(light), vertices[camera].forward,
-                                vertices[camera].reverse * onto_light_side(light), vertices[light].reverse);
+                                vertices[camera].reverse * onto_light_side(light), vertices[light].reverse, counts);
+  }
+
+  double merging_weight(int i) const {
+    return weight_of_merging(camera_state(i), light_state(i), vertices[i].forward, vertices[i].reverse, counts);
   }
 };
 
@@ -123,7 +146,7 @@ class RandomPaths {
     path.pdf_emission = spread(8);
     path.pdf_direct = spread(8);
     path.density = spread(1e6);
-    path.light_paths = 65536;
+    path.counts.light_paths = 65536;
     return path;
   }
   // Log-uniform over [1 / range, range], or cosines in [range / 1000, range].
@@ -139,7 +162,13 @@ void expect_exact(const MadeUpPath& path) {
   for (int s = 0; s <= path.segments(); ++s) {
     if (path.density_of(s) == 0) continue;
     const double weight = path.weight(s);
-    EXPECT_NEAR(weight, path.exact_weight(s), 1e-9) << "s " << s << " of " << path.segments() << " segments";
+    EXPECT_NEAR(weight, path.exact_weight(path.density_of(s)), 1e-9) << "s " << s << " of " << path.segments() << " segments";
+    sum += weight;
+  }
+  for (int i = 1; i < path.segments(); ++i) {
+    if (path.merging_density(i) == 0) continue;
+    const double weight = path.merging_weight(i);
+    EXPECT_NEAR(weight, path.exact_weight(path.merging_density(i)), 1e-9) << "merged at " << i;
     sum += weight;
   }
   if (sum > 0) {
@@ -150,6 +179,20 @@ void expect_exact(const MadeUpPath& path) {
 TEST(BidirectionalMis, WeightsAreThoseOfTheDensities) {
   RandomPaths random;
   for (int n = 0; n < 2000; ++n) expect_exact(random.make(2 + n % 8));
+}
+
+TEST(BidirectionalMis, ManyConnectionsAndMerging) {
+  RandomPaths random;
+  for (int n = 0; n < 4000; ++n) {
+    MadeUpPath path = random.make(2 + n % 8);
+    path.counts.connections = random.spread(16);
+    path.counts.merging = n % 2 == 0 ? 0 : random.spread(1e4);
+    path.delta_light = n % 3 == 0;
+    path.finite_light = n % 5 != 0;
+    path.finite_camera = n % 7 != 0;
+    for (int i = 1; i < path.segments(); ++i) path.vertices[i].delta = random.spread(1, true) < 0.02;
+    expect_exact(path);
+  }
 }
 
 TEST(BidirectionalMis, LightsThatCannotBeMet) {
