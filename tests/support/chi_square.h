@@ -21,6 +21,13 @@ namespace helio::test {
 // Probability of a false alarm of a whole family of tests.
 inline constexpr double kSignificance = 0.01;
 
+// Of a test; sanitizers, which look at the code and not at its statistics, need fewer.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr int kChiSquareSamples = 100'000;
+#else
+inline constexpr int kChiSquareSamples = 1'000'000;
+#endif
+
 // Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 - P, for a > 0, x >= 0: power series below a + 1,
 // Lentz's continued fraction above (Press et al., Numerical Recipes, 3rd edition, 6.2). Relative error below 1e-12 for
 // a up to 1e5.

@@ -86,7 +86,7 @@ inline void check_refraction_is_reciprocal(const SurfaceParams& params, float io
 // Shape and mass over the whole sphere, from a steep and a grazing view; deltas and invalid samples are "elsewhere".
 // `materials`: how many are tested together, two angles each.
 inline void check_samples_follow_density(const NamedMaterial& material, std::uint64_t seed, int materials) {
-  constexpr int kSamples = 1'000'000;
+  constexpr int kSamples = kChiSquareSamples;
   for (const double angle : {40.0, 85.0}) {
     SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees");
     V3f wo = direction_at(angle, 25);

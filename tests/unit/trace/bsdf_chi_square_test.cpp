@@ -10,7 +10,7 @@
 namespace helio::test {
 namespace {
 
-constexpr int kSamples = 1'000'000;
+constexpr int kSamples = kChiSquareSamples;
 constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
 constexpr double kAngles[] = {0, 50, 80, 89.9};
 constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
