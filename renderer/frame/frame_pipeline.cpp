@@ -25,6 +25,7 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
   choose_.begin(works.choose);
   allocate_.begin(works.allocate);
   review_.begin(works.review);
+  light_source_ = works.lights;
   if (plan.reproject) {
     enter(Stage::reproject);
   } else if (plan.choose) {
@@ -38,6 +39,8 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
 
 void FramePipeline::begin_integration() {
   const FramePlan& plan = plan_;
+  if (light_source_ && begin_step()) return;
+  step_ = plan;
   integrate_.begin(plan, grid_, *film_);
   if (plan.publish == Publish::early) {
     resolve_.begin(plan, grid_);
@@ -46,6 +49,29 @@ void FramePipeline::begin_integration() {
     }
   }
   enter(Stage::integrate);
+}
+
+// The next sample of one half, if the plan asks for any.
+bool FramePipeline::begin_step() {
+  std::uint32_t done[kHalves];
+  grid_.done_everywhere(done);
+  for (int h = 0; h < kHalves; ++h) {
+    if (done[h] >= plan_.target[h]) continue;
+    step_ = plan_;
+    step_.target[h] = done[h] + 1;
+    step_.target[1 - h] = 0;
+    lights_.begin(light_source_->begin(h, done[h]));
+    const double began = stage_began_s_;
+    enter(Stage::lights);
+    stage_began_s_ = began;  // of all steps together
+    return true;
+  }
+  return false;
+}
+
+void FramePipeline::integrate_step() {
+  integrate_.begin(step_, grid_, *film_, light_source_->cache());
+  stage_ = Stage::integrate;
 }
 
 void FramePipeline::leave_finished_stages(double now_s) {
@@ -62,10 +88,22 @@ void FramePipeline::leave_finished_stages(double now_s) {
     if (plan_.allocate) grid_.begin_round(*film_->targets());
     begin_integration();
   }
-  if (stage_ == Stage::integrate && integrate_.finished() && resolve_.finished()) {
-    cut_ = integrate_.stopped();
-    if (!cut_) seconds_.integrate = seconds();
-    enter(cut_ ? Stage::over : Stage::review);
+  while (stage_ == Stage::lights || stage_ == Stage::integrate) {
+    if (stage_ == Stage::lights) {
+      if (!lights_.finished()) break;
+      if (light_source_->cache()) {
+        integrate_step();
+      } else {
+        cut_ = true;
+        enter(Stage::over);
+      }
+    } else {
+      if (!integrate_.finished() || !resolve_.finished()) break;
+      cut_ = integrate_.stopped();
+      if (!cut_ && light_source_ && begin_step()) continue;
+      if (!cut_) seconds_.integrate = seconds();
+      enter(cut_ ? Stage::over : Stage::review);
+    }
   }
   if (stage_ == Stage::review && review_.finished()) {
     if (plan_.measure) measure_.begin(std::make_shared<ErrorEstimate>(*film_, grid_.region()));
@@ -88,6 +126,7 @@ void FramePipeline::leave_finished_stages(double now_s) {
 std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   if (stage_ == Stage::integrate && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
   if (stage_ == Stage::choose && choose_.any_open() && now_s >= plan_.choose_until_s) choose_.stop();
+  if (stage_ == Stage::lights && lights_.any_open() && now_s >= plan_.deadline_s) lights_.stop();
   leave_finished_stages(now_s);
 
   std::optional<Piece> piece;
@@ -99,6 +138,8 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
     if (auto next = choose_.next()) piece = *next;
   } else if (stage_ == Stage::allocate) {
     if (auto next = allocate_.next()) piece = *next;
+  } else if (stage_ == Stage::lights) {
+    if (auto next = lights_.next()) piece = *next;
   } else if (stage_ == Stage::integrate) {
     const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
     if (auto next = integrate_.next(grid_, seconds)) piece = *next;
@@ -116,7 +157,7 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
   return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::choose && choose_.any_open()) ||
-         (stage_ == Stage::allocate && allocate_.any_open()) || (stage_ == Stage::review && review_.any_open()) ||
+         (stage_ == Stage::allocate && allocate_.any_open()) || (stage_ == Stage::lights && lights_.any_open()) || (stage_ == Stage::review && review_.any_open()) ||
          (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
 }
 
@@ -132,6 +173,8 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     choose_.finish(*choose);
   } else if (const auto* allocate = std::get_if<AllocatePiece>(&piece)) {
     allocate_.finish(*allocate);
+  } else if (const auto* lights = std::get_if<LightsPiece>(&piece)) {
+    lights_.finish(*lights);
   } else if (const auto* review = std::get_if<ReviewPiece>(&piece)) {
     review_.finish(*review);
   } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
@@ -146,6 +189,7 @@ void FramePipeline::stop() {
   reproject_.stop();
   choose_.stop();
   allocate_.stop();
+  lights_.stop();
   integrate_.stop();
   review_.stop();
   measure_.stop();

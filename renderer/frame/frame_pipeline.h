@@ -1,5 +1,6 @@
 // Carries out one plan after another: reproject, choose, allocate, integrate, review, measure, resolve, in this order,
-// each cut into pieces that workers take.
+// each cut into pieces that workers take. Where integrating draws on light vertices, lights and integrate take turns,
+// one sample of one half at a time.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -17,12 +18,14 @@
 #include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/resolve.h"
 #include "renderer/frame/passes/review.h"
+#include "renderer/frame/passes/trace_lights.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {
 
 using Piece =
-    std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, ReviewPiece, MeasurePiece, ResolvePiece>;
+    std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, ReviewPiece, MeasurePiece,
+                 ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {
@@ -43,6 +46,7 @@ class FramePipeline {
     std::shared_ptr<TechniqueChoice> choose;
     std::shared_ptr<SampleAllocation> allocate;
     std::shared_ptr<HistoryReview> review;
+    std::shared_ptr<LightVertexSource> lights;  // whenever the integrator draws on it
   };
   void start(const FramePlan& plan, const Film& film, const Works& works = {});
 
@@ -68,17 +72,22 @@ class FramePipeline {
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { reproject, choose, allocate, integrate, review, measure, publish, over };
+  enum class Stage { reproject, choose, allocate, lights, integrate, review, measure, publish, over };
   void enter(Stage stage);
   void begin_integration();
+  bool begin_step();
+  void integrate_step();
   void leave_finished_stages(double now_s);
 
   FramePlan plan_;
   const Film* film_ = nullptr;
+  std::shared_ptr<LightVertexSource> light_source_;  // null: integrating is one step
+  FramePlan step_;                                   // what the integration in hand goes for
   TileGrid grid_;
   ReprojectPass reproject_;
   ChoosePass choose_;
   AllocatePass allocate_;
+  LightsPass lights_;
   IntegratePass integrate_;
   ReviewPass review_;
   MeasurePass measure_;

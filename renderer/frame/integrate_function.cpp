@@ -13,6 +13,7 @@ PathSettings path_settings(const RenderSettings& settings) {
   path.roulette_from = settings.roulette_from;
   path.roulette = settings.roulette;
   path.integrator = settings.integrator;
+  path.light_cache = settings.light_cache;
   path.region = settings.rendered_region();
   return path;
 }
@@ -21,7 +22,7 @@ IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene) {
   return [scene = std::move(scene)](const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
     return trace_window(*scene, camera, path_settings(job.settings), job.range, job.window, cancel, film, stats,
-                        job.targets);
+                        job.targets, job.lights);
   };
 }
 

@@ -18,6 +18,7 @@ struct IntegrateJob {
   SampleRange range;
   PixelRect window;
   const SampleTargets* targets = nullptr;
+  const LightVertexCache* lights = nullptr;  // where the integrator asks for it
 };
 
 // Adds the job's samples to the film in index order, or leaves the film as it was and returns false when `cancel` was

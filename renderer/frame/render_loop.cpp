@@ -55,6 +55,7 @@ void blend(double& mean, double value) {
 struct Retired {
   std::unique_ptr<Film> film;
   std::vector<std::shared_ptr<const RenderScene>> scenes;
+  std::shared_ptr<LightVertexSource> lights;
 };
 
 }  // namespace
@@ -79,6 +80,12 @@ struct RenderLoop::Impl final : PieceSource {
   // All of these: `mutex` is held.
   PublishPolicy publish_policy() const {
     return {passes, !traces_light_paths(settings.integrator), options.publish_interval_s};
+  }
+  // Of the picture in hand.
+  RenderSettings frame_settings() const {
+    RenderSettings own = settings;
+    own.seed = picture_seed(settings.seed, history.generation);
+    return own;
   }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work() const;
@@ -120,6 +127,7 @@ struct RenderLoop::Impl final : PieceSource {
   PictureHistory history;                     // of the film, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
+  std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
   FrameScheduler scheduler;
@@ -310,7 +318,8 @@ FrameProgress RenderLoop::Impl::progress() const {
 
 std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
-  return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes();
+  return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
+         (lights ? lights->bytes() : 0);
 }
 
 // One worker at a time tells the sink what waits. True: something was told.
@@ -335,6 +344,7 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
                     {"publish", record->publish_seconds}};
       if (record->reproject_seconds > 0) end.passes.push_back({"reproject", record->reproject_seconds});
       if (record->choose_seconds > 0) end.passes.push_back({"choose", record->choose_seconds});
+      if (record->lights_seconds > 0) end.passes.push_back({"trace_lights", record->lights_seconds});
       if (record->review_seconds > 0) end.passes.push_back({"review", record->review_seconds});
       if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
     }
@@ -382,6 +392,13 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     if (film->targets()) film->targets()->demand_known = false;
     if (film->splats()) film->splats()->clear();
     film->set_light_tiles(nullptr);
+    if (lights) lights->begin_picture();
+  }
+  if (!caches_light_vertices(settings.integrator) || !scene) {
+    retired.lights = std::move(lights);
+  } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
+    retired.lights = std::move(lights);
+    lights = std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()));
   }
   // A plan may have been cut short after it had chosen, or before it could.
   state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
@@ -391,8 +408,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
 
   frame = std::make_shared<FrameRecord>();
   frame->begin.tag = {revision, view->id, ++frames};
-  frame->begin.settings = settings;
-  frame->begin.settings.seed = picture_seed(settings.seed, history.generation);
+  frame->begin.settings = frame_settings();
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = view->camera;
   frame->begin.scene = scene;
@@ -500,6 +516,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
   works.review = review;
+  if (lights) {
+    const Camera camera(view->camera, settings.width, settings.height, scene->origin(), settings.filter);
+    lights->aim(camera, token, *film);
+    works.lights = lights;
+  }
   pipeline.start(plan, *film, works);
   planned = true;
 }
@@ -549,6 +570,9 @@ bool RenderLoop::Impl::run_piece() {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
       run_sweep(*p);
+    } else if (const auto* p = std::get_if<LightsPiece>(&*piece)) {
+      run_sweep(*p);
+      stats = p->work->take_stats();
     } else if (const auto* p = std::get_if<ReviewPiece>(&*piece)) {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
@@ -578,6 +602,10 @@ bool RenderLoop::Impl::run_piece() {
     mine->reproject_seconds += cpu_seconds;
   } else if (std::holds_alternative<ChoosePiece>(*piece)) {
     mine->choose_seconds += cpu_seconds;
+  } else if (std::holds_alternative<LightsPiece>(*piece)) {
+    mine->lights_seconds += cpu_seconds;
+    trace.add(stats);
+    invalid_samples += stats.invalid_splats;
   } else if (std::holds_alternative<ReviewPiece>(*piece)) {
     mine->review_seconds += cpu_seconds;
   } else if (std::holds_alternative<AllocatePiece>(*piece)) {

@@ -8,6 +8,8 @@ namespace helio {
 
 namespace {
 
+constexpr int kMostConnections = 64;
+constexpr double kSmallestMergingRadius = 1e-6, kLargestMergingRadius = 0.1, kLeastShrinking = 0.1;
 constexpr int kMaxPathLength = 65535;
 constexpr std::uint32_t kMaxSamples = 1u << 30;
 constexpr double kMaxExposureStops = 64;
@@ -76,8 +78,8 @@ void check_reprojection(const ReprojectionSettings& reprojection, const std::str
 void check_integrator(const RenderSettings& settings, const std::string& where, Problems& problems) {
   if (std::find(std::begin(kEveryIntegrator), std::end(kEveryIntegrator), settings.integrator) ==
       std::end(kEveryIntegrator)) {
-    problems.add(
-        where, std::to_string(int(settings.integrator)) + " is not an integrator; allowed: path, light, bdpt, pt-bdpt");
+    problems.add(where, std::to_string(int(settings.integrator)) +
+                            " is not an integrator; allowed: path, light, bdpt, pt-bdpt, lvc, vcm, photon");
     return;
   }
   // Every vertex of a light path is kept, and joined to every vertex of a camera path.
@@ -85,11 +87,27 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
   if (traces_light_paths(settings.integrator) && settings.max_segments > kMostJoinedSegments)
     problems.add(where, std::string(to_string(settings.integrator)) + " with max_segments " +
                             std::to_string(settings.max_segments) + "; allowed there: [1, 256]");
+  if (caches_light_vertices(settings.integrator)) {
+    if (settings.mode != RenderMode::pt)
+      problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
+                              "; allowed there: path, light, bdpt, pt-bdpt; this one in mode pt");
+    return;
+  }
   const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
   if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
     problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
                             " (variant " + to_string(settings.variant) +
                             "); allowed there: path; the others in mode pt, and adaptive with variant bounded");
+}
+
+void check_light_cache(const LightCacheSettings& cache, const std::string& where, Problems& problems) {
+  check_range(cache.connections, 1, kMostConnections, field(where, "connections"), problems);
+  if (!(cache.radius >= kSmallestMergingRadius && cache.radius <= kLargestMergingRadius))
+    problems.add(field(where, "radius"), text(cache.radius) + " is outside [" + text(kSmallestMergingRadius) + ", " +
+                                             text(kLargestMergingRadius) + "] of the scene's radius");
+  if (!(cache.shrinking >= kLeastShrinking && cache.shrinking <= 1))
+    problems.add(field(where, "shrinking"),
+                 text(cache.shrinking) + " is outside [" + text(kLeastShrinking) + ", 1]");
 }
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
@@ -169,6 +187,8 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
     problems.add(field(where, "variant"),
                  std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
   check_integrator(settings, field(where, "integrator"), problems);
+  if (caches_light_vertices(settings.integrator))
+    check_light_cache(settings.light_cache, field(where, "light_cache"), problems);
   if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
     check_reprojection(settings.reprojection, field(where, "reprojection"), problems);
   if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);

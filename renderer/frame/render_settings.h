@@ -10,6 +10,7 @@
 #include "renderer/base/result.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/integrator.h"
+#include "renderer/trace/light_cache_settings.h"
 #include "renderer/trace/roulette.h"
 
 namespace helio {
@@ -65,9 +66,11 @@ struct RenderSettings {
   int width = 1280, height = 720;  // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
-  Integrator integrator = Integrator::path;  // others: modes pt and adaptive (variant bounded)
+  // Others than path: modes pt and adaptive (variant bounded); those that cache light vertices: mode pt.
+  Integrator integrator = Integrator::path;
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
+  LightCacheSettings light_cache;  // integrators that cache light vertices
   std::uint64_t seed = 0;
   int max_segments = 10;  // [1, 65535]; integrators with light paths: [1, 256]
   int roulette_from = 3;  // [1, 65535]

@@ -25,6 +25,8 @@ struct BidirectionalGroup {
 // Kernel derives from this and has, beyond what PathKernelBase asks for,
 //   void connect(int vertex, std::uint32_t path, const PathVertex& at, const ShadingPoint* point)
 //                                                      joins the vertex to others, by join()
+// and, where what stands below does not suit its techniques, its own
+//   bool samples_lights() const, bool ends_at(bool pure_delta) const       at a vertex
 template <typename Kernel, typename Watch>
 class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   using Base = PathKernelBase<Kernel, Watch>;
@@ -41,6 +43,9 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
         counts_(counts),
         light_only_(task.settings.integrator == Integrator::light),
         paths_(thread_paths()) {}
+
+  bool samples_lights() const { return true; }
+  bool ends_at(bool /*pure_delta*/) const { return false; }
 
   static BidirectionalGroup& thread_paths() {
     static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
@@ -153,12 +158,13 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
                                     : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
-    if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
-      sample_light(vertex, j, i, at, point, light_normal, transmissive);
+    const bool pure_delta = point ? is_pure_delta(point->params) : is_black(at.albedo);
+    if (has_lights_ && !pure_delta) {
+      if (kernel().samples_lights()) sample_light(vertex, j, i, at, point, light_normal, transmissive);
       kernel().connect(vertex, i, at, point);
     }
 
-    if (!sample.valid()) return false;
+    if (kernel().ends_at(pure_delta) || !sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
     if (!sample.delta) {

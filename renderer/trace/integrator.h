@@ -14,13 +14,24 @@ enum class Integrator : std::uint8_t {
           // environment directly: nothing that mirrors and glass show
   bdpt,   // from both, all connections (s, t)
   path_bdpt,  // path or bdpt, tile by tile, whichever pays (technique_probe.h)
+  lvc,        // as bdpt, camera vertices joined to a few light vertices of the whole picture's (light_vertex_cache.h)
+  vcm,        // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
+  photon,     // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
 };
 inline constexpr Integrator kEveryIntegrator[] = {Integrator::path, Integrator::light, Integrator::bdpt,
-                                                  Integrator::path_bdpt};
+                                                  Integrator::path_bdpt, Integrator::lvc, Integrator::vcm,
+                                                  Integrator::photon};
 
 // Light paths reach the camera at any pixel: the film has splats (film/splat_buffer.h).
 constexpr bool traces_light_paths(Integrator integrator) {
   return integrator != Integrator::path;
+}
+// Camera paths draw on a LightVertexCache of their pass.
+constexpr bool caches_light_vertices(Integrator integrator) {
+  return integrator == Integrator::lvc || integrator == Integrator::vcm || integrator == Integrator::photon;
+}
+constexpr bool merges(Integrator integrator) {
+  return integrator == Integrator::vcm || integrator == Integrator::photon;
 }
 const char* to_string(Integrator integrator);
 // invalid_argument, naming "integrator", the value and those allowed.

@@ -69,7 +69,7 @@ void LightPaths::start(const SceneData& scene, const LightBatch& batch) {
 
 // Lights may be inside of volumes; those at infinity are not.
 std::uint64_t LightPaths::enter_media_of_lights(const SceneData& scene) {
-  std::uint32_t finite[kLightBatch];
+  std::uint32_t finite[kLightBatch] = {};
   MediumStack media[kLightBatch];
   std::size_t count = 0;
   for (int j = 0; j < active_count_; ++j) {
@@ -119,7 +119,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   if (!pure_delta) {
     const std::uint32_t previous = last_[i];
     last_[i] = std::uint32_t(vertices_.size());
-    vertices_.push_back({vertex, state.throughput, state.mis, state.media, depth, previous});
+    vertices_.push_back({vertex, ray.origin, state.throughput, state.mis, state.media, depth, previous});
     path_of_.push_back(i);
   }
   if (depth + 1 >= settings.max_segments) return false;

@@ -17,6 +17,7 @@ inline constexpr std::uint32_t kNoVertex = ~std::uint32_t(0);
 inline constexpr int kLightBatch = kPathGroupSize * kPathGroupSize;
 
 struct LightVertex : PathVertex {
+  V3f origin;      // of the ray that arrived
   Rgb throughput;  // of the light that arrives, the light's own included: what f_cos is multiplied by
   MisState mis;
   MediumStack media;       // on the side that the light arrives on

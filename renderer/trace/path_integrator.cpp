@@ -51,16 +51,21 @@ static bool has_light_paths(Integrator integrator, const Film& film, const Pixel
 
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                  TraceStats& stats, const SampleTargets* targets) {
-  return trace_window_logged(scene, camera, settings, range, window, cancel, film, stats, nullptr, targets);
+                  TraceStats& stats, const SampleTargets* targets, const LightVertexCache* lights) {
+  return trace_window_logged(scene, camera, settings, range, window, cancel, film, stats, nullptr, targets, lights);
 }
 
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                          const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                         TraceStats& stats, RayLog* log, const SampleTargets* targets) {
+                         TraceStats& stats, RayLog* log, const SampleTargets* targets,
+                         const LightVertexCache* lights) {
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
-  const WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
+  WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};
+  if (caches_light_vertices(settings.integrator)) {
+    task.lights = lights;
+    return run_cached_kernel(task, stats);
+  }
   if (has_light_paths(settings.integrator, film, rect)) return run_bidirectional_kernel(task, stats);
   // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench
   // features says what the second earns.

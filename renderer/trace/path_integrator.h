@@ -9,10 +9,13 @@
 #include "renderer/film/film.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/integrator.h"
+#include "renderer/trace/light_cache_settings.h"
 #include "renderer/trace/render_scene.h"
 #include "renderer/trace/roulette.h"
 
 namespace helio {
+
+class LightVertexCache;
 
 struct PathSettings {
   std::uint64_t seed = 0;
@@ -20,8 +23,11 @@ struct PathSettings {
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
   Integrator integrator = Integrator::path;  // others need a film with splats
+  LightCacheSettings light_cache;
   PixelRect region;  // whose pixels get samples, and so light paths; empty: the whole film
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit
+
+  bool operator==(const PathSettings&) const = default;
 };
 
 // Side of the blocks, aligned to the film and clipped to it, whose pixels are traced together: windows aligned to it
@@ -68,8 +74,10 @@ struct TraceStats {
 //
 // With `targets`, which must be of the film's size, a pixel takes part in a level as SampleTargets::wants() says; of a
 // block, the pixels of the window that take part in the same level are traced together.
+//
+// `lights`, where the integrator asks for it (caches_light_vertices()): those of the range's one sample and half, ready.
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                  TraceStats& stats, const SampleTargets* targets = nullptr);
+                  TraceStats& stats, const SampleTargets* targets = nullptr, const LightVertexCache* lights = nullptr);
 
 }  // namespace helio

@@ -43,6 +43,8 @@ struct WindowTask {
   SplatBuffer* squares = nullptr;
   float rare = 0;
   const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own
+  // run_cached_kernel() alone: of the range's one sample and half, ready.
+  const LightVertexCache* lights = nullptr;
 };
 
 // Whether the kernel for flat Lambert triangles suits the scene.
@@ -50,8 +52,10 @@ bool has_plain_kernel(const SceneFeatures& features);
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);
-// All integrators but path; the film has splats.
+// Integrators light, bdpt and path_bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
+// Integrators that draw on a LightVertexCache.
+bool run_cached_kernel(const WindowTask& task, TraceStats& stats);
 // Either of the first two, for a film that keeps first hits; the second, for one that keeps directions.
 bool run_hit_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats);
 bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats);
@@ -59,6 +63,7 @@ bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats);
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                          const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                         TraceStats& stats, RayLog* log, const SampleTargets* targets = nullptr);
+                         TraceStats& stats, RayLog* log, const SampleTargets* targets = nullptr,
+                         const LightVertexCache* lights = nullptr);
 
 }  // namespace helio

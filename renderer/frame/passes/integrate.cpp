@@ -59,8 +59,9 @@ double IntegratePass::sample_cost(std::size_t tile) const {
   return mean_cost_ > 0 ? mean_cost_ : kFirstCostGuess;
 }
 
-void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film) {
+void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film, const LightVertexCache* lights) {
   assert(in_flight_ == 0);
+  lights_ = lights;
   film_ = &film;
   targets_ = plan.round ? film.targets() : nullptr;
   std::copy(plan.target, plan.target + kHalves, target_);
@@ -133,6 +134,7 @@ std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds
         piece.samples = taken;
         piece.window = grid.window(tile, column, row, piece.cells);
         piece.targets = targets_;
+        piece.lights = lights_;
         open_cells_ -= std::uint64_t(piece.cells);
         ++in_flight_;
         return piece;
@@ -175,7 +177,7 @@ bool run_integrate(const IntegratePiece& piece, const IntegrateFunction& integra
   if (cancel.cancelled()) return false;
   if (piece.clear) film.clear(piece.window);
   if (piece.range.count == 0) return true;
-  return integrate({camera, settings, piece.range, piece.window, piece.targets}, cancel, film, stats);
+  return integrate({camera, settings, piece.range, piece.window, piece.targets, piece.lights}, cancel, film, stats);
 }
 
 }  // namespace helio

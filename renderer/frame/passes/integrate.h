@@ -28,6 +28,7 @@ struct IntegratePiece {
   bool clear = false;                      // the film holds an older picture there
   std::uint64_t samples = 0;               // of all its pixels
   const SampleTargets* targets = nullptr;  // who takes part in the levels; null: everyone
+  const LightVertexCache* lights = nullptr;  // of this one sample; null: the integrator draws on none
 };
 
 class IntegratePass {
@@ -38,7 +39,7 @@ class IntegratePass {
   // The bookkeeping below is not thread safe: the owner's lock guards it.
 
   // Precondition: no piece is in flight. The film outlives the plan; with targets, the grid has begun their round.
-  void begin(const FramePlan& plan, TileGrid& grid, const Film& film);
+  void begin(const FramePlan& plan, TileGrid& grid, const Film& film, const LightVertexCache* lights = nullptr);
   // A piece of at most about `seconds`, or nothing when every cell that needs work is taken.
   std::optional<IntegratePiece> next(TileGrid& grid, double seconds);
   bool any_open() const { return open_cells_ > 0; }
@@ -63,6 +64,7 @@ class IntegratePass {
   int threads_;
   const Film* film_ = nullptr;
   const SampleTargets* targets_ = nullptr;  // null: every pixel takes part in every level
+  const LightVertexCache* lights_ = nullptr;
   std::uint32_t target_[kHalves] = {0, 0};
   bool clear_rest_ = false;
   bool stopped_ = true;

@@ -1,0 +1,103 @@
+// Pass: traces the light paths that the next sample of every pixel draws on (trace/light_vertex_cache.h), one pass over
+// the picture at a time. Integrators for which caches_light_vertices().
+//
+// The first pass of each half is kept when the camera moves: light paths know nothing of it, so that the first samples
+// of the new picture only join them to the new camera.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/film/film.h"
+#include "renderer/frame/passes/sweeps.h"
+#include "renderer/trace/camera.h"
+#include "renderer/trace/light_vertex_cache.h"
+
+namespace helio {
+
+// What a film gets from one pass of light paths. Resumes where it was interrupted.
+class LightVertexWork {
+ public:
+  // `cache`: null, or what the pass made for another camera. vertices_per_path: mean_light_vertices(), or absent.
+  LightVertexWork(std::shared_ptr<const RenderScene> scene, const PathSettings& settings, int half,
+                  std::uint32_t sample, std::shared_ptr<LightVertexCache> cache,
+                  std::optional<double> vertices_per_path);
+
+  // Before its sweeps begin, or begin again. The film outlives them.
+  void aim(const Camera& camera, std::shared_ptr<const CancelToken> cancel, Film& film);
+
+  // SweepPass.
+  std::size_t parts() const;
+  int sweeps() const { return 4; }
+  void run(int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+
+  // After the sweeps: all of it is done; else they were cancelled.
+  bool complete() const { return complete_; }
+  const std::shared_ptr<LightVertexCache>& cache() const { return cache_; }
+  int half() const { return half_; }
+  std::uint32_t sample() const { return sample_; }
+  std::optional<double> vertices_per_path() const { return vertices_per_path_; }
+  // What was traced since it was last asked. Thread safe.
+  TraceStats take_stats();
+
+ private:
+  enum Sweep { kPrepare, kTrace, kIndex, kGather };
+  static constexpr std::size_t kBatches = 2;  // of a part: about 5 ms
+
+  std::shared_ptr<const RenderScene> scene_;
+  PathSettings settings_;
+  int half_;
+  std::uint32_t sample_;
+  std::uint64_t paths_;
+  std::shared_ptr<LightVertexCache> cache_;
+  std::optional<double> vertices_per_path_;
+  std::optional<Camera> camera_;
+  std::shared_ptr<const CancelToken> cancel_;
+  Film* film_ = nullptr;
+  std::vector<std::uint8_t> done_;  // by batch
+  bool made_ = false;               // by an earlier work
+  bool traced_ = false, complete_ = false;
+  std::mutex mutex_;  // of stats_
+  TraceStats stats_;
+};
+
+// The passes of a picture, in the order of their samples. Not thread safe: the owner's lock guards it.
+class LightVertexSource {
+ public:
+  LightVertexSource(std::shared_ptr<const RenderScene> scene, const PathSettings& settings)
+      : scene_(std::move(scene)), settings_(settings) {}
+
+  bool suits(const std::shared_ptr<const RenderScene>& scene, const PathSettings& settings) const {
+    return scene == scene_ && settings == settings_;
+  }
+  // The film begins anew, for whatever camera.
+  void begin_picture();
+  // Of the plan in hand.
+  void aim(const Camera& camera, std::shared_ptr<const CancelToken> cancel, Film& film);
+  // The pass of this sample.
+  std::shared_ptr<LightVertexWork> begin(int half, std::uint32_t sample);
+  // Of what begin() returned last: null where it is not complete.
+  const LightVertexCache* cache() const;
+
+  std::size_t bytes() const;
+
+ private:
+  std::shared_ptr<const RenderScene> scene_;
+  PathSettings settings_;
+  std::optional<Camera> camera_;
+  std::shared_ptr<const CancelToken> cancel_;
+  Film* film_ = nullptr;
+  std::optional<double> vertices_per_path_;
+  std::shared_ptr<LightVertexWork> current_;
+  std::shared_ptr<LightVertexCache> first_[kHalves];  // sample 0
+};
+
+using LightsPiece = SweepPiece<LightVertexWork>;
+using LightsPass = SweepPass<LightVertexWork>;
+
+}  // namespace helio

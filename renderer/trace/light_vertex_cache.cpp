@@ -1,0 +1,201 @@
+#include "renderer/trace/light_vertex_cache.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "renderer/film/film.h"
+#include "renderer/film/splat_buffer.h"
+#include "renderer/trace/sampler.h"
+#include "renderer/trace/splat_connection.h"
+
+namespace helio {
+
+namespace {
+
+constexpr std::size_t kMostSplats = 1u << 16;  // that are handed over at a time
+// Light paths' numbers are nobody else's.
+constexpr std::uint32_t kCacheKey = 0x243f6a88u, kCountKey = 0x85a308d3u;
+
+LightPaths& thread_light_paths() {
+  static thread_local std::unique_ptr<LightPaths> paths(new LightPaths);
+  return *paths;
+}
+
+ConnectionRays& thread_rays() {
+  static thread_local std::unique_ptr<ConnectionRays> rays(new ConnectionRays);
+  return *rays;
+}
+
+// Paths `first` to `first + count` of the sequence of a key. Indices have 32 bits; paths beyond begin another sequence.
+void number_paths(std::uint32_t key, std::uint64_t first, int count, LightBatch& batch) {
+  batch.count = count;
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t number = first + std::uint64_t(i);
+    batch.keys[i] = combine_hash(key, std::uint32_t(number >> 32));
+    batch.reversed_index[i] = reverse_bits(std::uint32_t(number));
+  }
+}
+
+}  // namespace
+
+double merging_radius(const PathSettings& settings, double scene_radius, std::uint32_t sample) {
+  const LightCacheSettings& s = settings.light_cache;
+  return s.radius * scene_radius * std::pow(double(sample) + 1, 0.5 * (s.shrinking - 1));
+}
+
+double mean_light_vertices(const RenderScene& scene, const PathSettings& settings) {
+  if (scene.impl().lights->empty()) return 0;
+  LightPaths& paths = thread_light_paths();
+  std::size_t vertices = 0;
+  constexpr int kBatches = 2;
+  for (int k = 0; k < kBatches; ++k) {
+    LightBatch batch;
+    number_paths(pixel_key(0, 0, 0, settings.seed) ^ kCountKey, std::uint64_t(k) * kLightBatch, kLightBatch, batch);
+    TraceStats ignored;
+    paths.trace(scene.impl(), settings, batch, {}, CancelToken(), ignored);
+    vertices += paths.vertices().size();
+  }
+  return double(vertices) / (kBatches * kLightBatch);
+}
+
+LightVertexCache::LightVertexCache(std::shared_ptr<const RenderScene> scene, const PathSettings& settings, int half,
+                                   std::uint32_t sample, std::uint64_t paths, double vertices_per_path)
+    : scene_(std::move(scene)),
+      settings_(settings),
+      half_(half),
+      sample_(sample),
+      paths_(paths),
+      radius_(merges(settings.integrator) ? merging_radius(settings, scene_->impl().radius, sample) : 0) {
+  counts_.light_paths = double(paths);
+  counts_.connections = vertices_per_path > 0 ? settings.light_cache.connections / vertices_per_path : 1;
+  counts_.merging = double(paths) * std::numbers::pi * radius_ * radius_;
+  if (!scene_->impl().lights->empty()) batches_.resize(std::size_t((paths + kLightBatch - 1) / kLightBatch));
+}
+
+LightBatch LightVertexCache::numbers_of(std::size_t batch) const {
+  const std::uint64_t first = std::uint64_t(batch) * kLightBatch;
+  LightBatch numbers;
+  number_paths(pixel_key(0, 0, half_, settings_.seed) ^ kCacheKey, std::uint64_t(sample_) * paths_ + first,
+               int(std::min<std::uint64_t>(kLightBatch, paths_ - first)), numbers);
+  return numbers;
+}
+
+bool LightVertexCache::trace(std::size_t b, const Camera* camera, const CancelToken& cancel, Film& film,
+                             TraceStats& stats) {
+  const LightBatch numbers = numbers_of(b);
+  LightPaths& paths = thread_light_paths();
+  TraceStats own;
+  paths.trace(scene_->impl(), settings_, numbers, counts_, cancel, own);
+  if (cancel.cancelled()) return false;
+  Batch& batch = batches_[b];
+  batch.records.clear();
+  batch.paths.clear();
+  batch.records.reserve(paths.vertices().size());
+  batch.paths.reserve(paths.vertices().size());
+  for (std::uint32_t v = 0; v < paths.vertices().size(); ++v) {
+    const LightVertex& vertex = paths.vertices()[v];
+    batch.records.push_back({vertex.hit, vertex.origin, vertex.arrived, vertex.throughput, vertex.mis.vcm,
+                             vertex.mis.vc, vertex.media, std::uint16_t(vertex.depth), vertex.mis.first});
+    batch.paths.push_back(paths.path_of(v));
+  }
+  own.light_paths += std::uint64_t(numbers.count);
+  if (camera) add_splats(paths.vertices(), batch.paths, numbers, *camera, film, own);
+  stats.add(own);
+  return true;
+}
+
+bool LightVertexCache::splat(std::size_t b, const Camera& camera, const CancelToken& cancel, Film& film,
+                             TraceStats& stats) {
+  if (cancel.cancelled()) return false;
+  const Batch& batch = batches_[b];
+  std::vector<LightVertex> vertices;
+  vertices.reserve(batch.paths.size());
+  for (std::size_t k = 0; k < batch.paths.size(); ++k) vertices.push_back(load(records_[order_[batch.begin + k]]));
+  add_splats(vertices, batch.paths, numbers_of(b), camera, film, stats);
+  return true;
+}
+
+// t = 1.
+void LightVertexCache::add_splats(const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& paths,
+                                  const LightBatch& batch, const Camera& camera, Film& film, TraceStats& stats) const {
+  const CameraImportance importance(camera);
+  ConnectionRays& rays = thread_rays();
+  struct FilmPoint {
+    double x, y;
+  } points[ConnectionRays::kCapacity];
+  std::vector<Splat> splats;
+  const auto hand_over = [&](std::uint64_t light_paths) {
+    stats.invalid_splats += film.splats()->add(half_, splats, light_paths);
+    splats.clear();
+  };
+  const auto trace_rays = [&] {
+    stats.rays += std::uint64_t(rays.count());
+    stats.shadow_rays += std::uint64_t(rays.count());
+    rays.trace(*scene_->impl().accel, [&](int ray, std::uint32_t, const Rgb& radiance) {
+      importance.for_each_pixel(points[ray].x, points[ray].y, [&](int x, int y, double share) {
+        splats.push_back({x, y, radiance * float(share)});
+      });
+      if (splats.size() >= kMostSplats) hand_over(0);
+    });
+  };
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const LightVertex& vertex = vertices[v];
+    const std::uint32_t key = batch.keys[paths[v]], index = batch.reversed_index[paths[v]];
+    const V2f lens = lens_sample(camera, key, index, vertex.depth);
+    const auto splat = connect_to_camera(scene_->impl(), importance, vertex, lens, counts_, false);
+    if (!splat) continue;
+    if (rays.full()) trace_rays();
+    points[rays.count()] = {splat->camera.film_x, splat->camera.film_y};
+    add_splat_ray(vertex, *splat, key, index, paths[v], rays);
+  }
+  trace_rays();
+  hand_over(std::uint64_t(batch.count));
+}
+
+void LightVertexCache::index() {
+  std::size_t count = 0;
+  for (Batch& batch : batches_) {
+    batch.begin = count;
+    count += batch.records.size();
+  }
+  records_.resize(count);
+  if (radius_ > 0) {
+    std::vector<V3f> positions;
+    positions.reserve(count);
+    for (const Batch& batch : batches_) {
+      for (const Record& record : batch.records) positions.push_back(record.position());
+    }
+    grid_.build(positions, radius_, order_);
+  } else {
+    order_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) order_[i] = std::uint32_t(i);
+  }
+}
+
+void LightVertexCache::gather(std::size_t b) {
+  Batch& batch = batches_[b];
+  for (std::size_t k = 0; k < batch.records.size(); ++k) records_[order_[batch.begin + k]] = batch.records[k];
+  batch.records = {};
+}
+
+LightVertex LightVertexCache::load(const Record& r) const {
+  const Ray ray{r.origin, r.hit.t, r.direction, 0};
+  return {PathVertex(scene_->impl(), ray, r.hit, nullptr), r.origin, r.throughput, r.mis(), r.media, int(r.depth),
+          kNoVertex};
+}
+
+LightVertex LightVertexCache::load(std::size_t v) const {
+  return load(records_[v]);
+}
+
+std::size_t LightVertexCache::bytes() const {
+  std::size_t sum = records_.capacity() * sizeof(Record) + order_.capacity() * sizeof(std::uint32_t) + grid_.bytes();
+  for (const Batch& batch : batches_) {
+    sum += batch.records.capacity() * sizeof(Record) + batch.paths.capacity() * sizeof(std::uint32_t);
+  }
+  return sum;
+}
+
+}  // namespace helio
