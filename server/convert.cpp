@@ -68,13 +68,16 @@ RenderMode read_mode(pb::Mode message, const std::string& where, Problems& probl
 constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {{Integrator::path, pb::INTEGRATOR_PATH},
                                                                   {Integrator::light, pb::INTEGRATOR_LIGHT},
                                                                   {Integrator::bdpt, pb::INTEGRATOR_BDPT},
-                                                                  {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT}};
+                                                                  {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT},
+                                                                  {Integrator::lvc, pb::INTEGRATOR_LVC},
+                                                                  {Integrator::vcm, pb::INTEGRATOR_VCM},
+                                                                  {Integrator::photon, pb::INTEGRATOR_PHOTON}};
 static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));
 
 Integrator read_integrator(pb::Integrator message, const std::string& where, Problems& problems) {
   known(pb::Integrator_IsValid(message), message,
-        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), or 0 for "
-        "INTEGRATOR_PATH",
+        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), "
+        "INTEGRATOR_LVC (5), INTEGRATOR_VCM (6), INTEGRATOR_PHOTON (7), or 0 for INTEGRATOR_PATH",
         where, problems);
   for (const auto& [integrator, number] : kIntegrators) {
     if (number == message) return integrator;
@@ -209,6 +212,16 @@ static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeV
   return adaptive;
 }
 
+static LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integrator integrator) {
+  LightCacheSettings cache;
+  if (!caches_light_vertices(integrator)) return cache;
+  if (message.connections() != 0)
+    cache.connections = int(std::min<std::uint32_t>(message.connections(), std::numeric_limits<int>::max()));
+  if (message.radius() != 0) cache.radius = message.radius();
+  if (message.shrinking() != 0) cache.shrinking = message.shrinking();
+  return cache;
+}
+
 static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant) {
   ReprojectionSettings reprojection;
   if (variant != ModeVariant::paper) return reprojection;
@@ -256,6 +269,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
+  settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
   if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
@@ -433,6 +447,12 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
     message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
     message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
   }
+  if (caches_light_vertices(settings.integrator)) {
+    pb::LightCacheSettings& cache = *message.mutable_light_cache();
+    cache.set_connections(std::uint32_t(settings.light_cache.connections));
+    cache.set_radius(settings.light_cache.radius);
+    cache.set_shrinking(settings.light_cache.shrinking);
+  }
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -504,6 +524,8 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
     error.set_relmse(progress.error.relmse);
     error.set_worst_tile_rmse(progress.error.worst_tile_rmse);
   }
+  error.set_bias(progress.error.bias);
+  error.set_bias_error(progress.error.bias_error);
   error.set_unproven(progress.error.unproven);
   error.set_all_black(progress.error.known && std::isinf(progress.error.hidden_rmse));
   if (progress.error.known && !error.all_black()) {

@@ -41,8 +41,16 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
       app, options.integrator, "--integrator", "INTEGRATOR",
       "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
       "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
-      "of the picture, whichever pays there. All but path: --mode pt, or adaptive with --variant bounded. Default: "
-      "path");
+      "of the picture, whichever pays there: --mode pt, or adaptive with --variant bounded. lvc, bdpt with light "
+      "vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; photon, merging "
+      "alone: --mode pt. The last two are biased, less so with every sample. Default: path");
+  add_text(app, options.connections, "--connections", "N",
+           "Of --integrator lvc and vcm: of every camera vertex to light vertices, [1, 64]. Default: 2");
+  add_text(app, options.merging_radius, "--merging-radius", "R",
+           "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
+           "radius, [1e-6, 0.1]. Default: 0.003");
+  add_text(app, options.merging_shrinking, "--merging-shrinking", "A",
+           "Of --integrator vcm and photon: the radius falls as n^((A - 1) / 2) over samples, [0.1, 1]. Default: 0.75");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
            "Default: bounded");
@@ -99,6 +107,26 @@ void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings,
     settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
 }
 
+bool caches_light_vertices(pb::Integrator integrator) {
+  return integrator == pb::INTEGRATOR_LVC || integrator == pb::INTEGRATOR_VCM || integrator == pb::INTEGRATOR_PHOTON;
+}
+
+void read_light_cache(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  const bool joins = caches_light_vertices(settings.integrator()) && settings.integrator() != pb::INTEGRATOR_PHOTON;
+  const bool merges = caches_light_vertices(settings.integrator()) && settings.integrator() != pb::INTEGRATOR_LVC;
+  if (options.connections.given() && !joins)
+    reader.problem(options.connections, "stands only beside --integrator lvc or vcm");
+  for (const TextOption* option : {&options.merging_radius, &options.merging_shrinking}) {
+    if (option->given() && !merges) reader.problem(*option, "stands only beside --integrator vcm or photon");
+  }
+  if (const auto n = reader.integer(options.connections, 1, 64))
+    settings.mutable_light_cache()->set_connections(static_cast<std::uint32_t>(*n));
+  if (const auto radius = reader.number(options.merging_radius, 1e-6, true, 0.1))
+    settings.mutable_light_cache()->set_radius(*radius);
+  if (const auto shrinking = reader.number(options.merging_shrinking, 0.1, true, 1))
+    settings.mutable_light_cache()->set_shrinking(*shrinking);
+}
+
 void read_integrator(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
   // Written with a plus as well, as methods and papers have it.
   if (options.integrator.text == "pt+bdpt") settings.set_integrator(pb::INTEGRATOR_PT_BDPT);
@@ -108,6 +136,10 @@ void read_integrator(const SettingsOptions& options, pb::RenderSettings& setting
   if (!name) return;
   settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
   const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
+  if (caches_light_vertices(settings.integrator())) {
+    if (!pt) reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt");
+    return;
+  }
   const bool bounded = settings.mode() == pb::MODE_ADAPTIVE && settings.variant() != pb::VARIANT_PAPER;
   if (settings.integrator() != pb::INTEGRATOR_PATH && !pt && !bounded)
     reader.problem(options.integrator,
@@ -168,6 +200,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   }
   read_adaptive(options, settings, reader);
   read_integrator(options, settings, reader);
+  read_light_cache(options, settings, reader);
   read_reprojection(options, settings, reader);
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));

@@ -23,6 +23,8 @@ void add_progress(Json& json, const pb::Progress& progress) {
   json["all_black"] = error.all_black();
   json["unproven"] = error.unproven();
   json["hidden_rmse"] = error.all_black() ? Json() : known(error.hidden_rmse());
+  json["bias"] = error.bias();
+  json["bias_error"] = error.bias_error();
   json["reuse_share"] = progress.reuse_share();
   json["verification_rays"] = progress.verification_rays();
 }
@@ -51,6 +53,8 @@ std::string describe_end(const pb::FrameEnd& end) {
   if (totals.error().known()) {
     line += fmt::format(", error {:.3g} (relMSE {:.3g})", totals.error().rmse(), totals.error().relmse());
   }
+  if (totals.error().bias_error() > 0)
+    line += fmt::format(", bias {:+.2g} +- {:.1g}", totals.error().bias(), totals.error().bias_error());
   return line;
 }
 

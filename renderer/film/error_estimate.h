@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "renderer/film/merging_bias.h"
 #include "renderer/film/resolve.h"
 
 namespace helio {
@@ -46,6 +47,7 @@ class ErrorEstimate {
     // Largest sum of squares over sum: at most the largest sample, and it where all are alike; of splats, over the
     // area.
     double brightest = 0;
+    MergingBias bias;
     std::vector<Sums> tiles;  // of the columns of 32x32 tiles in the window
   };
 

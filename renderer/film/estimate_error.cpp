@@ -168,7 +168,9 @@ void ErrorEstimate::finish_look() {
 }
 
 void ErrorEstimate::add_up(std::size_t index) {
-  if (paired_) add_window(*film_, parts_[index].window, roi_, epsilon_, parts_[index].tiles);
+  if (!paired_) return;
+  add_window(*film_, parts_[index].window, roi_, epsilon_, parts_[index].tiles);
+  if (film_->state().merging) parts_[index].bias = merging_bias(*film_, parts_[index].window, epsilon_);
 }
 
 FilmError ErrorEstimate::result() const {
@@ -180,7 +182,9 @@ FilmError ErrorEstimate::result() const {
     return error;
   }
   Sums total;
+  MergingBias bias;
   for (const Part& part : parts_) {
+    bias.add(part.bias);
     for (std::size_t i = 0; i < part.tiles.size(); ++i) {
       const Sums& tile = part.tiles[i];
       const int columns = i + 1 == part.tiles.size() ? part.window.width() - int(i) * kTileSide : kTileSide;
@@ -194,6 +198,13 @@ FilmError ErrorEstimate::result() const {
     }
   }
   const double values = 3.0 * double(roi_.area());
+  if (bias.pixels > 0) {
+    error.bias = 0.5 * (bias.mean[0] + bias.mean[1]) / bias.pixels;
+    error.bias_error = 0.5 * std::sqrt(bias.squared_difference) / bias.pixels;
+    // All channels are taken to be off by as much as the luminance is.
+    total.squared += 3 * std::max(0.0, bias.squared);
+    total.relative += 3 * std::max(0.0, bias.relative);
+  }
   error.rmse = std::sqrt(total.squared / values);
   error.relmse = total.relative / values;
   if (total.unproven > 0) {

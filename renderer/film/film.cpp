@@ -12,7 +12,10 @@
 namespace helio {
 
 Film::Film(int width, int height, const FilmState& state)
-    : width_(width), height_(height), block_columns_((width + kFilmBlock - 1) / kFilmBlock) {
+    : width_(width),
+      height_(height),
+      block_columns_((width + kFilmBlock - 1) / kFilmBlock),
+      merging_(state.merging) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
@@ -37,7 +40,8 @@ std::size_t Film::bytes_per_pixel(const FilmState& state) {
 }
 
 FilmState Film::state() const {
-  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0, splats_ != nullptr};
+  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0, splats_ != nullptr,
+          merging_};
 }
 
 std::uint32_t Film::carried(int h, int x, int y) const {
@@ -67,6 +71,10 @@ void Film::add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths
   BlockWork& work = block(h, x, y);
   std::atomic_ref(work.rays).fetch_add(rays, std::memory_order_relaxed);
   std::atomic_ref(work.paths).fetch_add(paths, std::memory_order_relaxed);
+}
+
+void Film::add_merging_bias(int h, int x, int y, double bias) {
+  std::atomic_ref(block(h, x, y).bias).fetch_add(bias, std::memory_order_relaxed);
 }
 
 BlockWork Film::work(int h, int x, int y) const {

@@ -77,6 +77,7 @@ struct PixelFeatures {
 // same on every machine and in every run.
 struct BlockWork {
   std::uint64_t rays = 0, paths = 0;
+  double bias = 0;  // sum over samples, luminance: what merging adds by estimate (merging_bias.h)
 };
 
 class FilmHistory;
@@ -90,6 +91,7 @@ struct FilmState {
   bool history = false;  // FilmHistory: samples of earlier pictures are among the pixels'
   int stored_hits = 0;   // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
   bool splats = false;   // SplatBuffer: light paths reach the camera at any pixel
+  bool merging = false;  // light paths are merged with camera paths: BlockWork::bias
 
   bool counts_differ() const { return targets || history; }
   bool operator==(const FilmState&) const = default;
@@ -131,6 +133,8 @@ class Film {
   // Of one half of the block that holds the pixel. Thread safe, and the sums do not depend on the order.
   void add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths);
   BlockWork work(int h, int x, int y) const;
+  // The same for BlockWork::bias; its last bits depend on the order of those who share a block.
+  void add_merging_bias(int h, int x, int y, double bias);
 
   FilmState state() const;
   SampleTargets* targets() { return targets_.get(); }  // null: none
@@ -162,6 +166,7 @@ class Film {
   }
 
   int width_, height_, block_columns_;
+  bool merging_;
   std::vector<HalfPixel> halves_[kHalves];
   std::vector<PixelFeatures> features_;
   std::vector<std::uint32_t> invalid_[kHalves];

@@ -90,7 +90,7 @@ void FramePipeline::leave_finished_stages(double now_s) {
   }
   while (stage_ == Stage::lights || stage_ == Stage::integrate) {
     if (stage_ == Stage::lights) {
-      if (!lights_.finished()) break;
+      if (!lights_.finished() || in_flight_ > 0) break;  // those that were stopped still add to the film
       if (light_source_->cache()) {
         integrate_step();
       } else {

@@ -39,7 +39,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
  private:
   friend Base;
   friend PathKernelBase<CachedKernel, Watch>;
-  using Base::counts_, Base::group_, Base::join, Base::paths_, Base::reversed_index_, Base::scene_, Base::task_;
+  using Base::block_bias_, Base::counts_, Base::group_, Base::join, Base::paths_, Base::reversed_index_, Base::scene_, Base::task_;
 
   void prepare_paths(int count) {
     Base::start_camera_paths(count);
@@ -87,7 +87,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
   void merge(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {
     PathState& path = group_.paths[i];
     const V3f to_camera = -at.arrived;
-    Rgb sum(0, 0, 0);
+    Rgb sum(0, 0, 0), outer_less_inner(0, 0, 0);
     cache_.for_each_near(at.surface.position, [&](const LightVertexCache::Record& light) {
       if (vertex + light.depth > task_.settings.max_segments) return;
       const V3f to_light = -light.direction;
@@ -100,9 +100,16 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
         const double reverse = at.scatter(scene_, to_light, to_camera, point, to_camera).pdf_w;
         weight = weight_of_merging(paths_.mis[i], light.mis(), reverse, value.pdf_w, counts_);
       }
-      sum += light.throughput * value.f_cos * float(weight / arriving);
+      const Rgb brought = light.throughput * value.f_cos * float(weight / arriving);
+      sum += brought;
+      const V3f off = light.position() - at.surface.position;
+      const bool inner = dot(off, off) < 0.5 * cache_.radius() * cache_.radius();
+      outer_less_inner += inner ? brought * -1.0f : brought;
     });
     path.radiance += path.beta * sum * float(per_area_);
+    // The whole disc less the inner half of its area, which counts twice: half of the bias.
+    const double bias = 2 * double(luminance(path.beta * outer_less_inner)) * per_area_;
+    if (std::isfinite(bias)) block_bias_ += bias;
   }
 
   // Dimensions beyond all others.

@@ -177,7 +177,7 @@ void LightVertexCache::index() {
 void LightVertexCache::gather(std::size_t b) {
   Batch& batch = batches_[b];
   for (std::size_t k = 0; k < batch.records.size(); ++k) records_[order_[batch.begin + k]] = batch.records[k];
-  batch.records = {};
+  batch.records = std::vector<Record>();
 }
 
 LightVertex LightVertexCache::load(const Record& r) const {

@@ -56,6 +56,7 @@ class PathKernelBase {
     for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
       for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize) {
         const std::uint64_t rays = stats_.rays, paths = stats_.paths;
+        block_bias_ = 0;
         const std::uint32_t end = task_.range.first + task_.range.count;
         for (std::uint32_t sample = task_.range.first; sample < end;) {
           const std::uint32_t until = std::min(end, place_group(bx, by, sample));
@@ -64,7 +65,7 @@ class PathKernelBase {
             if (!trace_group(sample)) return false;
           }
         }
-        work_.push_back({stats_.rays - rays, stats_.paths - paths});
+        work_.push_back({stats_.rays - rays, stats_.paths - paths, block_bias_});
       }
     }
     if constexpr (Watch::kWatches) {
@@ -349,6 +350,8 @@ class PathKernelBase {
     for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
       for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize, ++work) {
         task_.film.add_work(task_.range.half, std::max(bx, w.x0), std::max(by, w.y0), work->rays, work->paths);
+        if (work->bias != 0)
+          task_.film.add_merging_bias(task_.range.half, std::max(bx, w.x0), std::max(by, w.y0), work->bias);
       }
     }
     const SampleRange& range = task_.range;
@@ -399,6 +402,7 @@ class PathKernelBase {
   std::vector<Rgb> film_radiance_;
   std::vector<FirstHit> film_first_;
   std::vector<BlockWork> work_;  // of the window's blocks, row-major
+  double block_bias_ = 0;        // BlockWork::bias of the one in hand; of kernels that merge
   // With targets, of the window's pixels, row-major: their samples, and where in film_radiance_ these begin.
   std::vector<SampleLevels> levels_;
   std::vector<std::size_t> slots_;

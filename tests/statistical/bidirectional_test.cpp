@@ -15,6 +15,7 @@
 
 #include "tests/statistical/batch_comparison.h"
 #include "tests/statistical/bidirectional_scenes.h"
+#include "tests/support/light_cache.h"
 
 namespace helio::test {
 namespace {
@@ -52,10 +53,20 @@ class Renderer {
     const CancelToken never;
     TraceStats stats;
     const LightTiles whole(kWidth, kHeight, true);
-    for (int half = 0; half < kHalves; ++half) {
+    const auto trace = [&](const SampleRange& range, const LightVertexCache* lights) {
       for (std::size_t t = 0; t < whole.size(); ++t) {
-        EXPECT_TRUE(
-            trace_window(*built_, camera, settings, {half, 0, scene_.samples}, whole.window(t), never, film, stats));
+        EXPECT_TRUE(trace_window(*built_, camera, settings, range, whole.window(t), never, film, stats, nullptr, lights));
+      }
+    };
+    for (int half = 0; half < kHalves; ++half) {
+      if (!caches_light_vertices(integrator)) {
+        trace({half, 0, scene_.samples}, nullptr);
+        continue;
+      }
+      for (std::uint32_t sample = 0; sample < scene_.samples; ++sample) {
+        const auto lights =
+            make_light_cache(built_, settings, half, sample, kWidth * kHeight, &camera, film, stats);
+        trace({half, sample, 1}, lights.get());
       }
     }
     EXPECT_EQ(stats.invalid_samples, 0u);
@@ -108,6 +119,7 @@ TEST_P(Bidirectional, AgreesWithThePathTracer) {
   ASSERT_TRUE(renderer.built());
   const Batches reference = renderer.make(Integrator::path, kReferenceSeed, scene.seeds);
   expect_agreement(renderer, scene, reference, "bdpt", Integrator::bdpt, scene.seeds, scene.largest_error);
+  expect_agreement(renderer, scene, reference, "lvc", Integrator::lvc, scene.seeds / 2, 2 * scene.largest_error);
   // Fewer batches do: what they are made of has been compared as a whole.
   if (scene.light_sees_all) {
     expect_agreement(renderer, scene, reference, "light", Integrator::light, scene.seeds,

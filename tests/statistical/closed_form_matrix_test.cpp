@@ -77,6 +77,7 @@ IntegrateFunction general_path_tracer(std::shared_ptr<const RenderScene> scene) 
   };
 }
 
+// The kernels of other integrators are general, and a loop without a scene has no light paths to draw on.
 MeanOfPicture render_mean(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene, const Way& way,
                           const RenderSettings& settings, std::uint32_t samples, const CameraPose& pose) {
   const auto sink = std::make_shared<MeanSink>();
@@ -85,7 +86,8 @@ MeanOfPicture render_mean(RenderEngine& engine, const std::shared_ptr<const Rend
   RenderLoopOptions options;
   options.tile_size = kSide;
   RenderLoop loop =
-      way.general ? RenderLoop(engine, general_path_tracer(scene), settings, budget, RenderRank::job, sink, options)
+      way.general && !caches_light_vertices(settings.integrator)
+          ? RenderLoop(engine, general_path_tracer(scene), settings, budget, RenderRank::job, sink, options)
                   : RenderLoop(engine, scene, settings, budget, RenderRank::job, sink, options);
   RenderLoop::Update update;
   update.view = View{1, pose, 0, 0};

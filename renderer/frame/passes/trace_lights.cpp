@@ -35,10 +35,13 @@ void LightVertexWork::run(int sweep, std::size_t part) {
       cache_ = std::make_shared<LightVertexCache>(scene_, settings_, half_, sample_, paths_, *vertices_per_path_);
     }
     done_.resize(cache_->batches(), 0);
+    gathered_.resize(cache_->batches(), 0);
     return;
   }
   if (sweep == kIndex) {
-    if (part == 0 && traced_ && !made_) cache_->index();
+    if (part > 0 || !traced_ || made_ || indexed_) return;
+    cache_->index();
+    indexed_ = true;
     return;
   }
   TraceStats stats;
@@ -47,7 +50,9 @@ void LightVertexWork::run(int sweep, std::size_t part) {
   const std::size_t end = std::min((part + 1) * kBatches, cache_->batches());
   for (std::size_t b = part * kBatches; b < end; ++b) {
     if (sweep == kGather) {
-      if (traced_ && !made_) cache_->gather(b);
+      if (!traced_ || made_ || gathered_[b]) continue;
+      cache_->gather(b);
+      gathered_[b] = true;
     } else if (!done_[b]) {
       const bool splats = camera && made_;
       done_[b] = made_ ? !splats || cache_->splat(b, *camera, *cancel_, *film_, stats)

@@ -59,9 +59,9 @@ class LightVertexWork {
   std::optional<Camera> camera_;
   std::shared_ptr<const CancelToken> cancel_;
   Film* film_ = nullptr;
-  std::vector<std::uint8_t> done_;  // by batch
-  bool made_ = false;               // by an earlier work
-  bool traced_ = false, complete_ = false;
+  std::vector<std::uint8_t> done_, gathered_;  // by batch
+  bool made_ = false;                          // by an earlier work
+  bool traced_ = false, indexed_ = false, complete_ = false;
   std::mutex mutex_;  // of stats_
   TraceStats stats_;
 };

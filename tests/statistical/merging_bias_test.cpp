@@ -1,0 +1,69 @@
+// Merging within a radius is biased: the bias that is reported is the one that there is, it falls as the radius does,
+// and the reported error has it in.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/support/loop_picture.h"
+#include "tests/support/own_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kSide = 48;
+
+double mean_luminance(const LoopPicture& picture) {
+  double sum = 0;
+  for (std::size_t i = 0; i < picture.channels[0].size(); ++i)
+    sum += luminance(Rgb(picture.channels[0][i], picture.channels[1][i], picture.channels[2][i]));
+  return sum / double(picture.channels[0].size());
+}
+
+class MergingBias : public testing::TestWithParam<Integrator> {
+ protected:
+  void SetUp() override {
+    scene_ = load_own_scene("cornell-box");
+    ASSERT_TRUE(scene_);
+  }
+  LoopPicture render(Integrator integrator, double radius, std::uint32_t samples, std::uint64_t seed) {
+    RenderSettings settings;
+    settings.width = settings.height = kSide;
+    settings.integrator = integrator;
+    settings.light_cache.radius = radius;
+    settings.light_cache.shrinking = 1;
+    settings.seed = seed;
+    Budget budget;
+    budget.samples = samples;
+    return render_through_loop(engine_, scene_, settings, budget);
+  }
+
+  RenderEngine engine_{2};
+  std::shared_ptr<const RenderScene> scene_;
+};
+
+// The box's edges and corners lose what a disc takes from beyond a wall.
+TEST_P(MergingBias, IsReportedAsItIs) {
+  const LoopPicture truth = render(Integrator::path, 0.003, 4096, 1);
+  const double brightness = mean_luminance(truth), noise = truth.end.progress.error.rmse / kSide;
+  double biases[2];
+  for (const int k : {0, 1}) {
+    const LoopPicture picture = render(GetParam(), k == 0 ? 0.1 : 0.05, 512, 2);
+    const FilmError& error = picture.end.progress.error;
+    biases[k] = mean_luminance(picture) - brightness;
+    std::printf("  %s, radius %s: off by %+.3f %%, reported %+.3f +- %.3f %%, error %.4f of %.4f\n",
+                to_string(GetParam()), k == 0 ? "0.1" : "0.05", 100 * biases[k] / brightness,
+                100 * error.bias / brightness, 100 * error.bias_error / brightness, error.rmse, brightness);
+    // To first order in the area: a third of it is left to the higher ones.
+    EXPECT_NEAR(error.bias, biases[k], 0.35 * std::fabs(biases[k]) + 4 * (error.bias_error + noise)) << k;
+    EXPECT_GE(error.rmse, 0.6 * std::fabs(biases[k]));
+  }
+  EXPECT_GT(std::fabs(biases[0]), 5 * noise) << "else the test would not tell";
+  EXPECT_LT(std::fabs(biases[1]), 0.75 * std::fabs(biases[0]));
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, MergingBias, testing::Values(Integrator::photon, Integrator::vcm),
+                         [](const auto& info) { return std::string(to_string(info.param)); });
+
+}  // namespace
+}  // namespace helio::test
