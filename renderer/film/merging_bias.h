@@ -1,7 +1,7 @@
 // What merging light paths within a disc does to the picture beyond noise: the kernels note, of each block, by how much
-// the whole disc brings more than its inner half (BlockWork::bias), twice that being the bias where it grows as the
-// disc's area does. The two halves' notes are independent, so that their product is the square of the bias whatever the
-// noise.
+// the whole disc brings more than its inner half (BlockWork::bias), and take the bias to grow as the radius does: so it
+// is along edges and shadows; within smooth parts it grows as the area, and the estimate is 1.7 times too large. The two
+// halves' notes are independent, so that their product is the square of the bias whatever the noise.
 #pragma once
 
 #include "renderer/film/film.h"

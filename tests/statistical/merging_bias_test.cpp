@@ -42,7 +42,7 @@ class MergingBias : public testing::TestWithParam<Integrator> {
   std::shared_ptr<const RenderScene> scene_;
 };
 
-// The box's edges and corners lose what a disc takes from beyond a wall.
+// What a disc takes in from around edges.
 TEST_P(MergingBias, IsReportedAsItIs) {
   const LoopPicture truth = render(Integrator::path, 0.003, 4096, 1);
   const double brightness = mean_luminance(truth), noise = truth.end.progress.error.rmse / kSide;
@@ -54,12 +54,28 @@ TEST_P(MergingBias, IsReportedAsItIs) {
     std::printf("  %s, radius %s: off by %+.3f %%, reported %+.3f +- %.3f %%, error %.4f of %.4f\n",
                 to_string(GetParam()), k == 0 ? "0.1" : "0.05", 100 * biases[k] / brightness,
                 100 * error.bias / brightness, 100 * error.bias_error / brightness, error.rmse, brightness);
-    // To first order in the area: a third of it is left to the higher ones.
+    // To first order in the radius.
     EXPECT_NEAR(error.bias, biases[k], 0.35 * std::fabs(biases[k]) + 4 * (error.bias_error + noise)) << k;
     EXPECT_GE(error.rmse, 0.6 * std::fabs(biases[k]));
   }
   EXPECT_GT(std::fabs(biases[0]), 5 * noise) << "else the test would not tell";
   EXPECT_LT(std::fabs(biases[1]), 0.75 * std::fabs(biases[0]));
+}
+
+// What glass and mirrors throw on a floor, which only light paths find: merged within a radius that shrinks, it is what
+// joining makes of it.
+TEST_P(MergingBias, VanishesWhereLightIsFocused) {
+  scene_ = load_own_scene("cornell-spheres");
+  ASSERT_TRUE(scene_);
+  const LoopPicture joined = render(Integrator::bdpt, 0.003, 512, 3);
+  const LoopPicture merged = render(GetParam(), 0.02, 1024, 4);
+  const double brightness = mean_luminance(joined), off = mean_luminance(merged) / brightness - 1;
+  const FilmError& error = merged.end.progress.error;
+  const double noise = std::hypot(joined.end.progress.error.rmse, error.rmse) / kSide / brightness;
+  std::printf("  %s: off by %+.3f +- %.3f %%, reported bias %+.3f +- %.3f %%\n", to_string(GetParam()), 100 * off,
+              100 * noise, 100 * error.bias / brightness, 100 * error.bias_error / brightness);
+  EXPECT_LE(std::fabs(off), 1.5 * std::fabs(error.bias) / brightness + 4 * (noise + error.bias_error / brightness));
+  EXPECT_LE(std::fabs(off), 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, MergingBias, testing::Values(Integrator::photon, Integrator::vcm),
