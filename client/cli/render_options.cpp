@@ -41,8 +41,8 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
       app, options.integrator, "--integrator", "INTEGRATOR",
       "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
       "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
-      "of the picture, whichever pays there. All but path: --mode pt, or adaptive with --variant bounded. Default: "
-      "path");
+      "of the picture, whichever pays there. All but path: --variant bounded of --mode, and light with pt "
+      "and adaptive alone. Default: path");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
            "Default: bounded");
@@ -108,10 +108,11 @@ void read_integrator(const SettingsOptions& options, pb::RenderSettings& setting
   if (!name) return;
   settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
   const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
-  const bool bounded = settings.mode() == pb::MODE_ADAPTIVE && settings.variant() != pb::VARIANT_PAPER;
+  const bool light = settings.integrator() == pb::INTEGRATOR_LIGHT;
+  const bool bounded = settings.variant() != pb::VARIANT_PAPER && (settings.mode() == pb::MODE_ADAPTIVE || !light);
   if (settings.integrator() != pb::INTEGRATOR_PATH && !pt && !bounded)
-    reader.problem(options.integrator,
-                   "'" + *name + "' stands only beside --mode pt, or adaptive with --variant bounded");
+    reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt, or " +
+                                           (light ? "adaptive" : "another") + " with --variant bounded");
 }
 
 void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {

@@ -85,11 +85,14 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
   if (traces_light_paths(settings.integrator) && settings.max_segments > kMostJoinedSegments)
     problems.add(where, std::string(to_string(settings.integrator)) + " with max_segments " +
                             std::to_string(settings.max_segments) + "; allowed there: [1, 256]");
-  const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
+  const bool reused = !reuses(settings.mode) || settings.integrator != Integrator::light;
+  const bool bounded = settings.variant == ModeVariant::bounded && reused;
   if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
-    problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
-                            " (variant " + to_string(settings.variant) +
-                            "); allowed there: path; the others in mode pt, and adaptive with variant bounded");
+    problems.add(where,
+                 std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) + " (variant " +
+                     to_string(settings.variant) +
+                     "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt-bdpt "
+                     "in mode pt, and all others with variant bounded");
 }
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {

@@ -87,17 +87,22 @@ TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
     for (const RenderMode mode : kEveryRenderMode) {
       s.mode = mode;
       s.variant = ModeVariant::bounded;
-      EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || !reuses(mode)) << to_string(mode);
+      EXPECT_EQ(problems_of(s).empty(), integrator != Integrator::light || !reuses(mode)) << to_string(mode);
       s.variant = ModeVariant::paper;
       EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || mode == RenderMode::pt) << to_string(mode);
     }
   }
-  s.integrator = Integrator::bdpt;
+  const std::string allowed =
+      "; allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt-bdpt in mode pt, and "
+      "all "
+      "others with variant bounded";
+  s.integrator = Integrator::light;
   s.mode = RenderMode::combined;
   s.variant = ModeVariant::bounded;
-  EXPECT_EQ(problems_of(s),
-            "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; the others in mode pt, "
-            "and adaptive with variant bounded");
+  EXPECT_EQ(problems_of(s), "settings.integrator: light in mode combined (variant bounded)" + allowed);
+  s.integrator = Integrator::bdpt;
+  s.variant = ModeVariant::paper;
+  EXPECT_EQ(problems_of(s), "settings.integrator: bdpt in mode combined (variant paper)" + allowed);
   s.mode = RenderMode::pt;
   s.max_segments = 257;
   EXPECT_EQ(problems_of(s), "settings.integrator: bdpt with max_segments 257; allowed there: [1, 256]");
