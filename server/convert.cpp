@@ -65,13 +65,11 @@ RenderMode read_mode(pb::Mode message, const std::string& where, Problems& probl
   return RenderMode::pt;
 }
 
-constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {{Integrator::path, pb::INTEGRATOR_PATH},
-                                                                  {Integrator::light, pb::INTEGRATOR_LIGHT},
-                                                                  {Integrator::bdpt, pb::INTEGRATOR_BDPT},
-                                                                  {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT},
-                                                                  {Integrator::lvc, pb::INTEGRATOR_LVC},
-                                                                  {Integrator::vcm, pb::INTEGRATOR_VCM},
-                                                                  {Integrator::photon, pb::INTEGRATOR_PHOTON}};
+constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {
+    {Integrator::path, pb::INTEGRATOR_PATH},    {Integrator::light, pb::INTEGRATOR_LIGHT},
+    {Integrator::bdpt, pb::INTEGRATOR_BDPT},    {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT},
+    {Integrator::lvc, pb::INTEGRATOR_LVC},      {Integrator::vcm, pb::INTEGRATOR_VCM},
+    {Integrator::photon, pb::INTEGRATOR_PHOTON}};
 static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));
 
 Integrator read_integrator(pb::Integrator message, const std::string& where, Problems& problems) {

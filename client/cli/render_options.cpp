@@ -41,14 +41,17 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
       app, options.integrator, "--integrator", "INTEGRATOR",
       "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
       "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
-      "of the picture, whichever pays there: --mode pt, or adaptive with --variant bounded. lvc, bdpt with light "
-      "vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; photon, merging "
+      "of the picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, "
+      "bdpt with light "
+      "vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; photon, "
+      "merging "
       "alone: --mode pt. The last two are biased, less so with every sample. Default: path");
   add_text(app, options.connections, "--connections", "N",
            "Of --integrator lvc and vcm: of every camera vertex to light vertices, [1, 64]. Default: 2");
-  add_text(app, options.merging_radius, "--merging-radius", "R",
-           "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
-           "radius, [1e-6, 0.1]. Default: 0.003");
+  add_text(
+      app, options.merging_radius, "--merging-radius", "R",
+      "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
+      "radius, [1e-6, 0.1]. Default: 0.003");
   add_text(app, options.merging_shrinking, "--merging-shrinking", "A",
            "Of --integrator vcm and photon: the radius falls as n^((A - 1) / 2) over samples, [0.1, 1]. Default: 0.75");
   add_text(app, options.variant, "--variant", "VARIANT",
@@ -140,10 +143,11 @@ void read_integrator(const SettingsOptions& options, pb::RenderSettings& setting
     if (!pt) reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt");
     return;
   }
-  const bool bounded = settings.mode() == pb::MODE_ADAPTIVE && settings.variant() != pb::VARIANT_PAPER;
+  const bool light = settings.integrator() == pb::INTEGRATOR_LIGHT;
+  const bool bounded = settings.variant() != pb::VARIANT_PAPER && (settings.mode() == pb::MODE_ADAPTIVE || !light);
   if (settings.integrator() != pb::INTEGRATOR_PATH && !pt && !bounded)
-    reader.problem(options.integrator,
-                   "'" + *name + "' stands only beside --mode pt, or adaptive with --variant bounded");
+    reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt, or " +
+                                           (light ? "adaptive" : "another") + " with --variant bounded");
 }
 
 void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {

@@ -11,8 +11,7 @@ namespace helio::cli {
 
 struct SettingsOptions {
   TextOption size, camera, mode, integrator, variant, adaptive_min, adaptive_max, adaptive_measure, stored_hits,
-      connections, merging_radius, merging_shrinking,
-      max_error, seed, max_segments, roulette_from, filter, region;
+      connections, merging_radius, merging_shrinking, max_error, seed, max_segments, roulette_from, filter, region;
 };
 void add_settings_options(CLI::App& app, SettingsOptions& options);
 // Width and height stay 0 when --size is absent: see set_defaults.

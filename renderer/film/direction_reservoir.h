@@ -21,6 +21,8 @@ struct DirectionReservoir {
 
   Packed24 place[kHalves][kPlaces] = {};
 
+  // Splats are not among these: they leave directions of their own (film/splat_buffer.h).
+
   // A sample of luminance `brought` >= 0; whole: that of all samples of the half, this one among them. u: uniform in
   // [0, 1), independent of the sample.
   void add(int half, std::uint32_t direction, float brought, double whole, const float (&u)[kPlaces]) {

@@ -19,6 +19,7 @@
 #include "renderer/film/pixel_row.h"
 #include "renderer/film/resolve.h"
 #include "renderer/film/splat_buffer.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
 namespace {
@@ -40,7 +41,7 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
   thread_local PixelRow row;
   thread_local BoxRows means;
   thread_local std::vector<float> sums;
-  thread_local std::vector<double> splats[kHalves];
+  thread_local SplatRow splats[kHalves];
   means.begin(window.width());
   sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
   const PixelRect border = with_box_border(window);
@@ -56,10 +57,7 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
     if (y < window.y0) continue;
     means.sum(sums.data());
     const float* sum = sums.data();
-    for (int h = 0; h < kHalves && film.splats(); ++h) {
-      splats[h].resize(std::size_t(window.width()) * kLanes);
-      film.splats()->read_row(h, y, window.x0, window.x1, splats[h].data());
-    }
+    for (int h = 0; h < kHalves; ++h) splats[h].look(film, h, y, window.x0, window.x1, false);
     for (int x = window.x0; x < window.x1; ++x, sum += kLanes) {
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
@@ -76,8 +74,8 @@ void add_window(const Film& film, const PixelRect& window, const PixelRect& roi,
       for (int c = 0; c < 3; ++c) {
         double mean_a = a.sum[c] * inv_a, mean_b = b.sum[c] * inv_b;
         if (film.splats()) {
-          mean_a += splats[0][std::size_t((x - window.x0) * kLanes + c)];
-          mean_b += splats[1][std::size_t((x - window.x0) * kLanes + c)];
+          mean_a += splats[0].mean(x, c);
+          mean_b += splats[1].mean(x, c);
         }
         const double half_difference = 0.5 * (mean_a - mean_b);
         const double around = double(sum[c]) / sum[3];

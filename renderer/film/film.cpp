@@ -12,10 +12,7 @@
 namespace helio {
 
 Film::Film(int width, int height, const FilmState& state)
-    : width_(width),
-      height_(height),
-      block_columns_((width + kFilmBlock - 1) / kFilmBlock),
-      merging_(state.merging) {
+    : width_(width), height_(height), block_columns_((width + kFilmBlock - 1) / kFilmBlock), merging_(state.merging) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
@@ -27,7 +24,7 @@ Film::Film(int width, int height, const FilmState& state)
   assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
   if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
   if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
-  if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height);
+  if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height, state.history && state.stored_hits == 0);
 }
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
@@ -36,6 +33,7 @@ std::size_t Film::bytes_per_pixel(const FilmState& state) {
   if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
   if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
   if (state.splats) bytes += SplatBuffer::kBytesPerPixel;
+  if (state.splats && state.history && state.stored_hits == 0) bytes += SplatBuffer::kDirectionBytes;
   return bytes;
 }
 

@@ -101,7 +101,7 @@ class Film {
  public:
   // 132, with targets 16 more (a target and a demand of each half), with history 222 more (70 and two sources of 76).
   // History with stored hits: 40, and of N hits 196 + 32 N (the film's own, and the picture that was left): 268 or 364.
-  // Splats: 196 more.
+  // Splats: 196 more, with history and its sources 212.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -143,7 +143,8 @@ class Film {
   const FilmHistory* history() const { return history_.get(); }
   FirstHits* first_hits() { return first_hits_.get(); }  // null: none
   const FirstHits* first_hits() const { return first_hits_.get(); }
-  // Null: none. A half's mean is that of its samples plus that of its splats; what has no samples has no mean.
+  // Null: none. A half's mean is that of its samples plus that of its splats, these times the share of the samples that
+  // is not carried (splat_row.h); what has no samples has no mean.
   SplatBuffer* splats() { return splats_.get(); }
   const SplatBuffer* splats() const { return splats_.get(); }
   // Which tiles get light paths, where samples are made with them at all; null: all, with integrator pt+bdpt none. Kept

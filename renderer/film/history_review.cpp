@@ -7,6 +7,7 @@
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
 namespace {
@@ -16,13 +17,17 @@ constexpr double kUnexpected = 0.25;
 constexpr double kLargestBias2 = 1e38;
 constexpr double kLargest = 1e15;  // of a difference: sums of the fourth powers of a neighbourhood are no floats
 
-double variance_of(const HalfPixel& half, int c) {
-  return half.count > 1 ? half.deviations[c] / (half.count - 1.0) : 0;
-}
+// Both halves' splats along a row.
+struct Splats {
+  SplatRow half[kHalves];
+  void look(const Film& film, int y, int x0, int x1) {
+    for (int h = 0; h < kHalves; ++h) half[h].look(film, h, y, x0, x1, true);
+  }
+};
 
 // Product of the halves' differences, and its variance by chance, means over the channels; false: a half lacks fresh
 // or carried samples.
-bool compare(const Film& film, int x, int y, double& product, double& by_chance) {
+bool compare(const Film& film, const Splats& splats, int x, int y, double& product, double& by_chance) {
   const CarriedPixel& carried = film.history()->carried(x, y);
   double inverse[kHalves];  // 1 / fresh + 1 / carried
   std::uint32_t fresh[kHalves];
@@ -38,14 +43,26 @@ bool compare(const Film& film, int x, int y, double& product, double& by_chance)
     for (int h = 0; h < kHalves; ++h) {
       const HalfPixel& half = film.half(h, x, y);
       const double mean = double(carried.mean[h][c]);
-      const double fresh_mean = (half.sum[c] - carried.count[h] * mean) / fresh[h];
+      const double splat = splats.half[h].mean(x, c) * half.count;  // its share is that of the fresh samples
+      const double fresh_mean = (half.sum[c] - carried.count[h] * mean + splat) / fresh[h];
       difference[h] = std::clamp(fresh_mean - mean, -kLargest, kLargest);
-      variance *= std::min(variance_of(half, c), kLargest);
+      variance *= std::min(splats.half[h].sample_variance(half, x, c), kLargest);
     }
     product += difference[0] * difference[1] / 3;
     by_chance += variance / 3;
   }
   return true;
+}
+
+// What is inside the groups of carried and fresh samples is scaled, and what the half's deviations take for a
+// difference between them is that of what is left. `before`: of the half before anything was taken back.
+void scale_deviations(const Film& film, const SplatRow& before, double factor, int h, int x, int y, HalfPixel& half) {
+  thread_local SplatRow now;
+  now.look(film, h, y, x, x + 1, true);
+  for (int c = 0; c < 3; ++c) {
+    const double whole = std::max(0.0, half.deviations[c] + before.deviation(x, c)) * factor;
+    half.deviations[c] = float(std::clamp(whole - now.deviation(x, c), 0.0, 0x1p127));
+  }
 }
 
 }  // namespace
@@ -69,16 +86,18 @@ void HistoryReview::run(int sweep, std::size_t part) {
 void HistoryReview::look(const PixelRect& window) {
   thread_local BoxRows rows;
   thread_local std::vector<float> sums;
+  thread_local Splats splats;
   rows.begin(window.width());
   sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region_);
   for (int below = border.y0; below < border.y1; ++below) {
     const bool inside = below >= read.y0 && below < read.y1;
+    if (inside) splats.look(film_, below, read.x0, read.x1);
     for (int x = read.x0; inside && x < read.x1; ++x) {
       float* term = rows.input() + (x - border.x0) * kLanes;
       double product = 0, by_chance = 0;
-      const bool known = compare(film_, x, below, product, by_chance);
+      const bool known = compare(film_, splats, x, below, product, by_chance);
       term[0] = float(product);
       term[1] = float(by_chance);
       term[2] = known ? film_.history()->carried(x, below).bias2 : 0.0f;
@@ -88,10 +107,11 @@ void HistoryReview::look(const PixelRect& window) {
     const int y = below - kBoxRadius;
     if (y < window.y0) continue;
     rows.sum(sums.data());
+    splats.look(film_, y, window.x0, window.x1);
     for (int x = window.x0; x < window.x1; ++x) {
       const float* sum = sums.data() + (x - window.x0) * kLanes;
       double own = 0, own_chance = 0;
-      const bool known = compare(film_, x, y, own, own_chance);
+      const bool known = compare(film_, splats, x, y, own, own_chance);
       const double own_bias2 = known ? double(film_.history()->carried(x, y).bias2) : 0;
       const double pixels = double(sum[3]) - (known ? 1 : 0);
       const double product = double(sum[0]) - own, expected = std::max(0.0, double(sum[2]) - own_bias2);
@@ -108,15 +128,17 @@ void HistoryReview::look(const PixelRect& window) {
 }
 
 double HistoryReview::take_back(const PixelRect& window) {
+  thread_local Splats splats;
   double taken = 0;
   for (int y = window.y0; y < window.y1; ++y) {
+    splats.look(film_, y, window.x0, window.x1);
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
       const float bias2 = unpack_short_float(film_.history()->scratch(x, y));
       if (!(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {
-        for (int c = 0; c < 3; ++c) variance[h] += variance_of(film_.half(h, x, y), c) / 3;
+        for (int c = 0; c < 3; ++c) variance[h] += splats.half[h].sample_variance(film_.half(h, x, y), x, c) / 3;
       }
       for (int h = 0; h < kHalves; ++h) {
         if (carried.count[h] == 0) continue;
@@ -127,11 +149,14 @@ double HistoryReview::take_back(const PixelRect& window) {
         HalfPixel& half = film_.half(h, x, y);
         const double before = half.count;
         half.count -= drop;
-        for (int c = 0; c < 3; ++c) {
-          half.sum[c] -= double(carried.mean[h][c]) * drop;
-          half.deviations[c] *= float(half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0);
-        }
+        const double left = half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0;
+        for (int c = 0; c < 3; ++c) half.sum[c] -= double(carried.mean[h][c]) * drop;
         carried.count[h] = keep;
+        if (!film_.splats()) {
+          for (float& deviations : half.deviations) deviations *= float(left);
+        } else {
+          scale_deviations(film_, splats.half[h], left, h, x, y, half);
+        }
         taken += drop;
       }
       carried.bias2 = bias2;

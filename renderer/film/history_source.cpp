@@ -6,6 +6,9 @@
 
 #include "renderer/film/lanes.h"
 #include "renderer/film/packed_values.h"
+#include "renderer/film/pixel_hash.h"
+#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
 namespace {
@@ -15,10 +18,11 @@ constexpr float kLargest = 1e8f;  // of a mean over the albedo: squares of produ
 constexpr float kKept = 1.5f;
 
 // A half's means, times `factor`, in [-largest, largest]; the last lane means nothing. Precondition: count > 0.
-Float4 means_of(const HalfPixel& half, const Double4& factor, double largest) {
-  Double4 sums;
+Float4 means_of(const HalfPixel& half, const SplatRow& splats, int x, const Double4& factor, double largest) {
+  Double4 sums, splat = {};
   load(half.sum, sums);  // and what comes after them
-  const Double4 means = sums * (1.0 / half.count) * factor;
+  if (splats.any()) load(splats.means(x), splat);
+  const Double4 means = (sums * (1.0 / half.count) + splat) * factor;
   const Double4 most = {largest, largest, largest, largest};
   return __builtin_convertvector(means > most ? most : (means < -most ? -most : means), Float4);
 }
@@ -44,7 +48,9 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
   const PixelRect known = intersect(border, region);
   std::uint32_t packed_albedo = ~0u;
   Double4 factor = {1, 1, 1, 0};
+  thread_local SplatRow splats[kHalves];
   for (int y = known.y0; y < known.y1; ++y) {
+    for (int h = 0; h < kHalves; ++h) splats[h].look(film, h, y, known.x0, known.x1, false);
     std::size_t i = out.at(known.x0, y);
     for (int x = known.x0; x < known.x1; ++x, ++i) {
       const CentreHit& centre = film.history()->centre(x, y);
@@ -57,7 +63,8 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
         for (int c = 0; c < 3; ++c) factor[c] = double(1 / divisor[c]);
       }
       constexpr Float4 kChannels = {1, 1, 1, 0};
-      out.values[i] = {means_of(a, factor, kLargest) * kChannels, means_of(b, factor, kLargest) * kChannels};
+      out.values[i] = {means_of(a, splats[0], x, factor, kLargest) * kChannels,
+                       means_of(b, splats[1], x, factor, kLargest) * kChannels};
     }
   }
 }
@@ -127,6 +134,32 @@ float mean_product(float sum, float squares, float count) {
   return count > 0 ? std::max(sum - std::sqrt(squares), 0.0f) * (kKept / count) : 0.0f;
 }
 
+// Of one sample, its share of the splats' included.
+Rgb sample_variance(const HalfPixel& half, const SplatRow& splats, int x) {
+  if (splats.any()) {
+    return Rgb(float(splats.sample_variance(half, x, 0)), float(splats.sample_variance(half, x, 1)),
+               float(splats.sample_variance(half, x, 2)));
+  }
+  const float divisor = half.count > 1 ? 1 / (float(half.count) - 1) : 0.0f;
+  return Rgb(half.deviations[0], half.deviations[1], half.deviations[2]) * divisor;
+}
+
+// Splats leave directions of their own (SplatBuffer::direction): of the half's places, as many as they have a share in
+// its mean, by chance.
+void mix_directions(const Film& film, const SplatRow& splats, const SourcePixel& pixel, int h, int x, int y,
+                    DirectionReservoir& directions) {
+  if (!splats.any()) return;
+  const double* splat = splats.means(x);
+  const double brought = double(luminance(Rgb(V3d(splat[0], splat[1], splat[2]))));
+  const double whole = double(luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2])));
+  for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
+    const auto place = std::uint64_t(h * DirectionReservoir::kPlaces + k + 1);
+    // What chance: that of this picture, and of no other.
+    const float u = dither(x, y, mix_bits(place ^ mix_bits(film.splats()->light_paths(h))));
+    if (double(u) * whole < brought) directions.place[h][k] = film.splats()->direction(h, x, y);
+  }
+}
+
 }  // namespace
 
 void HistorySource::gather(const Film& film, const PixelRect& window, const PixelRect& region) {
@@ -136,8 +169,10 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
   read_means(film, border, region, means);
   sum_products(means, window, sums);
   auto products = sums.begin();
+  thread_local SplatRow splats[kHalves];
   const FilmHistory& history = *film.history();
   for (int y = window.y0; y < window.y1; ++y) {
+    for (int h = 0; h < kHalves; ++h) splats[h].look(film, h, y, window.x0, window.x1, true);
     for (int x = window.x0; x < window.x1; ++x, ++products) {
       pixels_[index(x, y)] = {{}, history.centre(x, y), history.directions(x, y)};
       SourcePixel& to = pixel(x, y);
@@ -150,10 +185,10 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
         const HalfPixel& half = h == 0 ? a : b;
         if (half.count == 0) continue;
         inverse[h] = float(1.0 / half.count);
-        const Float4 mean = means_of(half, Double4{1, 1, 1, 0}, FLT_MAX);
-        const float divisor = half.count > 1 ? 1 / (float(half.count) - 1) : 0.0f;
+        const Float4 mean = means_of(half, splats[h], x, Double4{1, 1, 1, 0}, FLT_MAX);
         for (int c = 0; c < 3; ++c) to.mean[h][c] = mean[c];
-        to.set_spread(h, Rgb(half.deviations[0], half.deviations[1], half.deviations[2]) * divisor);
+        to.set_spread(h, sample_variance(half, splats[h], x));
+        mix_directions(film, splats[h], to, h, x, y, pixels_[index(x, y)].directions);
       }
       const Products& p = *products;
       to.set_structure(mean_product(p.sum[2], p.squares[2], p.count[2]),

@@ -1,7 +1,7 @@
 // What merging light paths within a disc does to the picture beyond noise: the kernels note, of each block, by how much
 // the whole disc brings more than its inner half (BlockWork::bias), and take the bias to grow as the radius does: so it
-// is along edges and shadows; within smooth parts it grows as the area, and the estimate is 1.7 times too large. The two
-// halves' notes are independent, so that their product is the square of the bias whatever the noise.
+// is along edges and shadows; within smooth parts it grows as the area, and the estimate is 1.7 times too large. The
+// two halves' notes are independent, so that their product is the square of the bias whatever the noise.
 #pragma once
 
 #include "renderer/film/film.h"
@@ -12,8 +12,8 @@ namespace helio {
 struct MergingBias {
   double pixels = 0;
   double mean[kHalves] = {0, 0};
-  double squared = 0;           // of the bias: product of the halves
-  double relative = 0;          // over (mean of the block)^2 + epsilon
+  double squared = 0;             // of the bias: product of the halves
+  double relative = 0;            // over (mean of the block)^2 + epsilon
   double squared_difference = 0;  // of the halves, over blocks weighted by their pixels squared
 
   void add(const MergingBias& other);

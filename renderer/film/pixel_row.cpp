@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "renderer/film/lanes.h"
-#include "renderer/film/splat_buffer.h"
 #include "renderer/film/variance_term.h"
 
 namespace helio {
@@ -75,22 +74,26 @@ void PixelRow::find_runs(const HalfPixel* a, const HalfPixel* b) {
   }
 }
 
-void PixelRow::look_at_splats(const SplatBuffer& splats, int y, bool spreads) {
-  const std::size_t values = std::size_t(x1_ - x0_) * kLanes;
-  splat_spreads_.assign(values, 0.0);
-  splat_variances_.resize(values);
+void PixelRow::look_at_splats(const Film& film, int y, bool spreads) {
+  for (int h = 0; h < kHalves; ++h) splats_[h].look(film, h, y, x0_, x1_, spreads);
+  if (!spreads) return;
+  splat_spreads_.assign(std::size_t(x1_ - x0_) * kLanes, 0.0);
   for (int h = 0; h < kHalves; ++h) {
-    splat_means_[h].resize(values);
-    splats.read_row(h, y, x0_, x1_, splat_means_[h].data(), spreads ? splat_variances_.data() : nullptr);
-    for (std::size_t i = 0; spreads && i < values; ++i) splat_spreads_[i] += 0.25 * splat_variances_[i];
+    for (int x = x0_; x < x1_; ++x) {
+      double* spread = splat_spreads_.data() + std::size_t(x - x0_) * kLanes;
+      for (int c = 0; c < 3; ++c) spread[c] += 0.25 * splats_[h].variance(x, c);
+      const double n = film.half(h, x, y).count;
+      if (!film.history() || n < 2) continue;
+      for (int c = 0; c < 3; ++c) spread[c] += 0.25 / (n * (n - 1)) * splats_[h].deviation(x, c);
+    }
   }
 }
 
 template <class V>
 void PixelRow::add_splats(int x, V& part_a, V& part_b) const {
   V splat_a, splat_b;
-  load(splat_means_[0].data() + x * kLanes, splat_a);
-  load(splat_means_[1].data() + x * kLanes, splat_b);
+  load(splats_[0].means(x0_ + x), splat_a);
+  load(splats_[1].means(x0_ + x), splat_b);
   part_a += splat_a * (V{} + weights_.half[0]);
   part_b += splat_b * (V{} + weights_.half[1]);
 }
@@ -150,8 +153,8 @@ void PixelRow::look(const Film& film, int y, int x0, int x1, float* differences,
   const HalfPixel* a = &film.half(0, x0, y);
   const HalfPixel* b = &film.half(1, x0, y);
   find_runs(a, b);
-  if (const SplatBuffer* splats = film.splats()) {
-    look_at_splats(*splats, y, spreads != nullptr);
+  if (film.splats()) {
+    look_at_splats(film, y, spreads != nullptr);
     write<true>(a, b, differences, spreads);
   } else {
     write<false>(a, b, differences, spreads);

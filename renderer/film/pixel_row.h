@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/film/film.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
 
@@ -54,7 +55,7 @@ class PixelRow {
   };
 
   void find_runs(const HalfPixel* a, const HalfPixel* b);
-  void look_at_splats(const SplatBuffer& splats, int y, bool spreads);
+  void look_at_splats(const Film& film, int y, bool spreads);
   // Of a pixel, to the parts that the halves have in the mean.
   template <class V>
   void add_splats(int x, V& part_a, V& part_b) const;
@@ -72,8 +73,9 @@ class PixelRow {
   Weights weights_;
   std::vector<Run> runs_;
   std::vector<float> means_;  // four floats a pixel, the fourth of no meaning
-  // Of a film with splats, four doubles a pixel: the halves' means, and the variance of half their sum.
-  std::vector<double> splat_means_[kHalves], splat_spreads_, splat_variances_;
+  SplatRow splats_[kHalves];
+  // Of a film with splats, four doubles a pixel: what they and their part of the deviations add to the spread.
+  std::vector<double> splat_spreads_;
 };
 
 }  // namespace helio

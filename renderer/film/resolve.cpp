@@ -6,6 +6,7 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/splat_buffer.h"
+#include "renderer/film/splat_row.h"
 #include "renderer/film/variance_pool.h"
 
 namespace helio {
@@ -62,13 +63,15 @@ Rgb resolve_mean(const Film& film, int x, int y) {
   const double weight = a.count > 0 && b.count > 0 ? 0.5 : 1.0;
   const double weight_a = a.count > 0 ? weight / a.count : 0.0;
   const double weight_b = b.count > 0 ? weight / b.count : 0.0;
-  double splats[kHalves][4] = {};
+  thread_local SplatRow row;
+  double splats[3] = {0, 0, 0};
   for (int h = 0; h < kHalves && film.splats(); ++h) {
-    if (film.half(h, x, y).count > 0) film.splats()->read_row(h, y, x, x + 1, splats[h]);
+    if (film.half(h, x, y).count == 0) continue;
+    row.look(film, h, y, x, x + 1, false);
+    for (int c = 0; c < 3; ++c) splats[c] += row.mean(x, c);
   }
   Rgb mean;
-  for (int c = 0; c < 3; ++c)
-    mean[c] = to_float(a.sum[c] * weight_a + b.sum[c] * weight_b + weight * (splats[0][c] + splats[1][c]));
+  for (int c = 0; c < 3; ++c) mean[c] = to_float(a.sum[c] * weight_a + b.sum[c] * weight_b + weight * splats[c]);
   return mean;
 }
 

@@ -64,8 +64,8 @@ struct FilmError {
   double unproven = 0;         // share of the pixels that are unproven black, [0, 1]
   double hidden_rmse = 0;      // bound on the rmse that they add; +infinity when no sample of the picture saw light
   double hidden_relmse = 0;    // the same as relMSE
-  // Merging light paths: by how much the mean luminance is off, by estimate, and the standard error of that. Its square,
-  // block by block, is in rmse and relmse.
+  // Merging light paths: by how much the mean luminance is off, by estimate, and the standard error of that. Its
+  // square, block by block, is in rmse and relmse.
   double bias = 0, bias_error = 0;
   bool known = false;          // false: fewer than one sample in some half of some pixel
 };

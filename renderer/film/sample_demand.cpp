@@ -8,9 +8,17 @@
 
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film_history.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
+namespace {
+
+// Of one of the pixel's samples without its splats (of those that it carries, with them): precondition: it has two.
+double variance_of_sample(const HalfPixel& pixel, const SplatRow& splats, int x, int c) {
+  return std::max(0.0, pixel.deviations[c] + splats.deviation(x, c)) / (pixel.count - 1.0);
+}
+
+}  // namespace
 
 double log_demand(const PixelDemand& demand) {
   return 0.5 * std::log2(std::clamp(demand.squared / demand.cost, 0x1p-90, 0x1p90));
@@ -26,7 +34,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
   const int seen = 1 - h;
   thread_local BoxRows means, deviations;
   thread_local std::vector<float> mean_sums, deviation_sums;
-  thread_local std::vector<double> splats;
+  thread_local SplatRow splats, own_splats;
   means.begin(window.width());
   deviations.begin(window.width());
   const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
@@ -35,12 +43,10 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
 
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region);
-  splats.assign(std::size_t(std::max(read.width(), 0)) * kLanes, 0.0);
   for (int below = border.y0; below < border.y1; ++below) {
     const bool inside = below >= read.y0 && below < read.y1;
-    if (inside && film.splats()) film.splats()->read_row(seen, below, read.x0, read.x1, splats.data());
+    if (inside) splats.look(film, seen, below, read.x0, read.x1, true);
     for (int x = read.x0; inside && x < read.x1; ++x) {
-      const double* splat = splats.data() + (x - read.x0) * kLanes;
       const HalfPixel& pixel = film.half(seen, x, below);
       float* mean = means.input() + (x - border.x0) * kLanes;
       float* deviation = deviations.input() + (x - border.x0) * kLanes;
@@ -49,8 +55,8 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
       mean[3] = deviation[3] = known ? 1.0f : 0.0f;
       for (int c = 0; c < 3; ++c) {
         constexpr double kLargest = 1e36;  // times 49 it is a float
-        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count + splat[c], -kLargest, kLargest)) : 0.0f;
-        deviation[c] = known ? float(std::sqrt(pixel.deviations[c] / (pixel.count - 1.0))) : 0.0f;
+        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count + splats.mean(x, c), -kLargest, kLargest)) : 0.0f;
+        deviation[c] = known ? float(std::sqrt(variance_of_sample(pixel, splats, x, c))) : 0.0f;
       }
     }
     means.push(inside);
@@ -60,6 +66,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
     if (y < window.y0) continue;
     means.sum(mean_sums.data());
     deviations.sum(deviation_sums.data());
+    own_splats.look(film, h, y, window.x0, window.x1, true);
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = std::size_t(x - window.x0) * kLanes;
       const double n = std::max(deviation_sums[i + 3], 1.0f);
@@ -70,7 +77,7 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
         const double deviation = deviation_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
         const double scale = measure == AllocationMeasure::relative ? std::max(mean * mean + epsilon, DBL_MIN) : 1;
         demand.squared += deviation * deviation / scale;
-        if (own.count > 1) demand.own_squared += own.deviations[c] / (own.count - 1.0) / scale;
+        if (own.count > 1) demand.own_squared += variance_of_sample(own, own_splats, x, c) / scale;
       }
       const BlockWork work = film.work(seen, x, y);
       if (work.paths > 0) demand.cost = std::max(1.0, double(work.rays) / double(work.paths));
@@ -81,10 +88,12 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
 
 double sum_of_means(const Film& film, const PixelRect& window, int half) {
   double sum = 0;
-  std::vector<double> splats(film.splats() ? std::size_t(window.width()) * kLanes : 0);
+  SplatRow splats;
   for (int y = window.y0; y < window.y1; ++y) {
-    if (film.splats()) film.splats()->read_row(half, y, window.x0, window.x1, splats.data());
-    for (const double splat : splats) sum += splat;
+    splats.look(film, half, y, window.x0, window.x1, false);
+    for (int x = window.x0; splats.any() && x < window.x1; ++x) {
+      for (int c = 0; c < 3; ++c) sum += splats.mean(x, c);
+    }
     for (int x = window.x0; x < window.x1; ++x) {
       const HalfPixel& pixel = film.half(half, x, y);
       if (pixel.count > 0) sum += (pixel.sum[0] + pixel.sum[1] + pixel.sum[2]) / pixel.count;

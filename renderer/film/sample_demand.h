@@ -1,6 +1,7 @@
 // How much each pixel of a half wants samples, from what the other half has seen: s^2 / c, s: deviation of a sample in
 // the measure of the picture's error, c: its cost in rays. Splats are part of what relative errors are relative to, not
-// of the deviation: a pixel's own samples do not make their noise smaller.
+// of the deviation: a pixel's own samples do not make their noise smaller. (Carried samples have them in both: what is
+// asked for there is too much, at worst by what the splats' noise is of the whole.)
 #pragma once
 
 #include <functional>

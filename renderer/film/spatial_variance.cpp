@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "renderer/film/splat_buffer.h"
 #include "renderer/film/variance_term.h"
 
 namespace helio {
@@ -63,13 +62,12 @@ void SpatialVariance::Means::look(const Film& film, int y, int x0, int x1) {
   }
   store(Double4{}, at(width));
   if (!film.splats()) return;
-  splats.resize(std::size_t(width) * kLanes);
   for (int h = 0; h < kHalves; ++h) {
-    film.splats()->read_row(h, y, x0, x1, splats.data());
+    splats.look(film, h, y, x0, x1, false);
     for (int x = 0; x < width; ++x) {
       if (film.half(h, x0 + x, y).count == 0) continue;
       const double halves = at(x)[3];
-      for (int c = 0; c < 3; ++c) at(x)[c] += splats[std::size_t(x * kLanes + c)] / halves;
+      for (int c = 0; c < 3; ++c) at(x)[c] += splats.mean(x0 + x, c) / halves;
     }
   }
 }

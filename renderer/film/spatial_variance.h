@@ -6,6 +6,7 @@
 
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film.h"
+#include "renderer/film/splat_row.h"
 
 namespace helio {
 
@@ -24,8 +25,8 @@ class SpatialVariance {
   // has four zeroes, as has the one behind the last.
   struct Means {
     std::vector<double> data;
-    std::vector<double> splats;  // of one half
-    bool complete = false;       // every pixel but the one behind has samples
+    SplatRow splats;        // of one half
+    bool complete = false;  // every pixel but the one behind has samples
 
     void look(const Film& film, int y, int x0, int x1);
     void clear(int width);

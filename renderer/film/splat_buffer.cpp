@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "renderer/film/pixel_hash.h"
+
 namespace helio {
 namespace {
 
@@ -34,6 +36,21 @@ void add_saturated(Unsigned128& sum, Unsigned128 term) {
   sum = sum + term < sum ? ~Unsigned128(0) : sum + term;
 }
 
+// Of competing exponential clocks with rates w the first to ring is one of those with probability w / sum (Efraimidis
+// and Spirakis 2006, "Weighted random sampling with a reservoir"), and the earliest of all does not depend on the
+// order: the time's bits, which sort as it does, above the direction's.
+constexpr int kDirectionBits = 24;
+constexpr std::uint64_t kNoDirection = ~std::uint64_t(0);
+std::uint64_t ring(const Splat& splat, int half) {
+  const float rate = luminance(splat.radiance);
+  if (!(rate > 0)) return kNoDirection;
+  const std::uint64_t bits = mix_bits(std::uint64_t(std::bit_cast<std::uint32_t>(rate)) << 32 |
+                                      std::uint64_t(splat.direction) << 1 | std::uint64_t(half));
+  const double u = double(mix_bits(bits ^ pixel_bits(splat.x, splat.y)) >> 11) * 0x1p-53;  // [0, 1)
+  const auto time = std::bit_cast<std::uint32_t>(float(std::min(-std::log1p(-u) / double(rate), double(FLT_MAX))));
+  return std::uint64_t(time) << kDirectionBits | (splat.direction & ((1u << kDirectionBits) - 1));
+}
+
 }  // namespace
 
 // Left as memory is found until its stripe is prepared.
@@ -44,7 +61,7 @@ struct SplatBuffer::Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
-SplatBuffer::SplatBuffer(int width, int height)
+SplatBuffer::SplatBuffer(int width, int height, bool directions)
     : width_(width), height_(height), stripes_((height + kStripeRows - 1) / kStripeRows) {
   assert(width > 0 && height > 0);
   static_assert(kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
@@ -52,6 +69,10 @@ SplatBuffer::SplatBuffer(int width, int height)
   pixels_ = double(std::bit_ceil(pixels));
   locks_ = std::make_unique<Stripe[]>(std::size_t(stripes_));
   for (std::unique_ptr<Pixel[]>& half : halves_) half = std::make_unique_for_overwrite<Pixel[]>(pixels);
+  for (std::unique_ptr<std::uint64_t[]>& half : directions_) {
+    if (directions) half = std::make_unique_for_overwrite<std::uint64_t[]>(pixels);
+  }
+  static_assert(kDirectionBytes == 2 * sizeof(directions_[0][0]));
   invalid_ = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
 }
 
@@ -65,7 +86,8 @@ void SplatBuffer::clear() {
 }
 
 std::size_t SplatBuffer::bytes() const {
-  return std::size_t(width_) * std::size_t(height_) * kBytesPerPixel + std::size_t(stripes_) * sizeof(Stripe);
+  const std::size_t per_pixel = kBytesPerPixel + (directions_[0] ? kDirectionBytes : 0);
+  return std::size_t(width_) * std::size_t(height_) * per_pixel + std::size_t(stripes_) * sizeof(Stripe);
 }
 
 // Its lock is held.
@@ -75,6 +97,9 @@ void SplatBuffer::prepare(int stripe) {
   const std::size_t begin = index(0, stripe * kStripeRows);
   const std::size_t end = index(0, std::min((stripe + 1) * kStripeRows, height_));
   for (std::unique_ptr<Pixel[]>& half : halves_) std::fill(&half[begin], &half[begin] + (end - begin), Pixel{});
+  for (std::unique_ptr<std::uint64_t[]>& half : directions_) {
+    if (half) std::fill(&half[begin], &half[begin] + (end - begin), kNoDirection);
+  }
   std::fill(&invalid_[begin], &invalid_[begin] + (end - begin), 0u);
   lock.era = era_;
 }
@@ -90,6 +115,10 @@ bool SplatBuffer::add(int half, const Splat& splat) {
   for (int c = 0; c < 3; ++c) {
     pixel.sum[c] += to_fixed(value[c]);
     add_saturated(pixel.squares[c], to_fixed_square(value[c]));
+  }
+  if (directions_[half]) {
+    std::uint64_t& first = directions_[half][index(splat.x, splat.y)];
+    first = std::min(first, ring(splat, half));
   }
   return true;
 }
@@ -165,6 +194,14 @@ Rgb SplatBuffer::mean(int half, int x, int y) const {
   return mean;
 }
 
+std::uint32_t SplatBuffer::direction(int half, int x, int y) const {
+  if (!directions_[half]) return 0;
+  const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
+  const std::lock_guard lock(stripe.mutex);
+  const std::uint64_t first = holds_anything(stripe) ? directions_[half][index(x, y)] : kNoDirection;
+  return first == kNoDirection ? 0 : std::uint32_t(first & ((1u << kDirectionBits) - 1));
+}
+
 double SplatBuffer::brightest(int y, int x0, int x1) const {
   const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
   const std::lock_guard lock(stripe.mutex);
@@ -208,6 +245,9 @@ bool SplatBuffer::operator==(const SplatBuffer& other) const {
       for (int half = 0; half < 2; ++half) {
         const Pixel &a = here ? halves_[half][i] : nothing, &b = there ? other.halves_[half][i] : nothing;
         if (!(a == b)) return false;
+        if (!directions_[half] || !other.directions_[half]) continue;
+        if ((here ? directions_[half][i] : kNoDirection) != (there ? other.directions_[half][i] : kNoDirection))
+          return false;
       }
       if ((here ? invalid_[i] : 0) != (there ? other.invalid_[i] : 0)) return false;
     }

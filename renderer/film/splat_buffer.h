@@ -27,13 +27,16 @@ namespace helio {
 struct Splat {
   std::int32_t x = 0, y = 0;  // pixel of the film
   Rgb radiance;               // what its light path alone would make of the pixel's
+  // Where its light comes from at the surface that the pixel shows: as DirectionReservoir has it, 24 bits; 0: not told.
+  std::uint32_t direction = 0;
 };
 
 class SplatBuffer {
  public:
-  static constexpr std::size_t kBytesPerPixel = 196;
+  static constexpr std::size_t kBytesPerPixel = 196, kDirectionBytes = 16;
 
-  SplatBuffer(int width, int height);
+  // directions: that splats come from are kept, for pictures that draw on this one; kDirectionBytes a pixel more.
+  SplatBuffer(int width, int height, bool directions = false);
   ~SplatBuffer();
 
   // Thread safe, and the sums do not depend on the order of calls. light_paths: those that the splats come from, and
@@ -53,6 +56,10 @@ class SplatBuffer {
   // Over both halves, the channels and columns [x0, x1) of a row: the largest sum of squares over sum, which is at most
   // the largest splat, and that where all are alike. Radiance of a splat, >= 0.
   double brightest(int y, int x0, int x1) const;
+
+  // That of one of the half's splats on the pixel, picked with a probability proportional to its luminance; 0: there
+  // are none, or none are kept.
+  std::uint32_t direction(int half, int x, int y) const;
 
   // Splats that did not enter, both halves: of a window of the film, and of those outside the film.
   std::uint64_t invalid_in(const PixelRect& window) const;
@@ -85,6 +92,7 @@ class SplatBuffer {
   std::uint64_t era_ = 1;
   std::unique_ptr<Stripe[]> locks_;
   std::unique_ptr<Pixel[]> halves_[2];
+  std::unique_ptr<std::uint64_t[]> directions_[2];  // null: none are kept
   std::unique_ptr<std::uint32_t[]> invalid_;
   std::atomic<std::uint64_t> light_paths_[2] = {0, 0};
   std::atomic<std::uint64_t> invalid_outside_ = 0;

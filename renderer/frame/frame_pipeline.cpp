@@ -157,8 +157,9 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
   return (stage_ == Stage::reproject && reproject_.any_open()) || (stage_ == Stage::choose && choose_.any_open()) ||
-         (stage_ == Stage::allocate && allocate_.any_open()) || (stage_ == Stage::lights && lights_.any_open()) || (stage_ == Stage::review && review_.any_open()) ||
-         (stage_ == Stage::integrate && integrate_.any_open()) || (stage_ == Stage::measure && measure_.any_open());
+         (stage_ == Stage::allocate && allocate_.any_open()) || (stage_ == Stage::lights && lights_.any_open()) ||
+         (stage_ == Stage::review && review_.any_open()) || (stage_ == Stage::integrate && integrate_.any_open()) ||
+         (stage_ == Stage::measure && measure_.any_open());
 }
 
 void FramePipeline::finish(const Piece& piece, bool done, double seconds, double now_s) {

@@ -23,9 +23,8 @@
 
 namespace helio {
 
-using Piece =
-    std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, ReviewPiece, MeasurePiece,
-                 ResolvePiece>;
+using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, ReviewPiece,
+                           MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
 struct StageSeconds {

@@ -193,7 +193,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
     if (allocation_ && allocation_->paper) return plan;
     if (policy_.passes) plan.target[0] = 1;
-    plan.publish = policy_.passes ? Publish::early : Publish::none;
+    if (policy_.passes) plan.publish = policy_.tiles_alone ? Publish::early : Publish::round;
     plan.final = policy_.passes && sample_limit() == 1;
     return plan;
   }

@@ -390,7 +390,8 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.measured = {};
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
-    if (film->splats()) film->splats()->clear();
+    // A picture that is drawn on keeps them until it has become a source (passes/reproject.h).
+    if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
     film->set_light_tiles(nullptr);
     if (lights) lights->begin_picture();
   }

@@ -78,8 +78,8 @@ void check_reprojection(const ReprojectionSettings& reprojection, const std::str
 void check_integrator(const RenderSettings& settings, const std::string& where, Problems& problems) {
   if (std::find(std::begin(kEveryIntegrator), std::end(kEveryIntegrator), settings.integrator) ==
       std::end(kEveryIntegrator)) {
-    problems.add(where, std::to_string(int(settings.integrator)) +
-                            " is not an integrator; allowed: path, light, bdpt, pt-bdpt, lvc, vcm, photon");
+    problems.add(where,
+                 std::to_string(int(settings.integrator)) + " is not an integrator; allowed: " + integrator_names());
     return;
   }
   // Every vertex of a light path is kept, and joined to every vertex of a camera path.
@@ -93,11 +93,14 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
                               "; allowed there: path, light, bdpt, pt-bdpt; this one in mode pt");
     return;
   }
-  const bool bounded = settings.mode == RenderMode::adaptive && settings.variant == ModeVariant::bounded;
+  const bool reused = !reuses(settings.mode) || settings.integrator != Integrator::light;
+  const bool bounded = settings.variant == ModeVariant::bounded && reused;
   if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
-    problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
-                            " (variant " + to_string(settings.variant) +
-                            "); allowed there: path; the others in mode pt, and adaptive with variant bounded");
+    problems.add(where,
+                 std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) + " (variant " +
+                     to_string(settings.variant) +
+                     "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt-bdpt "
+                     "in mode pt, and all others with variant bounded");
 }
 
 void check_light_cache(const LightCacheSettings& cache, const std::string& where, Problems& problems) {
@@ -106,8 +109,7 @@ void check_light_cache(const LightCacheSettings& cache, const std::string& where
     problems.add(field(where, "radius"), text(cache.radius) + " is outside [" + text(kSmallestMergingRadius) + ", " +
                                              text(kLargestMergingRadius) + "] of the scene's radius");
   if (!(cache.shrinking >= kLeastShrinking && cache.shrinking <= 1))
-    problems.add(field(where, "shrinking"),
-                 text(cache.shrinking) + " is outside [" + text(kLeastShrinking) + ", 1]");
+    problems.add(field(where, "shrinking"), text(cache.shrinking) + " is outside [" + text(kLeastShrinking) + ", 1]");
 }
 
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {

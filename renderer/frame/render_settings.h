@@ -66,7 +66,9 @@ struct RenderSettings {
   int width = 1280, height = 720;  // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
-  // Others than path: modes pt and adaptive (variant bounded); those that cache light vertices: mode pt.
+  // Others than path: mode pt, and the others with variant bounded, but for light in those that reuse pictures: what an
+  // edit has changed is measured with the path tracer, which sees what light does not. Those that cache light vertices:
+  // mode pt.
   Integrator integrator = Integrator::path;
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;

@@ -16,8 +16,7 @@ struct FrameRecord {
   double accepted_s = 0, begun_s = 0;
   double first_tile_s = 0;  // 0: no tile was handed over yet
   double reproject_seconds = 0, choose_seconds = 0, review_seconds = 0, allocate_seconds = 0, lights_seconds = 0,
-         integrate_seconds = 0,
-         measure_seconds = 0, resolve_seconds = 0, publish_seconds = 0;
+         integrate_seconds = 0, measure_seconds = 0, resolve_seconds = 0, publish_seconds = 0;
   bool begin_delivered = false;
 };
 

@@ -33,7 +33,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
 
  protected:
   using Base::add_emission, Base::alpha_key, Base::group_, Base::has_lights_, Base::instance_name, Base::kernel,
-      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_;
+      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_, Base::watch_;
 
   friend PathKernelBase<Kernel, Watch>;
 
@@ -80,6 +80,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
 
   void trace_connections() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
+      watch_.joined(path, paths_.rays.rays()[ray].direction, radiance);
       group_.paths[path].radiance += radiance;
       if (task_.squares) add_square(path, squares_of_rays_[ray]);
     });
@@ -113,7 +114,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const Ray& ray = group_.rays[i];
     const double pdf_w = lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light);
     const double pdf_area = pdf_w * std::fabs(cos_light) / (double(distance) * distance);
-    const double weight = weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light), counts_);
+    const double weight =
+        weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light), counts_);
     if (task_.squares) add_hit_square(i, radiance, weight, pdf_area);
     return float(weight);
   }
@@ -125,6 +127,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     MisState& mis = paths_.mis[i];
     Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
+    watch_.segment(vertex, i, b);
     if (!hit.valid()) {
       leave_scene(vertex, i);
       return false;
@@ -135,6 +138,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const MaterialRecord& material = *surface.material;
     const V3f to_camera = -ray.direction;
     if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
+    watch_.throughput(i, path.beta);
     mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
     if (material.emissive) add_emission(vertex, i, hit, surface);
 
@@ -156,6 +160,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
     const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
                                     : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
+    watch_.scatter(i, sample, frame);
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
     const bool pure_delta = point ? is_pure_delta(point->params) : is_black(at.albedo);

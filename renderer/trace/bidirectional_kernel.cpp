@@ -12,6 +12,7 @@
 // Light path number n of a block of the film is sample n of a sequence of the block's own (sampler.h), so that the
 // light paths of neighbouring pixels are spread evenly over the lights.
 #include "renderer/trace/bidirectional_camera_paths.h"
+#include "renderer/trace/direction_recorder.h"
 #include "renderer/trace/splat_connection.h"
 
 namespace helio {
@@ -86,7 +87,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, light_only_);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
-      film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y};
+      film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, direction_of(vertex)};
       if (task_.squares) {
         // A light path's share of the pixel is its try's, of which there are so many.
         const double tries = counts_.light_paths, brought = luminance(splat->radiance) / tries;
@@ -96,6 +97,12 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       add_splat_ray(vertex, *splat, key, index, i, paths_.rays);
     }
     trace_splats();
+  }
+
+  // That the light comes from which the camera sees.
+  static std::uint32_t direction_of(const LightVertex& vertex) {
+    if constexpr (!Watch::kRecords) return 0;
+    return pack_direction<DirectionReservoir::kAxisBits>(-vertex.arrived);
   }
 
   void trace_splats() {
@@ -132,7 +139,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
     for (const Arrival& arrival : arrivals_) {
       camera_.for_each_pixel(arrival.at.x, arrival.at.y, [&](int x, int y, double share) {
         // What other tiles' camera paths bring is all there is.
-        if (!tiles_ || tiles_->on(x, y)) splats.push_back({x, y, arrival.radiance * float(share)});
+        if (!tiles_ || tiles_->on(x, y)) splats.push_back(arrival.splat(x, y, share));
       });
       if (splats.size() >= kMostSplats) hand_over(0);
     }
@@ -145,11 +152,14 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   struct FilmPoint {
     double x, y;
+    std::uint32_t direction;  // Splat::direction
   };
   // Of a light path at the camera.
   struct Arrival {
     FilmPoint at;
     Rgb radiance;
+
+    Splat splat(int x, int y, double share) const { return {x, y, radiance * float(share), at.direction}; }
   };
 
   PairedPaths& pairs_;
@@ -161,7 +171,10 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 }  // namespace
 
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats) {
-  return BidirectionalKernel<NoWatch>(task).run(stats);
+  // What later pictures draw on, as path_kernel_recording.cpp has it; the same bits.
+  const bool keeps = task.film.history() && !task.scene.features.only_lambert;
+  return keeps ? BidirectionalKernel<DirectionRecorder>(task).run(stats)
+               : BidirectionalKernel<NoWatch>(task).run(stats);
 }
 
 }  // namespace helio

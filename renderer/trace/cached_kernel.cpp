@@ -33,13 +33,13 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
         photons_alone_(task.settings.integrator == Integrator::photon),
         connections_(photons_alone_ || cache_.vertices() == 0 ? 0 : task.settings.light_cache.connections),
         share_(double(cache_.vertices()) / (double(connections_) * double(cache_.paths()))),
-        per_area_(1 / (std::numbers::pi * cache_.radius() * cache_.radius() * double(cache_.paths()))) {
-  }
+        per_area_(1 / (std::numbers::pi * cache_.radius() * cache_.radius() * double(cache_.paths()))) {}
 
  private:
   friend Base;
   friend PathKernelBase<CachedKernel, Watch>;
-  using Base::block_bias_, Base::counts_, Base::group_, Base::join, Base::paths_, Base::reversed_index_, Base::scene_, Base::task_;
+  using Base::block_bias_, Base::counts_, Base::group_, Base::join, Base::paths_, Base::reversed_index_, Base::scene_,
+      Base::task_;
 
   void prepare_paths(int count) {
     Base::start_camera_paths(count);
@@ -50,8 +50,8 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
   void draw_partners() {
     const std::size_t all = cache_.vertices(), count = std::min(all, kMostPartners);
     const std::uint32_t key =
-        combine_hash(pixel_key(group_.pixel_x[0] / kPathGroupSize, group_.pixel_y[0] / kPathGroupSize,
-                               task_.range.half, task_.settings.seed) ^
+        combine_hash(pixel_key(group_.pixel_x[0] / kPathGroupSize, group_.pixel_y[0] / kPathGroupSize, task_.range.half,
+                               task_.settings.seed) ^
                          0x13198a2eu,
                      reversed_index_);
     partners_.clear();

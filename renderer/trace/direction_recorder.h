@@ -1,7 +1,9 @@
 // What a kernel notes for a film that later pictures draw on: of each sample, a direction that its light came from at
-// the first hit (film/direction_reservoir.h). Of the general kernel: Lambert surfaces look alike from everywhere.
+// the first hit (film/direction_reservoir.h). Of the general kernel and the bidirectional one: Lambert surfaces look
+// alike from everywhere.
 #pragma once
 
+#include <bit>
 #include <vector>
 
 #include "renderer/film/direction_reservoir.h"
@@ -39,6 +41,17 @@ class DirectionRecorder : public NoWatch {
   }
   void occluded(std::uint32_t path, bool occluded) {
     if (first_ && occluded) paths_[path].from_light = 0;
+  }
+  // Of several, one in proportion to what it brings.
+  void joined(std::uint32_t path, const V3f& direction, const Rgb& contribution) {
+    if (!first_) return;
+    Sample& sample = paths_[path];
+    const float brought = luminance(contribution);
+    sample.from_light += brought;
+    const std::uint32_t chance = combine_hash(std::bit_cast<std::uint32_t>(direction.x) + std::uint32_t(seed_),
+                                              std::bit_cast<std::uint32_t>(direction.y));
+    if (unit_float(chance) * sample.from_light < brought)
+      sample.to_light = pack_direction<DirectionReservoir::kAxisBits>(direction);
   }
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
     if (!first_ || !sample.valid() || sample.delta) return;

@@ -76,6 +76,8 @@ HistoryRevision::HistoryRevision(std::shared_ptr<const RenderScene> scene, const
                                  const PixelFilter& filter, const PathSettings& settings,
                                  std::vector<OutdatedPicture> pictures)
     : scene_(std::move(scene)), region_(region), wide_filter_(filter_reach(filter) > 1), settings_(settings) {
+  // Which estimates what all integrators do whose pictures are reused, without splats.
+  settings_.integrator = Integrator::path;
   for (OutdatedPicture& picture : pictures) items_.push_back({std::move(picture), std::nullopt, nullptr});
 }
 

@@ -22,13 +22,19 @@ const char* to_string(Integrator integrator) {
   return "unknown";
 }
 
+std::string integrator_names() {
+  std::string names;
+  for (const Integrator integrator : kEveryIntegrator)
+    names += (names.empty() ? "" : ", ") + std::string(to_string(integrator));
+  return names;
+}
+
 Result<Integrator> parse_integrator(const std::string& name) {
-  std::string allowed;
   for (const Integrator integrator : kEveryIntegrator) {
     if (name == to_string(integrator)) return integrator;
-    allowed += (allowed.empty() ? "" : ", ") + std::string(to_string(integrator));
   }
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not an integrator; allowed: " + allowed, "integrator"};
+  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not an integrator; allowed: " + integrator_names(),
+               "integrator"};
 }
 
 }  // namespace helio

@@ -18,8 +18,8 @@ enum class Integrator : std::uint8_t {
   vcm,        // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
   photon,     // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
 };
-inline constexpr Integrator kEveryIntegrator[] = {Integrator::path, Integrator::light, Integrator::bdpt,
-                                                  Integrator::path_bdpt, Integrator::lvc, Integrator::vcm,
+inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,      Integrator::light, Integrator::bdpt,
+                                                  Integrator::path_bdpt, Integrator::lvc,   Integrator::vcm,
                                                   Integrator::photon};
 
 // Light paths reach the camera at any pixel: the film has splats (film/splat_buffer.h).
@@ -34,6 +34,8 @@ constexpr bool merges(Integrator integrator) {
   return integrator == Integrator::vcm || integrator == Integrator::photon;
 }
 const char* to_string(Integrator integrator);
+// All of them, with commas.
+std::string integrator_names();
 // invalid_argument, naming "integrator", the value and those allowed.
 Result<Integrator> parse_integrator(const std::string& name);
 

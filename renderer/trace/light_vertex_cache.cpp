@@ -182,7 +182,12 @@ void LightVertexCache::gather(std::size_t b) {
 
 LightVertex LightVertexCache::load(const Record& r) const {
   const Ray ray{r.origin, r.hit.t, r.direction, 0};
-  return {PathVertex(scene_->impl(), ray, r.hit, nullptr), r.origin, r.throughput, r.mis(), r.media, int(r.depth),
+  return {PathVertex(scene_->impl(), ray, r.hit, nullptr),
+          r.origin,
+          r.throughput,
+          r.mis(),
+          r.media,
+          int(r.depth),
           kNoVertex};
 }
 

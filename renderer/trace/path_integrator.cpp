@@ -57,8 +57,7 @@ bool trace_window(const RenderScene& scene, const Camera& camera, const PathSett
 
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                          const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                         TraceStats& stats, RayLog* log, const SampleTargets* targets,
-                         const LightVertexCache* lights) {
+                         TraceStats& stats, RayLog* log, const SampleTargets* targets, const LightVertexCache* lights) {
   const PixelRect rect = intersect(window, film.bounds());
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
   WindowTask task{scene.impl(), camera, settings, range, rect, cancel, film, log, targets};

@@ -75,7 +75,8 @@ struct TraceStats {
 // With `targets`, which must be of the film's size, a pixel takes part in a level as SampleTargets::wants() says; of a
 // block, the pixels of the window that take part in the same level are traced together.
 //
-// `lights`, where the integrator asks for it (caches_light_vertices()): those of the range's one sample and half, ready.
+// `lights`, where the integrator asks for it (caches_light_vertices()): those of the range's one sample and half,
+// ready.
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                   TraceStats& stats, const SampleTargets* targets = nullptr, const LightVertexCache* lights = nullptr);

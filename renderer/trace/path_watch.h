@@ -25,6 +25,9 @@ struct NoWatch {
   void light_sample(std::uint32_t, const LightSample&) {}
   void light_value(std::uint32_t, const LightSample&, const BsdfValue&) {}
   void shadow_ray(std::uint32_t, float, const Rgb&) {}
+  // Of kernels that join vertices, in place of the two above and below: nothing lies between the vertex and a light or
+  // a light path's vertex in this direction, and this is what that brings.
+  void joined(std::uint32_t, const V3f&, const Rgb&) {}
   void occluded(std::uint32_t, bool) {}
   void scatter(std::uint32_t, const BsdfSample&, const Frame&) {}
   void next_throughput(std::uint32_t, const Rgb&) {}
@@ -103,6 +106,7 @@ class SampleWatch {
   }
 
   void occluded(std::uint32_t path, bool occluded) { note(path).light.occluded = occluded; }
+  void joined(std::uint32_t, const V3f&, const Rgb&) {}
 
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
     VertexTrace& v = note(path);

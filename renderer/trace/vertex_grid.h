@@ -30,7 +30,8 @@ class VertexGrid {
     std::uint32_t seen[8];
     int count = 0;
     for (int k = 0; k < 8; ++k) {
-      const std::uint32_t slot = hash(k & 1 ? other[0] : cell[0], k & 2 ? other[1] : cell[1], k & 4 ? other[2] : cell[2]);
+      const std::uint32_t slot =
+          hash(k & 1 ? other[0] : cell[0], k & 2 ? other[1] : cell[1], k & 4 ? other[2] : cell[2]);
       bool known = false;  // cells that share a slot are looked at once
       for (int j = 0; j < count; ++j) known |= seen[j] == slot;
       if (known) continue;
@@ -42,9 +43,7 @@ class VertexGrid {
     }
   }
 
-  std::size_t bytes() const {
-    return places_.capacity() * sizeof(V3f) + begins_.capacity() * sizeof(std::uint32_t);
-  }
+  std::size_t bytes() const { return places_.capacity() * sizeof(V3f) + begins_.capacity() * sizeof(std::uint32_t); }
 
  private:
   std::uint32_t hash(std::int32_t x, std::int32_t y, std::int32_t z) const {

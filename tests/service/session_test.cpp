@@ -42,7 +42,8 @@ TEST_F(SessionTest, ServerInfoStatesItsLimits) {
   EXPECT_EQ(std::vector<int>(info.modes().begin(), info.modes().end()),
             (std::vector<int>{pb::MODE_PT, pb::MODE_ADAPTIVE, pb::MODE_REPROJECT, pb::MODE_COMBINED}));
   EXPECT_EQ(std::vector<int>(info.integrators().begin(), info.integrators().end()),
-            (std::vector<int>{pb::INTEGRATOR_PATH, pb::INTEGRATOR_LIGHT, pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT}));
+            (std::vector<int>{pb::INTEGRATOR_PATH, pb::INTEGRATOR_LIGHT, pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT,
+                              pb::INTEGRATOR_LVC, pb::INTEGRATOR_VCM, pb::INTEGRATOR_PHOTON}));
   EXPECT_FALSE(info.draining());
 }
 

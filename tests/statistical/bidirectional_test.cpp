@@ -55,7 +55,8 @@ class Renderer {
     const LightTiles whole(kWidth, kHeight, true);
     const auto trace = [&](const SampleRange& range, const LightVertexCache* lights) {
       for (std::size_t t = 0; t < whole.size(); ++t) {
-        EXPECT_TRUE(trace_window(*built_, camera, settings, range, whole.window(t), never, film, stats, nullptr, lights));
+        EXPECT_TRUE(
+            trace_window(*built_, camera, settings, range, whole.window(t), never, film, stats, nullptr, lights));
       }
     };
     for (int half = 0; half < kHalves; ++half) {
@@ -64,8 +65,7 @@ class Renderer {
         continue;
       }
       for (std::uint32_t sample = 0; sample < scene_.samples; ++sample) {
-        const auto lights =
-            make_light_cache(built_, settings, half, sample, kWidth * kHeight, &camera, film, stats);
+        const auto lights = make_light_cache(built_, settings, half, sample, kWidth * kHeight, &camera, film, stats);
         trace({half, sample, 1}, lights.get());
       }
     }

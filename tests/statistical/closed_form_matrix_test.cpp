@@ -88,7 +88,7 @@ MeanOfPicture render_mean(RenderEngine& engine, const std::shared_ptr<const Rend
   RenderLoop loop =
       way.general && !caches_light_vertices(settings.integrator)
           ? RenderLoop(engine, general_path_tracer(scene), settings, budget, RenderRank::job, sink, options)
-                  : RenderLoop(engine, scene, settings, budget, RenderRank::job, sink, options);
+          : RenderLoop(engine, scene, settings, budget, RenderRank::job, sink, options);
   RenderLoop::Update update;
   update.view = View{1, pose, 0, 0};
   loop.update(update);

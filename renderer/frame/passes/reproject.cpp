@@ -5,6 +5,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
 #include "renderer/film/pixel_hash.h"
+#include "renderer/film/splat_buffer.h"
 
 namespace helio {
 namespace {
@@ -75,7 +76,9 @@ void HistoryTransfer::prepare_revision() {
   sweeps_.push_back(Sweep::compare);
 }
 
+// The film's own picture is with the sources by now, or of no use.
 void HistoryTransfer::prepare_reprojection() {
+  if (film_.splats()) film_.splats()->clear();
   std::vector<PictureSource> sources;
   for (int k = 0; k < FilmHistory::kSources && can_reproject(pose_, filter_); ++k) {
     const int i = k == 0 ? history_.anchor() : 1 - history_.anchor();

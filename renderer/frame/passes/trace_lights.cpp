@@ -94,8 +94,7 @@ std::shared_ptr<LightVertexWork> LightVertexSource::begin(int half, std::uint32_
   if (!current_ || current_->half() != half || current_->sample() != sample) {
     begin_picture();
     auto kept = sample == 0 ? first_[half] : std::shared_ptr<LightVertexCache>();
-    current_ =
-        std::make_shared<LightVertexWork>(scene_, settings_, half, sample, std::move(kept), vertices_per_path_);
+    current_ = std::make_shared<LightVertexWork>(scene_, settings_, half, sample, std::move(kept), vertices_per_path_);
   }
   current_->aim(*camera_, cancel_, *film_);
   return current_;

@@ -89,6 +89,10 @@ TEST(FrameScheduler, TilesThatAreNotDoneAloneAreShownTogether) {
   budget.samples = 1;
   plan.final = true;
   EXPECT_PLAN(FrameScheduler(budget, policy).plan_next(FrameState{}, 0, 0, 0), plan);
+  FrameState moved;
+  moved.reproject_due = true;
+  plan.reproject = true;
+  EXPECT_PLAN(FrameScheduler(budget, policy).plan_next(moved, 0, 0, 0), plan);
 }
 
 TEST(FrameScheduler, CarriesTheRevision) {

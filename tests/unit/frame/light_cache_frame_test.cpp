@@ -129,8 +129,7 @@ TEST(LightCache, ASceneWithoutLightIsBlackAndEnds) {
     RenderSettings settings;
     settings.width = settings.height = 40;
     settings.integrator = integrator;
-    const ViewPicture picture =
-        LoopViews(engine, built, settings).render(camera_at({0, 0, 0.9}, {0, 0, -1}, 70), 4);
+    const ViewPicture picture = LoopViews(engine, built, settings).render(camera_at({0, 0, 0.9}, {0, 0, -1}, 70), 4);
     EXPECT_EQ(picture.end.reason, FrameEndReason::samples);
     for (const float value : picture.radiance[1]) EXPECT_EQ(value, 0);
   }

@@ -77,27 +77,33 @@ TEST(RenderSettings, IntegratorsByName) {
   const auto unknown = parse_integrator("pt");
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.error().to_string(),
-            "integrator: \"pt\" is not an integrator; allowed: path, light, bdpt, pt-bdpt");
+            "integrator: \"pt\" is not an integrator; allowed: path, light, bdpt, pt-bdpt, lvc, vcm, photon");
 }
 
 TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
   RenderSettings s;
   for (const Integrator integrator : kEveryIntegrator) {
+    if (caches_light_vertices(integrator)) continue;
     s.integrator = integrator;
     for (const RenderMode mode : kEveryRenderMode) {
       s.mode = mode;
       s.variant = ModeVariant::bounded;
-      EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || !reuses(mode)) << to_string(mode);
+      EXPECT_EQ(problems_of(s).empty(), integrator != Integrator::light || !reuses(mode)) << to_string(mode);
       s.variant = ModeVariant::paper;
       EXPECT_EQ(problems_of(s).empty(), integrator == Integrator::path || mode == RenderMode::pt) << to_string(mode);
     }
   }
-  s.integrator = Integrator::bdpt;
+  const std::string allowed =
+      "; allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt-bdpt in mode pt, and "
+      "all "
+      "others with variant bounded";
+  s.integrator = Integrator::light;
   s.mode = RenderMode::combined;
   s.variant = ModeVariant::bounded;
-  EXPECT_EQ(problems_of(s),
-            "settings.integrator: bdpt in mode combined (variant bounded); allowed there: path; the others in mode pt, "
-            "and adaptive with variant bounded");
+  EXPECT_EQ(problems_of(s), "settings.integrator: light in mode combined (variant bounded)" + allowed);
+  s.integrator = Integrator::bdpt;
+  s.variant = ModeVariant::paper;
+  EXPECT_EQ(problems_of(s), "settings.integrator: bdpt in mode combined (variant paper)" + allowed);
   s.mode = RenderMode::pt;
   s.max_segments = 257;
   EXPECT_EQ(problems_of(s), "settings.integrator: bdpt with max_segments 257; allowed there: [1, 256]");
@@ -105,7 +111,34 @@ TEST(RenderSettings, LightPathsNeedAModeThatTakesThem) {
   EXPECT_EQ(problems_of(s), "");
   s.max_segments = 10;
   s.integrator = Integrator(9);
-  EXPECT_EQ(problems_of(s), "settings.integrator: 9 is not an integrator; allowed: path, light, bdpt, pt-bdpt");
+  EXPECT_EQ(problems_of(s),
+            "settings.integrator: 9 is not an integrator; allowed: path, light, bdpt, pt-bdpt, lvc, vcm, photon");
+}
+
+TEST(RenderSettings, LightVerticesAreCachedInModePtAlone) {
+  RenderSettings s;
+  for (const Integrator integrator : {Integrator::lvc, Integrator::vcm, Integrator::photon}) {
+    s = {};
+    s.integrator = integrator;
+    EXPECT_EQ(problems_of(s), "");
+    for (const RenderMode mode : {RenderMode::adaptive, RenderMode::reproject, RenderMode::combined}) {
+      s.mode = mode;
+      EXPECT_EQ(problems_of(s), "settings.integrator: " + std::string(to_string(integrator)) + " in mode " +
+                                    to_string(mode) +
+                                    "; allowed there: path, light, bdpt, pt-bdpt; this one in mode pt");
+    }
+  }
+  s.mode = RenderMode::pt;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  s.light_cache = {0, 0, 0};
+  EXPECT_EQ(problems_of(s),
+            "settings.light_cache.connections: 0 is outside [1, 64]\nsettings.light_cache.radius: 0 is outside [1e-06, "
+            "0.1] of the scene's radius\nsettings.light_cache.shrinking: 0 is outside [0.1, 1]");
+  s.light_cache = {65, nan, nan};
+  EXPECT_NE(problems_of(s).find("radius: nan"), std::string::npos) << problems_of(s);
+  EXPECT_NE(problems_of(s).find("shrinking: nan"), std::string::npos) << problems_of(s);
+  s.light_cache = {64, 0.1, 1};
+  EXPECT_EQ(problems_of(s), "");
 }
 
 TEST(RenderSettings, FilterScalesAreChecked) {

@@ -115,8 +115,7 @@ struct MadeUpPath {
   double weight(int s) const {
     const int k = segments(), t = k + 1 - s;
     if (s == 0) {
-      return weight_of_hit(camera_state(0), pdf_direct * (finite_light ? onto_light_side(0) : 1), pdf_emission,
-                           counts);
+      return weight_of_hit(camera_state(0), pdf_direct * (finite_light ? onto_light_side(0) : 1), pdf_emission, counts);
     }
     if (t == 1) {
       return weight_of_splat(light_state(k - 1), density * onto_light_side(k - 1), vertices[k - 1].reverse, counts);
@@ -162,7 +161,8 @@ void expect_exact(const MadeUpPath& path) {
   for (int s = 0; s <= path.segments(); ++s) {
     if (path.density_of(s) == 0) continue;
     const double weight = path.weight(s);
-    EXPECT_NEAR(weight, path.exact_weight(path.density_of(s)), 1e-9) << "s " << s << " of " << path.segments() << " segments";
+    EXPECT_NEAR(weight, path.exact_weight(path.density_of(s)), 1e-9)
+        << "s " << s << " of " << path.segments() << " segments";
     sum += weight;
   }
   for (int i = 1; i < path.segments(); ++i) {

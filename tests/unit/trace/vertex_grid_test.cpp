@@ -15,9 +15,8 @@ std::set<std::uint32_t> found(const VertexGrid& grid, const std::vector<std::uin
   std::vector<std::uint32_t> number(order.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) number[order[i]] = i;
   std::set<std::uint32_t> numbers;
-  grid.for_each_near(at, [&](std::uint32_t place) {
-    EXPECT_TRUE(numbers.insert(number[place]).second) << "found twice";
-  });
+  grid.for_each_near(at,
+                     [&](std::uint32_t place) { EXPECT_TRUE(numbers.insert(number[place]).second) << "found twice"; });
   return numbers;
 }
 

@@ -1,0 +1,111 @@
+// Pictures with light paths that draw on earlier ones, against those that do not.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "moments.h"
+#include "renderer/metrics/error_metrics.h"
+#include "tests/support/loop_views.h"
+#include "tests/support/own_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kSide = 32;
+
+RenderSettings settings_of(RenderMode mode, Integrator integrator, std::uint64_t seed) {
+  RenderSettings settings;
+  settings.width = settings.height = kSide;
+  settings.mode = mode;
+  settings.integrator = integrator;
+  settings.max_segments = 5;
+  settings.seed = seed;
+  return settings;
+}
+
+double mean_of(const ViewPicture& picture) {
+  double sum = 0;
+  for (const std::vector<float>& channel : picture.radiance) {
+    for (const float value : channel) sum += value;
+  }
+  return sum / (3.0 * double(picture.samples.size()));
+}
+
+struct Case {
+  const char* scene;
+  Integrator integrator;
+  int seeds;
+};
+
+class BidirectionalReuse : public testing::TestWithParam<Case> {
+ protected:
+  std::shared_ptr<const RenderScene> scene = load_own_scene(GetParam().scene);
+  RenderEngine engine{2};
+};
+
+// The mean over the picture, at the end of a path of a few turns and a step to the side, and after a rest.
+TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
+  ASSERT_TRUE(scene);
+  const CameraPose home = camera_pose(scene->description().cameras.at(0));
+  Moments fresh, moving, resting;
+  for (int seed = 1; seed <= GetParam().seeds; ++seed) {
+    LoopViews plain(engine, scene, settings_of(RenderMode::pt, GetParam().integrator, 1000 + std::uint64_t(seed)));
+    fresh.add(mean_of(plain.render(home, 32)));
+    LoopViews views(engine, scene, settings_of(RenderMode::combined, GetParam().integrator, std::uint64_t(seed)));
+    for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home, step, 0.01 * step), 16);
+    moving.add(mean_of(views.render(home, 4)));
+    resting.add(mean_of(views.render(home, 32)));
+  }
+  for (const Moments& reused : {moving, resting}) {
+    const double difference = reused.mean() - fresh.mean();
+    const double error = std::sqrt(reused.variance_of_mean() + fresh.variance_of_mean());
+    std::printf("bias %+.3f %% +- %.3f %%\n", 100 * difference / fresh.mean(), 100 * error / fresh.mean());
+    EXPECT_LT(std::abs(difference), 0.002 * fresh.mean() + 3 * error);
+    EXPECT_LT(error, 0.005 * fresh.mean()) << "else the test would not tell";
+  }
+}
+
+// Reported over true error right after a turn and a step, and after more samples; and what reuse gains over a restart.
+TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
+  ASSERT_TRUE(scene);
+  const CameraPose home = camera_pose(scene->description().cameras.at(0));
+  LoopViews fresh(engine, scene, settings_of(RenderMode::pt, Integrator::bdpt, 77));
+  const ViewPicture truth = fresh.render(home, 1024);
+  for (const auto& [degrees, shift] : {std::pair(5.0, 0.0), std::pair(0.0, 0.1)}) {
+    for (const std::uint32_t samples : {2u, 16u}) {
+      double reported = 0, squared = 0, restarted = 0;
+      for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        LoopViews views(engine, scene, settings_of(RenderMode::combined, GetParam().integrator, seed));
+        views.render(turned_and_shifted(home, degrees, shift), 64);
+        const ViewPicture& moved = views.render(home, samples);
+        squared += squared_error(moved.view(), truth.view())->mse;
+        for (int c = 0; c < 3; ++c) {
+          for (const float v : moved.variance[c]) reported += double(v) / (3.0 * kSide * kSide);
+        }
+        LoopViews plain(engine, scene, settings_of(RenderMode::pt, GetParam().integrator, 500 + seed));
+        restarted += squared_error(plain.render(home, samples).view(), truth.view())->mse;
+      }
+      const double ratio = std::sqrt(reported / squared), gain = restarted / squared;
+      std::printf("%s %s turn %g shift %g samples %u: reported over true error %.3f, restart over reuse (mse) %.2f\n",
+                  GetParam().scene, to_string(GetParam().integrator), degrees, shift, samples, ratio, gain);
+      EXPECT_GT(ratio, 0.7);
+      EXPECT_LT(ratio, 1.7);
+      EXPECT_GT(gain, samples == 2 ? 1.5 : 1.0);
+    }
+  }
+}
+
+// Light that comes by way of the ceiling alone; lamps through glass; what glows on glossy walls; and a box in which
+// light paths are no better.
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, BidirectionalReuse,
+    testing::Values(Case{"cornell-covered", Integrator::bdpt, 16}, Case{"cornell-covered", Integrator::path_bdpt, 16},
+                    Case{"cornell-spheres", Integrator::bdpt, 16}, Case{"cornell-glossy", Integrator::bdpt, 16},
+                    Case{"cornell-box", Integrator::path_bdpt, 16}),
+    [](const auto& test) {
+      return test_name_of(test.param.scene) + (test.param.integrator == Integrator::bdpt ? "_bdpt" : "_pt_bdpt");
+    });
+
+}  // namespace
+}  // namespace helio::test
