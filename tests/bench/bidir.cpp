@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "error_scenes.h"
+#include "first_frame.h"
 #include "mitsuba_peer.h"
 #include "statistics.h"
 #include "subcommands.h"
@@ -104,7 +105,8 @@ Status run_bidir(BenchContext& context, Figures& figures) {
   for (const Case& what : kCases) {
     if (const Status done = run_case(context, what, engine, peer.get(), figures); !done) return done;
   }
-  return ok_status();
+  if (const Status done = add_first_frames(context, engine, figures); !done) return done;
+  return add_bidirectional_rate(context, engine, figures);
 }
 
 }  // namespace helio::bench

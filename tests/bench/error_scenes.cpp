@@ -100,7 +100,7 @@ Result<fs::path> find_error_scene(const BenchOptions& options, const std::string
 }
 
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path& file, RenderEngine& engine,
-                                    std::uint32_t samples) {
+                                    std::uint32_t samples, const RenderSettings& how) {
   ErrorScene scene;
   scene.name = file.stem().string();
   scene.file = file;
@@ -120,7 +120,7 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   const auto found = find_reference(scene);
   if (!found) return found.error();
   if (*found) return scene;
-  RenderSettings settings;
+  RenderSettings settings = how;
   const double aspect = scene.scene->description().cameras.at(0).aspect;
   settings.height = options.size;
   settings.width = aspect > 0 ? std::max(1, int(std::lround(options.size * aspect))) : options.size;

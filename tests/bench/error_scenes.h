@@ -35,9 +35,10 @@ Result<std::filesystem::path> find_error_scene(const BenchOptions& options, cons
 
 // The scene with its reference: STEM.reference.exr or STEM.mean.exr, with STEM.variance.exr, beside the file or in the
 // folder above it, made by another renderer; where there is none, a picture of `samples` samples a pixel of our own,
-// options.size pixels high, kept in options.cache (reference_pictures.h).
+// options.size pixels high, made with the path length and integrator of `how`, kept in options.cache
+// (reference_pictures.h).
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::filesystem::path& file,
-                                    RenderEngine& engine, std::uint32_t samples);
+                                    RenderEngine& engine, std::uint32_t samples, const RenderSettings& how = {});
 
 // The two in one, with references of kReferenceSamples. Nothing, and a note, where a scene that nobody asked for by
 // name (options.scenes is empty) is not there.

@@ -29,8 +29,8 @@ void add(Checksum64& sum, const CameraPose& view) {
 }
 
 void add(Checksum64& sum, const RenderSettings& settings) {
-  for (const int number :
-       {settings.max_segments, settings.roulette_from, int(settings.roulette), int(settings.filter.kind)}) {
+  for (const int number : {settings.max_segments, settings.roulette_from, int(settings.roulette),
+                           int(settings.filter.kind), int(settings.integrator)}) {
     sum.add_number(std::uint64_t(number));
   }
   sum.add_number(settings.filter.scale);

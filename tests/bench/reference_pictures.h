@@ -18,7 +18,7 @@ struct ReferenceRequest {
   std::uint64_t scene_checksum = 0;  // of every byte the scene was read from
   std::shared_ptr<const RenderScene> scene;
   CameraPose view;
-  RenderSettings settings;                    // mode, variant and seed do not count: always pt, from seeds of its own
+  RenderSettings settings;                    // mode, variant and seed do not count: always pt, own seeds
   std::uint32_t samples = kReferenceSamples;  // per pixel, >= 2
 };
 
