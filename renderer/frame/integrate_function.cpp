@@ -13,6 +13,7 @@ PathSettings path_settings(const RenderSettings& settings) {
   path.roulette_from = settings.roulette_from;
   path.roulette = settings.roulette;
   path.integrator = settings.integrator;
+  path.technique = settings.technique;
   path.region = settings.rendered_region();
   return path;
 }

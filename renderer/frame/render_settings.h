@@ -11,6 +11,7 @@
 #include "renderer/trace/camera.h"
 #include "renderer/trace/integrator.h"
 #include "renderer/trace/roulette.h"
+#include "renderer/trace/technique.h"
 
 namespace helio {
 
@@ -66,6 +67,8 @@ struct RenderSettings {
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
   Integrator integrator = Integrator::path;  // others: modes pt and adaptive (variant bounded)
+  // Integrator bdpt in mode pt: shows one that exists() and has at most max_segments; none: all of them together.
+  std::optional<Technique> technique;
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
   std::uint64_t seed = 0;
