@@ -265,6 +265,10 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
         "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
   settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
   settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
+  if (message.has_technique()) {
+    const pb::Technique& technique = message.technique();
+    settings.technique = Technique{technique.light_vertices(), technique.camera_vertices(), technique.unweighted()};
+  }
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
   settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
@@ -433,6 +437,12 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
   message.set_integrator(to_message(settings.integrator));
+  if (settings.technique) {
+    pb::Technique& technique = *message.mutable_technique();
+    technique.set_light_vertices(settings.technique->light_vertices);
+    technique.set_camera_vertices(settings.technique->camera_vertices);
+    technique.set_unweighted(settings.technique->unweighted);
+  }
   const bool paper = settings.variant == ModeVariant::paper;
   if (settings.mode != RenderMode::pt) message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
   if (allocates(settings.mode)) {

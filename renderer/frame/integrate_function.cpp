@@ -14,6 +14,7 @@ PathSettings path_settings(const RenderSettings& settings) {
   path.roulette = settings.roulette;
   path.integrator = settings.integrator;
   path.light_cache = settings.light_cache;
+  path.technique = settings.technique;
   path.region = settings.rendered_region();
   return path;
 }

@@ -112,6 +112,29 @@ void check_light_cache(const LightCacheSettings& cache, const std::string& where
     problems.add(field(where, "shrinking"), text(cache.shrinking) + " is outside [" + text(kLeastShrinking) + ", 1]");
 }
 
+void check_technique(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  const int s = settings.technique->light_vertices, t = settings.technique->camera_vertices;
+  if (settings.integrator != Integrator::bdpt || settings.mode != RenderMode::pt)
+    problems.add(where, std::string("of ") + to_string(settings.integrator) + " in mode " + to_string(settings.mode) +
+                            "; allowed: of integrator bdpt in mode pt");
+  const int most = settings.max_segments;  // of any sign: its own problem
+  const std::size_t before = problems.size();
+  check_range(s, 0, std::max(most, 0), field(where, "light_vertices"), problems);
+  check_range(t, 1, std::max(most, 0) + 1, field(where, "camera_vertices"), problems);
+  if (problems.size() > before) return;
+  if (s == 1 && t == 1) {
+    problems.add(where,
+                 "light_vertices 1 with camera_vertices 1: lights seen directly come from light_vertices 0 "
+                 "with camera_vertices 2");
+  } else if (s == 0 && t == 1) {
+    problems.add(where, "light_vertices 0 with camera_vertices 1 is no path; allowed: at least 2 in all");
+  } else if (s + t > most + 1) {
+    problems.add(where, "light_vertices " + std::to_string(s) + " with camera_vertices " + std::to_string(t) + " is " +
+                            std::to_string(s + t - 1) +
+                            " segments; allowed: [1, max_segments = " + std::to_string(most) + "]");
+  }
+}
+
 void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
   switch (filter.kind) {
     case PixelFilterKind::box:
@@ -191,6 +214,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   check_integrator(settings, field(where, "integrator"), problems);
   if (caches_light_vertices(settings.integrator))
     check_light_cache(settings.light_cache, field(where, "light_cache"), problems);
+  if (settings.technique) check_technique(settings, field(where, "technique"), problems);
   if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
     check_reprojection(settings.reprojection, field(where, "reprojection"), problems);
   if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);

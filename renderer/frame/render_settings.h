@@ -12,6 +12,7 @@
 #include "renderer/trace/integrator.h"
 #include "renderer/trace/light_cache_settings.h"
 #include "renderer/trace/roulette.h"
+#include "renderer/trace/technique.h"
 
 namespace helio {
 
@@ -70,6 +71,8 @@ struct RenderSettings {
   // edit has changed is measured with the path tracer, which sees what light does not. Those that cache light vertices:
   // mode pt.
   Integrator integrator = Integrator::path;
+  // Integrator bdpt in mode pt: shows one that exists() and has at most max_segments; none: all of them together.
+  std::optional<Technique> technique;
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
   LightCacheSettings light_cache;  // integrators that cache light vertices

@@ -42,6 +42,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
         camera_(task.splat_camera ? *task.splat_camera : task.camera),
         counts_(counts),
         light_only_(task.settings.integrator == Integrator::light),
+        technique_(task.settings.technique ? &*task.settings.technique : nullptr),
         paths_(thread_paths()) {}
 
   bool samples_lights() const { return true; }
@@ -51,6 +52,13 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
     return *paths;
   }
+
+  // Whether the picture shows paths of s light and t camera vertices.
+  bool shows(int s, int t) const {
+    return !technique_ || (technique_->light_vertices == s && technique_->camera_vertices == t);
+  }
+  // With which a path of MIS weight `weight` counts.
+  double counting(double weight) const { return technique_ && technique_->unweighted ? 1 : weight; }
 
   void start_camera_paths(int count) {
     if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
@@ -93,13 +101,14 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   }
 
   float environment_weight(int vertex, std::uint32_t i) {
+    if (!shows(0, vertex + 1)) return 0;
     if (vertex == 1) return 1;
     const PathState& path = group_.paths[i];
     const Ray& ray = group_.rays[i];
     const double pdf_w = lights_.pdf_w_environment(ray.origin, path.normal, ray.direction);
     const double weight = weight_of_hit(paths_.mis[i], pdf_w, lights_.pdf_emission_environment(ray.direction), counts_);
     if (task_.squares) add_hit_square(i, lights_.environment_radiance(ray.direction), weight, pdf_w);
-    return float(weight);
+    return float(counting(weight));
   }
 
   void add_hit_square(std::uint32_t i, const Rgb& radiance, double weight, double pdf_direct) {
@@ -117,7 +126,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const double weight =
         weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light), counts_);
     if (task_.squares) add_hit_square(i, radiance, weight, pdf_area);
-    return float(weight);
+    return float(counting(weight));
   }
 
   // One vertex of one camera path. True when the path goes on along the new ray in group_.rays[i].
@@ -140,7 +149,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
     watch_.throughput(i, path.beta);
     mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
-    if (material.emissive) add_emission(vertex, i, hit, surface);
+    if (material.emissive && shows(0, vertex + 1)) add_emission(vertex, i, hit, surface);
 
     std::optional<ShadingPoint> made;  // of all that is not Lambert
     if (!at.lambert) made.emplace(scene_, hit, surface, to_camera, at.footprint);
@@ -165,9 +174,10 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
     const bool pure_delta = point ? is_pure_delta(point->params) : is_black(at.albedo);
     if (has_lights_ && !pure_delta) {
-      if (kernel().samples_lights()) sample_light(vertex, j, i, at, point, light_normal, transmissive);
+      if (kernel().samples_lights() && shows(1, vertex + 1)) sample_light(vertex, j, i, at, point, light_normal, transmissive);
       kernel().connect(vertex, i, at, point);
     }
+    if (technique_ && vertex + 1 >= technique_->camera_vertices) return false;
 
     if (kernel().ends_at(pure_delta) || !sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
@@ -213,7 +223,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const double weight =
         weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.distance,
                                light.cos_light, at.cosine(light.direction), value.pdf_w, reverse.pdf_w, counts_);
-    Rgb radiance = path.beta * value.f_cos * light.radiance * float(weight / light.pdf_w);
+    Rgb radiance = path.beta * value.f_cos * light.radiance * float(counting(weight) / light.pdf_w);
     if (scene_.features.absorption) {
       radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front,
                                        dot(surface.geometric_normal, light.direction) > 0, light.distance);
@@ -233,6 +243,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   void join(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const LightVertex& light,
             std::uint32_t number, double share) {
     if (vertex + light.depth + 1 > task_.settings.max_segments) return;
+    if (!shows(light.depth + 1, vertex + 1)) return;
     const PathState& path = group_.paths[i];
     const V3f between = light.surface.position - at.surface.position;
     const double squared = dot(V3d(between), V3d(between));
@@ -252,7 +263,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
                              camera_value.pdf_w * cos_light / squared, light_value.pdf_w, counts_);
     // f_cos has the cosine at the camera's vertex; adjoint_weight() that at the light's.
     const Rgb leaving = adjoint_weight(light, light_value.f_cos, back, to_light);
-    Rgb radiance = path.beta * camera_value.f_cos * light.throughput * leaving * float(share * weight / squared);
+    Rgb radiance =
+        path.beta * camera_value.f_cos * light.throughput * leaving * float(share * counting(weight) / squared);
     if (scene_.features.absorption) {
       radiance *= shadow_transmittance(scene_, path.media, *at.surface.part, at.surface.front,
                                        dot(at.surface.geometric_normal, direction) > 0, float(distance));
@@ -270,6 +282,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   const CameraImportance camera_;
   const TechniqueCounts counts_;
   const bool light_only_;
+  const Technique* technique_;  // null: all together
   BidirectionalGroup& paths_;
   double squares_of_rays_[ConnectionRays::kCapacity];  // by ray
   std::vector<Splat> squares_;

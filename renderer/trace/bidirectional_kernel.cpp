@@ -11,6 +11,8 @@
 //
 // Light path number n of a block of the film is sample n of a sequence of the block's own (sampler.h), so that the
 // light paths of neighbouring pixels are spread evenly over the lights.
+#include <algorithm>
+
 #include "renderer/trace/bidirectional_camera_paths.h"
 #include "renderer/trace/direction_recorder.h"
 #include "renderer/trace/splat_connection.h"
@@ -31,20 +33,30 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
  public:
   explicit BidirectionalKernel(const WindowTask& task)
-      : Base(task, {light_paths_of(task)}), pairs_(thread_pairs()), tiles_(task.film.light_tiles().get()) {}
+      : Base(task, {light_paths_of(task)}),
+        pairs_(thread_pairs()),
+        tiles_(task.film.light_tiles().get()),
+        light_settings_(settings_of_light_paths(task.settings)) {}
 
  private:
   friend Base;
   friend PathKernelBase<BidirectionalKernel, Watch>;
   using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::join, Base::light_only_, Base::paths_,
-      Base::reversed_index_, Base::samples, Base::scene_, Base::squares_, Base::squares_of_rays_, Base::stats_,
-      Base::task_, Base::trace_rays;
+      Base::reversed_index_, Base::samples, Base::scene_, Base::shows, Base::squares_, Base::squares_of_rays_,
+      Base::stats_, Base::task_, Base::technique_, Base::trace_rays;
 
   // That a sample of every pixel comes with.
   static double light_paths_of(const WindowTask& task) {
     const PixelRect region = task.settings.region.empty() ? task.film.bounds() : task.settings.region;
     const LightTiles* tiles = task.film.light_tiles().get();
     return tiles ? tiles->pixels_in(region) : double(region.area());
+  }
+
+  // Light paths end where the technique that is shown needs no more of them.
+  static PathSettings settings_of_light_paths(const PathSettings& settings) {
+    PathSettings own = settings;
+    if (own.technique) own.max_segments = std::clamp(own.technique->light_vertices, 1, own.max_segments);
+    return own;
   }
 
   static PairedPaths& thread_pairs() {
@@ -73,18 +85,20 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const auto own = std::uint32_t(y % kPathGroupSize * kPathGroupSize + x % kPathGroupSize);
       batch.reversed_index[i] = reverse_bits(sample * kBlockPaths + own);
     }
-    pairs_.lights.trace(scene_, task_.settings, batch, counts_, task_.cancel, stats_);
+    pairs_.lights.trace(scene_, light_settings_, batch, counts_, task_.cancel, stats_);
   }
 
   // t = 1.
   void splat_light_paths() {
     const std::vector<LightVertex>& vertices = pairs_.lights.vertices();
+    const bool unweighted = light_only_ || (technique_ && technique_->unweighted);
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
       const LightVertex& vertex = vertices[v];
+      if (!shows(vertex.depth + 1, 1)) continue;
       const std::uint32_t i = pairs_.lights.path_of(v);
       const std::uint32_t key = pairs_.batch.keys[i], index = pairs_.batch.reversed_index[i];
       const V2f lens = lens_sample(task_.camera, key, index, vertex.depth);
-      const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, light_only_);
+      const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
       film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, direction_of(vertex)};
@@ -164,6 +178,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   PairedPaths& pairs_;
   const LightTiles* tiles_;                           // null: light paths everywhere
+  const PathSettings light_settings_;                 // of light paths
   FilmPoint film_points_[ConnectionRays::kCapacity];  // by ray
   std::vector<Arrival> arrivals_;
 };

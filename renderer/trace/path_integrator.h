@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
@@ -12,6 +13,7 @@
 #include "renderer/trace/light_cache_settings.h"
 #include "renderer/trace/render_scene.h"
 #include "renderer/trace/roulette.h"
+#include "renderer/trace/technique.h"
 
 namespace helio {
 
@@ -23,6 +25,7 @@ struct PathSettings {
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
   Integrator integrator = Integrator::path;  // others need a film with splats
+  std::optional<Technique> technique;  // integrator bdpt: what this one brings alone; it exists(). None: all together
   LightCacheSettings light_cache;
   PixelRect region;  // whose pixels get samples, and so light paths; empty: the whole film
   bool general_kernel = false;  // ignore SceneFeatures: the reference that specialised kernels must match bit for bit

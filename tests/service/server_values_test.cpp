@@ -153,6 +153,14 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
     EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(integrator);
     EXPECT_TRUE(problems.empty());
   }
+  for (const Technique technique : {Technique{0, 2, false}, {2, 1, true}, {3, 4, false}}) {
+    RenderSettings settings;
+    settings.integrator = Integrator::bdpt;
+    settings.technique = technique;
+    Problems problems;
+    EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings);
+    EXPECT_TRUE(problems.empty());
+  }
   pb::RenderSettings unknown;
   unknown.set_integrator(pb::Integrator(17));
   Problems refused;

@@ -141,6 +141,42 @@ TEST(RenderSettings, LightVerticesAreCachedInModePtAlone) {
   EXPECT_EQ(problems_of(s), "");
 }
 
+TEST(RenderSettings, TechniquesAreThoseOfTheLongestPath) {
+  RenderSettings s;
+  s.integrator = Integrator::bdpt;
+  s.max_segments = 4;
+  for (const Technique technique : {Technique{0, 2}, {1, 2}, {2, 1}, {0, 5}, {4, 1}, {2, 3, true}}) {
+    s.technique = technique;
+    EXPECT_EQ(problems_of(s), "") << technique.light_vertices << ", " << technique.camera_vertices;
+  }
+  const std::pair<Technique, std::string> refused[] = {
+      {{1, 1},
+       "settings.technique: light_vertices 1 with camera_vertices 1: lights seen directly come from light_vertices 0 "
+       "with camera_vertices 2"},
+      {{0, 1}, "settings.technique: light_vertices 0 with camera_vertices 1 is no path; allowed: at least 2 in all"},
+      {{-1, 0},
+       "settings.technique.light_vertices: -1 is outside [0, 4]; settings.technique.camera_vertices: 0 is outside "
+       "[1, 5]"},
+      {{5, 6},
+       "settings.technique.light_vertices: 5 is outside [0, 4]; settings.technique.camera_vertices: 6 is outside "
+       "[1, 5]"},
+      {{3, 3},
+       "settings.technique: light_vertices 3 with camera_vertices 3 is 5 segments; allowed: [1, max_segments = 4]"}};
+  for (const auto& [technique, problem] : refused) {
+    s.technique = technique;
+    EXPECT_EQ(problems_of(s), problem);
+  }
+  s.technique = Technique{1, 2};
+  for (const Integrator integrator : {Integrator::path, Integrator::light, Integrator::path_bdpt}) {
+    s.integrator = integrator;
+    EXPECT_EQ(problems_of(s), std::string("settings.technique: of ") + to_string(integrator) +
+                                  " in mode pt; allowed: of integrator bdpt in mode pt");
+  }
+  s.integrator = Integrator::bdpt;
+  s.mode = RenderMode::adaptive;
+  EXPECT_EQ(problems_of(s), "settings.technique: of bdpt in mode adaptive; allowed: of integrator bdpt in mode pt");
+}
+
 TEST(RenderSettings, FilterScalesAreChecked) {
   RenderSettings s;
   s.filter.scale = -1;  // the box has none
