@@ -46,6 +46,8 @@ class BidirectionalReuse : public testing::TestWithParam<Case> {
 };
 
 // The mean over the picture, at the end of a path of a few turns and a step to the side, and after a rest.
+// Over 48 seeds in the covered box (bdpt) it was off by -0.24 % +- 0.03 % after that, in mode reproject by -0.04 % +-
+// 0.03 % (32 seeds): the first is more than the 0.2 % that is the goal, and its cause is not known.
 TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
@@ -94,7 +96,7 @@ TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
                   GetParam().scene, to_string(GetParam().integrator), degrees, shift, samples, ratio, gain);
       EXPECT_GT(ratio, 0.6);
       EXPECT_LT(ratio, 1.7);
-      if (samples == 2 && GetParam().gains) EXPECT_GT(gain, 1.5);
+      EXPECT_GT(gain, samples == 2 && GetParam().gains ? 1.5 : 0.0);
     }
   }
 }

@@ -75,7 +75,9 @@ TEST_P(BidirectionalReuse, TheFirstPictureIsThatOfTheModeWithoutReuse) {
     const ViewPicture& expected = other.render(pose, 24);
     EXPECT_EQ(picture.radiance[1], expected.radiance[1]);
     EXPECT_EQ(picture.samples, expected.samples);
-    if (!mixed) EXPECT_GT(picture.end.progress.trace.light_paths, 0u) << "else nothing is tested here";
+    if (!mixed) {
+      EXPECT_GT(picture.end.progress.trace.light_paths, 0u) << "else nothing is tested here";
+    }
   }
 }
 
@@ -215,6 +217,19 @@ TEST_P(BidirectionalReuse, ALensTakesNoPart) {
     whole += double(expected.radiance[1][i]);
   }
   EXPECT_NEAR(sum / whole, 1, 0.15) << "no splats of the view before";
+}
+
+// Splats are of their own picture alone: a camera that has left the room sees black.
+TEST_P(BidirectionalReuse, NoSplatStaysWhereTheCameraLooksElsewhere) {
+  LoopViews views(engine, covered_, settings_of(GetParam()));
+  CameraPose away = in_covered();
+  views.render(away, 8);
+  away.position -= V3d(away.forward) * 1000.0;
+  away = turned_and_shifted(away, 180, 0);
+  const ViewPicture& picture = views.render(away, 4);
+  for (const std::vector<float>& channel : picture.radiance) {
+    for (const float value : channel) EXPECT_EQ(value, 0);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, BidirectionalReuse,
