@@ -255,6 +255,10 @@ pb::PixelFilter to_message(PixelFilterKind kind) {
   return pb::PIXEL_FILTER_UNSPECIFIED;
 }
 
+Technique read_technique(const pb::Technique& message) {
+  return {message.light_vertices(), message.camera_vertices(), message.unweighted()};
+}
+
 RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
                              Problems& problems) {
   RenderSettings settings;
@@ -265,10 +269,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
         "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
   settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
   settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
-  if (message.has_technique()) {
-    const pb::Technique& technique = message.technique();
-    settings.technique = Technique{technique.light_vertices(), technique.camera_vertices(), technique.unweighted()};
-  }
+  if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
   settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
@@ -431,18 +432,21 @@ pb::Integrator to_message(Integrator integrator) {
   return pb::INTEGRATOR_UNSPECIFIED;
 }
 
+pb::Technique to_message(const Technique& technique) {
+  pb::Technique message;
+  message.set_light_vertices(technique.light_vertices);
+  message.set_camera_vertices(technique.camera_vertices);
+  message.set_unweighted(technique.unweighted);
+  return message;
+}
+
 pb::RenderSettings to_message(const RenderSettings& settings) {
   pb::RenderSettings message;
   message.set_width(settings.width);
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
   message.set_integrator(to_message(settings.integrator));
-  if (settings.technique) {
-    pb::Technique& technique = *message.mutable_technique();
-    technique.set_light_vertices(settings.technique->light_vertices);
-    technique.set_camera_vertices(settings.technique->camera_vertices);
-    technique.set_unweighted(settings.technique->unweighted);
-  }
+  if (settings.technique) *message.mutable_technique() = to_message(*settings.technique);
   const bool paper = settings.variant == ModeVariant::paper;
   if (settings.mode != RenderMode::pt) message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
   if (allocates(settings.mode)) {

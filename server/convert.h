@@ -24,6 +24,8 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
 // `scale`: 0 stands for the filter's default. `where` is that of the message that holds filter and filter_scale.
 PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems);
 pb::PixelFilter to_message(PixelFilterKind kind);
+// Checked with the settings that it is part of.
+Technique read_technique(const pb::Technique& message);
 // resource_exhausted, naming max_film_pixels, for a film that is too large. Call it with settings without problems.
 Status check_film_size(const RenderSettings& settings, const RenderLimits& limits, const std::string& where);
 Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems);
@@ -45,6 +47,7 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
 void write_rect(const PixelRect& rect, pb::Rect& message);
 pb::Mode to_message(RenderMode mode);
 pb::Integrator to_message(Integrator integrator);
+pb::Technique to_message(const Technique& technique);
 pb::RenderSettings to_message(const RenderSettings& settings);
 pb::Budget to_message(const Budget& budget);
 pb::CameraView to_message(const CameraPose& pose);

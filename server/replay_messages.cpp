@@ -69,6 +69,27 @@ void write_light(const LightTrace& light, pb::TracedLight& message) {
   write(light.contribution, *message.mutable_contribution());
 }
 
+void write_connection(const ConnectionTrace& connection, pb::TracedConnection& message) {
+  message.set_light_vertex(std::uint32_t(connection.light_vertex));
+  message.set_distance(connection.distance);
+  message.set_mis_weight(connection.mis_weight);
+  message.set_occluded(connection.occluded);
+  write(connection.contribution, *message.mutable_contribution());
+}
+
+void write_light_vertex(const LightVertexTrace& v, const RenderScene& scene, pb::TracedLightVertex& message) {
+  const SceneDescription& description = scene.description();
+  message.set_number(std::uint32_t(v.number));
+  write_world(v.position, scene.origin(), *message.mutable_position());
+  write(v.geometric_normal, *message.mutable_geometric_normal());
+  write(v.arrived, *message.mutable_arrived());
+  message.set_distance(v.distance);
+  message.set_instance(name_of(description.instances, v.instance, "instance"));
+  message.set_primitive(v.primitive);
+  message.set_material(name_of(description.materials, v.material, "material"));
+  write(v.throughput, *message.mutable_throughput());
+}
+
 void write_surface(const VertexTrace& v, const RenderScene& scene, pb::TracedVertex& message) {
   const SceneDescription& description = scene.description();
   message.set_distance(v.distance);
@@ -116,6 +137,7 @@ void write_vertex(const VertexTrace& v, const RenderScene& scene, const PathSett
   }
   if (v.hit) write_surface(v, scene, message);
   if (v.light.sample.pdf_w != 0) write_light(v.light, *message.mutable_light());
+  for (const ConnectionTrace& connection : v.connections) write_connection(connection, *message.add_connections());
   if (v.sampled) write_scatter(v, message);
   message.set_outcome(why_ended(v, settings));
 }
@@ -132,7 +154,10 @@ pb::ReplaySampleResponse to_replay_response(const Replay& replay, const RenderSc
   if (const auto first = first_not_finite(trace)) {
     response.set_first_not_finite_vertex(std::uint32_t(first->vertex));
     response.set_first_not_finite(first->quantity);
+    response.set_first_not_finite_on_light_path(first->on_light_path);
   }
+  // With light paths at most 256 in all, and a connection for each two.
+  for (const LightVertexTrace& v : trace.light_vertices) write_light_vertex(v, scene, *response.add_light_vertices());
   const std::size_t told = std::min(trace.vertices.size(), kMaxVertices);
   for (std::size_t i = 0; i < told; ++i) write_vertex(trace.vertices[i], scene, settings, *response.add_vertices());
   response.set_vertices_left_out(std::uint32_t(trace.vertices.size() - told));

@@ -18,6 +18,7 @@ constexpr std::string_view kPrefix = "hg1-";
 constexpr std::size_t kMaxToken = 4096;  // characters; what make_replay_token() gives has at most 700
 constexpr std::size_t kMaxHint = 64;     // bytes of each name; what is longer loses its front
 constexpr std::size_t kCrcBytes = 4;
+constexpr std::uint64_t kMostLightPaths = std::uint64_t(1) << 32;  // a film's pixels are fewer
 constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 
 std::string to_base64url(std::string_view bytes) {
@@ -122,6 +123,42 @@ CameraPose read_pose(const pb::SampleReplay& message) {
   return pose;
 }
 
+// Tiles are of one of two.
+Integrator integrator_of(const RenderSettings& settings, const InvalidSample& sample) {
+  if (settings.integrator != Integrator::path_bdpt) return settings.integrator;
+  return sample.light_paths > 0 ? Integrator::bdpt : Integrator::path;
+}
+
+Integrator read_integrator(const pb::SampleReplay& message, const std::string& where, Problems& problems) {
+  Integrator integrator = Integrator::path;
+  switch (message.integrator()) {
+    case pb::INTEGRATOR_UNSPECIFIED:
+    case pb::INTEGRATOR_PATH:
+      break;
+    case pb::INTEGRATOR_LIGHT:
+      integrator = Integrator::light;
+      break;
+    case pb::INTEGRATOR_BDPT:
+      integrator = Integrator::bdpt;
+      break;
+    default:
+      problems.add(
+          where + ".integrator",
+          fmt::format("{}: its samples cannot be traced again; allowed: INTEGRATOR_PATH (1), "
+                      "INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), or 0 for INTEGRATOR_PATH",
+                      pb::Integrator_IsValid(message.integrator()) ? pb::Integrator_Name(message.integrator())
+                                                                   : std::to_string(int(message.integrator()))));
+      return integrator;
+  }
+  const bool has_light_paths = integrator != Integrator::path;
+  if (has_light_paths != (message.light_paths() > 0) || message.light_paths() > kMostLightPaths) {
+    problems.add(where + ".light_paths",
+                 fmt::format("{} of integrator {}; allowed: {}", message.light_paths(), to_string(integrator),
+                             has_light_paths ? fmt::format("[1, {}]", kMostLightPaths) : std::string("0")));
+  }
+  return integrator;
+}
+
 }  // namespace
 
 std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame, const InvalidSample& sample) {
@@ -136,7 +173,10 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_width(settings.width);
   message.set_height(settings.height);
   message.set_mode(to_message(settings.mode));
-  if (settings.integrator != Integrator::path) message.set_integrator(to_message(settings.integrator));
+  if (const Integrator made = integrator_of(settings, sample); made != Integrator::path)
+    message.set_integrator(to_message(made));
+  message.set_light_paths(sample.light_paths);
+  if (settings.technique) *message.mutable_technique() = to_message(*settings.technique);
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -183,26 +223,21 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
                                               "MODE_REPROJECT (3), MODE_COMBINED (4)",
                                               int(message.mode())));
   }
-  if (message.integrator() != pb::INTEGRATOR_UNSPECIFIED && message.integrator() != pb::INTEGRATOR_PATH) {
-    problems.add(where + ".integrator",
-                 fmt::format("{}: its samples cannot be traced again yet; allowed: "
-                             "INTEGRATOR_PATH (1), or 0 for it",
-                             pb::Integrator_IsValid(message.integrator()) ? pb::Integrator_Name(message.integrator())
-                                                                          : std::to_string(int(message.integrator()))));
-  }
   RenderSettings& settings = replay.settings;
   settings.width = message.width();
   settings.height = message.height();
+  settings.integrator = read_integrator(message, where, problems);
   settings.seed = message.seed();
   settings.max_segments = message.max_segments();
   settings.roulette_from = message.roulette_from();
+  if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   // No film is made: only its sides matter.
   validate(settings, RenderLimits{limits.max_film_side, std::numeric_limits<std::uint64_t>::max()}, where, problems);
   replay.camera = read_pose(message);
   validate(replay.camera, where, problems);
   const pb::SampleId& sample = message.sample();
-  replay.sample = {sample.x(), sample.y(), sample.half(), sample.index()};
+  replay.sample = {sample.x(), sample.y(), sample.half(), sample.index(), message.light_paths()};
   if (!PixelRect{0, 0, settings.width, settings.height}.contains(sample.x(), sample.y())) {
     problems.add(where + ".sample", fmt::format("pixel {},{}; allowed: inside the film of {}x{}", sample.x(),
                                                 sample.y(), settings.width, settings.height));

@@ -53,7 +53,7 @@ int run(int argc, char** argv) {
   root.footer(kExitCodesHelp);
 
   const Command commands[] = {add_render(root), add_move(root),   add_serve(root), add_info(root),
-                              add_scene(root),  add_replay(root), add_edit(root)};
+                              add_scene(root),  add_replay(root), add_edit(root),  add_techniques(root)};
   const std::string unknown = unknown_command(root, {argv + 1, argv + std::max(argc, 1)});
   if (!unknown.empty()) return Terminal(false).fail(kUsage, unknown);
   try {

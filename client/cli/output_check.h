@@ -21,11 +21,11 @@ class OutputCheck {
 
   // A problem for each name that is, by whatever path or link, a file that is read or one named before.
   void check(const FileNames& names, Problems& problems);
+  void check(const std::string& option, const std::string& path, Problems& problems);
 
  private:
   using FileId = std::pair<std::uint64_t, std::uint64_t>;  // device, inode
 
-  void check(const std::string& option, const std::string& path, Problems& problems);
   std::string place_of(const std::string& path);
 
   std::map<FileId, std::string> inputs_;

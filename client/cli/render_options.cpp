@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "client/camera_path.h"
 #include "client/cli/scene_options.h"
@@ -18,21 +19,35 @@ namespace {
 
 constexpr std::uint32_t kDefaultSamples = 64;
 constexpr int kDefaultWidth = 1280, kDefaultHeight = 720;
-constexpr std::uint64_t kMaxSegments = 65535;  // the protocol's range
-constexpr double kMaxFilterScale = 16;         // likewise
-constexpr double kMostReuseError = 1e6;        // likewise
+constexpr std::uint64_t kMaxSegments = 65535;      // the protocol's range
+constexpr std::int32_t kMostJoinedVertices = 257;  // likewise: 256 segments
+constexpr double kMaxFilterScale = 16;             // likewise
+constexpr double kMostReuseError = 1e6;            // likewise
 constexpr double kHuge = std::numeric_limits<double>::max();
 
 const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo", "history", "density"};
 
 }  // namespace
 
-void add_settings_options(CLI::App& app, SettingsOptions& options) {
+void add_picture_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.size, "--size", "WxH",
            "Picture size in pixels. Default: what the scene file asks for, else 720 rows at the camera's aspect, else "
            "1280x720");
   add_text(app, options.camera, "--camera", "NAME",
            "Camera of the scene, by name or number from 0. Default: the first");
+  add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
+  add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
+           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: the scene file's, else 3");
+  add_text(app, options.filter, "--filter", "FILTER[:R]",
+           "Reconstruction filter of a pixel: " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
+               ". R in pixels, (0, 16]: the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
+               "Default: the scene file's, else box");
+  add_text(app, options.region, "--region", "x0,y0,x1,y1",
+           "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
+}
+
+void add_settings_options(CLI::App& app, SettingsOptions& options) {
+  add_picture_options(app, options);
   add_text(app, options.mode, "--mode", "MODE",
            "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") +
                ". adaptive sends samples where noise and cost ask for them; reproject carries what is still true of a "
@@ -42,10 +57,9 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
       "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
       "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
       "of the picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, "
-      "bdpt with light "
-      "vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; photon, "
-      "merging "
-      "alone: --mode pt. The last two are biased, less so with every sample. Default: path");
+      "bdpt with light vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive "
+      "nearby; "
+      "photon, merging alone: --mode pt. The last two are biased, less so with every sample. Default: path");
   add_text(app, options.connections, "--connections", "N",
            "Of --integrator lvc and vcm: of every camera vertex to light vertices, [1, 64]. Default: 2");
   add_text(
@@ -54,6 +68,10 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
       "radius, [1e-6, 0.1]. Default: 0.003");
   add_text(app, options.merging_shrinking, "--merging-shrinking", "A",
            "Of --integrator vcm and photon: the radius falls as n^((A - 1) / 2) over samples, [0.1, 1]. Default: 0.75");
+  add_text(app, options.technique, "--technique", "S,T[,unweighted]",
+           "Of --integrator bdpt: shows only paths of S light and T camera vertices (S + T - 1 segments), by their "
+           "weight among all techniques, or unweighted, as this one alone has them. S 0: lights that are met; S 1: "
+           "light samples; T 1: light paths joined to the camera. Default: all together");
   add_text(app, options.variant, "--variant", "VARIANT",
            "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
            "Default: bounded");
@@ -70,17 +88,8 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.max_error, "--max-reuse-error", "E",
            "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, (0, 1e6]. "
            "Default: 1/256");
-  add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
   add_text(app, options.max_segments, "--max-segments", "N",
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
-  add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
-           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: the scene file's, else 3");
-  add_text(app, options.filter, "--filter", "FILTER[:R]",
-           "Reconstruction filter of a pixel: " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
-               ". R in pixels, (0, 16]: the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
-               "Default: the scene file's, else box");
-  add_text(app, options.region, "--region", "x0,y0,x1,y1",
-           "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
 }
 
 namespace {
@@ -150,6 +159,42 @@ void read_integrator(const SettingsOptions& options, pb::RenderSettings& setting
                                            (light ? "adaptive" : "another") + " with --variant bounded");
 }
 
+void read_technique(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
+  if (!options.technique.given()) return;
+  const std::string& text = options.technique.text;
+  std::int32_t numbers[2] = {0, 0};
+  const char *at = text.data(), *last = at + text.size();
+  bool good = true;
+  for (std::int32_t& number : numbers) {
+    const auto [end, error] = std::from_chars(at, last, number);
+    good = good && error == std::errc() && number >= 0 && number <= kMostJoinedVertices;
+    at = end;
+    if (&number == numbers) good = good && at != last && *at++ == ',';
+    if (!good) break;
+  }
+  const std::string_view rest(at, std::size_t(last - at));
+  if (!good || !(rest.empty() || rest == ",unweighted")) {
+    reader.problem(options.technique, fmt::format("'{}' is not S,T or S,T,unweighted with whole numbers in [0, {}]",
+                                                  text, kMostJoinedVertices));
+    return;
+  }
+  const auto [s, t] = numbers;
+  const int most = settings.max_segments();  // 0: the scene's
+  if (s == 1 && t == 1) {
+    reader.problem(options.technique, "'" + text + "': lights seen directly come from 0,2");
+  } else if (t < 1 || s + t < 2) {
+    reader.problem(options.technique, "'" + text + "' is no path; allowed: T at least 1, 2 where S is 0 or 1");
+  } else if (most > 0 && s + t - 1 > most) {
+    reader.problem(options.technique, fmt::format("'{}' is {} segments; --max-segments is {}", text, s + t - 1, most));
+  }
+  const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
+  if (settings.integrator() != pb::INTEGRATOR_BDPT || !pt)
+    reader.problem(options.technique, "stands only beside --integrator bdpt with --mode pt");
+  settings.mutable_technique()->set_light_vertices(s);
+  settings.mutable_technique()->set_camera_vertices(t);
+  settings.mutable_technique()->set_unweighted(!rest.empty());
+}
+
 void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
   const bool reuses = settings.mode() == pb::MODE_REPROJECT || settings.mode() == pb::MODE_COMBINED;
   for (const TextOption* option : {&options.stored_hits, &options.max_error}) {
@@ -210,6 +255,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
   settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));
   settings.set_roulette_from(static_cast<int>(reader.integer(options.roulette_from, 1, kMaxSegments).value_or(0)));
+  read_technique(options, settings, reader);
   read_filter(options, settings, reader);
   if (const auto rect = reader.rect(options.region)) {
     pb::Rect& region = *settings.mutable_region();

@@ -10,9 +10,13 @@
 namespace helio::cli {
 
 struct SettingsOptions {
-  TextOption size, camera, mode, integrator, variant, adaptive_min, adaptive_max, adaptive_measure, stored_hits,
-      connections, merging_radius, merging_shrinking, max_error, seed, max_segments, roulette_from, filter, region;
+  TextOption size, camera, mode, integrator, technique, variant, adaptive_min, adaptive_max, adaptive_measure,
+      stored_hits, connections, merging_radius, merging_shrinking, max_error, seed, max_segments, roulette_from, filter,
+      region;
 };
+// Those that any picture has: size, camera, seed, roulette_from, filter, region. The others stay absent.
+void add_picture_options(CLI::App& app, SettingsOptions& options);
+// These and all others.
 void add_settings_options(CLI::App& app, SettingsOptions& options);
 // Width and height stay 0 when --size is absent: see set_defaults.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);

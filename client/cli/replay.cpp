@@ -27,8 +27,11 @@ constexpr const char* kHelp =
     "A render or a frame that met a NaN or infinite sample left it out of the picture and gave a token for the first\n"
     "one (replay_token). The token holds film, camera, settings and sample; the scene has to be given as it was then:\n"
     "the same files, --environment, --scene-time and --texture-filter. With --server, FILE may be left out where the\n"
-    "daemon still has the scene.\n"
-    "Positions are world coordinates, pdfs per steradian. With --json, stdout holds one object: ReplaySampleResponse of\n"
+    "daemon still has the scene. Of a picture with light paths it also tells the light path that goes with the "
+    "sample,\n"
+    "and where the two are joined.\n"
+    "Positions are world coordinates, pdfs per steradian. With --json, stdout holds one object: ReplaySampleResponse "
+    "of\n"
     "proto/heliograph/v1/replay.proto, members that are zero, false or empty left out.\n"
     "Example: heliograph replay hg1-CkA0YjE... room.glb\n\n";
 
@@ -42,8 +45,13 @@ Json to_json(const pb::ReplaySampleResponse& replay) {
 
 void say(Terminal& terminal, const pb::ReplaySampleResponse& replay) {
   terminal.say(describe_sample(replay));
+  const bool on_light_path = replay.first_not_finite_on_light_path();
+  for (const pb::TracedLightVertex& vertex : replay.light_vertices()) {
+    const bool here = on_light_path && vertex.number() == replay.first_not_finite_vertex();
+    terminal.say(describe_light_vertex(vertex, here ? replay.first_not_finite() : std::string()));
+  }
   for (const pb::TracedVertex& vertex : replay.vertices()) {
-    const bool here = vertex.number() == replay.first_not_finite_vertex();
+    const bool here = !on_light_path && vertex.number() == replay.first_not_finite_vertex();
     terminal.say(describe_vertex(vertex, here ? replay.first_not_finite() : std::string()));
   }
   if (replay.vertices_left_out() > 0) {

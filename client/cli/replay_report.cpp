@@ -17,15 +17,15 @@ std::string show(const Vector& v) {
 }
 
 std::string describe_light(const pb::TracedLight& light) {
-  std::string text = fmt::format("  light      {}{}, distance {:.9g}, radiance {}, pdf {:.9g}\n",
-                                 show(light.direction()), light.delta() ? " without extent" : "", light.distance(),
-                                 show(light.radiance()), light.pdf());
+  std::string text =
+      fmt::format("  light      {}{}, distance {:.9g}, radiance {}, pdf {:.9g}\n", show(light.direction()),
+                  light.delta() ? " without extent" : "", light.distance(), show(light.radiance()), light.pdf());
   if (!light.evaluated()) return text + "             sends nothing here\n";
   text += fmt::format("             f cos {}, pdf of the surface {:.9g}, weight {:.9g}\n", show(light.f_cos()),
                       light.bsdf_pdf(), light.mis_weight());
   if (!light.shadow_ray()) return text + "             the surface sends nothing on: no shadow ray\n";
-  return text + fmt::format("             shadow ray {}, contribution {}\n",
-                            light.occluded() ? "blocked" : "arrives", show(light.contribution()));
+  return text + fmt::format("             shadow ray {}, contribution {}\n", light.occluded() ? "blocked" : "arrives",
+                            show(light.contribution()));
 }
 
 std::string describe_surface(const pb::TracedVertex& v) {
@@ -33,10 +33,11 @@ std::string describe_surface(const pb::TracedVertex& v) {
                                  v.primitive(), v.distance(), v.front() ? "front" : "back");
   text += fmt::format("  position   {}\n", show(v.position()));
   text += fmt::format("  normals    geometric {}, shading {}\n", show(v.geometric_normal()), show(v.shading_normal()));
-  return text + fmt::format("  material   '{}' {}: base color {}, alpha {:.9g}, metallic {:.9g}, transmission {:.9g}, "
-                            "ior {:.9g}\n",
-                            single_line(v.material()), v.lobe_model(), show(v.base_color()), v.alpha(), v.metallic(),
-                            v.transmission(), v.ior());
+  return text + fmt::format(
+                    "  material   '{}' {}: base color {}, alpha {:.9g}, metallic {:.9g}, transmission {:.9g}, "
+                    "ior {:.9g}\n",
+                    single_line(v.material()), v.lobe_model(), show(v.base_color()), v.alpha(), v.metallic(),
+                    v.transmission(), v.ior());
 }
 
 std::string describe_scatter(const pb::TracedVertex& v) {
@@ -55,15 +56,26 @@ std::string describe_scatter(const pb::TracedVertex& v) {
 
 std::string describe_sample(const pb::ReplaySampleResponse& replay) {
   const pb::SampleReplay& s = replay.sample();
-  std::string text = fmt::format("pixel {},{}, half {}, sample {} of a {}x{} film, seed {}, of '{}'\n", s.sample().x(),
-                                 s.sample().y(), s.sample().half(), s.sample().index(), s.width(), s.height(),
-                                 s.seed(), single_line(s.main_file()));
+  std::string text =
+      fmt::format("pixel {},{}, half {}, sample {} of a {}x{} film, seed {}, of '{}'\n", s.sample().x(), s.sample().y(),
+                  s.sample().half(), s.sample().index(), s.width(), s.height(), s.seed(), single_line(s.main_file()));
   text += fmt::format("radiance {}: {}", show(replay.radiance()), replay.finite() ? "finite" : "invalid");
   if (!replay.first_not_finite().empty()) {
-    text += fmt::format(", first not finite at vertex {}: {}", replay.first_not_finite_vertex(),
-                        replay.first_not_finite());
+    text +=
+        fmt::format(", first not finite at {}vertex {}: {}", replay.first_not_finite_on_light_path() ? "light " : "",
+                    replay.first_not_finite_vertex(), replay.first_not_finite());
   }
   return text;
+}
+
+std::string describe_light_vertex(const pb::TracedLightVertex& v, const std::string& first_not_finite) {
+  std::string text = fmt::format("light vertex {}\n", v.number());
+  text += fmt::format("  hit        '{}' primitive {} at {:.9g} along {}\n", single_line(v.instance()), v.primitive(),
+                      v.distance(), show(v.arrived()));
+  text += fmt::format("  position   {}\n", show(v.position()));
+  text += fmt::format("  normal     {}, material '{}'\n", show(v.geometric_normal()), single_line(v.material()));
+  if (!first_not_finite.empty()) text += fmt::format("  >>> first not finite: {}\n", first_not_finite);
+  return text + fmt::format("  throughput {}", show(v.throughput()));
 }
 
 std::string describe_vertex(const pb::TracedVertex& v, const std::string& first_not_finite) {
@@ -76,6 +88,11 @@ std::string describe_vertex(const pb::TracedVertex& v, const std::string& first_
                         show(v.emitted()), v.emitted_weight());
   }
   if (v.has_light()) text += describe_light(v.light());
+  for (const pb::TracedConnection& connection : v.connections()) {
+    text += fmt::format("  joined     to light vertex {} at {:.9g}, weight {:.9g}, {}, contribution {}\n",
+                        connection.light_vertex(), connection.distance(), connection.mis_weight(),
+                        connection.occluded() ? "blocked" : "arrives", show(connection.contribution()));
+  }
   if (v.sampled()) text += describe_scatter(v);
   if (!first_not_finite.empty()) text += fmt::format("  >>> first not finite: {}\n", first_not_finite);
   return text + "  the path   " + v.outcome();

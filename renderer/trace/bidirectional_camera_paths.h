@@ -53,6 +53,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     return *paths;
   }
 
+  std::uint64_t light_paths() const { return std::uint64_t(counts_.light_paths); }
+
   // Whether the picture shows paths of s light and t camera vertices.
   bool shows(int s, int t) const {
     return !technique_ || (technique_->light_vertices == s && technique_->camera_vertices == t);
@@ -89,9 +91,11 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   void trace_connections() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
       watch_.joined(path, paths_.rays.rays()[ray].direction, radiance);
+      watch_.ray_arrived(ray);
       group_.paths[path].radiance += radiance;
       if (task_.squares) add_square(path, squares_of_rays_[ray]);
     });
+    watch_.rays_traced();
   }
 
   // Of the pixel that the path is a sample of.
@@ -141,6 +145,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       leave_scene(vertex, i);
       return false;
     }
+    watch_.hit(i, hit, instance_name(hit));
     if (scene_.mip_mapped) b.cones[i].advance(hit.t);
     const PathVertex at(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
     const Surface& surface = at.surface;
@@ -162,6 +167,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, instance_name(hit), hit.primitive};
     }
+    if constexpr (Watch::kWatches) tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 
@@ -191,20 +197,31 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       mis.scatter_one_way();
     }
     path.beta *= sample.weight;
+    watch_.density(path, sample);
     path.normal = light_normal;
     if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
     if (sample.transmitted && material.volume) path.media.cross(surface.part->material, wo.z > 0);
+    watch_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
     if (vertex >= task_.settings.roulette_from) {
       const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
+      watch_.roulette(i, survival, b.roulette[j]);
       if (!survives(b.roulette[j], survival)) return false;
       path.beta *= 1 / survival;
     }
+    watch_.goes_on(i);
     ray.origin = at.start(direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;
+  }
+
+  void tell_surface(std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const V3f& normal, bool black) {
+    SurfaceParams lambert;
+    lambert.base_color = at.albedo;
+    watch_.surface(i, at.surface, point ? point->params : lambert, normal,
+                   point ? point->geometric_normal() : at.facing_normal(), black);
   }
 
   // s = 1.
@@ -215,9 +232,11 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const Surface& surface = at.surface;
     const V3f from = transmissive ? surface.position : at.near_side;
     const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
+    watch_.light_sample(i, light);
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
     const V3f to_camera = -at.arrived;
     const BsdfValue value = at.scatter(scene_, to_camera, light.direction, point, to_camera);
+    watch_.light_value(i, light, value);
     if (is_black(value.f_cos)) return;
     const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, point, to_camera);
     const double weight =
@@ -234,6 +253,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const double hit = light.delta ? 0 : mis_ratio(value.pdf_w, light.pdf_w);
       squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, 1 + hit, task_.rare);
     }
+    watch_.shadow_ray(i, t_max, radiance);
+    watch_.light_ray(i, paths_.rays.count(), counting(weight));
     paths_.rays.add(at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex), i,
                     radiance);
   }
@@ -275,6 +296,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const double ratio = light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
       squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, ratio, task_.rare);
     }
+    watch_.connection(i, paths_.rays.count(), light, distance, counting(weight), radiance);
     paths_.rays.add_between(at.start(direction), light.start(back),
                             combine_hash(alpha_key(path.key, reversed_index_, -vertex), number), i, radiance);
   }

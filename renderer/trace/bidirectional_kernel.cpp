@@ -41,12 +41,13 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
  private:
   friend Base;
   friend PathKernelBase<BidirectionalKernel, Watch>;
-  using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::join, Base::light_only_, Base::paths_,
-      Base::reversed_index_, Base::samples, Base::scene_, Base::shows, Base::squares_, Base::squares_of_rays_,
-      Base::stats_, Base::task_, Base::technique_, Base::trace_rays;
+  using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::instance_name, Base::join,
+      Base::light_only_, Base::paths_, Base::reversed_index_, Base::samples, Base::scene_, Base::shows, Base::squares_,
+      Base::squares_of_rays_, Base::stats_, Base::task_, Base::technique_, Base::trace_rays, Base::watch_;
 
   // That a sample of every pixel comes with.
   static double light_paths_of(const WindowTask& task) {
+    if constexpr (Watch::kWatches) return double(task.trace->sample.light_paths);
     const PixelRect region = task.settings.region.empty() ? task.film.bounds() : task.settings.region;
     const LightTiles* tiles = task.film.light_tiles().get();
     return tiles ? tiles->pixels_in(region) : double(region.area());
@@ -66,7 +67,14 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   void prepare_paths(int count) {
     trace_light_paths(count);
-    splat_light_paths();
+    if constexpr (Watch::kWatches) {
+      for (std::uint32_t v = 0; v < pairs_.lights.vertices().size(); ++v) {
+        const LightVertex& light = pairs_.lights.vertices()[v];
+        watch_.light_vertex(pairs_.lights.path_of(v), light, instance_name(light.hit));
+      }
+    } else {
+      splat_light_paths();
+    }
     Base::start_camera_paths(count);
   }
 
@@ -184,6 +192,12 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 };
 
 }  // namespace
+
+// What light paths bring to other pixels is left out.
+bool run_watched_bidirectional_kernel(const WindowTask& task) {
+  TraceStats stats;
+  return BidirectionalKernel<SampleWatch>(task).run(stats);
+}
 
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats) {
   // What later pictures draw on, as path_kernel_recording.cpp has it; the same bits.

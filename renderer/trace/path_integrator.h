@@ -49,6 +49,8 @@ struct SampleRange {
 struct InvalidSample {
   int x = 0, y = 0, half = 0;
   std::uint32_t index = 0;
+  // That a sample of every pixel comes with, which weights depend on; 0: made by the path tracer.
+  std::uint64_t light_paths = 0;
 
   bool operator==(const InvalidSample&) const = default;
 };

@@ -35,8 +35,8 @@ struct WindowTask {
   Film& film;
   RayLog* log;
   const SampleTargets* targets = nullptr;  // who takes part in which level; null: everyone
-  // run_watched_kernel() alone: what becomes of the sample, and the film's size. The range is that one sample, the
-  // window its pixel; the film is not touched.
+  // run_watched_kernel() and run_watched_bidirectional_kernel() alone: what becomes of the sample, and the film's size.
+  // The range is that one sample, the window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
   // run_bidirectional_kernel() alone. Of the film's size: the mean square of what the path tracer would find in a
   // sample of each pixel, of finds with a luminance above `rare` alone (path_tracer_square()). Null: nobody asks.
@@ -52,6 +52,7 @@ bool has_plain_kernel(const SceneFeatures& features);
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);
+bool run_watched_bidirectional_kernel(const WindowTask& task);
 // Integrators light, bdpt and path_bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Integrators that draw on a LightVertexCache.

@@ -33,7 +33,8 @@ struct SampleLevels {
 //   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   std::uint32_t instance_name(const Hit&) const
-//   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed()
+//   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed(),
+//   std::uint64_t light_paths() const
 template <typename Kernel, typename Watch>
 class PathKernelBase {
  public:
@@ -317,6 +318,9 @@ class PathKernelBase {
     path.radiance += path.beta * radiance * weight;
   }
 
+  // InvalidSample::light_paths.
+  static std::uint64_t light_paths() { return 0; }
+
   // The piece's samples are in the film.
   void committed() {}
 
@@ -367,7 +371,7 @@ class PathKernelBase {
             if constexpr (Watch::kRecords) watch_.commit(slot, range.half, sample, pixel.count, x, y);
           } else {
             task_.film.add_invalid(range.half, x, y);
-            stats_.note_invalid({x, y, range.half, sample});
+            stats_.note_invalid({x, y, range.half, sample, kernel().light_paths()});
             if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.

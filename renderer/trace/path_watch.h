@@ -3,6 +3,9 @@
 // pictures draw on: hit_recorder.h, direction_recorder.h.
 #pragma once
 
+#include <vector>
+
+#include "renderer/trace/light_paths.h"
 #include "renderer/trace/mis.h"
 #include "renderer/trace/path_group.h"
 #include "renderer/trace/path_kernel.h"
@@ -33,6 +36,12 @@ struct NoWatch {
   void next_throughput(std::uint32_t, const Rgb&) {}
   void roulette(std::uint32_t, float, float) {}
   void goes_on(std::uint32_t) {}
+  void density(PathState&, const BsdfSample&) {}
+  void light_vertex(std::uint32_t, const LightVertex&, std::uint32_t) {}
+  void light_ray(std::uint32_t, int, double) {}
+  void connection(std::uint32_t, int, const LightVertex&, double, double, const Rgb&) {}
+  void ray_arrived(int) {}
+  void rays_traced() {}
 };
 
 // `path` is an index in the group throughout; what is said of other paths than the watched one goes nowhere.
@@ -127,6 +136,52 @@ class SampleWatch {
 
   void goes_on(std::uint32_t path) { note(path).goes_on = true; }
 
+  // ---- paths with light paths: rays are numbered within their batch, and those that nothing stops are said to arrive
+
+  // Of the direction, for segment().
+  void density(PathState& state, const BsdfSample& sample) { state.pdf_w = sample.delta ? 0.0f : sample.pdf_w; }
+
+  void light_vertex(std::uint32_t path, const LightVertex& light, std::uint32_t instance_name) {
+    if (path != watched_) return;
+    LightVertexTrace& v = trace_.light_vertices.emplace_back();
+    v.number = light.depth;
+    v.arrived = light.arrived;
+    v.distance = light.hit.t;
+    v.instance = instance_name;
+    v.primitive = light.hit.primitive;
+    v.position = light.surface.position;
+    v.geometric_normal = light.surface.geometric_normal;
+    v.material = light.surface.part->material;
+    v.throughput = light.throughput;
+  }
+
+  // After light_value() and shadow_ray().
+  void light_ray(std::uint32_t path, int ray, double mis_weight) {
+    if (path != watched_) return;
+    LightTrace& light = trace_.vertices.back().light;
+    light.mis_weight = float(mis_weight);
+    light.occluded = true;
+    rays_.push_back({ray, kLightSample});
+  }
+
+  void connection(std::uint32_t path, int ray, const LightVertex& light, double distance, double mis_weight,
+                  const Rgb& contribution) {
+    if (path != watched_) return;
+    std::vector<ConnectionTrace>& all = trace_.vertices.back().connections;
+    rays_.push_back({ray, all.size()});
+    all.push_back({light.depth, distance, mis_weight, true, contribution});
+  }
+
+  void ray_arrived(int ray) {
+    for (const TracedRay& traced : rays_) {
+      if (traced.number != ray) continue;
+      VertexTrace& v = trace_.vertices.back();
+      (traced.connection == kLightSample ? v.light.occluded : v.connections[traced.connection].occluded) = false;
+    }
+  }
+
+  void rays_traced() { rays_.clear(); }
+
   // What the film would be offered.
   void ended(const Rgb& radiance) { trace_.radiance = radiance; }
 
@@ -134,8 +189,15 @@ class SampleWatch {
   // The newest vertex of the sample that is watched; of all others, something that nobody reads.
   VertexTrace& note(std::uint32_t path) { return path == watched_ ? trace_.vertices.back() : ignored_; }
 
+  static constexpr std::size_t kLightSample = ~std::size_t(0);
+  struct TracedRay {
+    int number;
+    std::size_t connection;  // of the newest vertex, or kLightSample
+  };
+
   SampleTrace& trace_;
   std::uint32_t watched_ = ~0u;
+  std::vector<TracedRay> rays_;  // of the sample, in the batch in hand
   VertexTrace ignored_;
 };
 

@@ -68,10 +68,18 @@ bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSett
                         nullptr,
                         &trace};
   trace.vertices.clear();
-  return run_watched_kernel(task);
+  trace.light_vertices.clear();
+  return sample.light_paths > 0 ? run_watched_bidirectional_kernel(task) : run_watched_kernel(task);
 }
 
 std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
+  for (const LightVertexTrace& v : trace.light_vertices) {
+    Search search;
+    search.look(v.position, "the position");
+    search.look(v.geometric_normal, "the geometric normal");
+    search.look(v.throughput, "the light that arrives");
+    if (!search.found().empty()) return NotFinite{v.number, search.found(), true};
+  }
   for (std::size_t i = 0; i < trace.vertices.size(); ++i) {
     const VertexTrace& v = trace.vertices[i];
     Search search;
@@ -84,6 +92,10 @@ std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
     search.look(v.throughput * v.emitted * v.emitted_weight, "the emission's contribution");
     if (v.hit) look_at_surface(v, search);
     look_at_light(v.light, search);
+    for (const ConnectionTrace& connection : v.connections) {
+      search.look(float(connection.mis_weight), "a connection's weight");
+      search.look(connection.contribution, "a connection's contribution");
+    }
     if (v.sampled) {
       search.look(v.scatter.pdf_w, "the density of the sampled direction");
       search.look(v.scatter.weight, "the weight of the sampled direction");
@@ -103,6 +115,9 @@ std::string why_ended(const VertexTrace& v, const PathSettings& settings) {
   if (!v.hit) return is_finite(v.direction) ? "left the scene" : "has no direction that is finite";
   if (v.black_side) return "met a one-sided surface from behind";
   if (v.number >= settings.max_segments) return "has as many segments as max_segments allows";
+  if (settings.integrator == Integrator::light) return "ends where it sees: light paths bring the rest";
+  if (settings.technique && v.number + 1 >= settings.technique->camera_vertices)
+    return "has as many vertices as the technique";
   if (!v.sampled) return "met a surface that reflects nothing";
   if (!v.scatter.valid()) return "sampled no direction";
   if (v.roulette) return "was ended by roulette";

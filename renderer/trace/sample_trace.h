@@ -30,6 +30,15 @@ struct LightTrace {
   Rgb contribution{0, 0, 0};     // what is added where the ray is not occluded
 };
 
+// A vertex joined to one of the sample's light path.
+struct ConnectionTrace {
+  int light_vertex = 0;  // LightVertexTrace::number
+  double distance = 0;
+  double mis_weight = 0;
+  bool occluded = true;
+  Rgb contribution{0, 0, 0};  // what is added where nothing lies between
+};
+
 // A vertex and the segment that led to it. Members stay at their defaults where the path ended before they mattered.
 struct VertexTrace {
   int number = 0;                // 1: where the camera ray arrives
@@ -50,6 +59,7 @@ struct VertexTrace {
   bool black_side = false;       // one-sided, seen from behind
   SurfaceParams params;          // `layers` is null
   LightTrace light;
+  std::vector<ConnectionTrace> connections;  // that bring something where nothing lies between
 
   bool sampled = false;          // a direction was asked for; the two below are set
   BsdfSample scatter;            // wi in the shading frame
@@ -60,23 +70,38 @@ struct VertexTrace {
   bool goes_on = false;
 };
 
+// A vertex of the light path that goes with the sample, of those that can be joined: surfaces that only mirror are left
+// out.
+struct LightVertexTrace {
+  int number = 0;                                 // segments from the light
+  V3f arrived{0, 0, 0};                           // unit, along the segment that led to it
+  float distance = 0;                             // which is that long
+  std::uint32_t instance = ~0u, primitive = ~0u;  // as in PixelFeatures
+  V3f position{0, 0, 0}, geometric_normal{0, 0, 0};
+  std::uint32_t material = 0;  // index in the scene's description
+  Rgb throughput{0, 0, 0};     // of the light that arrives
+};
+
 struct SampleTrace {
   int width = 0, height = 0;   // of the film
   InvalidSample sample;        // which one, finite or not
+  std::vector<LightVertexTrace> light_vertices;
   std::vector<VertexTrace> vertices;
   Rgb radiance{0, 0, 0};       // what the film was offered
 };
 
 // Traces one sample with the kernel that trace_window() takes for the scene, together with the rest of its group, so
 // that it is the same in every bit. `trace` holds the film's size and the sample when called: a pixel inside the film,
-// half 0 or 1. False when cancelled.
+// half 0 or 1, and with light_paths one that was made with them, by an integrator that gives every camera path a light
+// path of its own. False when cancelled.
 bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const CancelToken& cancel, SampleTrace& trace);
 
 // Where a value first was NaN or infinite, following the order of computation. Nothing: all are finite.
 struct NotFinite {
-  int vertex = 0;        // VertexTrace::number
+  int vertex = 0;        // VertexTrace::number; on the light path: LightVertexTrace::number
   std::string quantity;  // "the light's radiance", ...
+  bool on_light_path = false;
 };
 std::optional<NotFinite> first_not_finite(const SampleTrace& trace);
 

@@ -131,6 +131,37 @@ TEST_F(ReplayTest, ASampleOfAPictureThatDrawsOnAnotherIsReplayedToo) {
   }
 }
 
+// Either kind of tile has samples of its own.
+TEST_F(ReplayTest, ASampleWithALightPathIsReplayedInItsBits) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  for (const pb::Integrator integrator : {pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT}) {
+    pb::CreateSessionRequest request;
+    request.set_scene_id(scene_);
+    request.mutable_settings()->set_width(40);
+    request.mutable_settings()->set_height(30);
+    request.mutable_settings()->set_integrator(integrator);
+    request.mutable_budget()->set_samples(64);
+    pb::CreateSessionResponse created;
+    ASSERT_TRUE(create(request, &created).ok());
+    StreamClient client(stub(), created.session_id());
+    client.send(view(1));
+    ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+    const pb::FrameEnd end = end_of(client.reader().messages(), 1);
+    ASSERT_GT(end.totals().invalid_samples(), 0u);
+    pb::ReplaySampleResponse told;
+    const grpc::Status status = replay(end.replay_token(), &told);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(told.sample().sample().ShortDebugString(), end.first_invalid().ShortDebugString());
+    EXPECT_NE(told.sample().integrator(), pb::INTEGRATOR_PT_BDPT);
+    EXPECT_EQ(told.sample().light_paths() > 0, told.sample().integrator() == pb::INTEGRATOR_BDPT);
+    if (integrator == pb::INTEGRATOR_BDPT) {
+      EXPECT_EQ(told.sample().light_paths(), 40u * 30);
+    }
+    EXPECT_FALSE(told.finite());
+    EXPECT_NE(told.first_not_finite(), "");
+  }
+}
+
 TEST_F(ReplayTest, AJobCountsTheInvalidSamplesOfAllItsViews) {
   ASSERT_NO_FATAL_FAILURE(start_with_overflow());
   pb::RunJobRequest request;

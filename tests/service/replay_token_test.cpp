@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <tuple>
 
 #include "server/convert.h"
 
@@ -87,19 +88,49 @@ TEST(ReplayToken, TellsTheMode) {
 }
 
 // A sample is another one with another integrator; a token of none is of a daemon that knew only one.
-TEST(ReplayToken, OnlySamplesOfCameraPathsAreReplayed) {
+TEST(ReplayToken, TellsWhichPathsMadeTheSample) {
   FrameBegin begin = frame();
   const auto replay = read_replay_token(make_replay_token(Scene(), begin, kSample), {}, "token");
   ASSERT_TRUE(replay.ok()) << replay.error().to_string();
   EXPECT_EQ(replay->message.integrator(), pb::INTEGRATOR_UNSPECIFIED);
-  for (const auto& [integrator, name] :
-       {std::pair(Integrator::light, "INTEGRATOR_LIGHT"), {Integrator::bdpt, "INTEGRATOR_BDPT"}}) {
-    begin.settings.integrator = integrator;
-    const Error error = refusal(make_replay_token(Scene(), begin, kSample));
-    EXPECT_EQ(error.code, ErrorCode::invalid_argument);
-    EXPECT_NE(error.message.find(std::string("token.integrator: ") + name), std::string::npos) << error.message;
-    EXPECT_NE(error.message.find("allowed: INTEGRATOR_PATH (1)"), std::string::npos) << error.message;
+  InvalidSample sample = kSample;
+  sample.light_paths = 1000;
+  // Of tiles of either kind each sample has its own.
+  for (const auto& [rendered, light_paths, made] : {std::tuple(Integrator::light, 1000, Integrator::light),
+                                                    {Integrator::bdpt, 1000, Integrator::bdpt},
+                                                    {Integrator::path_bdpt, 1000, Integrator::bdpt},
+                                                    {Integrator::path_bdpt, 0, Integrator::path}}) {
+    begin.settings.integrator = rendered;
+    sample.light_paths = std::uint64_t(light_paths);
+    const auto again = read_replay_token(make_replay_token(Scene(), begin, sample), {}, "token");
+    ASSERT_TRUE(again.ok()) << again.error().to_string();
+    EXPECT_EQ(again->settings.integrator, made) << to_string(rendered);
+    EXPECT_EQ(again->sample, sample);
   }
+  begin.settings.integrator = Integrator::bdpt;
+  begin.settings.technique = Technique{3, 2, true};
+  sample.light_paths = 1000;
+  const auto shown = read_replay_token(make_replay_token(Scene(), begin, sample), {}, "token");
+  ASSERT_TRUE(shown.ok()) << shown.error().to_string();
+  EXPECT_EQ(shown->settings.technique, begin.settings.technique);
+}
+
+TEST(ReplayToken, PathsThatDoNotFitAreRefused) {
+  FrameBegin begin = frame();
+  InvalidSample sample = kSample;
+  sample.light_paths = 7;
+  EXPECT_NE(refusal(make_replay_token(Scene(), begin, sample)).message.find("token.light_paths: 7 of integrator path"),
+            std::string::npos);
+  begin.settings.integrator = Integrator::bdpt;
+  EXPECT_NE(refusal(make_replay_token(Scene(), begin, kSample)).message.find("token.light_paths: 0 of integrator bdpt"),
+            std::string::npos);
+  sample.light_paths = (std::uint64_t(1) << 32) + 1;
+  EXPECT_NE(refusal(make_replay_token(Scene(), begin, sample)).message.find("allowed: [1, 4294967296]"),
+            std::string::npos);
+  sample.light_paths = 7;
+  begin.settings.technique = Technique{1, 1};
+  EXPECT_NE(refusal(make_replay_token(Scene(), begin, sample)).message.find("token.technique: light_vertices 1"),
+            std::string::npos);
 }
 
 TEST(ReplayToken, LongNamesKeepTheirEnd) {

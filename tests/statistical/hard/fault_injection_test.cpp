@@ -1,5 +1,5 @@
-// Hard case 9: one sample in 1e5 is NaN or infinite. The picture stays finite and unbiased, every such sample is counted
-// and can be traced again, and no pixel converges by it.
+// Hard case 9: one sample in 1e5 is NaN or infinite. The picture stays finite and unbiased, every such sample is
+// counted and can be traced again, and no pixel converges by it.
 #include <gtest/gtest.h>
 
 #include "renderer/trace/sample_trace.h"
@@ -14,8 +14,8 @@ constexpr std::uint32_t kSamplesPerHalf = 256;
 const CameraPose kPose = camera_at({0.3, 0.1, 0.6}, {-0.4, -0.2, -1}, 80);
 
 // A room that emits and reflects a half of everything: 1 wherever one looks, along every path. On two walls lie patches
-// whose reflectance is NaN and infinite; they emit like the rest, so the samples that do not reflect there are fair ones
-// of the same picture. A path has 5 vertices or so on 24 units of wall: patches of 2.5e-5 units meet one in 1e5.
+// whose reflectance is NaN and infinite; they emit like the rest, so the samples that do not reflect there are fair
+// ones of the same picture. A path has 5 vertices or so on 24 units of wall: patches of 2.5e-5 units meet one in 1e5.
 std::shared_ptr<const RenderScene> faulty_room() {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   SceneDescription scene;
@@ -90,6 +90,35 @@ TEST(FaultInjection, TheFirstFaultIsReplayed) {
   EXPECT_NE(vertex.material, 0u);
   trace.sample.index += 1;
   ASSERT_TRUE(trace_sample(*room, camera, settings(), CancelToken(), trace));
+  EXPECT_TRUE(is_finite(trace.radiance));
+}
+
+// With light paths, which meet faults as well, and over a region, whose samples alone light paths start with.
+TEST(FaultInjection, ASampleWithALightPathIsReplayed) {
+  const auto& room = faulty().room;
+  constexpr std::uint32_t kSamples = 96;
+  PathSettings path;
+  path.max_segments = 6;
+  path.integrator = Integrator::bdpt;
+  path.region = {4, 3, 60, 62};
+  FilmState state;
+  state.splats = true;
+  Film film(kSide, kSide, state);
+  const Camera camera(kPose, kSide, kSide, room->origin());
+  TraceStats stats;
+  for (int half = 0; half < kHalves; ++half) {
+    ASSERT_TRUE(trace_window(*room, camera, path, {half, 0, kSamples}, path.region, CancelToken(), film, stats));
+  }
+  ASSERT_GT(stats.invalid_samples, 0u);
+  EXPECT_EQ(stats.first_invalid.light_paths, std::uint64_t(path.region.area()));
+  SampleTrace trace;
+  trace.width = trace.height = kSide;
+  trace.sample = stats.first_invalid;
+  ASSERT_TRUE(trace_sample(*room, camera, path, CancelToken(), trace));
+  EXPECT_FALSE(is_finite(trace.radiance));
+  EXPECT_TRUE(first_not_finite(trace).has_value());
+  trace.sample.index += 1;
+  ASSERT_TRUE(trace_sample(*room, camera, path, CancelToken(), trace));
   EXPECT_TRUE(is_finite(trace.radiance));
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {
@@ -20,15 +22,40 @@ SampleTrace trace_of(const RenderScene& scene, const CameraPose& pose, int width
   return trace;
 }
 
-// Adds up what the vertices say in the kernel's order: emission, then the light sample.
+// Adds up what the vertices say in the kernel's order: emission, the light sample, connections.
 Rgb told_radiance(const SampleTrace& trace) {
   Rgb sum(0, 0, 0);
   for (const VertexTrace& v : trace.vertices) {
     EXPECT_EQ(v.radiance, sum) << "before vertex " << v.number;
     if (!is_black(v.emitted)) sum += v.throughput * v.emitted * v.emitted_weight;
     if (v.light.shadow_ray && !v.light.occluded) sum += v.light.contribution;
+    for (const ConnectionTrace& connection : v.connections) {
+      if (!connection.occluded) sum += connection.contribution;
+    }
   }
   return sum;
+}
+
+// Connections name vertices of the light path, and are left out beyond max_segments.
+void expect_light_path(const SampleTrace& trace, const PathSettings& settings) {
+  int number = 0;
+  for (const LightVertexTrace& v : trace.light_vertices) {
+    ASSERT_GT(v.number, number);
+    number = v.number;
+    ASSERT_LT(number, settings.max_segments);
+    ASSERT_FALSE(is_black(v.throughput));
+  }
+  for (const VertexTrace& v : trace.vertices) {
+    for (const ConnectionTrace& connection : v.connections) {
+      const auto named = [&](const LightVertexTrace& light) { return light.number == connection.light_vertex; };
+      const auto light = std::find_if(trace.light_vertices.begin(), trace.light_vertices.end(), named);
+      ASSERT_TRUE(light != trace.light_vertices.end());
+      ASSERT_LE(v.number + connection.light_vertex + 1, settings.max_segments);
+      ASSERT_NEAR(connection.distance, length(V3d(v.position) - V3d(light->position)), 1e-4);
+      ASSERT_GT(connection.mis_weight, 0);
+      ASSERT_LE(connection.mis_weight, 1);
+    }
+  }
 }
 
 // Every pixel of a film that ends inside its blocks, both halves; the film of one sample is that sample.
@@ -36,18 +63,22 @@ void expect_same_bits(const RenderScene& scene, const PathSettings& settings) {
   const int width = 37, height = 21;
   const std::uint32_t index = 5;
   for (int half = 0; half < kHalves; ++half) {
-    Film film(width, height);
+    const bool light_paths = traces_light_paths(settings.integrator);
+    FilmState state;
+    state.splats = light_paths;
+    Film film(width, height, state);
+    const std::uint64_t paths = light_paths ? std::uint64_t(width) * height : 0;
     TraceStats stats;
     const Camera camera(kPose, width, height, scene.origin());
-    ASSERT_TRUE(
-        trace_window(scene, camera, settings, {half, index, 1}, film.bounds(), CancelToken(), film, stats));
+    ASSERT_TRUE(trace_window(scene, camera, settings, {half, index, 1}, film.bounds(), CancelToken(), film, stats));
     for (int y = 0; y < height; ++y) {
       for (int x = half; x < width; x += 3) {
-        const SampleTrace trace = trace_of(scene, kPose, width, height, {x, y, half, index}, settings);
+        const SampleTrace trace = trace_of(scene, kPose, width, height, {x, y, half, index, paths}, settings);
         const HalfPixel& pixel = film.half(half, x, y);
         ASSERT_EQ(pixel.count, 1u);
         for (int c = 0; c < 3; ++c) ASSERT_EQ(double(trace.radiance[c]), pixel.sum[c]) << x << ' ' << y << ' ' << half;
         ASSERT_EQ(told_radiance(trace), trace.radiance) << x << ' ' << y;
+        expect_light_path(trace, settings);
         ASSERT_FALSE(trace.vertices.empty());
         for (std::size_t i = 0; i < trace.vertices.size(); ++i) {
           ASSERT_EQ(trace.vertices[i].number, int(i) + 1);
@@ -70,6 +101,50 @@ TEST(SampleTrace, IsTheRenderedSampleInEveryBit) {
     settings.max_segments = 4;
     expect_same_bits(*scene, settings);
   }
+}
+
+TEST(SampleTrace, WithItsLightPathToo) {
+  for (const bool mixed : {false, true}) {
+    const auto scene = build(mixed ? mixed_scene() : lambert_room());
+    PathSettings settings;
+    settings.seed = 99;
+    settings.integrator = Integrator::bdpt;
+    expect_same_bits(*scene, settings);
+    settings.max_segments = 4;
+    expect_same_bits(*scene, settings);
+    settings.technique = Technique{2, 2, true};
+    expect_same_bits(*scene, settings);
+    settings.technique.reset();
+    settings.integrator = Integrator::light;
+    expect_same_bits(*scene, settings);
+  }
+}
+
+// In a room of diffuse surfaces most samples have connections that bring something, and some that are blocked.
+TEST(SampleTrace, TellsWhatConnectionsBring) {
+  const auto scene = build(lambert_room());
+  PathSettings settings;
+  settings.integrator = Integrator::bdpt;
+  int brought = 0, blocked = 0;
+  for (int x = 0; x < 16; ++x) {
+    const SampleTrace trace = trace_of(*scene, kPose, 16, 16, {x, 8, 0, 3, 256}, settings);
+    EXPECT_FALSE(trace.light_vertices.empty());
+    for (const VertexTrace& v : trace.vertices) {
+      for (const ConnectionTrace& connection : v.connections) ++(connection.occluded ? blocked : brought);
+    }
+  }
+  EXPECT_GT(brought, 16);
+  EXPECT_GT(blocked, 0);
+}
+
+// The number of light paths of the picture is part of the sample: its weights depend on it.
+TEST(SampleTrace, DependsOnTheNumberOfLightPaths) {
+  const auto scene = build(lambert_room());
+  PathSettings settings;
+  settings.integrator = Integrator::bdpt;
+  const SampleTrace few = trace_of(*scene, kPose, 16, 16, {5, 8, 0, 3, 16}, settings);
+  const SampleTrace many = trace_of(*scene, kPose, 16, 16, {5, 8, 0, 3, 4096}, settings);
+  EXPECT_NE(few.radiance, many.radiance);
 }
 
 TEST(SampleTrace, NamesWhatItMet) {
@@ -133,8 +208,8 @@ TEST(SampleTrace, FindsTheFirstValueThatIsNotFinite) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   expect_first(floor_trace(lambert(Rgb(0.5f, nan, 0.5f)), Rgb(1, 1, 1)), 1, "the material's base color");
   expect_first(floor_trace(lambert(Rgb(inf, 0.5f, 0.5f)), Rgb(1, 1, 1)), 1, "the material's base color");
-  // 3.3e38 from the floor itself, and 5e37 or more of what the lamp sends it: each a float, their sum none. Samples that
-  // choose the floor as their light are finite.
+  // 3.3e38 from the floor itself, and 5e37 or more of what the lamp sends it: each a float, their sum none. Samples
+  // that choose the floor as their light are finite.
   int infinite = 0;
   for (std::uint32_t index = 0; index < 32; ++index) {
     const SampleTrace trace =

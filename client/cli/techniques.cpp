@@ -1,0 +1,361 @@
+// heliograph techniques: what each bidirectional technique brings to a picture, one by one.
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "client/cli/command.h"
+#include "client/cli/contact_sheet.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/opening.h"
+#include "client/cli/output_check.h"
+#include "client/cli/picture_files.h"
+#include "client/cli/render_options.h"
+#include "client/cli/render_report.h"
+#include "client/cli/scene_options.h"
+#include "client/frame_assembler.h"
+#include "renderer/base/clock.h"
+
+namespace helio::cli {
+
+namespace pb = heliograph::v1;
+
+namespace {
+
+constexpr std::uint64_t kMostSegments = 16;  // 302 pictures
+constexpr int kDefaultSegments = 5;
+
+struct TechniquesOptions {
+  SceneOptions scene;
+  SettingsOptions settings;
+  BudgetOptions budget;
+  TextOption max_length, output;
+  CommonOptions common;
+};
+
+constexpr const char* kHelp =
+    "A path of s light and t camera vertices, the points on light and camera counted, has s + t - 1 segments:\n"
+    "  s = 0         a camera path meets a light, or leaves for the environment\n"
+    "  s = 1         a light sample at the camera path's last vertex\n"
+    "  s > 1, t > 1  a vertex of a light path is joined to one of a camera path\n"
+    "  t = 1         a vertex of a light path is joined to the camera\n"
+    "FOLDER gets, for each, sSS-tTT.exr: its share of --integrator bdpt, by its weight among all (all of them add up "
+    "to\n"
+    "that picture with the same --seed); sSS-tTT-unweighted.exr: its own estimate, of the paths that it can make;\n"
+    "weighted.png and unweighted.png: all of them, one row for each number of segments, s from 0 on to the right, "
+    "named\n"
+    "s,t; both exposed row by row for the sum of the weighted ones.\n"
+    "The table, and with --json the object, gives the mean luminance of each, its share of the sum of all weighted "
+    "ones,\n"
+    "and the time of both renders: load_seconds, seconds, width, height, samples, max_length, techniques:\n"
+    "[{light_vertices, camera_vertices, segments, mean, share (null: all black), mean_unweighted, render_seconds,\n"
+    "invalid_samples, output, output_unweighted}], mean (of the sum), weighted_png, unweighted_png, exposure_stops "
+    "(of\n"
+    "each row), partial, warnings, notices, unread. Ctrl-C keeps the pictures so far.\n"
+    "Example: heliograph techniques room.glb --size 320x180 --samples 64 --max-length 4 --output room-techniques\n\n";
+
+// What came of one technique's two renders.
+struct Shown {
+  pb::Technique technique;
+  double mean[2] = {0, 0};  // weighted, unweighted
+  double seconds = 0;
+  std::uint64_t invalid_samples = 0;
+  std::string files[2];
+};
+
+std::vector<pb::Technique> techniques_up_to(int max_segments) {
+  std::vector<pb::Technique> all;
+  for (int segments = 1; segments <= max_segments; ++segments) {
+    for (int s = 0; s <= segments; ++s) {
+      if (s == 1 && segments == 1) continue;  // lights seen directly come from s = 0 alone
+      pb::Technique technique;
+      technique.set_light_vertices(s);
+      technique.set_camera_vertices(segments + 1 - s);
+      all.push_back(technique);
+    }
+  }
+  return all;
+}
+
+int segments_of(const pb::Technique& technique) {
+  return technique.light_vertices() + technique.camera_vertices() - 1;
+}
+
+std::string file_of(const std::string& folder, const pb::Technique& technique, bool unweighted) {
+  const std::string name = fmt::format("s{:02}-t{:02}{}.exr", technique.light_vertices(), technique.camera_vertices(),
+                                       unweighted ? "-unweighted" : "");
+  return (std::filesystem::path(folder) / name).string();
+}
+
+std::string sheet_of(const std::string& folder, bool unweighted) {
+  return (std::filesystem::path(folder) / (unweighted ? "unweighted.png" : "weighted.png")).string();
+}
+
+// A folder that exists, or can be made inside one that does.
+std::string read_folder(const TextOption& option, const std::string& fallback, OptionReader& reader) {
+  std::filesystem::path folder(option.given() ? reader.text(option).value_or("") : fallback);
+  if (!folder.has_filename()) folder = folder.parent_path();  // a slash at the end
+  std::error_code ignored;
+  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return folder.string();
+  const std::filesystem::path parent = folder.has_parent_path() ? folder.parent_path() : std::filesystem::path(".");
+  if (std::filesystem::exists(folder, ignored)) {
+    reader.problem(option, "'" + folder.string() + "' is a file; allowed: a folder, or a new one's name");
+  } else if (!std::filesystem::is_directory(parent, ignored)) {
+    reader.problem(option, "the folder '" + parent.string() + "' does not exist");
+  }
+  return folder.string();
+}
+
+double mean_luminance(const PictureView& view) {
+  double sum = 0;
+  for (std::size_t p = 0; p < view.pixels(); ++p)
+    sum += luminance(Rgb(view.channels[0][p], view.channels[1][p], view.channels[2][p]));
+  return sum / double(view.pixels());
+}
+
+// The jobs, one after the other.
+class TechniqueRenders {
+ public:
+  TechniqueRenders(RenderClient& client, const pb::RunJobRequest& request, Terminal& terminal, CallControl& control)
+      : client_(client), request_(request), terminal_(terminal), control_(control) {}
+
+  // Renders a technique, writes its picture and adds it to the sheet, which is made by the first.
+  Status render(const pb::Technique& technique, const std::string& file, std::optional<ContactSheet>& sheet,
+                Shown& shown) {
+    const std::string name = fmt::format("s {}, t {}{}", technique.light_vertices(), technique.camera_vertices(),
+                                         technique.unweighted() ? ", unweighted" : "");
+    *request_.mutable_settings()->mutable_technique() = technique;
+    FrameAssembler frame;
+    std::optional<Error> broken;
+    const auto note = [&](const Error& error) {
+      if (!broken) broken = error;
+      control_.cancel();  // nothing that follows can be trusted
+    };
+    JobCallbacks callbacks;
+    callbacks.accepted = [&](const pb::RunJobResponse::Accepted& accepted) {
+      const Status begun = frame.begin(accepted.settings());
+      if (!begun) note(begun.error());
+    };
+    callbacks.progress = [&](const pb::Progress& progress) { terminal_.progress(name + ": " + describe(progress)); };
+    callbacks.tile = [&](pb::Tile tile) {
+      const auto added = frame.add(std::move(tile));
+      if (!added) note(added.error());
+    };
+    const auto end = client_.run_job(request_, callbacks, &control_);
+    terminal_.end_progress();
+    if (broken) return *broken;
+    if (!end) return end.error();
+    if (end->reason() == pb::END_REASON_FAILED) return Error{ErrorCode::internal, name + ": " + end->message(), {}};
+    if (end->reason() == pb::END_REASON_CANCELLED || !frame.final())
+      return Error{ErrorCode::unavailable, "the server ended " + name + " early", {}};
+    const auto picture = frame.picture();
+    if (!picture) return picture.error();
+    return keep(technique, **picture, *end, file, sheet, shown);
+  }
+
+ private:
+  Status keep(const pb::Technique& technique, const Picture& picture, const pb::FrameEnd& end, const std::string& file,
+              std::optional<ContactSheet>& sheet, Shown& shown) {
+    const std::vector<float>* const radiance[] = {picture.find("R"), picture.find("G"), picture.find("B")};
+    if (!radiance[0] || !radiance[1] || !radiance[2]) return Error{ErrorCode::internal, "tiles without R, G, B", {}};
+    const PictureView view{picture.window.width(),
+                           picture.window.height(),
+                           {radiance[0]->data(), radiance[1]->data(), radiance[2]->data()}};
+    if (!sheet) sheet.emplace(view.width, view.height);
+    sheet->add(segments_of(technique) - 1,
+               fmt::format("{},{}", technique.light_vertices(), technique.camera_vertices()), view);
+    Json ended;
+    add_frame_end(ended, end);
+    shown.seconds += ended["render_seconds"].get<double>();
+    shown.invalid_samples += ended["invalid_samples"].get<std::uint64_t>();
+    shown.mean[technique.unweighted()] = mean_luminance(view);
+    shown.files[technique.unweighted()] = file;
+    if (const std::string warning = invalid_caution(technique, shown); !warning.empty()) terminal_.warn(warning);
+    FileNames names;
+    names.exr = file;
+    Json ignored;
+    return write_files(names, picture, ignored);
+  }
+
+  static std::string invalid_caution(const pb::Technique& technique, const Shown& shown) {
+    if (shown.invalid_samples == 0) return {};
+    return fmt::format("s {}, t {}: {} samples were NaN or infinite and are left out", technique.light_vertices(),
+                       technique.camera_vertices(), shown.invalid_samples);
+  }
+
+  RenderClient& client_;
+  pb::RunJobRequest request_;
+  Terminal& terminal_;
+  CallControl& control_;
+};
+
+std::string share_text(double mean, double sum) {
+  return sum > 0 ? fmt::format("{:.2f} %", 100 * mean / sum) : "-";
+}
+
+void tell(Terminal& terminal, const std::vector<Shown>& all, double sum) {
+  terminal.say(
+      fmt::format("{:>3} {:>3} {:>12} {:>9} {:>12} {:>9}", "s", "t", "weighted", "share", "unweighted", "seconds"));
+  double seconds = 0;
+  for (const Shown& shown : all) {
+    terminal.say(fmt::format("{:>3} {:>3} {:>12.6g} {:>9} {:>12.6g} {:>9.3f}", shown.technique.light_vertices(),
+                             shown.technique.camera_vertices(), shown.mean[0], share_text(shown.mean[0], sum),
+                             shown.mean[1], shown.seconds));
+    seconds += shown.seconds;
+  }
+  terminal.say(fmt::format("{:>7} {:>12.6g} {:>9} {:>12} {:>9.3f}", "all", sum, share_text(sum, sum), "", seconds));
+}
+
+Json to_json(const std::vector<Shown>& all, double sum) {
+  Json list = Json::array();
+  for (const Shown& shown : all) {
+    Json json;
+    json["light_vertices"] = shown.technique.light_vertices();
+    json["camera_vertices"] = shown.technique.camera_vertices();
+    json["segments"] = segments_of(shown.technique);
+    json["mean"] = shown.mean[0];
+    json["share"] = sum > 0 ? Json(shown.mean[0] / sum) : Json(nullptr);
+    json["mean_unweighted"] = shown.mean[1];
+    json["render_seconds"] = shown.seconds;
+    json["invalid_samples"] = shown.invalid_samples;
+    json["output"] = shown.files[0];
+    json["output_unweighted"] = shown.files[1];
+    list.push_back(json);
+  }
+  return list;
+}
+
+// Renders all; `all` holds those of which both pictures are written.
+Status render_all(TechniqueRenders& renders, const std::string& folder, int max_segments, Json& json,
+                  std::vector<Shown>& all) {
+  std::optional<ContactSheet> sheets[2];
+  for (const pb::Technique& technique : techniques_up_to(max_segments)) {
+    Shown shown;
+    shown.technique = technique;
+    for (const bool unweighted : {false, true}) {
+      pb::Technique wanted = technique;
+      wanted.set_unweighted(unweighted);
+      const Status done = renders.render(wanted, file_of(folder, technique, unweighted), sheets[unweighted], shown);
+      if (!done) return done;
+    }
+    all.push_back(shown);
+  }
+  const std::vector<double> exposures = sheets[0]->exposures();
+  for (const bool unweighted : {false, true}) {
+    const std::string file = sheet_of(folder, unweighted);
+    const Status written = sheets[unweighted]->write(file, exposures);
+    if (!written) return written;
+    json[unweighted ? "unweighted_png" : "weighted_png"] = file;
+  }
+  for (const double exposure : exposures) json["exposure_stops"].push_back(std::log2(exposure));
+  return ok_status();
+}
+
+// Nothing that is read may be overwritten.
+void check_outputs(const SceneChoice& choice, const std::string& folder, int max_segments, Problems& problems) {
+  OutputCheck outputs;
+  outputs.add_inputs(choice);
+  for (const bool unweighted : {false, true}) {
+    for (const pb::Technique& technique : techniques_up_to(max_segments))
+      outputs.check("--output", file_of(folder, technique, unweighted), problems);
+    outputs.check("--output", sheet_of(folder, unweighted), problems);
+  }
+}
+
+int run(const CLI::App& app, const TechniquesOptions& options) {
+  Opening opening(app, options.common);
+  Terminal& terminal = opening.terminal;
+  Problems& problems = opening.problems;
+  OptionReader& reader = opening.reader;
+  const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
+  pb::RunJobRequest request;
+  *request.mutable_settings() = read_settings(options.settings, reader);
+  *request.mutable_budget() = read_budget(options.budget, reader);
+  *request.mutable_format() = read_transport({}, opening.connection.address, reader);
+  request.mutable_settings()->set_integrator(pb::INTEGRATOR_BDPT);
+  const int longest = int(reader.integer(options.max_length, 1, kMostSegments).value_or(kDefaultSegments));
+  request.mutable_settings()->set_max_segments(longest);
+  const std::string folder = read_folder(options.output, scene_stem(choice) + "-techniques", reader);
+  check_outputs(choice, folder, longest, problems);
+  if (!problems.empty()) return opening.refuse();
+
+  CallControl control;
+  const Interrupt interrupt([&] { control.cancel(); });
+  Result<Renderer> renderer = Renderer::open(opening.connection);
+  if (!renderer) return opening.fail(renderer.error());
+  RenderClient& client = renderer->client();
+  const auto info = client.server_info();
+  if (!info) return opening.fail(info.error());
+  check_against_server(options.settings, request.settings(), *info, reader);
+  if (!problems.empty()) return opening.refuse();
+
+  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
+  if (interrupt.raised())
+    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
+  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
+  const pb::SceneInfo& scene = loaded.scene->response.scene();
+  if (const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader)) {
+    set_defaults(*request.mutable_settings(), scene, *camera);
+    check_region(options.settings, request.settings(), reader);
+    *request.mutable_camera() = camera->view();
+  }
+  if (!problems.empty()) return opening.refuse();
+  request.set_scene_id(scene.scene_id());
+  std::error_code unmade;
+  std::filesystem::create_directory(folder, unmade);
+  if (unmade) return terminal.fail(kFailed, "the folder '" + folder + "' cannot be made: " + unmade.message());
+
+  Json json;
+  json["load_seconds"] = loaded.scene->seconds;
+  json["seconds"] = 0.0;
+  json["width"] = request.settings().width();
+  json["height"] = request.settings().height();
+  json["samples"] = request.budget().samples();
+  json["max_length"] = longest;
+  const double begun = now_s();
+  std::vector<Shown> all;
+  TechniqueRenders renders(client, request, terminal, control);
+  const Status done = render_all(renders, folder, longest, json, all);
+  json["seconds"] = now_s() - begun;
+  double sum = 0;
+  for (const Shown& shown : all) sum += shown.mean[0];
+  json["mean"] = sum;
+  json["techniques"] = to_json(all, sum);
+  json["partial"] = !done;
+  add_load_report(json, loaded.scene->response);
+  const std::string kept =
+      fmt::format("; {} of {} techniques are in {}", all.size(), techniques_up_to(longest).size(), folder);
+  if (interrupt.raised() && !done) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);
+  if (!done) return terminal.fail(exit_code_of(done.error()), done.error().to_string() + kept, json);
+  tell(terminal, all, sum);
+  terminal.say(sheet_of(folder, false));
+  terminal.say(sheet_of(folder, true));
+  terminal.result(json);
+  return kOk;
+}
+
+}  // namespace
+
+Command add_techniques(CLI::App& root) {
+  CLI::App* app =
+      root.add_subcommand("techniques", "Render what each bidirectional technique brings to a picture, one by one");
+  auto options = std::make_shared<TechniquesOptions>();
+  add_scene_options(*app, options->scene);
+  add_picture_options(*app, options->settings);
+  add_text(*app, options->budget.samples, "--samples", "N",
+           "Samples per pixel of each picture, [1, 2^30]. Default: 64");
+  add_text(*app, options->max_length, "--max-length", "K",
+           "Longest path, in segments with the camera's counted, [1, 16]. Default: 5, which is 38 pictures");
+  add_text(*app, options->output, "--output,-o", "FOLDER",
+           "Where the pictures go; made where it does not exist. Default: NAME-techniques in the current folder for "
+           "scene NAME.glb");
+  add_common_options(*app, options->common, "One JSON object on stdout, described below");
+  app->footer(std::string(kHelp) + kExitCodesHelp);
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli
