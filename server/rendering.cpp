@@ -4,6 +4,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/passes/trace_lights.h"
 #include "server/replay_token.h"
 
 namespace helio {
@@ -18,7 +19,9 @@ std::uint64_t pixels(const RenderSettings& settings) {
 }  // namespace
 
 std::uint64_t film_bytes(const RenderSettings& settings) {
-  return pixels(settings) * Film::bytes_per_pixel(film_state(settings));
+  const std::uint64_t film = pixels(settings) * Film::bytes_per_pixel(film_state(settings));
+  if (!caches_light_vertices(settings.integrator)) return film;
+  return film + LightVertexSource::most_bytes(path_settings(settings));
 }
 
 Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
@@ -29,6 +32,8 @@ Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources,
   if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
   rendering->publisher_ = std::make_shared<FramePublisher>(
       tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
+        // Of samples that draw on light vertices of the whole picture none is made.
+        if (caches_light_vertices(frame.settings.integrator)) return std::string();
         const auto snapshot = frame.scene.lock();
         const std::lock_guard lock(scenes->mutex);
         if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);

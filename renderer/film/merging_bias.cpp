@@ -3,13 +3,21 @@
 #include <algorithm>
 #include <cfloat>
 
+#include "renderer/film/splat_buffer.h"
+
 namespace helio {
 
 namespace {
 
 double mean_luminance(const Film& film, const PixelRect& window) {
   double sum = 0;
+  double splats[4 * kFilmBlock];
   for (int y = window.y0; y < window.y1; ++y) {
+    for (int h = 0; h < kHalves && film.splats(); ++h) {
+      film.splats()->read_row(h, y, window.x0, window.x1, splats);
+      for (int x = 0; x < window.width(); ++x)
+        sum += double(luminance(Rgb(V3d(splats[4 * x], splats[4 * x + 1], splats[4 * x + 2]))));
+    }
     for (int x = window.x0; x < window.x1; ++x) {
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& pixel = film.half(h, x, y);

@@ -51,22 +51,21 @@ void FramePipeline::begin_integration() {
   enter(Stage::integrate);
 }
 
-// The next sample of one half, if the plan asks for any.
+// The next sample of the half that has fewer, if the plan asks for any.
 bool FramePipeline::begin_step() {
   std::uint32_t done[kHalves];
   grid_.done_everywhere(done);
-  for (int h = 0; h < kHalves; ++h) {
-    if (done[h] >= plan_.target[h]) continue;
-    step_ = plan_;
-    step_.target[h] = done[h] + 1;
-    step_.target[1 - h] = 0;
-    lights_.begin(light_source_->begin(h, done[h]));
-    const double began = stage_began_s_;
-    enter(Stage::lights);
-    stage_began_s_ = began;  // of all steps together
-    return true;
-  }
-  return false;
+  const bool wanted[kHalves] = {done[0] < plan_.target[0], done[1] < plan_.target[1]};
+  if (!wanted[0] && !wanted[1]) return false;
+  const int h = wanted[0] && (!wanted[1] || done[0] <= done[1]) ? 0 : 1;
+  step_ = plan_;
+  step_.target[h] = done[h] + 1;
+  step_.target[1 - h] = 0;
+  lights_.begin(light_source_->begin(h, done[h]));
+  const double began = stage_began_s_;
+  enter(Stage::lights);
+  stage_began_s_ = began;  // of all steps together
+  return true;
 }
 
 void FramePipeline::integrate_step() {

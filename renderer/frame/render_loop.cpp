@@ -56,6 +56,7 @@ struct Retired {
   std::unique_ptr<Film> film;
   std::vector<std::shared_ptr<const RenderScene>> scenes;
   std::shared_ptr<LightVertexSource> lights;
+  std::shared_ptr<LightVertexWork> pass;
 };
 
 }  // namespace
@@ -393,7 +394,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     // A picture that is drawn on keeps them until it has become a source (passes/reproject.h).
     if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
     film->set_light_tiles(nullptr);
-    if (lights) lights->begin_picture();
+    if (lights) retired.pass = lights->set_aside();
   }
   if (!caches_light_vertices(settings.integrator) || !scene) {
     retired.lights = std::move(lights);

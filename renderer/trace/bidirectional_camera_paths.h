@@ -26,7 +26,7 @@ struct BidirectionalGroup {
 //   void connect(int vertex, std::uint32_t path, const PathVertex& at, const ShadingPoint* point)
 //                                                      joins the vertex to others, by join()
 // and, where what stands below does not suit its techniques, its own
-//   bool samples_lights() const, bool ends_at(bool pure_delta) const       at a vertex
+//   bool samples_lights() const, bool ends_with(const BsdfSample&) const       at a vertex
 template <typename Kernel, typename Watch>
 class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   using Base = PathKernelBase<Kernel, Watch>;
@@ -46,7 +46,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
         paths_(thread_paths()) {}
 
   bool samples_lights() const { return true; }
-  bool ends_at(bool /*pure_delta*/) const { return false; }
+  bool ends_with(const BsdfSample&) const { return false; }
 
   static BidirectionalGroup& thread_paths() {
     static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
@@ -178,14 +178,13 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     watch_.scatter(i, sample, frame);
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
-    const bool pure_delta = point ? is_pure_delta(point->params) : is_black(at.albedo);
-    if (has_lights_ && !pure_delta) {
+    if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
       if (kernel().samples_lights() && shows(1, vertex + 1)) sample_light(vertex, j, i, at, point, light_normal, transmissive);
       kernel().connect(vertex, i, at, point);
     }
     if (technique_ && vertex + 1 >= technique_->camera_vertices) return false;
 
-    if (kernel().ends_at(pure_delta) || !sample.valid()) return false;
+    if (kernel().ends_with(sample) || !sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
     if (!sample.delta) {

@@ -11,8 +11,8 @@
 // is a density estimate over the disc of area pi r^2. That is biased, by the light's and the surface's variation within
 // r, and vanishes with r.
 //
-// photon (Hachisuka et al. 2008; Knaus and Zwicker 2011): nothing but merging, unweighted, at the first vertex that is
-// not a delta, where the path ends; what it meets on the way there counts in full.
+// photon (Hachisuka et al. 2008; Knaus and Zwicker 2011): nothing but merging, unweighted, at every vertex as far as
+// deltas lead; what the path meets on the way counts in full.
 #include <numbers>
 
 #include "renderer/trace/bidirectional_camera_paths.h"
@@ -62,8 +62,8 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
   }
 
   bool samples_lights() const { return !photons_alone_; }
-  // A camera path that goes on has met deltas alone.
-  bool ends_at(bool pure_delta) const { return photons_alone_ && !pure_delta; }
+  // A camera path that goes on was sent there by deltas alone, which nothing is merged with.
+  bool ends_with(const BsdfSample& sample) const { return photons_alone_ && !sample.delta; }
   float environment_weight(int vertex, std::uint32_t i) {
     return photons_alone_ ? 1.0f : Base::environment_weight(vertex, i);
   }
@@ -85,6 +85,8 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
   }
 
   void merge(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {
+    // A disc may hold all that a lamp has sent out.
+    if (task_.cancel.cancelled()) return;
     PathState& path = group_.paths[i];
     const V3f to_camera = -at.arrived;
     Rgb sum(0, 0, 0), outer_less_inner(0, 0, 0);

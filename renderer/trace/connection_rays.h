@@ -12,6 +12,7 @@ class ConnectionRays {
 
   bool full() const { return count_ == kCapacity; }
   int count() const { return count_; }
+  void clear() { count_ = 0; }
   const Ray* rays() const { return rays_; }
 
   // Precondition: not full. `tag` is the caller's.

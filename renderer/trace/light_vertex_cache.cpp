@@ -41,8 +41,15 @@ void number_paths(std::uint32_t key, std::uint64_t first, int count, LightBatch&
 }  // namespace
 
 double merging_radius(const PathSettings& settings, double scene_radius, std::uint32_t sample) {
+  // Where positions as floats end.
+  constexpr double kSmallest = 1e-7;
   const LightCacheSettings& s = settings.light_cache;
-  return s.radius * scene_radius * std::pow(double(sample) + 1, 0.5 * (s.shrinking - 1));
+  return scene_radius * std::max(kSmallest, s.radius * std::pow(double(sample) + 1, 0.5 * (s.shrinking - 1)));
+}
+
+std::uint64_t pass_paths(std::uint64_t pixels, double vertices_per_path) {
+  const double most = double(kMostPassVertices) / std::max(1.0, vertices_per_path);
+  return std::min({pixels, kMostPassPaths, std::uint64_t(most)});
 }
 
 double mean_light_vertices(const RenderScene& scene, const PathSettings& settings) {
@@ -122,6 +129,7 @@ void LightVertexCache::add_splats(const std::vector<LightVertex>& vertices, cons
                                   const LightBatch& batch, const Camera& camera, Film& film, TraceStats& stats) const {
   const CameraImportance importance(camera);
   ConnectionRays& rays = thread_rays();
+  rays.clear();  // what an exception may have left
   struct FilmPoint {
     double x, y;
   } points[ConnectionRays::kCapacity];

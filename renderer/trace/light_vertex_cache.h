@@ -17,8 +17,8 @@
 
 namespace helio {
 
-// Sizes the memory of caches: about 110 bytes a vertex, a few vertices a path.
-inline constexpr std::uint64_t kMostLightPaths = 1u << 18;
+// Of a pass; there are fewer where paths leave so many vertices that it would have more than this.
+inline constexpr std::uint64_t kMostPassPaths = 1u << 18, kMostPassVertices = 1u << 20;
 
 class LightVertexCache {
  public:
@@ -94,6 +94,9 @@ class LightVertexCache {
   VertexGrid grid_;
   bool ready_ = false;
 };
+
+// Light paths of a pass over so many pixels: as many, within the bounds above.
+std::uint64_t pass_paths(std::uint64_t pixels, double vertices_per_path);
 
 // Of a pass: the radius within which light vertices are merged, shrinking as Knaus and Zwicker (2011, "Progressive
 // Photon Mapping: A Probabilistic Approach", eq. 15) have it, so that bias and variance both vanish.

@@ -9,7 +9,7 @@ void VertexGrid::build(const std::vector<V3f>& points, double radius, std::vecto
   const std::uint32_t slots = std::bit_ceil(std::uint32_t(std::max<std::size_t>(points.size(), 1)));
   mask_ = slots - 1;
   scale_ = 0.5 / radius;
-  radius_squared_ = float(radius * radius);
+  radius_squared_ = radius * radius;
   begins_.assign(std::size_t(slots) + 1, 0);
   order.resize(points.size());
   // First the slot of each point, then its place.

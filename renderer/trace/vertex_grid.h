@@ -38,7 +38,7 @@ class VertexGrid {
       seen[count++] = slot;
       for (std::uint32_t p = begins_[slot]; p < begins_[slot + 1]; ++p) {
         const V3f d = places_[p] - point;
-        if (dot(d, d) <= radius_squared_) visit(p);
+        if (double(dot(d, d)) <= radius_squared_) visit(p);
       }
     }
   }
@@ -55,7 +55,7 @@ class VertexGrid {
   std::vector<std::uint32_t> begins_;  // by slot, and one more
   std::uint32_t mask_ = 0;
   double scale_ = 0;
-  float radius_squared_ = 0;
+  double radius_squared_ = 0;
 };
 
 }  // namespace helio

@@ -327,7 +327,7 @@ TEST_F(CliOther, InfoTellsLimitsAndModes) {
   EXPECT_GT(json["limits"]["max_film_side"], 0);
   EXPECT_EQ(json["modes"][0], "pt");
   EXPECT_EQ(json["integrators"].get<std::vector<std::string>>(),
-            (std::vector<std::string>{"path", "light", "bdpt", "pt-bdpt"}));
+            (std::vector<std::string>{"path", "light", "bdpt", "pt-bdpt", "lvc", "vcm", "photon"}));
   EXPECT_EQ(heliograph({"info"}).exit_code, 0);
 }
 

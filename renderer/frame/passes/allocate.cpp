@@ -20,7 +20,7 @@ FilmState film_state(const RenderSettings& settings) {
   return {.targets = allocates(settings.mode),
           .history = history,
           .stored_hits = history && paper ? settings.reprojection.stored_hits : 0,
-          .splats = traces_light_paths(settings.integrator),
+          .splats = traces_light_paths(settings.integrator) && settings.integrator != Integrator::photon,
           .merging = merges(settings.integrator)};
 }
 

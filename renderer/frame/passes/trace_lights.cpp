@@ -12,7 +12,6 @@ LightVertexWork::LightVertexWork(std::shared_ptr<const RenderScene> scene, const
       settings_(settings),
       half_(half),
       sample_(sample),
-      paths_(std::min<std::uint64_t>(std::uint64_t(settings.region.area()), kMostLightPaths)),
       cache_(std::move(cache)),
       vertices_per_path_(vertices_per_path),
       made_(cache_ != nullptr) {}
@@ -24,15 +23,19 @@ void LightVertexWork::aim(const Camera& camera, std::shared_ptr<const CancelToke
 }
 
 std::size_t LightVertexWork::parts() const {
-  return std::size_t((paths_ + kBatches * kLightBatch - 1) / (kBatches * kLightBatch));
+  if (complete_) return 0;
+  const std::uint64_t most = pass_paths(std::uint64_t(settings_.region.area()), 0);
+  return std::size_t((most + kBatches * kLightBatch - 1) / (kBatches * kLightBatch));
 }
 
 void LightVertexWork::run(int sweep, std::size_t part) {
   if (sweep == kPrepare) {
     if (part > 0) return;
+    spent_.reset();
     if (!vertices_per_path_) vertices_per_path_ = mean_light_vertices(*scene_, settings_);
     if (!cache_) {
-      cache_ = std::make_shared<LightVertexCache>(scene_, settings_, half_, sample_, paths_, *vertices_per_path_);
+      const std::uint64_t paths = pass_paths(std::uint64_t(settings_.region.area()), *vertices_per_path_);
+      cache_ = std::make_shared<LightVertexCache>(scene_, settings_, half_, sample_, paths, *vertices_per_path_);
     }
     done_.resize(cache_->batches(), 0);
     gathered_.resize(cache_->batches(), 0);
@@ -81,20 +84,20 @@ void LightVertexSource::aim(const Camera& camera, std::shared_ptr<const CancelTo
   film_ = &film;
 }
 
-void LightVertexSource::begin_picture() {
-  if (!current_) return;
-  if (current_->complete()) {
+std::shared_ptr<LightVertexWork> LightVertexSource::set_aside() {
+  if (current_ && current_->complete()) {
     vertices_per_path_ = current_->vertices_per_path();
     if (current_->sample() == 0) first_[current_->half()] = current_->cache();
   }
-  current_.reset();
+  return std::exchange(current_, nullptr);
 }
 
 std::shared_ptr<LightVertexWork> LightVertexSource::begin(int half, std::uint32_t sample) {
   if (!current_ || current_->half() != half || current_->sample() != sample) {
-    begin_picture();
+    std::shared_ptr<LightVertexWork> spent = set_aside();
     auto kept = sample == 0 ? first_[half] : std::shared_ptr<LightVertexCache>();
     current_ = std::make_shared<LightVertexWork>(scene_, settings_, half, sample, std::move(kept), vertices_per_path_);
+    current_->free_on_the_way(std::move(spent));
   }
   current_->aim(*camera_, cancel_, *film_);
   return current_;
@@ -104,10 +107,18 @@ const LightVertexCache* LightVertexSource::cache() const {
   return current_ && current_->complete() ? current_->cache().get() : nullptr;
 }
 
+std::uint64_t LightVertexSource::most_bytes(const PathSettings& settings) {
+  // The first pass of either half, the one in hand, and what it is made of.
+  constexpr std::uint64_t kPasses = 4, kBytes = 160;
+  const auto paths = pass_paths(std::uint64_t(settings.region.area()), 0);
+  return kPasses * kBytes * std::min(kMostPassVertices, paths * std::uint64_t(settings.max_segments));
+}
+
 std::size_t LightVertexSource::bytes() const {
   std::size_t sum = 0;
   for (const auto& cache : first_) sum += cache ? cache->bytes() : 0;
-  if (const LightVertexCache* now = cache(); now && now->sample() > 0) sum += now->bytes();
+  const LightVertexCache* now = cache();
+  if (now && now != first_[0].get() && now != first_[1].get()) sum += now->bytes();
   return sum;
 }
 

@@ -42,6 +42,8 @@ class LightVertexWork {
   int half() const { return half_; }
   std::uint32_t sample() const { return sample_; }
   std::optional<double> vertices_per_path() const { return vertices_per_path_; }
+  // Frees it where the first of the sweeps runs: that takes long.
+  void free_on_the_way(std::shared_ptr<LightVertexWork> spent) { spent_ = std::move(spent); }
   // What was traced since it was last asked. Thread safe.
   TraceStats take_stats();
 
@@ -53,12 +55,12 @@ class LightVertexWork {
   PathSettings settings_;
   int half_;
   std::uint32_t sample_;
-  std::uint64_t paths_;
   std::shared_ptr<LightVertexCache> cache_;
   std::optional<double> vertices_per_path_;
   std::optional<Camera> camera_;
   std::shared_ptr<const CancelToken> cancel_;
   Film* film_ = nullptr;
+  std::shared_ptr<LightVertexWork> spent_;
   std::vector<std::uint8_t> done_, gathered_;  // by batch
   bool made_ = false;                          // by an earlier work
   bool traced_ = false, indexed_ = false, complete_ = false;
@@ -75,8 +77,8 @@ class LightVertexSource {
   bool suits(const std::shared_ptr<const RenderScene>& scene, const PathSettings& settings) const {
     return scene == scene_ && settings == settings_;
   }
-  // The film begins anew, for whatever camera.
-  void begin_picture();
+  // The film begins anew, for whatever camera. Returns what is to be freed.
+  std::shared_ptr<LightVertexWork> set_aside();
   // Of the plan in hand.
   void aim(const Camera& camera, std::shared_ptr<const CancelToken> cancel, Film& film);
   // The pass of this sample.
@@ -84,7 +86,9 @@ class LightVertexSource {
   // Of what begin() returned last: null where it is not complete.
   const LightVertexCache* cache() const;
 
-  std::size_t bytes() const;
+  std::size_t bytes() const;  // of the passes that are complete
+  // What all passes together take at most, those in the making included.
+  static std::uint64_t most_bytes(const PathSettings& settings);
 
  private:
   std::shared_ptr<const RenderScene> scene_;

@@ -132,8 +132,8 @@ TEST(RenderSettings, LightVerticesAreCachedInModePtAlone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   s.light_cache = {0, 0, 0};
   EXPECT_EQ(problems_of(s),
-            "settings.light_cache.connections: 0 is outside [1, 64]\nsettings.light_cache.radius: 0 is outside [1e-06, "
-            "0.1] of the scene's radius\nsettings.light_cache.shrinking: 0 is outside [0.1, 1]");
+            "settings.light_cache.connections: 0 is outside [1, 64]; settings.light_cache.radius: 0 is outside [1e-06, "
+            "0.1] of the scene's radius; settings.light_cache.shrinking: 0 is outside [0.1, 1]");
   s.light_cache = {65, nan, nan};
   EXPECT_NE(problems_of(s).find("radius: nan"), std::string::npos) << problems_of(s);
   EXPECT_NE(problems_of(s).find("shrinking: nan"), std::string::npos) << problems_of(s);

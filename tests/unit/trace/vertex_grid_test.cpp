@@ -24,7 +24,7 @@ std::set<std::uint32_t> expected(const std::vector<V3f>& points, double radius, 
   std::set<std::uint32_t> numbers;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const V3f d = points[i] - at;
-    if (dot(d, d) <= float(radius * radius)) numbers.insert(i);
+    if (double(dot(d, d)) <= radius * radius) numbers.insert(i);
   }
   return numbers;
 }
