@@ -59,11 +59,9 @@ Status add_bidirectional_rate(BenchContext& context, RenderEngine& engine, Figur
   if (!scene) return scene.error();
   std::vector<double> seconds;
   for (int i = -1; i < options.repeat; ++i) {
-    RenderSettings settings = settings_of(Integrator::bdpt);
-    settings.roulette_from = settings.max_segments;  // as long as theirs
     Budget budget;
     budget.samples = kRateSamples;
-    const double took = test::render_through_loop(engine, *scene, settings, budget).seconds;
+    const double took = test::render_through_loop(engine, *scene, settings_of(Integrator::bdpt), budget).seconds;
     if (i >= 0) seconds.push_back(took);
   }
   const double rate = kRateSamples / median(seconds);
