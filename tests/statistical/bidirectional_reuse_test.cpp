@@ -24,14 +24,6 @@ RenderSettings settings_of(RenderMode mode, Integrator integrator, std::uint64_t
   return settings;
 }
 
-double mean_of(const ViewPicture& picture) {
-  double sum = 0;
-  for (const std::vector<float>& channel : picture.radiance) {
-    for (const float value : channel) sum += value;
-  }
-  return sum / (3.0 * double(picture.samples.size()));
-}
-
 struct Case {
   const char* scene;
   Integrator integrator;
@@ -54,11 +46,11 @@ TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
   Moments fresh, moving, resting;
   for (int seed = 1; seed <= GetParam().seeds; ++seed) {
     LoopViews plain(engine, scene, settings_of(RenderMode::pt, GetParam().integrator, 1000 + std::uint64_t(seed)));
-    fresh.add(mean_of(plain.render(home, 32)));
+    fresh.add(mean_radiance(plain.render(home, 32)));
     LoopViews views(engine, scene, settings_of(RenderMode::combined, GetParam().integrator, std::uint64_t(seed)));
     for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home, step, 0.01 * step), 16);
-    moving.add(mean_of(views.render(home, 4)));
-    resting.add(mean_of(views.render(home, 32)));
+    moving.add(mean_radiance(views.render(home, 4)));
+    resting.add(mean_radiance(views.render(home, 32)));
   }
   for (const Moments& reused : {moving, resting}) {
     const double difference = reused.mean() - fresh.mean();

@@ -20,14 +20,6 @@ RenderSettings settings_of(RenderMode mode, std::uint64_t seed, int side) {
   return settings;
 }
 
-double mean_of(const ViewPicture& picture) {
-  double sum = 0;
-  for (const std::vector<float>& channel : picture.radiance) {
-    for (const float value : channel) sum += value;
-  }
-  return sum / (3.0 * double(picture.samples.size()));
-}
-
 // The mean over the picture, at the end of a path of a few turns and a step to the side, and after a rest.
 TEST(Reuse, TheMeanIsNotBiased) {
   const auto scene = load_own_scene("cornell-glossy");
@@ -37,11 +29,11 @@ TEST(Reuse, TheMeanIsNotBiased) {
   Moments fresh, moving, resting;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     LoopViews plain(engine, scene, settings_of(RenderMode::pt, 1000 + seed, 48));
-    fresh.add(mean_of(plain.render(home, 64)));
+    fresh.add(mean_radiance(plain.render(home, 64)));
     LoopViews views(engine, scene, settings_of(RenderMode::combined, seed, 48));
     for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home, step, 0.01 * step), 32);
-    moving.add(mean_of(views.render(home, 4)));
-    resting.add(mean_of(views.render(home, 64)));
+    moving.add(mean_radiance(views.render(home, 4)));
+    resting.add(mean_radiance(views.render(home, 64)));
   }
   for (const Moments& reused : {moving, resting}) {
     const double difference = reused.mean() - fresh.mean();

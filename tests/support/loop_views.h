@@ -35,6 +35,15 @@ inline double mean_samples(const ViewPicture& picture) {
   return std::accumulate(picture.samples.begin(), picture.samples.end(), 0.0) / double(picture.samples.size());
 }
 
+// Over pixels and channels.
+inline double mean_radiance(const ViewPicture& picture) {
+  double sum = 0;
+  for (const std::vector<float>& channel : picture.radiance) {
+    for (const float value : channel) sum += value;
+  }
+  return sum / (3.0 * double(picture.samples.size()));
+}
+
 class LoopViews {
  public:
   LoopViews(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
