@@ -11,14 +11,11 @@
 #include "client/camera_path.h"
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/move_player.h"
-#include "client/cli/opening.h"
+#include "client/cli/open_scene.h"
 #include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
-#include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
-#include "client/cli/scene_options.h"
 #include "client/named_paths.h"
 #include "renderer/base/clock.h"
 
@@ -244,25 +241,12 @@ int run(const CLI::App& app, const MoveOptions& options) {
     std::lock_guard lock(player_mutex);
     if (playing) playing->cancel();
   });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
-  RenderClient& client = renderer->client();
-  const auto info = client.server_info();
-  if (!info) return opening.fail(info.error());
-  check_against_server(options.settings, request.settings(), *info, reader);
-  if (!problems.empty()) return opening.refuse();
-
-  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
-  if (interrupt.raised())
-    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
-  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
-  const pb::SceneInfo& scene = loaded.scene->response.scene();
-  const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
-  if (!camera) return opening.refuse();
-  set_defaults(*request.mutable_settings(), scene, *camera);
-  check_region(options.settings, request.settings(), reader);
-  if (!problems.empty()) return opening.refuse();
-  const PathStart start{camera->view(), pivot.value_or(centre(scene)), cameras_of(scene)};
+  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
+  auto& open = std::get<OpenScene>(opened);
+  RenderClient& client = open.renderer.client();
+  const pb::SceneInfo& scene = open.scene();
+  const PathStart start{open.camera.view(), pivot.value_or(centre(scene)), cameras_of(scene)};
   const auto views = by_name(options)       ? path_by_name(options.path.text, scale, start)
                      : options.path.given() ? parse_camera_path(path_text, options.path.text, start)
                                             : play_motion(motion, start);
@@ -277,7 +261,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!session) return opening.fail(session.error());
 
   Json json;
-  json["load_seconds"] = loaded.scene->seconds;
+  json["load_seconds"] = open.loaded.seconds;
   json["seconds"] = 0.0;
   json["width"] = session->settings().width();
   json["height"] = session->settings().height();
@@ -301,7 +285,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!played) static_cast<void>(client.close_session(session->session_id()));
   json["seconds"] = now_s() - begun;
   json["frames"] = frames;
-  add_load_report(json, loaded.scene->response);
+  add_load_report(json, open.loaded.response);
   const std::string kept = fmt::format("; {} of {} pictures are written", frames.size(), views->size());
   if (interrupt.raised() && !played) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);
   if (!played) return terminal.fail(exit_code_of(played.error()), played.error().to_string() + kept, json);

@@ -7,13 +7,10 @@
 
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
+#include "client/cli/open_scene.h"
 #include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
-#include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
-#include "client/cli/scene_options.h"
 #include "client/frame_assembler.h"
 
 namespace helio::cli {
@@ -176,30 +173,15 @@ int run(const CLI::App& app, const RenderOptions& options) {
   CallControl control;
   CancellableJob job(control);
   const Interrupt interrupt([&] { job.cancel(); });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
-  RenderClient& client = renderer->client();
-  const auto info = client.server_info();
-  if (!info) return opening.fail(info.error());
-  check_against_server(options.settings, request.settings(), *info, reader);
-  if (!problems.empty()) return opening.refuse();
-
-  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
-  if (interrupt.raised())
-    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
-  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
-  const pb::SceneInfo& scene = loaded.scene->response.scene();
-  const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader);
-  if (camera) {
-    set_defaults(*request.mutable_settings(), scene, *camera);
-    check_region(options.settings, request.settings(), reader);
-    *request.mutable_camera() = camera->view();
-  }
-  if (!problems.empty()) return opening.refuse();
+  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
+  auto& open = std::get<OpenScene>(opened);
+  const pb::SceneInfo& scene = open.scene();
+  *request.mutable_camera() = open.camera.view();
   request.set_scene_id(scene.scene_id());
 
   Outcome outcome;
-  run_job(client, request, terminal, control, job, outcome);
+  run_job(open.renderer.client(), request, terminal, control, job, outcome);
 
   Json json;
   // These eight come first, in this order, whatever happens later.
@@ -207,15 +189,15 @@ int run(const CLI::App& app, const RenderOptions& options) {
                           "estimated_relmse", "invalid_samples"}) {
     json[key] = nullptr;
   }
-  json["load_seconds"] = loaded.scene->seconds;
+  json["load_seconds"] = open.loaded.seconds;
   json["width"] = request.settings().width();
   json["height"] = request.settings().height();
-  json["camera"] = camera->name();
+  json["camera"] = open.camera.name();
   json["scene_id"] = scene.scene_id();
   json["triangles"] = scene.instanced_triangles();
   json["decode_seconds"] = scene.load_seconds();
   json["build_seconds"] = scene.build_seconds();
-  add_load_report(json, loaded.scene->response);
+  add_load_report(json, open.loaded.response);
   return finish(terminal, interrupt, outcome, names, std::move(json));
 }
 

@@ -10,13 +10,10 @@
 #include "client/cli/command.h"
 #include "client/cli/contact_sheet.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
+#include "client/cli/open_scene.h"
 #include "client/cli/output_check.h"
 #include "client/cli/picture_files.h"
-#include "client/cli/render_options.h"
 #include "client/cli/render_report.h"
-#include "client/cli/scene_options.h"
 #include "client/frame_assembler.h"
 #include "renderer/base/clock.h"
 
@@ -285,32 +282,17 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
-  RenderClient& client = renderer->client();
-  const auto info = client.server_info();
-  if (!info) return opening.fail(info.error());
-  check_against_server(options.settings, request.settings(), *info, reader);
-  if (!problems.empty()) return opening.refuse();
-
-  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
-  if (interrupt.raised())
-    return terminal.fail(interrupt.exit_code(), "interrupted while loading; nothing was rendered yet");
-  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
-  const pb::SceneInfo& scene = loaded.scene->response.scene();
-  if (const pb::SceneCamera* camera = choose_camera(options.settings, scene, reader)) {
-    set_defaults(*request.mutable_settings(), scene, *camera);
-    check_region(options.settings, request.settings(), reader);
-    *request.mutable_camera() = camera->view();
-  }
-  if (!problems.empty()) return opening.refuse();
-  request.set_scene_id(scene.scene_id());
+  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
+  auto& open = std::get<OpenScene>(opened);
+  *request.mutable_camera() = open.camera.view();
+  request.set_scene_id(open.scene().scene_id());
   std::error_code unmade;
   std::filesystem::create_directory(folder, unmade);
   if (unmade) return terminal.fail(kFailed, "the folder '" + folder + "' cannot be made: " + unmade.message());
 
   Json json;
-  json["load_seconds"] = loaded.scene->seconds;
+  json["load_seconds"] = open.loaded.seconds;
   json["seconds"] = 0.0;
   json["width"] = request.settings().width();
   json["height"] = request.settings().height();
@@ -318,7 +300,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
   json["max_length"] = longest;
   const double begun = now_s();
   std::vector<Shown> all;
-  TechniqueRenders renders(client, request, terminal, control);
+  TechniqueRenders renders(open.renderer.client(), request, terminal, control);
   const Status done = render_all(renders, folder, longest, json, all);
   json["seconds"] = now_s() - begun;
   double sum = 0;
@@ -326,7 +308,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
   json["mean"] = sum;
   json["techniques"] = to_json(all, sum);
   json["partial"] = !done;
-  add_load_report(json, loaded.scene->response);
+  add_load_report(json, open.loaded.response);
   const std::string kept =
       fmt::format("; {} of {} techniques are in {}", all.size(), techniques_up_to(longest).size(), folder);
   if (interrupt.raised() && !done) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);

@@ -1,0 +1,27 @@
+// A renderer with a command's scene in it.
+#pragma once
+
+#include <variant>
+
+#include "client/cli/interrupt.h"
+#include "client/cli/opening.h"
+#include "client/cli/render_options.h"
+#include "client/cli/scene_options.h"
+
+namespace helio::cli {
+
+struct OpenScene {
+  Renderer renderer;
+  LoadedScene loaded;
+  heliograph::v1::SceneCamera camera;  // the chosen one
+
+  const heliograph::v1::SceneInfo& scene() const { return loaded.response.scene(); }
+};
+
+// Connects, loads the scene, and makes the settings whole by what server and camera say. An exit code: something is
+// wrong, and has been said.
+std::variant<OpenScene, int> open_scene(Opening& opening, const SettingsOptions& options, const SceneChoice& choice,
+                                        CallControl& control, const Interrupt& interrupt,
+                                        heliograph::v1::RenderSettings& settings);
+
+}  // namespace helio::cli
