@@ -15,7 +15,7 @@ void VertexGrid::build(const std::vector<V3f>& points, double radius, std::vecto
   // First the slot of each point, then its place.
   for (std::size_t i = 0; i < points.size(); ++i) {
     const V3f& p = points[i];
-    order[i] = hash(std::int32_t(std::floor(p.x * scale_)), std::int32_t(std::floor(p.y * scale_)),
+    order[i] = slot(std::int32_t(std::floor(p.x * scale_)), std::int32_t(std::floor(p.y * scale_)),
                     std::int32_t(std::floor(p.z * scale_)));
     ++begins_[order[i] + 1];
   }

@@ -1,5 +1,5 @@
 // Points in space, found again by where they are: a hashed grid with cells of twice the search radius, ordered by a
-// counting sort, so that a search looks at eight runs of neighbours.
+// counting sort. Cells that are neighbours along x are so in the order, so that a search looks at four runs of points.
 #pragma once
 
 #include <cmath>
@@ -21,24 +21,31 @@ class VertexGrid {
   void for_each_near(const V3f& point, Function&& visit) const {
     if (places_.empty()) return;
     // The cell and, on each axis, the neighbour on the nearer side.
-    std::int32_t cell[3], other[3];
-    for (int a = 0; a < 3; ++a) {
-      const double at = point[a] * scale_, base = std::floor(at);
-      cell[a] = std::int32_t(base);
-      other[a] = at - base < 0.5 ? cell[a] - 1 : cell[a] + 1;
-    }
+    std::int32_t low[3];
+    for (int a = 0; a < 3; ++a) low[a] = std::int32_t(std::floor(point[a] * scale_ - 0.5));
     std::uint32_t seen[8];
     int count = 0;
-    for (int k = 0; k < 8; ++k) {
-      const std::uint32_t slot =
-          hash(k & 1 ? other[0] : cell[0], k & 2 ? other[1] : cell[1], k & 4 ? other[2] : cell[2]);
-      bool known = false;  // cells that share a slot are looked at once
-      for (int j = 0; j < count; ++j) known |= seen[j] == slot;
-      if (known) continue;
+    const auto is_new = [&](std::uint32_t slot) {  // cells that share a slot are looked at once
+      for (int j = 0; j < count; ++j) {
+        if (seen[j] == slot) return false;
+      }
       seen[count++] = slot;
-      for (std::uint32_t p = begins_[slot]; p < begins_[slot + 1]; ++p) {
+      return true;
+    };
+    const auto look_at = [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t p = begin; p < end; ++p) {
         const V3f d = places_[p] - point;
         if (double(dot(d, d)) <= radius_squared_) visit(p);
+      }
+    };
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t first = slot(low[0], low[1] + (k & 1), low[2] + (k >> 1)), second = (first + 1) & mask_;
+      const bool new_first = is_new(first), new_second = is_new(second);
+      if (new_first && new_second && second > first) {
+        look_at(begins_[first], begins_[second + 1]);
+      } else {
+        if (new_first) look_at(begins_[first], begins_[first + 1]);
+        if (new_second) look_at(begins_[second], begins_[second + 1]);
       }
     }
   }
@@ -46,9 +53,9 @@ class VertexGrid {
   std::size_t bytes() const { return places_.capacity() * sizeof(V3f) + begins_.capacity() * sizeof(std::uint32_t); }
 
  private:
-  std::uint32_t hash(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint32_t h = std::uint32_t(x) * 73856093u ^ std::uint32_t(y) * 19349663u ^ std::uint32_t(z) * 83492791u;
-    return (h ^ (h >> 15)) & mask_;
+  std::uint32_t slot(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint32_t h = std::uint32_t(y) * 0x9e3779b1u ^ std::uint32_t(z) * 0x85ebca77u;
+    return ((h ^ (h >> 15)) * 0x2c1b3c6du + std::uint32_t(x)) & mask_;
   }
 
   std::vector<V3f> places_;
