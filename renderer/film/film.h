@@ -143,15 +143,19 @@ class Film {
   const FilmHistory* history() const { return history_.get(); }
   FirstHits* first_hits() { return first_hits_.get(); }  // null: none
   const FirstHits* first_hits() const { return first_hits_.get(); }
-  // Null: none. A half's mean is that of its samples plus that of its splats, these times the share of the samples that
-  // is not carried (splat_row.h); what has no samples has no mean.
-  SplatBuffer* splats() { return splats_.get(); }
-  const SplatBuffer* splats() const { return splats_.get(); }
+  // Null: none, or none may land as long as the light tiles are all off. A half's mean is that of its samples plus that
+  // of its splats, these times the share of the samples that is not carried (splat_row.h); what has no samples has no
+  // mean.
+  SplatBuffer* splats() { return splats_off_ ? nullptr : splats_.get(); }
+  const SplatBuffer* splats() const { return splats_off_ ? nullptr : splats_.get(); }
   // Which tiles get light paths, where samples are made with them at all; null: all, with integrator pt+bdpt none. Kept
   // by clear(). To be set before the first sample: in other tiles splats are dropped, for those pixels' samples already
   // stand for all light.
   const std::shared_ptr<const LightTiles>& light_tiles() const { return light_tiles_; }
-  void set_light_tiles(std::shared_ptr<const LightTiles> tiles) { light_tiles_ = std::move(tiles); }
+  void set_light_tiles(std::shared_ptr<const LightTiles> tiles) {
+    splats_off_ = tiles && !tiles->any();
+    light_tiles_ = std::move(tiles);
+  }
 
   void clear();
   // Only a window, which must lie inside. Splats stay, there too: what normalises them is of the whole film.
@@ -177,6 +181,7 @@ class Film {
   std::unique_ptr<FirstHits> first_hits_;
   std::unique_ptr<SplatBuffer> splats_;
   std::shared_ptr<const LightTiles> light_tiles_;
+  bool splats_off_ = false;
   bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 

@@ -28,10 +28,17 @@ class LightTiles {
     return {x, y, std::min(x + kLightTile, width_), std::min(y + kLightTile, height_)};
   }
   void set(std::size_t tile, bool on) { on_[tile] = on; }
-  // Of a pixel of the film.
-  bool on(int x, int y) const {
-    return on_[std::size_t(y / kLightTile) * std::size_t(columns_) + std::size_t(x / kLightTile)] != 0;
+  bool any() const {
+    return std::any_of(on_.begin(), on_.end(), [](std::uint8_t on) { return on != 0; });
   }
+  // Of a pixel of the film.
+  bool on(int x, int y) const { return on_[at(x, y)] != 0; }
+  std::size_t at(int x, int y) const {
+    return std::size_t(y / kLightTile) * std::size_t(columns_) + std::size_t(x / kLightTile);
+  }
+  int columns() const { return columns_; }
+  int width() const { return width_; }  // of the film
+  int height() const { return height_; }
   // Pixels of a part of the film in tiles that are on.
   double pixels_in(const PixelRect& part) const {
     double sum = 0;

@@ -188,12 +188,16 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   plan.deadline_s = deadline_s(state);
   plan.reproject = state.reproject_due;
   plan.choose = state.choice_due;
-  if (budget_.time_s) plan.choose_until_s = state.begun_s + kChoiceShare * *budget_.time_s;
+  if (state.choice_due) {
+    // What is chosen decides whether tiles can be shown one by one.
+    if (budget_.time_s) plan.choose_until_s = state.begun_s + kChoiceShare * *budget_.time_s;
+    return plan;
+  }
   if (state.reproject_due) {
     // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
     if (allocation_ && allocation_->paper) return plan;
     if (policy_.passes) plan.target[0] = 1;
-    if (policy_.passes) plan.publish = policy_.tiles_alone ? Publish::early : Publish::round;
+    if (policy_.passes) plan.publish = state.tiles_alone ? Publish::early : Publish::round;
     plan.final = policy_.passes && sample_limit() == 1;
     return plan;
   }
@@ -204,7 +208,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   }
   if (state.done[0] == 0 && policy_.passes) {
     plan.target[0] = 1;
-    plan.publish = policy_.tiles_alone ? Publish::early : Publish::round;
+    plan.publish = state.tiles_alone ? Publish::early : Publish::round;
     plan.final = sample_limit() == 1;
     return plan;
   }

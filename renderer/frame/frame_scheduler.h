@@ -53,6 +53,8 @@ struct FrameState {
   RoundState round;
   bool reproject_due = false;  // before the first sample, what earlier pictures know is to be carried over
   bool choice_due = false;     // before the first sample, tiles are to be chosen that get light paths
+  // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
+  bool tiles_alone = true;
   bool carried = false;        // something was that is to be reviewed
   // So much that counts are to fill up what is missing; else they are as without history. Paper: anything.
   bool fill = false;
@@ -84,8 +86,6 @@ struct FrameState {
 
 struct PublishPolicy {
   bool passes = true;  // false: only the final state (jobs)
-  // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
-  bool tiles_alone = true;
   double interval_s = 0.25;  // between publications that are not at powers of two; grows with the age of the view
 };
 

@@ -80,7 +80,7 @@ struct RenderLoop::Impl final : PieceSource {
 
   // All of these: `mutex` is held.
   PublishPolicy publish_policy() const {
-    return {passes, !traces_light_paths(settings.integrator), options.publish_interval_s};
+    return {passes, options.publish_interval_s};
   }
   // Of the picture in hand.
   RenderSettings frame_settings() const {
@@ -126,6 +126,7 @@ struct RenderLoop::Impl final : PieceSource {
   // What is.
   std::unique_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
+  TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
@@ -320,7 +321,7 @@ FrameProgress RenderLoop::Impl::progress() const {
 std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
   return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
-         (lights ? lights->bytes() : 0);
+         techniques.bytes() + (lights ? lights->bytes() : 0);
 }
 
 // One worker at a time tells the sink what waits. True: something was told.
@@ -377,6 +378,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   if (another_picture || another_grid) {
     if (another_kind || another_grid) {
       retired.scenes = history.forget();
+      techniques.forget();
     } else if (reuse) {
       ++history.generation;
     }
@@ -497,6 +499,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
       return;
     }
   }
+  state.tiles_alone = !film->splats() && !lights;
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FramePipeline::Works works;
   const PixelRect& region = pipeline.grid().region();
@@ -512,8 +515,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.reproject = transfer;
   }
   if (plan.choose) {
-    works.choose =
-        std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token, *film);
+    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token,
+                                                     *film, reuses(settings.mode) ? &techniques : nullptr);
   }
   if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;

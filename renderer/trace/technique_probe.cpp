@@ -1,12 +1,12 @@
 #include "renderer/trace/technique_probe.h"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
+#include <cmath>
 
 #include "renderer/film/resolve.h"
 #include "renderer/film/splat_buffer.h"
 #include "renderer/trace/path_kernel.h"
+#include "renderer/trace/tile_choice.h"
 
 namespace helio {
 
@@ -19,10 +19,6 @@ constexpr std::uint64_t kProbeSeed = 0x6a09e667f3bcc909u;
 // Processor time of a ray with light paths over one without, shading included: measured 1.8 where the path tracer has
 // its kernel for flat Lambert triangles, 1.1 to 1.8 elsewhere.
 constexpr double kRayCost = 1.3, kRayCostOverPlain = 1.8;
-// Share of the light paths' error that is the splats': fewer tiles with light paths make for fewer of them.
-constexpr double kSplatShare = 0.5;
-// What a choice between tiles must gain over doing the same everywhere, for it is made from few samples a tile.
-constexpr double kLeastGain = 0.3;
 // Finds this many times as bright as the mean of the picture are too rare for differences of halves to tell of them.
 constexpr double kRare = 30;
 
@@ -60,6 +56,11 @@ PixelFilter pixel_of_large(int scale) {
   return filter;
 }
 
+PixelRect bounding(const PixelRect& a, const PixelRect& b) {
+  if (a.empty()) return b;
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
 double mean_luminance(const Film& film, const PixelRect& window) {
   double sum = 0;
   for (int y = window.y0; y < window.y1; ++y) {
@@ -77,10 +78,16 @@ FilmState probe_state(bool splats) {
 }  // namespace
 
 TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                               const PathSettings& settings, std::shared_ptr<const CancelToken> cancel)
+                               const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
+                               TechniqueHistory::Views known)
     : scene_(std::move(scene)),
       cancel_(std::move(cancel)),
+      known_(std::move(known)),
+      pose_(pose),
       tiles_(width, height, false),
+      estimates_(tiles_.size()),
+      measured_(tiles_.size(), false),
+      region_(settings.region.empty() ? PixelRect{0, 0, width, height} : settings.region),
       scale_(probe_scale(width, height)),
       samples_{std::uint32_t(std::max(2, scale_ * scale_ / 8)), std::uint32_t(std::max(1, scale_ * scale_ / 16))},
       camera_(pose, small(width, scale_), small(height, scale_), scene_->origin(), pixel_of_large(scale_)),
@@ -88,30 +95,28 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
       settings_{probe_settings(settings, Integrator::path), probe_settings(settings, Integrator::bdpt)},
       films_{Film(small(width, scale_), small(height, scale_), probe_state(false)),
              Film(small(width, scale_), small(height, scale_), probe_state(true))},
-      squares_(small(width, scale_), small(height, scale_)) {
-  if (scene_->impl().lights->empty()) return;  // nothing starts a light path
-  const PixelRect region = settings.region.empty() ? PixelRect{0, 0, width, height} : settings.region;
-  picture_ = {region.x0 / scale_, region.y0 / scale_, small(region.x1, scale_), small(region.y1, scale_)};
-  for (int technique = 0; technique < kTechniques; ++technique) {
-    for (int half = 0; half < kHalves; ++half) {
-      for (int y = picture_.y0 / kPathGroupSize * kPathGroupSize; y < picture_.y1; y += kPathGroupSize) {
-        for (int x = picture_.x0 / kPathGroupSize * kPathGroupSize; x < picture_.x1; x += kPathGroupSize) {
-          jobs_.push_back({technique, half, intersect({x, y, x + kPathGroupSize, y + kPathGroupSize}, picture_)});
-        }
-      }
-    }
-  }
-  settings_[1].region = picture_;
-  stats_.resize(jobs_.size());
-}
+      squares_(small(width, scale_), small(height, scale_)) {}
 
 TechniqueProbe::~TechniqueProbe() = default;
 
+std::size_t TechniqueProbe::parts() const {
+  if (scene_->impl().lights->empty()) return 0;  // nothing starts a light path
+  if (current_ == kRecall) return known_.empty() ? 0 : tiles_.size() / std::size_t(tiles_.columns());
+  return jobs_.size();
+}
+
 void TechniqueProbe::run(int sweep, std::size_t part) {
-  const Job& job = jobs_[std::size_t(sweep) * parts() + part];
-  TraceStats& stats = stats_[std::size_t(sweep) * parts() + part];
-  const SampleRange range{job.half, 0, samples_[job.technique]};
-  if (job.technique == 0) {
+  if (sweep == kRecall) {
+    const std::size_t columns = std::size_t(tiles_.columns()), first = part * columns;
+    const auto recalled = recall_tiles(*scene_, pose_, known_, first, columns);
+    std::copy(recalled.begin(), recalled.end(), estimates_.begin() + std::ptrdiff_t(first));
+    return;
+  }
+  const int technique = sweep == kProbePaths ? 0 : 1;
+  const Job& job = jobs_[part];
+  TraceStats& stats = stats_[technique][part];
+  const SampleRange range{job.half, 0, samples_[technique]};
+  if (sweep == kProbePaths) {
     trace_window(*scene_, camera_, settings_[0], range, job.window, *cancel_, films_[0], stats);
   } else {
     WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, *cancel_, films_[1], nullptr};
@@ -122,89 +127,132 @@ void TechniqueProbe::run(int sweep, std::size_t part) {
   }
 }
 
+void TechniqueProbe::finish_sweep(int sweep) {
+  current_ = sweep + 1;
+  if (scene_->impl().lights->empty()) return;
+  if (sweep == kRecall) {
+    find_unknown();
+  } else if (sweep == kProbePaths) {
+    if (!jobs_.empty()) rare_ = float(kRare * mean_luminance(films_[0], picture_));
+  } else {
+    choose();
+  }
+}
+
+// What no view knows, and what is to be probed for it: a rectangle around all of that and what borders on it.
+void TechniqueProbe::find_unknown() {
+  const int columns = tiles_.columns(), rows = int(tiles_.size()) / columns;
+  const std::vector<std::optional<TileEstimate>> recalled = estimates_;
+  PixelRect unknown;
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    const PixelRect tile = intersect(tiles_.window(t), region_);
+    if (recalled[t] || tile.empty()) continue;
+    measured_[t] = true;
+    const int column = int(t) % columns, row = int(t) / columns;
+    TileEstimate sum;
+    int neighbours = 0;
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, rows - 1); ++y) {
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns - 1); ++x) {
+        const auto& neighbour = recalled[std::size_t(y * columns + x)];
+        if (!neighbour) continue;
+        sum.add(*neighbour);
+        ++neighbours;
+      }
+    }
+    if (neighbours > 0) {
+      estimates_[t] = sum.over(neighbours);
+    } else {
+      unknown = bounding(unknown, tile);
+    }
+  }
+  if (unknown.empty()) return measured_.assign(tiles_.size(), false);
+  // A tile's estimate takes in its neighbours.
+  unknown = intersect({unknown.x0 - kLightTile, unknown.y0 - kLightTile, unknown.x1 + kLightTile,
+                       unknown.y1 + kLightTile},
+                      region_);
+  for (std::size_t t = 0; t < tiles_.size(); ++t)
+    measured_[t] = measured_[t] && !intersect(tiles_.window(t), unknown).empty();
+  picture_ = {unknown.x0 / scale_, unknown.y0 / scale_, small(unknown.x1, scale_), small(unknown.y1, scale_)};
+  for (int half = 0; half < kHalves; ++half) {
+    for (int y = picture_.y0 / kPathGroupSize * kPathGroupSize; y < picture_.y1; y += kPathGroupSize) {
+      for (int x = picture_.x0 / kPathGroupSize * kPathGroupSize; x < picture_.x1; x += kPathGroupSize)
+        jobs_.push_back({half, intersect({x, y, x + kPathGroupSize, y + kPathGroupSize}, picture_)});
+    }
+  }
+  settings_[1].region = picture_;
+  for (std::vector<TraceStats>& stats : stats_) stats.resize(jobs_.size());
+}
+
 double TechniqueProbe::mean_cost(int technique) const {
   double rays = 0, paths = 0;
-  for (std::size_t j = 0; j < jobs_.size(); ++j) {
-    if (jobs_[j].technique != technique) continue;
-    rays += double(stats_[j].rays);
-    paths += double(stats_[j].paths);
+  for (const TraceStats& stats : stats_[technique]) {
+    rays += double(stats.rays);
+    paths += double(stats.paths);
   }
   if (technique == 0) return rays / paths;
   return rays / paths * (has_plain_kernel(scene_->features()) ? kRayCostOverPlain : kRayCost);
 }
 
-void TechniqueProbe::finish_sweep(int sweep) {
-  if (jobs_.empty()) return;
-  if (sweep == 0) {
-    rare_ = float(kRare * mean_luminance(films_[0], picture_));
-    return;
-  }
-  const double brightness = mean_luminance(films_[1], picture_), floor = kEpsilon * brightness * brightness;
-  const Estimate costs[kTechniques] = {{0, mean_cost(0)}, {0, mean_cost(1)}};
-  std::vector<Estimate> path, bdpt;
-  std::vector<std::size_t> tiles;  // of the region
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    const PixelRect tile = tiles_.window(t);
-    // A tile and its neighbours: a tile has few pixels in the small picture.
-    const PixelRect window = intersect({(tile.x0 - kLightTile) / scale_, (tile.y0 - kLightTile) / scale_,
-                                        small(tile.x1 + kLightTile, scale_), small(tile.y1 + kLightTile, scale_)},
-                                       picture_);
-    if (window.empty()) continue;
-    double level = 0, rare = 0, differences[kTechniques] = {0, 0};
-    for (int y = window.y0; y < window.y1; ++y) {
-      for (int x = window.x0; x < window.x1; ++x) {
-        for (int k = 0; k < kTechniques; ++k) {
-          const double a = luminance(half_mean(films_[k], 0, x, y)), b = luminance(half_mean(films_[k], 1, x, y));
-          differences[k] += 0.25 * (a - b) * (a - b);
-          if (k == 1) level += 0.5 * (a + b);
-        }
-        rare += 0.5 * (double(squares_.mean(0, x, y).x) + double(squares_.mean(1, x, y).x));
+// Errors of what the small pictures show of a tile; none: nothing.
+std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor) const {
+  const PixelRect tile = tiles_.window(t);
+  // A tile and its neighbours: a tile has few pixels in the small picture.
+  const PixelRect window = intersect({(tile.x0 - kLightTile) / scale_, (tile.y0 - kLightTile) / scale_,
+                                      small(tile.x1 + kLightTile, scale_), small(tile.y1 + kLightTile, scale_)},
+                                     picture_);
+  if (window.empty()) return std::nullopt;
+  double level = 0, rare = 0, differences[kTechniques] = {0, 0};
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      for (int k = 0; k < kTechniques; ++k) {
+        const double a = luminance(half_mean(films_[k], 0, x, y)), b = luminance(half_mean(films_[k], 1, x, y));
+        differences[k] += 0.25 * (a - b) * (a - b);
+        if (k == 1) level += 0.5 * (a + b);
       }
+      rare += 0.5 * (double(squares_.mean(0, x, y).x) + double(squares_.mean(1, x, y).x));
     }
-    tiles.push_back(t);
-    path.push_back(costs[0]);
-    bdpt.push_back(costs[1]);
-    const double n = double(window.area());
-    level /= n;
-    const double scale = n * (level * level + floor);
-    if (!(scale > 0) || !std::isfinite(scale)) continue;
-    // Of a mean of one sample.
-    path.back().error = (differences[0] * kHalves * samples_[0] + rare) / scale;
-    bdpt.back().error = differences[1] * kHalves * samples_[1] / scale;
   }
-  const std::vector<bool> on = choose(path, bdpt);
-  for (std::size_t k = 0; k < on.size(); ++k) tiles_.set(tiles[k], on[k]);
+  const double n = double(window.area());
+  level /= n;
+  const double scale = n * (level * level + floor);
+  TileEstimate found;
+  if (!(scale > 0) || !std::isfinite(scale)) return found;
+  // Of a mean of one sample.
+  found.path.error = (differences[0] * kHalves * samples_[0] + rare) / scale;
+  found.bdpt.error = differences[1] * kHalves * samples_[1] / scale;
+  return found;
 }
 
-std::vector<bool> TechniqueProbe::choose(const std::vector<Estimate>& path, const std::vector<Estimate>& bdpt) {
-  const std::size_t count = path.size();
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  const auto gain = [&](std::size_t t) {
-    return (path[t].error - bdpt[t].error) / std::max(bdpt[t].cost - path[t].cost, 1e-9 * path[t].cost);
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gain(a) > gain(b); });
-  double rest = 0, cost = 0;
-  for (const Estimate& e : path) {
-    rest += e.error;
-    cost += e.cost;
+void TechniqueProbe::choose() {
+  if (!jobs_.empty()) {
+    ProbedView view{pose_, tiles_.width(), tiles_.height(), 0, {}};
+    view.brightness = whole() ? mean_luminance(films_[1], picture_) : known_.back()->brightness;
+    view.tiles.resize(tiles_.size());
+    const double floor = kEpsilon * view.brightness * view.brightness;
+    const PixelRect whole_picture{region_.x0 / scale_, region_.y0 / scale_, small(region_.x1, scale_),
+                                  small(region_.y1, scale_)};
+    const double share = double(picture_.area()) / double(whole_picture.area());
+    const double cost[kTechniques] = {mean_cost(0), mean_cost(1)};
+    for (std::size_t t = 0; t < tiles_.size(); ++t) {
+      if (!measured_[t]) continue;
+      view.tiles[t] = estimate(t, floor);
+      if (!view.tiles[t]) continue;
+      view.tiles[t]->path.cost = cost[0];
+      view.tiles[t]->bdpt.cost = cost[1];
+      view.tiles[t]->bdpt.error /= error_of_fewer_light_paths(share);
+      estimates_[t] = view.tiles[t];
+    }
+    probed_ = std::make_shared<const ProbedView>(std::move(view));
   }
-  std::vector<double> product{rest * cost};
-  double with = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t t = order[k];
-    rest -= path[t].error;
-    with += bdpt[t].error;
-    cost += bdpt[t].cost - path[t].cost;
-    const double fewer = 1 + kSplatShare * (double(count) / double(k + 1) - 1);
-    product.push_back((std::max(rest, 0.0) + with * fewer) * cost);
+  std::vector<TileEstimate> known;
+  std::vector<std::size_t> numbers;
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    if (!estimates_[t] || intersect(tiles_.window(t), region_).empty()) continue;
+    known.push_back(*estimates_[t]);
+    numbers.push_back(t);
   }
-  std::size_t best = std::size_t(std::min_element(product.begin(), product.end()) - product.begin());
-  const std::size_t alike = product.back() < product.front() ? count : 0;
-  if (product[best] > (1 - kLeastGain) * product[alike]) best = alike;
-  std::vector<bool> on(count, false);
-  for (std::size_t k = 0; k < best; ++k) on[order[k]] = true;
-  return on;
+  const std::vector<bool> on = choose_tiles(known);
+  for (std::size_t k = 0; k < on.size(); ++k) tiles_.set(numbers[k], on[k]);
 }
 
 }  // namespace helio

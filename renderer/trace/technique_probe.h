@@ -11,63 +11,76 @@
 //
 // The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
 // choice must be the same on every machine.
+//
+// Tiles whose surfaces earlier views have probed are not probed again; what borders on them is taken to be like them,
+// for this view alone.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "renderer/film/light_tiles.h"
 #include "renderer/film/splat_buffer.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
+#include "renderer/trace/technique_history.h"
 
 namespace helio {
 
 class TechniqueProbe {
  public:
-  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel. Once `cancel` is
-  // raised, runs end early, and there is no result.
+  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel that has to be
+  // probed. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
   TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                 const PathSettings& settings, std::shared_ptr<const CancelToken> cancel);
+                 const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
+                 TechniqueHistory::Views known = {});
   ~TechniqueProbe();
 
   // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
-  std::size_t parts() const { return jobs_.size() / kTechniques; }  // of a sweep
-  int sweeps() const { return kTechniques; }
+  std::size_t parts() const;  // of the sweep in hand
+  int sweeps() const { return kSweeps; }
   void run(int sweep, std::size_t part);
   void finish_sweep(int sweep);
 
-  // After the sweep.
+  // After the last sweep.
   const LightTiles& result() const { return tiles_; }
-
-  // Of a tile: mean relative error (square) of a pixel with one sample, and mean rays of a sample.
-  struct Estimate {
-    double error = 0, cost = 0;
-  };
-  // Tiles for which light paths pay; `path` and `bdpt` by tile. Pure.
-  static std::vector<bool> choose(const std::vector<Estimate>& path, const std::vector<Estimate>& bdpt);
+  // Null: nothing was probed.
+  const std::shared_ptr<const ProbedView>& probed() const { return probed_; }
+  bool whole() const { return known_.empty(); }  // drew on no earlier view
 
  private:
+  enum Sweep { kRecall, kProbePaths, kProbeLightPaths, kSweeps };
   static constexpr int kTechniques = 2;  // path, bdpt
   struct Job {
-    int technique, half;
+    int half;
     PixelRect window;
   };
+  void find_unknown();
   double mean_cost(int technique) const;
+  std::optional<TileEstimate> estimate(std::size_t tile, double floor) const;
+  void choose();
 
   std::shared_ptr<const RenderScene> scene_;
   std::shared_ptr<const CancelToken> cancel_;
+  TechniqueHistory::Views known_;
+  CameraPose pose_;
   LightTiles tiles_;
-  PixelRect picture_;  // of the small pictures, what the region is in
-  int scale_;                           // pixels per pixel of the small pictures
-  std::uint32_t samples_[kTechniques];  // of a half
+  std::shared_ptr<const ProbedView> probed_;
+  int current_ = 0;                                     // sweep
+  std::vector<std::optional<TileEstimate>> estimates_;  // of the tiles
+  std::vector<bool> measured_;                          // tiles to be
+  PixelRect region_;                                    // of the large picture
+  PixelRect picture_;                                   // of the small pictures, what is probed
+  int scale_;                                           // pixels per pixel of the small pictures
+  std::uint32_t samples_[kTechniques];                  // of a half
   Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
   Film films_[kTechniques];
   SplatBuffer squares_;  // WindowTask::squares
   float rare_ = 0;
-  std::vector<Job> jobs_;          // the path tracer's, then as many with light paths
-  std::vector<TraceStats> stats_;  // by job
+  std::vector<Job> jobs_;                       // of either technique
+  std::vector<TraceStats> stats_[kTechniques];  // by job
 };
 
 }  // namespace helio

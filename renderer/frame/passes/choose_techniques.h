@@ -8,22 +8,31 @@ namespace helio {
 
 class TechniqueChoice {
  public:
-  // The film outlives this, and has no samples. A work that was cancelled is to be dropped before its sweep ends.
+  // The film outlives this, and has no samples; so does the history, which is drawn on and added to. Null: none, as
+  // where a picture may depend on none before. A work that was cancelled is to be dropped before its sweep ends.
   TechniqueChoice(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, const PathSettings& settings,
-                  std::shared_ptr<const CancelToken> cancel, Film& film)
-      : probe_(std::move(scene), pose, film.width(), film.height(), settings, std::move(cancel)), film_(film) {}
+                  std::shared_ptr<const CancelToken> cancel, Film& film, TechniqueHistory* history)
+      : scene_(scene),
+        film_(film),
+        history_(history),
+        probe_(std::move(scene), pose, film.width(), film.height(), settings, std::move(cancel),
+               history ? history->views(scene_, film.width(), film.height()) : TechniqueHistory::Views()) {}
 
   std::size_t parts() const { return probe_.parts(); }
   int sweeps() const { return probe_.sweeps(); }
   void run(int sweep, std::size_t part) { probe_.run(sweep, part); }
   void finish_sweep(int sweep) {
     probe_.finish_sweep(sweep);
+    if (sweep + 1 < sweeps()) return;
     film_.set_light_tiles(std::make_shared<const LightTiles>(probe_.result()));
+    if (history_ && probe_.probed()) history_->note(scene_, probe_.probed(), probe_.whole());
   }
 
  private:
-  TechniqueProbe probe_;
+  std::shared_ptr<const RenderScene> scene_;
   Film& film_;
+  TechniqueHistory* history_;
+  TechniqueProbe probe_;
 };
 
 using ChoosePiece = SweepPiece<TechniqueChoice>;

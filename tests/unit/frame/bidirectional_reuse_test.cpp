@@ -261,6 +261,36 @@ TEST(BidirectionalReuseEdit, KeepsWhatAnEditLeavesTrue) {
   EXPECT_LT(mse(picture, truth), 0.7 * mse(restarted.render(yard_camera(), 8), truth));
 }
 
+double choose_seconds(const ViewPicture& picture) {
+  for (const PassTime& pass : picture.end.passes) {
+    if (pass.pass == "choose") return pass.seconds;
+  }
+  return 0;
+}
+
+// Processor time; a step that brings no tile into view asks the history alone. Without reuse every view chooses anew.
+TEST(BidirectionalReuseChoice, WhatEarlierViewsChoseIsNotProbedAgain) {
+  RenderEngine engine(2);
+  const auto scene = load_own_scene("cornell-covered");
+  const CameraPose home = camera_pose(scene->description().cameras.at(0));
+  for (const RenderMode mode : {RenderMode::reproject, RenderMode::pt}) {
+    RenderSettings settings = settings_of(mode, Integrator::path_bdpt);
+    settings.width = settings.height = 256;
+    LoopViews views(engine, scene, settings);
+    const double first = choose_seconds(views.render(turned_and_shifted(home, 0.2, 0), 1));
+    const ViewPicture& moved = views.render(home, 1);
+    EXPECT_GT(first, 0);
+    EXPECT_GT(moved.end.progress.trace.light_paths, 0u);
+    if (mode == RenderMode::reproject) {
+      EXPECT_LT(choose_seconds(moved), 0.3 * first);
+    } else {
+      EXPECT_GT(choose_seconds(moved), 0.3 * first);
+    }
+    const double away = choose_seconds(views.render(turned_and_shifted(home, 180, 0), 1));
+    EXPECT_GT(away, 0.3 * first);
+  }
+}
+
 // Tiles are not shown alone, nor while light paths are still under way, also where a view begins with what is carried.
 TEST(BidirectionalReuseBudget, TheFirstSampleIsShownWhole) {
   RenderEngine engine(2);

@@ -80,19 +80,29 @@ TEST(FrameScheduler, BeginsWithHalfAThenBThenDoubles) {
 
 // Light paths of any tile land on all others: none is shown alone.
 TEST(FrameScheduler, TilesThatAreNotDoneAloneAreShownTogether) {
-  PublishPolicy policy;
-  policy.tiles_alone = false;
+  FrameState state;
+  state.tiles_alone = false;
   FramePlan plan = first_look();
   plan.publish = Publish::round;
-  EXPECT_PLAN(FrameScheduler({}, policy).plan_next(FrameState{}, 0, 0, 0), plan);
+  EXPECT_PLAN(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
   Budget budget;
   budget.samples = 1;
   plan.final = true;
-  EXPECT_PLAN(FrameScheduler(budget, policy).plan_next(FrameState{}, 0, 0, 0), plan);
-  FrameState moved;
-  moved.reproject_due = true;
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
+  state.reproject_due = true;
   plan.reproject = true;
-  EXPECT_PLAN(FrameScheduler(budget, policy).plan_next(moved, 0, 0, 0), plan);
+  EXPECT_PLAN(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
+}
+
+// What is chosen decides whether tiles can be shown alone, so nothing is traced before.
+TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
+  FrameState state;
+  state.tiles_alone = false;
+  state.choice_due = true;
+  state.reproject_due = true;
+  const FramePlan plan = FrameScheduler({}, {}).plan_next(state, 0, 0, 0);
+  EXPECT_TRUE(plan.choose && plan.reproject);
+  EXPECT_PLAN(plan, FramePlan{});
 }
 
 TEST(FrameScheduler, CarriesTheRevision) {

@@ -1,4 +1,4 @@
-#include "renderer/trace/technique_probe.h"
+#include "renderer/trace/tile_choice.h"
 
 #include <gtest/gtest.h>
 
@@ -8,38 +8,36 @@
 namespace helio {
 namespace {
 
-using Estimates = std::vector<TechniqueProbe::Estimate>;
+using Estimates = std::vector<TileEstimate>;
 
-TEST(TechniqueChoice, NoiseAlikeLeavesThePathTracer) {
-  const Estimates path(9, {0.1, 5}), bdpt(9, {0.1, 15});
-  for (const bool on : TechniqueProbe::choose(path, bdpt)) EXPECT_FALSE(on);
+TEST(TileChoice, NoiseAlikeLeavesThePathTracer) {
+  for (const bool on : choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}}))) EXPECT_FALSE(on);
 }
 
-TEST(TechniqueChoice, ManyTimesLessNoiseIsWorthItsCost) {
-  const Estimates path(9, {1.0, 5}), bdpt(9, {0.1, 15});
-  for (const bool on : TechniqueProbe::choose(path, bdpt)) EXPECT_TRUE(on);
+TEST(TileChoice, ManyTimesLessNoiseIsWorthItsCost) {
+  for (const bool on : choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}}))) EXPECT_TRUE(on);
 }
 
 // A tenth of the tiles makes all the error: where light paths are dear, they go there alone.
-TEST(TechniqueChoice, WhereTheErrorIsLightPathsGo) {
-  Estimates path(40, {0.001, 5}), bdpt(40, {0.001, 2000});
+TEST(TileChoice, WhereTheErrorIsLightPathsGo) {
+  Estimates tiles(40, {{0.001, 5}, {0.001, 2000}});
   for (std::size_t t = 0; t < 4; ++t) {
-    path[t].error = 100;
-    bdpt[t].error = 0.05;
+    tiles[t].path.error = 100;
+    tiles[t].bdpt.error = 0.05;
   }
-  const std::vector<bool> on = TechniqueProbe::choose(path, bdpt);
+  const std::vector<bool> on = choose_tiles(tiles);
   for (int t = 0; t < 40; ++t) EXPECT_EQ(on[std::size_t(t)], t < 4) << t;
 }
 
 // Against every choice there is, of six tiles.
-TEST(TechniqueChoice, NoOtherChoiceIsMuchBetter) {
+TEST(TileChoice, NoOtherChoiceIsMuchBetter) {
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> spread(-3, 3);
   for (int n = 0; n < 200; ++n) {
-    Estimates path(6), bdpt(6);
-    for (std::size_t t = 0; t < 6; ++t) {
-      path[t] = {std::exp(spread(generator)), 4};
-      bdpt[t] = {std::exp(spread(generator)), 4 * (1 + std::exp(spread(generator) / 3))};
+    Estimates tiles(6);
+    for (TileEstimate& tile : tiles) {
+      tile.path = {std::exp(spread(generator)), 4};
+      tile.bdpt = {std::exp(spread(generator)), 4 * (1 + std::exp(spread(generator) / 3))};
     }
     const auto product = [&](unsigned set) {
       double rest = 0, with = 0, cost = 0;
@@ -47,12 +45,12 @@ TEST(TechniqueChoice, NoOtherChoiceIsMuchBetter) {
       for (unsigned t = 0; t < 6; ++t) {
         const bool on = set >> t & 1;
         count += on;
-        (on ? with : rest) += on ? bdpt[t].error : path[t].error;
-        cost += on ? bdpt[t].cost : path[t].cost;
+        (on ? with : rest) += on ? tiles[t].bdpt.error : tiles[t].path.error;
+        cost += on ? tiles[t].bdpt.cost : tiles[t].path.cost;
       }
       return (rest + with * (count > 0 ? 0.5 + 0.5 * 6 / count : 0.0)) * cost;
     };
-    const std::vector<bool> on = TechniqueProbe::choose(path, bdpt);
+    const std::vector<bool> on = choose_tiles(tiles);
     unsigned chosen = 0;
     for (unsigned t = 0; t < 6; ++t) chosen |= on[t] ? 1u << t : 0;
     double best = product(0);
@@ -63,11 +61,10 @@ TEST(TechniqueChoice, NoOtherChoiceIsMuchBetter) {
   }
 }
 
-TEST(TechniqueChoice, ZeroesAndEqualCostsAreNoTrouble) {
+TEST(TileChoice, ZeroesAndEqualCostsAreNoTrouble) {
   for (const double error : {0.0, 1e-300, 1e300}) {
     for (const double cost : {1.0, 1e9}) {
-      const Estimates path(5, {error, cost}), bdpt(5, {0, cost});
-      EXPECT_EQ(TechniqueProbe::choose(path, bdpt).size(), 5u);
+      EXPECT_EQ(choose_tiles(Estimates(5, {{error, cost}, {0, cost}})).size(), 5u);
     }
   }
 }

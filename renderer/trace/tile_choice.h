@@ -1,0 +1,17 @@
+// Which tiles get light paths, from what is known of them (technique_probe.h says by which measure).
+#pragma once
+
+#include <vector>
+
+#include "renderer/trace/technique_history.h"
+
+namespace helio {
+
+// By tile: light paths pay. Pure.
+std::vector<bool> choose_tiles(const std::vector<TileEstimate>& tiles);
+
+// By what the error of pixels with light paths grows where only this share of the picture's pixels has them, (0, 1]:
+// what lands on them comes from all.
+double error_of_fewer_light_paths(double share);
+
+}  // namespace helio

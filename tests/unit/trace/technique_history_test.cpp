@@ -1,0 +1,157 @@
+#include "renderer/trace/technique_history.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "renderer/trace/technique_probe.h"
+#include "tests/support/loop_views.h"
+#include "tests/support/own_scenes.h"
+
+namespace helio::test {
+namespace {
+
+constexpr int kWidth = 256, kHeight = 192;  // 8 x 6 tiles
+using Scene = std::shared_ptr<const RenderScene>;
+
+// All sweeps.
+std::unique_ptr<TechniqueProbe> probe(const Scene& scene, const CameraPose& pose, TechniqueHistory::Views known = {},
+                                      const PixelRect& region = {}) {
+  PathSettings settings;
+  settings.region = region;
+  auto work = std::make_unique<TechniqueProbe>(scene, pose, kWidth, kHeight, settings, std::make_shared<CancelToken>(),
+                                               std::move(known));
+  for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
+    for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
+    work->finish_sweep(sweep);
+  }
+  return work;
+}
+
+std::vector<bool> tiles_of(const TechniqueProbe& work) {
+  std::vector<bool> on;
+  for (std::size_t t = 0; t < work.result().size(); ++t) {
+    const PixelRect tile = work.result().window(t);
+    on.push_back(work.result().on(tile.x0, tile.y0));
+  }
+  return on;
+}
+
+std::size_t probed_tiles(const TechniqueProbe& work) {
+  if (!work.probed()) return 0;
+  const auto& tiles = work.probed()->tiles;
+  return std::size_t(std::count_if(tiles.begin(), tiles.end(), [](const auto& tile) { return tile.has_value(); }));
+}
+
+class TechniqueMemory : public testing::Test {
+ protected:
+  Scene covered = load_own_scene("cornell-covered");
+  CameraPose home = camera_pose(covered->description().cameras.at(0));
+};
+
+TEST_F(TechniqueMemory, AViewThatWasProbedIsNotProbedAgain) {
+  const auto first = probe(covered, home);
+  EXPECT_TRUE(first->whole());
+  EXPECT_EQ(probed_tiles(*first), 48u);
+  const auto again = probe(covered, home, {first->probed()});
+  EXPECT_EQ(again->probed(), nullptr);
+  EXPECT_EQ(tiles_of(*again), tiles_of(*first));
+  EXPECT_TRUE(tiles_of(*first)[20]) << "light comes by way of the ceiling";
+}
+
+// A camera that turns to the left meets what is new at the left edge, and the rest is known.
+TEST_F(TechniqueMemory, WhatComesIntoViewIsProbed) {
+  const CameraPose before = turned_and_shifted(home, -12, 0);
+  const auto first = probe(covered, before);
+  const auto moved = probe(covered, home, {first->probed()});
+  ASSERT_TRUE(moved->probed());
+  EXPECT_FALSE(moved->whole());
+  EXPECT_EQ(moved->probed()->brightness, first->probed()->brightness);
+  std::size_t measured = 0;
+  for (std::size_t t = 0; t < 48; ++t) {
+    if (!moved->probed()->tiles[t]) continue;
+    ++measured;
+    EXPECT_LT(t % 8, 5u) << t;
+  }
+  EXPECT_GE(measured, 6u);
+  EXPECT_LE(measured, 24u);
+  EXPECT_EQ(tiles_of(*moved), tiles_of(*probe(covered, home))) << "light paths pay everywhere in this box";
+}
+
+// Steps too small to bring a tile into view take it to be like its neighbours; what such steps add up to is probed, for
+// each asks the view that was probed and not the step before.
+TEST_F(TechniqueMemory, SmallStepsAddUp) {
+  TechniqueHistory history;
+  int probed = 0;
+  for (int step = 0; step <= 24; ++step) {
+    const auto work = probe(covered, turned_and_shifted(home, -12 + 0.5 * step, 0),
+                            history.views(covered, kWidth, kHeight));
+    if (work->probed()) {
+      history.note(covered, work->probed(), work->whole());
+      ++probed;
+    }
+    EXPECT_EQ(work->whole(), step == 0) << step;
+  }
+  EXPECT_GE(probed, 2);
+  EXPECT_LE(probed, 8);
+}
+
+TEST_F(TechniqueMemory, WhatSomethingHidIsProbed) {
+  SceneDescription room;
+  room.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0.5f, 0.5f, 0.5f), Rgb(5, 5, 5))};
+  add_mesh(room, box({-2, -2, -4}, {2, 2, 2}, 0, true));
+  add_mesh(room, quad({-0.5f, 1.9f, -2}, {1, 0, 0}, {0, 0, 1}, 1));
+  add_mesh(room, quad({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}, 0));  // a screen through the room
+  const Scene scene = build(std::move(room));
+  const auto before = probe(scene, camera_at({0, 0, 1}, {0, 0, -1}));
+  ASSERT_EQ(probed_tiles(*before), 48u);
+  const auto behind = probe(scene, camera_at({0, 0, -0.1}, {0, 0, -1}), {before->probed()});
+  EXPECT_EQ(probed_tiles(*behind), 48u);
+}
+
+TEST_F(TechniqueMemory, OtherScenesAndSizesAreForgotten) {
+  TechniqueHistory history;
+  EXPECT_TRUE(history.views(covered, kWidth, kHeight).empty());
+  history.note(covered, probe(covered, home)->probed(), true);
+  EXPECT_EQ(history.views(covered, kWidth, kHeight).size(), 1u);
+  EXPECT_GT(history.bytes(), 48 * sizeof(TileEstimate));
+  EXPECT_TRUE(history.views(covered, kWidth, kHeight + 1).empty());
+  const Scene other = load_own_scene("cornell-box");
+  EXPECT_TRUE(history.views(other, kWidth, kHeight).empty());
+  history.note(other, probe(other, home)->probed(), false);
+  EXPECT_EQ(history.views(other, kWidth, kHeight).size(), 1u);
+  EXPECT_TRUE(history.views(covered, kWidth, kHeight).empty());
+}
+
+TEST_F(TechniqueMemory, ViewsDoNotPileUp) {
+  TechniqueHistory history;
+  const auto view = probe(covered, home)->probed();
+  for (std::size_t i = 0; i < 3 * TechniqueHistory::kMostViews; ++i)
+    history.note(covered, view, history.views(covered, kWidth, kHeight).empty());
+  EXPECT_LT(history.bytes(), 2 * TechniqueHistory::kMostViews * 64 * sizeof(std::optional<TileEstimate>));
+}
+
+// Of a region the rest is neither probed nor asked for.
+TEST_F(TechniqueMemory, ARegionKnowsItself) {
+  const PixelRect region{40, 50, 140, 130};
+  const auto first = probe(covered, home, {}, region);
+  const auto again = probe(covered, home, {first->probed()}, region);
+  EXPECT_EQ(again->probed(), nullptr);
+  EXPECT_EQ(tiles_of(*again), tiles_of(*first));
+  EXPECT_LT(probed_tiles(*first), 30u);
+}
+
+// The sky is as far from everywhere.
+TEST_F(TechniqueMemory, WhatNoRayMeetsIsKnownByItsDirection) {
+  SceneDescription open;
+  open.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(open, quad({-1, 0, -1}, {2, 0, 0}, {0, 0, 2}, 0));
+  open.environment.emplace().radiance = Rgb(1, 1, 1);
+  const Scene scene = build(std::move(open));
+  const auto before = probe(scene, camera_at({0, 1, 4}, {0, 2, 0}));
+  const auto moved = probe(scene, camera_at({0.2, 1.1, 4}, {0.2, 2.1, 0}), {before->probed()});
+  EXPECT_LT(probed_tiles(*moved), 24u);
+}
+
+}  // namespace
+}  // namespace helio::test
