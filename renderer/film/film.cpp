@@ -12,11 +12,15 @@
 namespace helio {
 
 Film::Film(int width, int height, const FilmState& state)
-    : width_(width), height_(height), block_columns_((width + kFilmBlock - 1) / kFilmBlock), merging_(state.merging) {
+    
+    : width_(width),
+      height_(height),
+      block_columns_((width + kFilmBlock - 1) / kFilmBlock),
+      merging_(state.merging),
+      invalid_(std::size_t(width) * std::size_t(height)) {
   assert(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
-  for (std::vector<std::uint32_t>& half : invalid_) half.resize(pixels);
   features_.resize(pixels);
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
@@ -28,7 +32,7 @@ Film::Film(int width, int height, const FilmState& state)
 }
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
-  std::size_t bytes = kHalves * (sizeof(HalfPixel) + sizeof(std::uint32_t)) + sizeof(PixelFeatures);
+  std::size_t bytes = kHalves * sizeof(HalfPixel) + sizeof(PixelFeatures);
   if (state.targets) bytes += kHalves * (sizeof(std::uint32_t) + sizeof(float));
   if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
   if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
@@ -53,16 +57,14 @@ Film& Film::operator=(Film&&) noexcept = default;
 std::size_t Film::bytes() const {
   std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0) +
                       (history_ ? history_->bytes() : 0) + (first_hits_ ? first_hits_->bytes() : 0) +
-                      (splats_ ? splats_->bytes() : 0);
+                      (splats_ ? splats_->bytes() : 0) + invalid_.bytes();
   for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
-  for (const std::vector<std::uint32_t>& half : invalid_) total += half.capacity() * sizeof(std::uint32_t);
   return total;
 }
 
 void Film::add_invalid(int h, int x, int y, std::uint32_t samples) {
-  invalid_[h][index(x, y)] += samples;
-  std::atomic_ref(any_invalid_).store(true, std::memory_order_relaxed);
+  invalid_.add(h, index(x, y), samples);
 }
 
 void Film::add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths) {
@@ -81,10 +83,10 @@ BlockWork Film::work(int h, int x, int y) const {
 
 std::uint64_t Film::invalid_in(const PixelRect& window) const {
   std::uint64_t total = 0;
-  if (!std::atomic_ref(const_cast<bool&>(any_invalid_)).load(std::memory_order_relaxed)) return total;
-  for (const std::vector<std::uint32_t>& half : invalid_) {
+  if (!invalid_.any()) return total;
+  for (int h = 0; h < kHalves; ++h) {
     for (int y = window.y0; y < window.y1; ++y) {
-      for (int x = window.x0; x < window.x1; ++x) total += half[index(x, y)];
+      for (int x = window.x0; x < window.x1; ++x) total += invalid(h, x, y);
     }
   }
   return total;
@@ -93,17 +95,14 @@ std::uint64_t Film::invalid_in(const PixelRect& window) const {
 void Film::clear() {
   clear(bounds());
   if (splats_) splats_->clear();
-  any_invalid_ = false;
 }
 
 void Film::clear(const PixelRect& window) {
-  const bool any_invalid = std::atomic_ref(any_invalid_).load(std::memory_order_relaxed);
   for (int y = window.y0; y < window.y1; ++y) {
     const std::size_t first = index(window.x0, y);
-    for (int h = 0; h < kHalves; ++h) {
-      std::fill_n(halves_[h].begin() + std::ptrdiff_t(first), window.width(), HalfPixel{});
-      if (any_invalid) std::fill_n(invalid_[h].begin() + std::ptrdiff_t(first), window.width(), 0u);
-    }
+    for (std::vector<HalfPixel>& half : halves_)
+      std::fill_n(half.begin() + std::ptrdiff_t(first), window.width(), HalfPixel{});
+    invalid_.clear(first, std::size_t(window.width()));
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
     if (history_) std::fill_n(&history_->carried(window.x0, y), window.width(), CarriedPixel{});
   }

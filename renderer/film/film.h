@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/film/invalid_counts.h"
 #include "renderer/film/light_tiles.h"
 
 namespace helio {
@@ -99,8 +100,9 @@ struct FilmState {
 
 class Film {
  public:
-  // 132, with targets 16 more (a target and a demand of each half), with history 222 more (70 and two sources of 76).
-  // History with stored hits: 40, and of N hits 196 + 32 N (the film's own, and the picture that was left): 268 or 364.
+  // 124, and 8 more once a sample was not finite. With targets 16 more (a target and a demand of each half), with history
+  // 196 more (60 and two sources of 68). History with stored hits: 32, and of N hits 196 + 32 N (the film's own, and the
+  // picture that was left): 260 or 356.
   // Splats: 196 more, with history and its sources 212.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
@@ -120,12 +122,12 @@ class Film {
   const PixelFeatures& features(int x, int y) const { return features_[index(x, y)]; }
 
   // Samples of one half of a pixel that were not finite. Apart, for they are rare.
-  std::uint32_t invalid(int h, int x, int y) const { return invalid_[h][index(x, y)]; }
+  std::uint32_t invalid(int h, int x, int y) const { return invalid_.at(h, index(x, y)); }
   void add_invalid(int h, int x, int y, std::uint32_t samples = 1);
   // Valid and invalid ones that were traced for this picture: the index of the pixel's next sample of this half.
   std::uint32_t attempted(int h, int x, int y) const {
     const std::size_t i = index(x, y);
-    const std::uint32_t count = halves_[h][i].count + invalid_[h][i];
+    const std::uint32_t count = halves_[h][i].count + invalid_.at(h, i);
     return history_ ? count - carried(h, x, y) : count;
   }
   std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
@@ -174,7 +176,7 @@ class Film {
   bool merging_;
   std::vector<HalfPixel> halves_[kHalves];
   std::vector<PixelFeatures> features_;
-  std::vector<std::uint32_t> invalid_[kHalves];
+  InvalidCounts invalid_;
   std::vector<BlockWork> work_[kHalves];
   std::unique_ptr<SampleTargets> targets_;
   std::unique_ptr<FilmHistory> history_;
@@ -182,7 +184,6 @@ class Film {
   std::unique_ptr<SplatBuffer> splats_;
   std::shared_ptr<const LightTiles> light_tiles_;
   bool splats_off_ = false;
-  bool any_invalid_ = false;  // written by any worker; false: the counts are zero and need not be looked at
 };
 
 }  // namespace helio

@@ -8,8 +8,7 @@ FilmHistory::FilmHistory(int width, int height, bool sources)
     : width_(width),
       carried_(std::size_t(width) * std::size_t(height)),
       centres_(sources ? carried_.size() : 0),
-      directions_(centres_.size()),
-      scratch_(centres_.size()) {
+      directions_(centres_.size()) {
   if (!sources) return;
   for (std::unique_ptr<HistorySource>& source : sources_) source = std::make_unique<HistorySource>(width, height);
 }
@@ -29,13 +28,13 @@ bool FilmHistory::on_border(int x, int y, int reach, const PixelRect& region) co
 
 std::size_t FilmHistory::bytes_per_pixel(bool sources) {
   if (!sources) return sizeof(CarriedPixel);
-  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) + sizeof(std::uint16_t) +
+  return sizeof(CarriedPixel) + sizeof(CentreHit) + sizeof(DirectionReservoir) +
          kSources * HistorySource::kBytesPerPixel;
 }
 
 std::size_t FilmHistory::bytes() const {
   std::size_t total = carried_.capacity() * sizeof(CarriedPixel) + centres_.capacity() * sizeof(CentreHit) +
-                      directions_.capacity() * sizeof(DirectionReservoir) + scratch_.capacity() * sizeof(std::uint16_t);
+                      directions_.capacity() * sizeof(DirectionReservoir);
   for (const std::unique_ptr<HistorySource>& source : sources_) total += source ? source->bytes() : 0;
   return total;
 }

@@ -16,13 +16,15 @@ namespace helio {
 // The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `mean`
 // before the first fresh one.
 struct CarriedPixel {
-  float mean[2][3] = {};            // per half
-  float bias2 = 0;                  // square of what reuse may have added to them, mean over the channels, radiance^2
   std::uint32_t count[2] = {0, 0};  // effective samples, per half; 0: nothing is carried
-  float age = 0;                    // moves since they were traced, weighted mean
+  PackedMeans means;                // of the halves; of one that carries nothing it means nothing
+  ShortFloat bias2;                 // square of what reuse may have added to them, mean over the channels, radiance^2
+  ShortFloat age;                   // moves since they were traced, weighted mean
+  std::uint16_t found = 0;          // for passes that have to write down something of every pixel before they change any
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 };
+static_assert(sizeof(CarriedPixel) == 32);
 
 // What the ray through the centre of a pixel (and of the lens) meets. Without alpha's chance and without noise, so that
 // two pictures of the same surface agree on it.
@@ -48,7 +50,7 @@ class HistorySource;
 
 class FilmHistory {
  public:
-  // Without `sources` the carried samples alone: no centre hits, scratch or earlier pictures (film/first_hits.h).
+  // Without `sources` the carried samples alone: no centre hits or earlier pictures (film/first_hits.h).
   FilmHistory(int width, int height, bool sources = true);
   ~FilmHistory();
 
@@ -84,9 +86,6 @@ class FilmHistory {
   // Whether some pixel at most `reach` columns and rows from (x, y), inside the region, shows another surface.
   bool on_border(int x, int y, int reach, const PixelRect& region) const;
 
-  // For passes that have to write down something of every pixel before they may change any.
-  std::uint16_t& scratch(int x, int y) { return scratch_[index(x, y)]; }
-
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
 
@@ -97,7 +96,6 @@ class FilmHistory {
   std::vector<CarriedPixel> carried_;
   std::vector<CentreHit> centres_;
   std::vector<DirectionReservoir> directions_;
-  std::vector<std::uint16_t> scratch_;
   std::unique_ptr<HistorySource> sources_[kSources];
 };
 

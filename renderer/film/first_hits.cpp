@@ -115,6 +115,7 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
   hits = pixel.hits;
   hits.settled = true;
   std::uint64_t samples = 0;
+  Rgb means[kHalves];
   for (int h = 0; h < kHalves; ++h) {
     const HalfPixel& half = pixel.half[1 - h];
     film.half(h, x, y) = half;
@@ -123,9 +124,13 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
     for (int c = 0; c < 3; ++c) {
       hits.irradiance[h][c] = pixel.hits.irradiance[1 - h][c];
       const double mean = half.count > 0 ? half.sum[c] / half.count : 0;
-      carried.mean[h][c] = float(std::clamp(mean, -double(FLT_MAX), double(FLT_MAX)));
+      means[h][c] = float(std::clamp(mean, -double(FLT_MAX), double(FLT_MAX)));
     }
   }
+  for (int h = 0; h < kHalves; ++h) {
+    if (carried.count[h] == 0) means[h] = means[1 - h];
+  }
+  carried.means = PackedMeans(means[0], means[1]);
   carried.bias2 = 0;  // as published: nothing is known of it
   carried.age = pixel.age + 1;
   film.features(x, y) = pixel.features;

@@ -37,12 +37,13 @@ bool compare(const Film& film, const Splats& splats, int x, int y, double& produ
     if (fresh[h] == 0) return false;
     inverse[h] = 1.0 / fresh[h] + 1.0 / carried.count[h];
   }
+  const Rgb means[kHalves] = {carried.means.mean(0), carried.means.mean(1)};
   product = by_chance = 0;
   for (int c = 0; c < 3; ++c) {
     double difference[kHalves], variance = inverse[0] * inverse[1];
     for (int h = 0; h < kHalves; ++h) {
       const HalfPixel& half = film.half(h, x, y);
-      const double mean = double(carried.mean[h][c]);
+      const double mean = double(means[h][c]);
       const double splat = splats.half[h].mean(x, c) * half.count;  // its share is that of the fresh samples
       const double fresh_mean = (half.sum[c] - carried.count[h] * mean + splat) / fresh[h];
       difference[h] = std::clamp(fresh_mean - mean, -kLargest, kLargest);
@@ -100,7 +101,7 @@ void HistoryReview::look(const PixelRect& window) {
       const bool known = compare(film_, splats, x, below, product, by_chance);
       term[0] = float(product);
       term[1] = float(by_chance);
-      term[2] = known ? film_.history()->carried(x, below).bias2 : 0.0f;
+      term[2] = known ? float(film_.history()->carried(x, below).bias2) : 0.0f;
       term[3] = known ? 1.0f : 0.0f;
     }
     rows.push(inside);
@@ -116,7 +117,7 @@ void HistoryReview::look(const PixelRect& window) {
       const double pixels = double(sum[3]) - (known ? 1 : 0);
       const double product = double(sum[0]) - own, expected = std::max(0.0, double(sum[2]) - own_bias2);
       const double chance = std::max(0.0, double(sum[1]) - own_chance);
-      std::uint16_t& found = film_.history()->scratch(x, y);
+      std::uint16_t& found = film_.history()->carried(x, y).found;
       found = 0;
       if (!(pixels > 0 && product - expected > kDeviations * std::sqrt(chance))) continue;
       // Spread over the neighbourhood as it was expected there, but for a part that nobody expected.
@@ -134,7 +135,7 @@ double HistoryReview::take_back(const PixelRect& window) {
     splats.look(film_, y, window.x0, window.x1);
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
-      const float bias2 = unpack_short_float(film_.history()->scratch(x, y));
+      const float bias2 = unpack_short_float(carried.found);
       if (!(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {
@@ -150,7 +151,8 @@ double HistoryReview::take_back(const PixelRect& window) {
         const double before = half.count;
         half.count -= drop;
         const double left = half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0;
-        for (int c = 0; c < 3; ++c) half.sum[c] -= double(carried.mean[h][c]) * drop;
+        const Rgb mean = carried.means.mean(h);
+        for (int c = 0; c < 3; ++c) half.sum[c] -= double(mean[c]) * drop;
         carried.count[h] = keep;
         if (!film_.splats()) {
           for (float& deviations : half.deviations) deviations *= float(left);

@@ -146,12 +146,12 @@ Rgb sample_variance(const HalfPixel& half, const SplatRow& splats, int x) {
 
 // Splats leave directions of their own (SplatBuffer::direction): of the half's places, as many as they have a share in
 // its mean, by chance.
-void mix_directions(const Film& film, const SplatRow& splats, const SourcePixel& pixel, int h, int x, int y,
+void mix_directions(const Film& film, const SplatRow& splats, const Rgb& mean, int h, int x, int y,
                     DirectionReservoir& directions) {
   if (!splats.any()) return;
   const double* splat = splats.means(x);
   const double brought = double(luminance(Rgb(V3d(splat[0], splat[1], splat[2]))));
-  const double whole = double(luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2])));
+  const double whole = double(luminance(mean));
   for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
     const auto place = std::uint64_t(h * DirectionReservoir::kPlaces + k + 1);
     // What chance: that of this picture, and of no other.
@@ -181,15 +181,19 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       if (a.count == 0 && b.count == 0) continue;
       to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
       float inverse[kHalves] = {0, 0};
+      Rgb means_here[kHalves];
       for (int h = 0; h < kHalves; ++h) {
         const HalfPixel& half = h == 0 ? a : b;
         if (half.count == 0) continue;
         inverse[h] = float(1.0 / half.count);
         const Float4 mean = means_of(half, splats[h], x, Double4{1, 1, 1, 0}, FLT_MAX);
-        for (int c = 0; c < 3; ++c) to.mean[h][c] = mean[c];
+        means_here[h] = Rgb(mean[0], mean[1], mean[2]);
         to.set_spread(h, sample_variance(half, splats[h], x));
-        mix_directions(film, splats[h], to, h, x, y, pixels_[index(x, y)].directions);
+        mix_directions(film, splats[h], means_here[h], h, x, y, pixels_[index(x, y)].directions);
       }
+      if (a.count == 0) means_here[0] = means_here[1];
+      if (b.count == 0) means_here[1] = means_here[0];
+      to.means = PackedMeans(means_here[0], means_here[1]);
       const Products& p = *products;
       to.set_structure(mean_product(p.sum[2], p.squares[2], p.count[2]),
                        mean_product(p.sum[3], p.squares[3], p.count[3]),

@@ -1,4 +1,4 @@
-// A picture that later ones can draw on: what a film knew when its camera left, in 76 bytes a pixel.
+// A picture that later ones can draw on: what a film knew when its camera left, in 68 bytes a pixel.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace helio {
 struct SourcePixel {
   static constexpr std::uint32_t kCountBits = 0xffffffu;
 
-  float mean[kHalves][3] = {};
   std::uint32_t packed_count[kHalves] = {0, 0};  // pack_count() of the inverse; above it half of the age's short float
   // pack_short_numbers()
   std::uint32_t packed_spread[kHalves] = {0, 0};
   std::uint32_t packed_structure = 0;
-  float bias2 = 0;  // CarriedPixel::bias2 as far as it is still in the means
+  PackedMeans means;  // of a half that knows nothing: the other's
+  ShortFloat bias2;   // CarriedPixel::bias2 as far as it is still in the means
 
   // 1 / effective samples of a half. 0: the half knows nothing.
   float inverse_count(int h) const { return unpack_count(packed_count[h] & kCountBits); }
@@ -91,6 +91,6 @@ class HistorySource {
   int width_, height_;
   std::vector<Pixel> pixels_;
 };
-static_assert(HistorySource::kBytesPerPixel == 76);
+static_assert(HistorySource::kBytesPerPixel == 68);
 
 }  // namespace helio

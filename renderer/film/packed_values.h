@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "renderer/base/math.h"
 #include "renderer/film/lanes.h"
@@ -19,6 +20,59 @@ inline std::uint16_t pack_short_float(float x) {
 inline float unpack_short_float(std::uint16_t packed) {
   return std::bit_cast<float>(std::uint32_t(packed) << 16);
 }
+
+// The same as a value, rounded up or down as a hash of the number has it: of many numbers that grow by less than half a
+// unit the mean grows nevertheless. x >= 0 or +infinity.
+class ShortFloat {
+ public:
+  ShortFloat() = default;
+  ShortFloat(float x) {
+    const auto bits = std::bit_cast<std::uint32_t>(x);
+    bits_ = std::uint16_t(std::min<std::uint32_t>(bits + (bits * 0x9e3779b9u >> 16), 0x7f800000u) >> 16);
+  }
+  operator float() const { return unpack_short_float(bits_); }
+
+ private:
+  std::uint16_t bits_ = 0;
+};
+
+// Means of two halves, numbers whose squares are finite: of each channel the lower one, and by how much the other one is
+// higher in eight significant bits, so that what is lost is a 500th of how far the halves are apart and no more than
+// their noise hides.
+class PackedMeans {
+ public:
+  PackedMeans() = default;
+  PackedMeans(const Rgb& a, const Rgb& b) {
+    for (int c = 0; c < 3; ++c) {
+      const bool first = a[c] > b[c];  // is higher
+      const float low = first ? b[c] : a[c], more = std::max(first ? a[c] - low : b[c] - low, 0.0f);
+      std::memcpy(low_ + 2 * c, &low, sizeof low);
+      more_[c] = std::uint16_t(pack_short_float(std::min(more, kMost)) | (first ? 0x8000u : 0u));
+    }
+  }
+  Rgb mean(int half) const {
+    Float4 a, b;
+    unpack(a, b);
+    return half == 0 ? Rgb(a[0], a[1], a[2]) : Rgb(b[0], b[1], b[2]);
+  }
+  // Three channels each; the fourth lane is 0.
+  void unpack(Float4& a, Float4& b) const {
+    float low[3];
+    std::memcpy(low, low_, sizeof low);
+    const Float4 base = {low[0], low[1], low[2], 0};
+    const UInt4 codes = {more_[0], more_[1], more_[2], 0};
+    const UInt4 more = (codes & 0x7fffu) << 16, first = UInt4{} - (codes >> 15);
+    a = base + (Float4)(more & first);
+    b = base + (Float4)(more & ~first);
+  }
+
+ private:
+  static constexpr float kMost = 0x1p127f;
+
+  std::uint16_t low_[6] = {};   // floats; as these the class is no larger than what it holds
+  std::uint16_t more_[3] = {};  // above the number: whether the first half is the higher one
+};
+static_assert(sizeof(PackedMeans) == 18);
 
 // Three bytes of a number.
 class Packed24 {

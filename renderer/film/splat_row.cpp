@@ -21,13 +21,14 @@ void SplatRow::look(const Film& film, int half, int y, int x0, int x1, bool spre
     if (carried.count[half] == 0) continue;
     const HalfPixel& pixel = film.half(half, x, y);
     const double fresh = double(pixel.count) - carried.count[half], share = fresh / pixel.count;
+    const Rgb means = carried.means.mean(half);
     for (std::size_t i = at(x), c = 0; c < 3; ++i, ++c) {
       const double whole = means_[i];
       means_[i] *= share;
       if (!spreads) continue;
       variances_[i] *= share * share;
       if (fresh == 0) continue;
-      const double mean = double(carried.mean[half][c]);
+      const double mean = double(means[int(c)]);
       const double off = mean - (pixel.sum[c] - carried.count[half] * mean) / fresh;
       deviations_[i] = share * carried.count[half] * whole * (whole - 2 * off);
     }

@@ -27,6 +27,7 @@ struct BidirectionalGroup {
 //                                                      joins the vertex to others, by join()
 // and, where what stands below does not suit its techniques, its own
 //   bool samples_lights() const, bool ends_with(const BsdfSample&) const       at a vertex
+//   void look_ahead(int j, int active) const           before the j-th of so many paths that are shaded in turn
 template <typename Kernel, typename Watch>
 class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   using Base = PathKernelBase<Kernel, Watch>;
@@ -47,6 +48,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
 
   bool samples_lights() const { return true; }
   bool ends_with(const BsdfSample&) const { return false; }
+  void look_ahead(int, int) const {}
 
   static BidirectionalGroup& thread_paths() {
     static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
@@ -82,6 +84,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     int survivors = 0;
     for (int j = 0; j < active; ++j) {
       const std::uint32_t i = b.active[j];
+      kernel().look_ahead(j, active);
       if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
     }
     trace_connections();

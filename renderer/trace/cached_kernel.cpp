@@ -64,6 +64,21 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
   bool samples_lights() const { return !photons_alone_; }
   // A camera path that goes on was sent there by deltas alone, which nothing is merged with.
   bool ends_with(const BsdfSample& sample) const { return photons_alone_ && !sample.delta; }
+  // Most of a search is waiting for memory.
+  void look_ahead(int j, int active) const {
+    constexpr int kRuns = 12, kPoints = 6;
+    if (!(counts_.merging > 0)) return;
+    if (j == 0) {
+      for (int k = 0; k < std::min(kRuns, active); ++k) cache_.expect(place_of(k));
+    }
+    if (j + kRuns < active) cache_.expect(place_of(j + kRuns));
+    if (j + kPoints < active) cache_.expect_points(place_of(j + kPoints));
+  }
+  // Where the path will be merged; anywhere for one that leaves the scene.
+  V3f place_of(int j) const {
+    const std::uint32_t i = group_.active[j];
+    return group_.hits[i].valid() ? group_.rays[i].origin + group_.rays[i].direction * group_.hits[i].t : V3f(0, 0, 0);
+  }
   float environment_weight(int vertex, std::uint32_t i) {
     return photons_alone_ ? 1.0f : Base::environment_weight(vertex, i);
   }

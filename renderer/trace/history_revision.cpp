@@ -21,12 +21,10 @@ bool same_view(const OutdatedPicture& a, const OutdatedPicture& b) {
 // Of a picture to which so much light is added.
 void scale(const Rgb& factor, SourcePixel& pixel) {
   const float most2 = sqr(max_component(factor));
-  for (int h = 0; h < kHalves; ++h) {
-    for (int c = 0; c < 3; ++c) pixel.mean[h][c] *= factor[c];
-    pixel.set_spread(h, pixel.spread(h) * factor * factor);
-  }
+  pixel.means = PackedMeans(pixel.means.mean(0) * factor, pixel.means.mean(1) * factor);
+  for (int h = 0; h < kHalves; ++h) pixel.set_spread(h, pixel.spread(h) * factor * factor);
   pixel.set_structure(pixel.bend2(0) * most2, pixel.bend2(1) * most2, pixel.slope2() * most2);
-  pixel.bias2 *= most2;
+  pixel.bias2 = pixel.bias2 * most2;
 }
 
 // Where an object of several materials shows one that looks different, in a pixel or next to it.

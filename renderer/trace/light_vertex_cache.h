@@ -54,6 +54,10 @@ class LightVertexCache {
     grid_.for_each_near(point, [&](std::uint32_t v) { visit(records_[v]); });
   }
 
+  // Before a search, to have what it looks at fetched (VertexGrid).
+  void expect(const V3f& point) const { grid_.expect(point); }
+  void expect_points(const V3f& point) const { grid_.expect_points(point); }
+
   std::size_t bytes() const;
 
   // What merging needs of a vertex, and all that the rest is made from.

@@ -71,8 +71,11 @@ static_assert(offsetof(SourcePixel, packed_spread) + 8 == offsetof(SourcePixel, 
 
 // Of both halves.
 inline Float8 means_and_counts(const SourcePixel& pixel) {
-  Float8 values;
-  load(&pixel.mean, values);  // and what comes after them
+  Float4 a, b;
+  pixel.means.unpack(a, b);
+  if (!pixel.known(0)) a = Float4{};
+  if (!pixel.known(1)) b = Float4{};
+  Float8 values = __builtin_shufflevector(a, b, 0, 1, 2, 4, 5, 6, 3, 7);
   values[6] = pixel.inverse_count(0);
   values[7] = pixel.inverse_count(1);
   return values;
@@ -185,7 +188,7 @@ class SourceView {
       if (tap.weight < kLeastShare * taps.total) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       for (int h = 0; h < kHalves; ++h) {
-        const float weight = tap.weight * luminance(Rgb(pixel.mean[h][0], pixel.mean[h][1], pixel.mean[h][2]));
+        const float weight = tap.weight * luminance(pixel.means.mean(h));
         if (!pixel.known(h) || !(weight > 0) || !(weight <= FLT_MAX)) continue;
         for (const std::uint32_t packed : pixels_.directions(tap.x, tap.y).place[h])
           directions[count++] = {packed, weight};
@@ -339,6 +342,13 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   DirectionReservoir& directions = film.history()->directions(x, y);
   carried = {};
   directions = {};
+  Rgb means[kHalves];
+  for (int h = 0; h < kHalves; ++h) {
+    const int from = swap ? 1 - h : h;
+    const float* mean = lookup.mean[lookup.count[from] > 0 ? from : 1 - from];
+    means[h] = Rgb(mean[0], mean[1], mean[2]);
+  }
+  carried.means = PackedMeans(means[0], means[1]);
   for (int h = 0; h < kHalves; ++h) {
     const int from = swap ? 1 - h : h;
     const auto count = std::uint32_t(lookup.count[from] + 0.5f);
@@ -346,9 +356,9 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
     half = {};
     carried.count[h] = half.count = count;
     if (count == 0) continue;
+    const Rgb mean = carried.means.mean(h);
     for (int c = 0; c < 3; ++c) {
-      carried.mean[h][c] = lookup.mean[from][c];
-      half.sum[c] = double(carried.mean[h][c]) * count;
+      half.sum[c] = double(mean[c]) * count;
       half.deviations[c] = std::min(lookup.spread[from][c] * (float(count) - 1), 0x1p127f);
     }
   }

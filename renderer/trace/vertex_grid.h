@@ -20,9 +20,7 @@ class VertexGrid {
   template <typename Function>
   void for_each_near(const V3f& point, Function&& visit) const {
     if (places_.empty()) return;
-    // The cell and, on each axis, the neighbour on the nearer side.
-    std::int32_t low[3];
-    for (int a = 0; a < 3; ++a) low[a] = std::int32_t(std::floor(point[a] * scale_ - 0.5));
+    const Corner low = corner(point);
     std::uint32_t seen[8];
     int count = 0;
     const auto is_new = [&](std::uint32_t slot) {  // cells that share a slot are looked at once
@@ -39,7 +37,7 @@ class VertexGrid {
       }
     };
     for (int k = 0; k < 4; ++k) {
-      const std::uint32_t first = slot(low[0], low[1] + (k & 1), low[2] + (k >> 1)), second = (first + 1) & mask_;
+      const std::uint32_t first = slot(low, k), second = (first + 1) & mask_;
       const bool new_first = is_new(first), new_second = is_new(second);
       if (new_first && new_second && second > first) {
         look_at(begins_[first], begins_[second + 1]);
@@ -50,9 +48,29 @@ class VertexGrid {
     }
   }
 
+  // Fetches what a search there will look at: where its runs begin, and some searches later the first points of each.
+  void expect(const V3f& point) const {
+    const Corner low = corner(point);
+    for (int k = 0; !places_.empty() && k < 4; ++k) __builtin_prefetch(&begins_[slot(low, k)]);
+  }
+  void expect_points(const V3f& point) const {
+    const Corner low = corner(point);
+    for (int k = 0; !places_.empty() && k < 4; ++k) __builtin_prefetch(places_.data() + begins_[slot(low, k)]);
+  }
+
   std::size_t bytes() const { return places_.capacity() * sizeof(V3f) + begins_.capacity() * sizeof(std::uint32_t); }
 
  private:
+  // The lowest of the eight cells that a search looks at.
+  struct Corner {
+    std::int32_t x, y, z;
+  };
+  Corner corner(const V3f& p) const {
+    return {std::int32_t(std::floor(p.x * scale_ - 0.5)), std::int32_t(std::floor(p.y * scale_ - 0.5)),
+            std::int32_t(std::floor(p.z * scale_ - 0.5))};
+  }
+  // Of a row of two of them.
+  std::uint32_t slot(const Corner& low, int row) const { return slot(low.x, low.y + (row & 1), low.z + (row >> 1)); }
   std::uint32_t slot(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::uint32_t h = std::uint32_t(y) * 0x9e3779b1u ^ std::uint32_t(z) * 0x85ebca77u;
     return ((h ^ (h >> 15)) * 0x2c1b3c6du + std::uint32_t(x)) & mask_;

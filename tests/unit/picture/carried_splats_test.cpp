@@ -25,8 +25,10 @@ void carry(Film& film, int h, int x, int y, std::uint32_t count, float mean, flo
   CarriedPixel& carried = film.history()->carried(x, y);
   HalfPixel& half = film.half(h, x, y);
   carried.count[h] = half.count = count;
+  const bool alone = carried.count[1 - h] == 0;
+  const Rgb own(mean), other = alone ? own : carried.means.mean(1 - h);
+  carried.means = h == 0 ? PackedMeans(own, other) : PackedMeans(other, own);
   for (int c = 0; c < 3; ++c) {
-    carried.mean[h][c] = mean;
     half.sum[c] = double(mean) * count;
     half.deviations[c] = variance * (float(count) - 1);
   }
@@ -269,8 +271,8 @@ TEST(CarriedSplats, DirectionsOfASourceAreThoseOfCameraPathsAndSplats) {
 }
 
 TEST(CarriedSplats, MemoryIsAsDocumented) {
-  EXPECT_EQ(Film::bytes_per_pixel(kBoth), 132u + 222 + 196 + 16);
-  EXPECT_EQ(Film::bytes_per_pixel({.history = true, .stored_hits = 1, .splats = true}), 132u + 40 + 228 + 196)
+  EXPECT_EQ(Film::bytes_per_pixel(kBoth), 124u + 196 + 196 + 16);
+  EXPECT_EQ(Film::bytes_per_pixel({.history = true, .stored_hits = 1, .splats = true}), 124u + 32 + 228 + 196)
       << "the published reprojection keeps no directions";
   EXPECT_GE(Film(16, 16, kBoth).bytes(), Film(16, 16, {.history = true}).bytes() + 256 * 212);
 }

@@ -22,7 +22,7 @@ void add(Film& film, int h, int x, int y, std::uint32_t count, float deviation, 
   }
   if (!carried) return;
   film.history()->carried(x, y).count[h] = count;
-  for (float& mean : film.history()->carried(x, y).mean[h]) mean = 1;
+  film.history()->carried(x, y).means = PackedMeans(Rgb(1), Rgb(1));
 }
 
 void allocate(Film& film, double mean) {

@@ -20,11 +20,11 @@ Film film_with(double carried, float variance, std::uint32_t samples, const Fres
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       CarriedPixel& pixel = film.history()->carried(x, y);
+      pixel.means = PackedMeans(Rgb(float(carried)), Rgb(float(carried)));
       for (int h = 0; h < kHalves; ++h) {
         HalfPixel& half = film.half(h, x, y);
         pixel.count[h] = half.count = kCarried;
         for (int c = 0; c < 3; ++c) {
-          pixel.mean[h][c] = float(carried);
           half.sum[c] = carried * kCarried;
           half.deviations[c] = variance * (kCarried - 1);
         }

@@ -68,7 +68,7 @@ TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
   hold(0, 8, 12);
   film.history()->carried(0, 0).count[0] = film.history()->carried(0, 0).count[1] = 6;
   film.history()->carried(0, 0).age = 10;
-  film.history()->carried(0, 0).bias2 = 0.04f;
+  film.history()->carried(0, 0).bias2 = 0.0625f;
   hold(1, 2, 1);
   film.add_invalid(1, 1, 0);
   hold(2, 3, 3);  // all carried, and so far off that no float holds it
@@ -78,7 +78,7 @@ TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
   const unsigned channels = kResolveHistory | kResolveDensity;
   const ResolvedTile tile = resolve_tile(film, film.bounds(), film.bounds(), channels, 3);
   EXPECT_EQ(tile.history_weight, (std::vector<float>{0.625f, 0, 1, 0}));
-  EXPECT_NEAR(tile.bias_bound[0], 0.625 * 0.2, 1e-7);
+  EXPECT_NEAR(tile.bias_bound[0], 0.625 * 0.25, 1e-7);
   EXPECT_EQ(tile.bias_bound[1], 0);
   EXPECT_EQ(tile.bias_bound[2], FLT_MAX);
   EXPECT_EQ(tile.bias_bound[3], 0);

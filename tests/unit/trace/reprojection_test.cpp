@@ -154,7 +154,7 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
           ++(centre.hit() ? new_surface : new_sky);
         } else {
           const double radiance = radiance_of_surface(centre, position);
-          for (int h = 0; h < kHalves; ++h) EXPECT_NEAR(carried.mean[h][1], radiance, 0.02) << x << ", " << y;
+          for (int h = 0; h < kHalves; ++h) EXPECT_NEAR(carried.means.mean(h)[1], radiance, 0.02) << x << ", " << y;
           ++carried_pixels;
         }
       }
@@ -178,7 +178,7 @@ TEST(Reprojection, LooksUpBetweenPixels) {
     for (int x = 0; x < kWidth - 3; ++x) {
       const CarriedPixel& carried = film.history()->carried(x, y);
       for (int h = 0; h < kHalves; ++h) {
-        EXPECT_NEAR(carried.mean[h][1], ramp(x + 2.3, y + 1.6), 1e-4);
+        EXPECT_NEAR(carried.means.mean(h)[1], ramp(x + 2.3, y + 1.6), 1e-4);
         EXPECT_EQ(carried.count[h], 16u);  // a ramp is looked up without error
         EXPECT_NEAR(film.half(h, x, y).sum[1], 16 * ramp(x + 2.3, y + 1.6), 1e-2);
         EXPECT_NEAR(film.half(h, x, y).deviations[1], 0.25 * 15, 1e-3);
@@ -194,7 +194,7 @@ TEST(Reprojection, RadianceIsLookedUpOverTheAlbedo) {
     return HalfSamples{1, 16, 0.25f};
   });
   const Film film = film_of(bright, turned(kBeforeWall, 1), {{kBeforeWall, &source, 0, false}});
-  EXPECT_NEAR(film.history()->carried(20, 20).mean[0][1], 2, 0.01);  // ten bits of an albedo
+  EXPECT_NEAR(film.history()->carried(20, 20).means.mean(0)[1], 2, 0.01);  // ten bits of an albedo
   EXPECT_NEAR(film.half(0, 20, 20).deviations[1], 4 * 0.25 * 15, 0.15);
 }
 
@@ -245,8 +245,8 @@ TEST(Reprojection, HalvesSwapTheirLineage) {
     const Film film = film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &source, 0, swap}});
     const CarriedPixel& carried = film.history()->carried(20, 20);
     const int first = swap ? 1 : 0, second = 1 - first;
-    EXPECT_FLOAT_EQ(carried.mean[first][0], 1);
-    EXPECT_FLOAT_EQ(carried.mean[second][0], 3);
+    EXPECT_FLOAT_EQ(carried.means.mean(first)[0], 1);
+    EXPECT_FLOAT_EQ(carried.means.mean(second)[0], 3);
     EXPECT_EQ(carried.count[first], 4u);
     EXPECT_EQ(carried.count[second], 9u);
     EXPECT_NEAR(film.half(first, 20, 20).deviations[0], 0.5 * 3, 0.02);
@@ -262,10 +262,10 @@ TEST(Reprojection, ASourceThatKnowsEnoughIsNotBettered) {
   for (const auto& [enough, expected] : {std::pair(8.0f, 1.0f), std::pair(9.0f, 2.0f)}) {
     const Film film =
         film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &few, enough, false}, {kBeforeWall, &many, 0, false}});
-    EXPECT_FLOAT_EQ(film.history()->carried(20, 20).mean[0][0], expected);
+    EXPECT_FLOAT_EQ(film.history()->carried(20, 20).means.mean(0)[0], expected);
     const Film reverse =
         film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &many, 99, false}, {kBeforeWall, &few, 0, false}});
-    EXPECT_FLOAT_EQ(reverse.history()->carried(20, 20).mean[0][0], 2);
+    EXPECT_FLOAT_EQ(reverse.history()->carried(20, 20).means.mean(0)[0], 2);
   }
 }
 
@@ -292,7 +292,7 @@ TEST(Reprojection, OnlyTheRegionIsDrawnOn) {
     for (int x = region.x0; x < region.x1; ++x) {
       const CarriedPixel& carried = film.history()->carried(x, y);
       if (carried.count[0] == 0) continue;
-      EXPECT_FLOAT_EQ(carried.mean[0][1], 1) << x << ", " << y;
+      EXPECT_FLOAT_EQ(carried.means.mean(0)[1], 1) << x << ", " << y;
     }
   }
 }
@@ -369,7 +369,7 @@ TEST(Reprojection, ExpectsTheErrorThatLookingUpAnEdgeHas) {
             if (carried.count[0] == 0) continue;
             const double along = middle + shift + ((upright ? x : y) - middle) / zoom,
                          across = middle_across + ((upright ? y : x) - middle_across) / zoom;
-            const double off = double(carried.mean[0][1]) - 1 - square_covered(along, across, 1 / zoom, edge);
+            const double off = double(carried.means.mean(0)[1]) - 1 - square_covered(along, across, 1 / zoom, edge);
             found += off * off;
             expected += double(carried.bias2);
           }
