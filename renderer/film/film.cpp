@@ -12,7 +12,6 @@
 namespace helio {
 
 Film::Film(int width, int height, const FilmState& state)
-    
     : width_(width),
       height_(height),
       block_columns_((width + kFilmBlock - 1) / kFilmBlock),

@@ -100,10 +100,9 @@ struct FilmState {
 
 class Film {
  public:
-  // 124, and 8 more once a sample was not finite. With targets 16 more (a target and a demand of each half), with history
-  // 196 more (60 and two sources of 68). History with stored hits: 32, and of N hits 196 + 32 N (the film's own, and the
-  // picture that was left): 260 or 356.
-  // Splats: 196 more, with history and its sources 212.
+  // 124, and 8 more once a sample was not finite. With targets 16 more (a target and a demand of each half), with
+  // history 196 more (60 and two sources of 68). History with stored hits: 32, and of N hits 196 + 32 N (the film's
+  // own, and the picture that was left): 260 or 356. Splats: 196 more, with history and its sources 212.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});

@@ -18,9 +18,9 @@ namespace helio {
 struct CarriedPixel {
   std::uint32_t count[2] = {0, 0};  // effective samples, per half; 0: nothing is carried
   PackedMeans means;                // of the halves; of one that carries nothing it means nothing
-  ShortFloat bias2;                 // square of what reuse may have added to them, mean over the channels, radiance^2
-  ShortFloat age;                   // moves since they were traced, weighted mean
-  std::uint16_t found = 0;          // for passes that have to write down something of every pixel before they change any
+  Float24 bias2;                    // square of what reuse may have added to them, mean over the channels, radiance^2
+  RootByte age;                     // moves since they were traced, weighted mean
+  std::uint16_t found = 0;          // of passes that write down something of every pixel before they change any
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 };

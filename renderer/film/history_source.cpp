@@ -179,7 +179,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
       if (a.count == 0 && b.count == 0) continue;
-      to.bias2 = float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX)));
+      to.set_bias2(float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX))));
       float inverse[kHalves] = {0, 0};
       Rgb means_here[kHalves];
       for (int h = 0; h < kHalves; ++h) {

@@ -1,6 +1,7 @@
 // A picture that later ones can draw on: what a film knew when its camera left, in 68 bytes a pixel.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -13,12 +14,13 @@ namespace helio {
 struct SourcePixel {
   static constexpr std::uint32_t kCountBits = 0xffffffu;
 
-  std::uint32_t packed_count[kHalves] = {0, 0};  // pack_count() of the inverse; above it half of the age's short float
+  // pack_count() of the inverse; above it the age's byte, and the lowest of the bias.
+  std::uint32_t packed_count[kHalves] = {0, 0};
   // pack_short_numbers()
   std::uint32_t packed_spread[kHalves] = {0, 0};
   std::uint32_t packed_structure = 0;
-  PackedMeans means;  // of a half that knows nothing: the other's
-  ShortFloat bias2;   // CarriedPixel::bias2 as far as it is still in the means
+  PackedMeans means;              // of a half that knows nothing: the other's
+  std::uint16_t packed_bias = 0;  // the upper 16 bits of pack_count()
 
   // 1 / effective samples of a half. 0: the half knows nothing.
   float inverse_count(int h) const { return unpack_count(packed_count[h] & kCountBits); }
@@ -26,12 +28,18 @@ struct SourcePixel {
   bool empty() const { return !known(0) && !known(1); }
 
   // Moves, as CarriedPixel::age.
-  float age() const { return unpack_short_float(std::uint16_t(packed_count[0] >> 24 | packed_count[1] >> 24 << 8)); }
+  float age() const { return std::bit_cast<RootByte>(std::uint8_t(packed_count[0] >> 24)); }
+  // CarriedPixel::bias2 as far as it is still in the means.
+  float bias2() const { return unpack_count(std::uint32_t(packed_bias) << 8 | packed_count[1] >> 24); }
 
   void set_counts(const float (&inverse)[kHalves], float age) {
-    const std::uint32_t packed_age = pack_short_float(age);
-    packed_count[0] = pack_count(inverse[0]) | packed_age << 24;
-    packed_count[1] = pack_count(inverse[1]) | packed_age >> 8 << 24;
+    packed_count[0] = pack_count(inverse[0]) | std::uint32_t(std::bit_cast<std::uint8_t>(RootByte(age))) << 24;
+    packed_count[1] = pack_count(inverse[1]) | (packed_count[1] & ~kCountBits);
+  }
+  void set_bias2(float bias2) {
+    const std::uint32_t packed = pack_count(bias2);
+    packed_bias = std::uint16_t(packed >> 8);
+    packed_count[1] = (packed_count[1] & kCountBits) | packed << 24;
   }
 
   // Variance of one sample of a half, per channel.

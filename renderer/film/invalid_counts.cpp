@@ -10,7 +10,8 @@ std::uint32_t* InvalidCounts::make() {
   if (all) return all;
   std::unique_ptr<std::uint32_t[]> own(new std::uint32_t[2 * pixels_]());
   // Of those who make them at once the first one's count.
-  if (!counts_.compare_exchange_strong(all, own.get(), std::memory_order_acq_rel, std::memory_order_acquire)) return all;
+  if (!counts_.compare_exchange_strong(all, own.get(), std::memory_order_acq_rel, std::memory_order_acquire))
+    return all;
   return own.release();
 }
 

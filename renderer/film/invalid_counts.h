@@ -27,7 +27,9 @@ class InvalidCounts {
     const std::uint32_t* all = counts();
     return all ? all[std::size_t(half) * pixels_ + pixel] : 0;
   }
-  void add(int half, std::size_t pixel, std::uint32_t samples) { make()[std::size_t(half) * pixels_ + pixel] += samples; }
+  void add(int half, std::size_t pixel, std::uint32_t samples) {
+    make()[std::size_t(half) * pixels_ + pixel] += samples;
+  }
   // Of both halves, of `count` neighbours in a row.
   void clear(std::size_t first, std::size_t count);
 

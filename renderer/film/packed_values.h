@@ -21,23 +21,8 @@ inline float unpack_short_float(std::uint16_t packed) {
   return std::bit_cast<float>(std::uint32_t(packed) << 16);
 }
 
-// The same as a value, rounded up or down as a hash of the number has it: of many numbers that grow by less than half a
-// unit the mean grows nevertheless. x >= 0 or +infinity.
-class ShortFloat {
- public:
-  ShortFloat() = default;
-  ShortFloat(float x) {
-    const auto bits = std::bit_cast<std::uint32_t>(x);
-    bits_ = std::uint16_t(std::min<std::uint32_t>(bits + (bits * 0x9e3779b9u >> 16), 0x7f800000u) >> 16);
-  }
-  operator float() const { return unpack_short_float(bits_); }
-
- private:
-  std::uint16_t bits_ = 0;
-};
-
-// Means of two halves, numbers whose squares are finite: of each channel the lower one, and by how much the other one is
-// higher in eight significant bits, so that what is lost is a 500th of how far the halves are apart and no more than
+// Means of two halves, numbers whose squares are finite: of each channel the lower one, and by how much the other one
+// is higher in eight significant bits, so that what is lost is a 500th of how far the halves are apart and no more than
 // their noise hides.
 class PackedMeans {
  public:
@@ -93,6 +78,29 @@ inline std::uint32_t pack_count(float x) {
 inline float unpack_count(std::uint32_t packed) {
   return std::bit_cast<float>(packed << 7);
 }
+
+// The same as a value.
+class Float24 {
+ public:
+  Float24() = default;
+  Float24(float x) : bits_(pack_count(x)) {}
+  operator float() const { return unpack_count(bits_); }
+
+ private:
+  Packed24 bits_;
+};
+
+// A number in [0, 254], larger ones become that, by its root in a byte: steps of an eighth at 1 and of 2 at the end, so
+// that what grows by ones grows on, if by half too fast at last.
+class RootByte {
+ public:
+  RootByte() = default;
+  RootByte(float x) : code_(std::uint8_t(std::min(std::sqrt(std::max(x, 0.0f) * 256) + 0.5f, 255.0f))) {}
+  operator float() const { return float(code_) * float(code_) / 256; }
+
+ private:
+  std::uint8_t code_ = 0;
+};
 
 // Three numbers, each in ten bits: zero, or four significant bits in [2^-64, 2^64). Smaller ones and NaN become
 // zero, larger ones the largest. Rounded up or down as a hash of the number has it, so that means over pixels stay

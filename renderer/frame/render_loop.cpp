@@ -79,9 +79,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::size_t memory_bytes() const;
 
   // All of these: `mutex` is held.
-  PublishPolicy publish_policy() const {
-    return {passes, options.publish_interval_s};
-  }
+  PublishPolicy publish_policy() const { return {passes, options.publish_interval_s}; }
   // Of the picture in hand.
   RenderSettings frame_settings() const {
     RenderSettings own = settings;

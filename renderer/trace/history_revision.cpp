@@ -24,7 +24,7 @@ void scale(const Rgb& factor, SourcePixel& pixel) {
   pixel.means = PackedMeans(pixel.means.mean(0) * factor, pixel.means.mean(1) * factor);
   for (int h = 0; h < kHalves; ++h) pixel.set_spread(h, pixel.spread(h) * factor * factor);
   pixel.set_structure(pixel.bend2(0) * most2, pixel.bend2(1) * most2, pixel.slope2() * most2);
-  pixel.bias2 = pixel.bias2 * most2;
+  pixel.set_bias2(pixel.bias2() * most2);
 }
 
 // Where an object of several materials shows one that looks different, in a pixel or next to it.
@@ -190,9 +190,9 @@ void HistoryRevision::revise(const Item& item, const PixelRect& window, Reprojec
           cell = own;
           change = std::sqrt(item.changes->squared(cell));
         }
-        const double bias = std::sqrt(double(pixel.bias2)) + change;
+        const double bias = std::sqrt(double(pixel.bias2())) + change;
         if (bias * bias <= kLargestBias2) {
-          pixel.bias2 = float(bias * bias);
+          pixel.set_bias2(float(bias * bias));
         } else {
           pixel = {};
         }

@@ -96,7 +96,7 @@ inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sum
   sums.means += means_and_counts(pixel) * modulation * w;
   sums.spreads += spreads_and_bends(pixel) * (modulation * modulation) * w;
   sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
-  sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2;
+  sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2();
 }
 
 // Squared error of resampling a step edge whose squared second differences sum to one, along one axis. `zoom`: size of

@@ -167,9 +167,8 @@ void TechniqueProbe::find_unknown() {
   }
   if (unknown.empty()) return measured_.assign(tiles_.size(), false);
   // A tile's estimate takes in its neighbours.
-  unknown = intersect({unknown.x0 - kLightTile, unknown.y0 - kLightTile, unknown.x1 + kLightTile,
-                       unknown.y1 + kLightTile},
-                      region_);
+  unknown = intersect(
+      {unknown.x0 - kLightTile, unknown.y0 - kLightTile, unknown.x1 + kLightTile, unknown.y1 + kLightTile}, region_);
   for (std::size_t t = 0; t < tiles_.size(); ++t)
     measured_[t] = measured_[t] && !intersect(tiles_.window(t), unknown).empty();
   picture_ = {unknown.x0 / scale_, unknown.y0 / scale_, small(unknown.x1, scale_), small(unknown.y1, scale_)};

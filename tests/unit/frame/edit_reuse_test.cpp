@@ -207,14 +207,16 @@ TEST_P(EditReuse, LightsScaledAlikeKeepEverything) {
   at_once.time_s = 1e-9;  // nothing but what is carried over
   const ViewPicture& after = views.render(yard_camera(), at_once);
   EXPECT_EQ(after.end.progress.verification_rays, std::uint64_t(kWidth * kHeight));
+  // Of the error of a pixel: what packing its halves' means loses (packed_values.h).
   double off = 0;
   for (int c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < after.samples.size(); ++i) {
-      off = std::max(off, std::abs(double(after.radiance[c][i]) / double(before.radiance[c][i]) - 2));
+      const double error = std::sqrt(double(before.variance[c][i])) + 1e-3 * double(before.radiance[c][i]);
+      off = std::max(off, std::abs(double(after.radiance[c][i]) / 2 - double(before.radiance[c][i])) / error);
       EXPECT_NEAR(after.samples[i], before.samples[i], 1e-3 * double(before.samples[i]));
     }
   }
-  EXPECT_LT(off, 1e-4);
+  EXPECT_LT(off, 0.02);
 }
 
 TEST_P(EditReuse, MeasuringCostsAFewPercentOfAFrame) {

@@ -262,12 +262,12 @@ TEST(PaperReuseMemory, IsAsDocumented) {
   const auto bytes = [](int stored_hits, bool targets) {
     return Film::bytes_per_pixel({.targets = targets, .history = true, .stored_hits = stored_hits});
   };
-  EXPECT_EQ(bytes(1, false), 132u + 268u);
-  EXPECT_EQ(bytes(4, false), 132u + 364u);
-  EXPECT_EQ(bytes(4, true), 148u + 364u);
+  EXPECT_EQ(bytes(1, false), 124u + 260u);
+  EXPECT_EQ(bytes(4, false), 124u + 356u);
+  EXPECT_EQ(bytes(4, true), 140u + 356u);
   // And so it is: 64 x 64 pixels, with little for the whole beside them.
   const Film film(64, 64, {.targets = true, .history = true, .stored_hits = 4});
-  EXPECT_NEAR(double(film.bytes()) / (64 * 64), 148 + 364, 2);
+  EXPECT_NEAR(double(film.bytes()) / (64 * 64), 140 + 356, 2);
   EXPECT_EQ(film.state(), (FilmState{.targets = true, .history = true, .stored_hits = 4}));
 }
 

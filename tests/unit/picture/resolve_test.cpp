@@ -67,7 +67,7 @@ TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
   };
   hold(0, 8, 12);
   film.history()->carried(0, 0).count[0] = film.history()->carried(0, 0).count[1] = 6;
-  film.history()->carried(0, 0).age = 10;
+  film.history()->carried(0, 0).age = 9;
   film.history()->carried(0, 0).bias2 = 0.0625f;
   hold(1, 2, 1);
   film.add_invalid(1, 1, 0);
@@ -82,7 +82,7 @@ TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
   EXPECT_EQ(tile.bias_bound[1], 0);
   EXPECT_EQ(tile.bias_bound[2], FLT_MAX);
   EXPECT_EQ(tile.bias_bound[3], 0);
-  EXPECT_EQ(tile.history_age, (std::vector<float>{6.25f, 0, 255, 0}));
+  EXPECT_EQ(tile.history_age, (std::vector<float>{5.625f, 0, 255 * 255 / 256.0f, 0}));
   const float expected[] = {8.0f / 3, 4.0f / 3, 0, 0};  // the invalid one was traced as well
   for (std::size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(tile.density[i], expected[i]) << i;
 

@@ -84,8 +84,8 @@ TEST_F(TechniqueMemory, SmallStepsAddUp) {
   TechniqueHistory history;
   int probed = 0;
   for (int step = 0; step <= 24; ++step) {
-    const auto work = probe(covered, turned_and_shifted(home, -12 + 0.5 * step, 0),
-                            history.views(covered, kWidth, kHeight));
+    const auto work =
+        probe(covered, turned_and_shifted(home, -12 + 0.5 * step, 0), history.views(covered, kWidth, kHeight));
     if (work->probed()) {
       history.note(covered, work->probed(), work->whole());
       ++probed;
