@@ -342,16 +342,15 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   DirectionReservoir& directions = film.history()->directions(x, y);
   carried = {};
   directions = {};
+  const auto from = [swap](int h) { return swap ? 1 - h : h; };
   Rgb means[kHalves];
   for (int h = 0; h < kHalves; ++h) {
-    const int from = swap ? 1 - h : h;
-    const float* mean = lookup.mean[lookup.count[from] > 0 ? from : 1 - from];
+    const float* mean = lookup.mean[lookup.count[from(h)] > 0 ? from(h) : from(1 - h)];
     means[h] = Rgb(mean[0], mean[1], mean[2]);
   }
   carried.means = PackedMeans(means[0], means[1]);
   for (int h = 0; h < kHalves; ++h) {
-    const int from = swap ? 1 - h : h;
-    const auto count = std::uint32_t(lookup.count[from] + 0.5f);
+    const auto count = std::uint32_t(lookup.count[from(h)] + 0.5f);
     HalfPixel& half = film.half(h, x, y);
     half = {};
     carried.count[h] = half.count = count;
@@ -359,7 +358,7 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
     const Rgb mean = carried.means.mean(h);
     for (int c = 0; c < 3; ++c) {
       half.sum[c] = double(mean[c]) * count;
-      half.deviations[c] = std::min(lookup.spread[from][c] * (float(count) - 1), 0x1p127f);
+      half.deviations[c] = std::min(lookup.spread[from(h)][c] * (float(count) - 1), 0x1p127f);
     }
   }
   if (carried.count[0] + carried.count[1] == 0) return;
@@ -367,7 +366,7 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   carried.age = lookup.age + 1;
   for (int h = 0; h < kHalves; ++h) {
     for (int k = 0; k < DirectionReservoir::kPlaces; ++k)
-      directions.place[h][k] = lookup.directions.place[swap ? 1 - h : h][k];
+      directions.place[h][k] = lookup.directions.place[from(h)][k];
   }
 }
 
