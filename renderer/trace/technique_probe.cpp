@@ -102,7 +102,7 @@ TechniqueProbe::~TechniqueProbe() = default;
 std::size_t TechniqueProbe::parts() const {
   if (scene_->impl().lights->empty()) return 0;  // nothing starts a light path
   if (current_ == kRecall) return known_.empty() ? 0 : tiles_.size() / std::size_t(tiles_.columns());
-  return jobs_.size();
+  return current_ == kProbeMore && clear_ ? 0 : jobs_.size();
 }
 
 void TechniqueProbe::run(int sweep, std::size_t part) {
@@ -112,13 +112,15 @@ void TechniqueProbe::run(int sweep, std::size_t part) {
     std::copy(recalled.begin(), recalled.end(), estimates_.begin() + std::ptrdiff_t(first));
     return;
   }
-  const int technique = sweep == kProbePaths ? 0 : 1;
   const Job& job = jobs_[part];
-  TraceStats& stats = stats_[technique][part];
-  const SampleRange range{job.half, 0, samples_[technique]};
+  TraceStats& stats = stats_[sweep == kProbePaths ? 0 : 1][part];
   if (sweep == kProbePaths) {
+    const SampleRange range{job.half, 0, samples_[0]};
     trace_window(*scene_, camera_, settings_[0], range, job.window, *cancel_, films_[0], stats);
   } else {
+    const std::uint32_t first = first_light_samples();
+    const SampleRange range =
+        sweep == kProbeLightPaths ? SampleRange{job.half, 0, first} : SampleRange{job.half, first, samples_[1] - first};
     WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, *cancel_, films_[1], nullptr};
     task.squares = &squares_;
     task.rare = rare_;
@@ -134,7 +136,12 @@ void TechniqueProbe::finish_sweep(int sweep) {
     find_unknown();
   } else if (sweep == kProbePaths) {
     if (!jobs_.empty()) rare_ = float(kRare * mean_luminance(films_[0], picture_));
-  } else {
+  } else if (sweep == kProbeLightPaths) {
+    taken_ = first_light_samples();
+    choose();
+    clear_ |= taken_ == samples_[1];
+  } else if (!clear_) {
+    taken_ = samples_[1];
     choose();
   }
 }
@@ -218,7 +225,7 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   if (!(scale > 0) || !std::isfinite(scale)) return found;
   // Of a mean of one sample.
   found.path.error = (differences[0] * kHalves * samples_[0] + rare) / scale;
-  found.bdpt.error = differences[1] * kHalves * samples_[1] / scale;
+  found.bdpt.error = differences[1] * kHalves * taken_ / scale;
   return found;
 }
 
@@ -250,8 +257,9 @@ void TechniqueProbe::choose() {
     known.push_back(*estimates_[t]);
     numbers.push_back(t);
   }
-  const std::vector<bool> on = choose_tiles(known);
-  for (std::size_t k = 0; k < on.size(); ++k) tiles_.set(numbers[k], on[k]);
+  const TileChoice choice = choose_tiles(known);
+  for (std::size_t k = 0; k < choice.on.size(); ++k) tiles_.set(numbers[k], choice.on[k]);
+  clear_ = choice.clear;
 }
 
 }  // namespace helio

@@ -16,6 +16,7 @@
 // for this view alone.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -30,7 +31,7 @@ namespace helio {
 
 class TechniqueProbe {
  public:
-  // settings.integrator does not matter. Costs about as much as one to two samples of every pixel that has to be
+  // settings.integrator does not matter. Costs about as much as half a sample to two of every pixel that has to be
   // probed. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
   TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
                  const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
@@ -50,7 +51,8 @@ class TechniqueProbe {
   bool whole() const { return known_.empty(); }  // drew on no earlier view
 
  private:
-  enum Sweep { kRecall, kProbePaths, kProbeLightPaths, kSweeps };
+  // The last one only where a quarter of the light paths leaves room for doubt.
+  enum Sweep { kRecall, kProbePaths, kProbeLightPaths, kProbeMore, kSweeps };
   static constexpr int kTechniques = 2;  // path, bdpt
   struct Job {
     int half;
@@ -59,6 +61,7 @@ class TechniqueProbe {
   void find_unknown();
   double mean_cost(int technique) const;
   std::optional<TileEstimate> estimate(std::size_t tile, double floor) const;
+  std::uint32_t first_light_samples() const { return std::max(1u, samples_[1] / 4); }
   void choose();
 
   std::shared_ptr<const RenderScene> scene_;
@@ -74,6 +77,8 @@ class TechniqueProbe {
   PixelRect picture_;                                   // of the small pictures, what is probed
   int scale_;                                           // pixels per pixel of the small pictures
   std::uint32_t samples_[kTechniques];                  // of a half
+  std::uint32_t taken_ = 0;                             // of those with light paths
+  bool clear_ = false;                                  // more of them would not change the choice
   Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
   Film films_[kTechniques];

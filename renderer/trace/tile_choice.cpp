@@ -12,6 +12,8 @@ namespace {
 constexpr double kSplatShare = 0.5;
 // What a choice between tiles must gain over doing the same everywhere, for it is made from few samples a tile.
 constexpr double kLeastGain = 0.3;
+// By what factor one way for all tiles must beat the other for the choice to be clear.
+constexpr double kClearly = 2;
 
 }  // namespace
 
@@ -19,7 +21,7 @@ double error_of_fewer_light_paths(double share) {
   return 1 + kSplatShare * (1 / share - 1);
 }
 
-std::vector<bool> choose_tiles(const std::vector<TileEstimate>& tiles) {
+TileChoice choose_tiles(const std::vector<TileEstimate>& tiles) {
   const std::size_t count = tiles.size();
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), std::size_t(0));
@@ -46,9 +48,11 @@ std::vector<bool> choose_tiles(const std::vector<TileEstimate>& tiles) {
   std::size_t best = std::size_t(std::min_element(product.begin(), product.end()) - product.begin());
   const std::size_t alike = product.back() < product.front() ? count : 0;
   if (product[best] > (1 - kLeastGain) * product[alike]) best = alike;
-  std::vector<bool> on(count, false);
-  for (std::size_t k = 0; k < best; ++k) on[order[k]] = true;
-  return on;
+  TileChoice choice{std::vector<bool>(count, false), false};
+  for (std::size_t k = 0; k < best; ++k) choice.on[order[k]] = true;
+  const auto [less, more] = std::minmax(product.front(), product.back());
+  choice.clear = best == alike && more >= kClearly * less && more > 0;
+  return choice;
 }
 
 }  // namespace helio

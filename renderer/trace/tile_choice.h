@@ -7,8 +7,14 @@
 
 namespace helio {
 
-// By tile: light paths pay. Pure.
-std::vector<bool> choose_tiles(const std::vector<TileEstimate>& tiles);
+struct TileChoice {
+  std::vector<bool> on;  // by tile: light paths pay
+  // Estimates that are off by half would not change it: all tiles are treated alike, and the other way is much worse.
+  bool clear = false;
+};
+
+// Pure.
+TileChoice choose_tiles(const std::vector<TileEstimate>& tiles);
 
 // By what the error of pixels with light paths grows where only this share of the picture's pixels has them, (0, 1]:
 // what lands on them comes from all.

@@ -11,11 +11,11 @@ namespace {
 using Estimates = std::vector<TileEstimate>;
 
 TEST(TileChoice, NoiseAlikeLeavesThePathTracer) {
-  for (const bool on : choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}}))) EXPECT_FALSE(on);
+  for (const bool on : choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}})).on) EXPECT_FALSE(on);
 }
 
 TEST(TileChoice, ManyTimesLessNoiseIsWorthItsCost) {
-  for (const bool on : choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}}))) EXPECT_TRUE(on);
+  for (const bool on : choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}})).on) EXPECT_TRUE(on);
 }
 
 // A tenth of the tiles makes all the error: where light paths are dear, they go there alone.
@@ -25,7 +25,7 @@ TEST(TileChoice, WhereTheErrorIsLightPathsGo) {
     tiles[t].path.error = 100;
     tiles[t].bdpt.error = 0.05;
   }
-  const std::vector<bool> on = choose_tiles(tiles);
+  const std::vector<bool> on = choose_tiles(tiles).on;
   for (int t = 0; t < 40; ++t) EXPECT_EQ(on[std::size_t(t)], t < 4) << t;
 }
 
@@ -50,7 +50,7 @@ TEST(TileChoice, NoOtherChoiceIsMuchBetter) {
       }
       return (rest + with * (count > 0 ? 0.5 + 0.5 * 6 / count : 0.0)) * cost;
     };
-    const std::vector<bool> on = choose_tiles(tiles);
+    const std::vector<bool> on = choose_tiles(tiles).on;
     unsigned chosen = 0;
     for (unsigned t = 0; t < 6; ++t) chosen |= on[t] ? 1u << t : 0;
     double best = product(0);
@@ -61,10 +61,20 @@ TEST(TileChoice, NoOtherChoiceIsMuchBetter) {
   }
 }
 
+TEST(TileChoice, IsClearWhereTheOtherWayIsTwiceAsDearForAllTiles) {
+  EXPECT_TRUE(choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}})).clear);
+  EXPECT_FALSE(choose_tiles(Estimates(9, {{0.1, 5}, {0.06, 15}})).clear);
+  EXPECT_TRUE(choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}})).clear);
+  Estimates mixed(40, {{0.001, 5}, {0.001, 2000}});
+  mixed[7] = {{100, 5}, {0.05, 2000}};
+  EXPECT_FALSE(choose_tiles(mixed).clear);
+  EXPECT_FALSE(choose_tiles({}).clear);
+}
+
 TEST(TileChoice, ZeroesAndEqualCostsAreNoTrouble) {
   for (const double error : {0.0, 1e-300, 1e300}) {
     for (const double cost : {1.0, 1e9}) {
-      EXPECT_EQ(choose_tiles(Estimates(5, {{error, cost}, {0, cost}})).size(), 5u);
+      EXPECT_EQ(choose_tiles(Estimates(5, {{error, cost}, {0, cost}})).on.size(), 5u);
     }
   }
 }
