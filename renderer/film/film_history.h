@@ -13,7 +13,7 @@
 
 namespace helio {
 
-// The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `mean`
+// The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `means`
 // before the first fresh one.
 struct CarriedPixel {
   std::uint32_t count[2] = {0, 0};  // effective samples, per half; 0: nothing is carried

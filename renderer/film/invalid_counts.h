@@ -33,7 +33,8 @@ class InvalidCounts {
   // Of both halves, of `count` neighbours in a row.
   void clear(std::size_t first, std::size_t count);
 
-  std::size_t bytes() const { return any() ? 2 * pixels_ * sizeof(std::uint32_t) : 0; }
+  static constexpr std::size_t kBytesPerPixel = 2 * sizeof(std::uint32_t);  // once there is one
+  std::size_t bytes() const { return any() ? pixels_ * kBytesPerPixel : 0; }
 
  private:
   const std::uint32_t* counts() const { return counts_.load(std::memory_order_acquire); }

@@ -21,9 +21,9 @@ inline float unpack_short_float(std::uint16_t packed) {
   return std::bit_cast<float>(std::uint32_t(packed) << 16);
 }
 
-// Means of two halves, numbers whose squares are finite: of each channel the lower one, and by how much the other one
-// is higher in eight significant bits, so that what is lost is a 500th of how far the halves are apart and no more than
-// their noise hides.
+// Means of two halves, finite numbers (of those beyond 1e38 an infinite one may become): of each channel the lower one,
+// and by how much the other one is higher in eight significant bits, so that what is lost is a 500th of how far the
+// halves are apart and no more than their noise hides.
 class PackedMeans {
  public:
   PackedMeans() = default;

@@ -24,7 +24,7 @@ struct ResolvedTile {
   // Of what the film's history has brought; all 0 in films without.
   std::vector<float> history_weight;  // in the pixel's mean, [0, 1]
   std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
-  std::vector<float> history_age;     // moves, CarriedPixel::age times the weight, [0, 255]
+  std::vector<float> history_age;     // moves or up to half as many again, CarriedPixel::age times the weight, [0, 255]
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
   std::uint64_t invalid_samples = 0;  // splats among them
 };

@@ -22,19 +22,25 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
   measured_.reset();
   measure_.stop();
   reproject_.begin(works.reproject);
-  choose_.begin(works.choose);
+  choice_ = works.choose;
   allocate_.begin(works.allocate);
   review_.begin(works.review);
   light_source_ = works.lights;
   if (plan.reproject) {
     enter(Stage::reproject);
   } else if (plan.choose) {
-    enter(Stage::choose);
+    begin_choice();
   } else if (plan.allocate) {
     enter(Stage::allocate);
   } else {
     begin_integration();
   }
+}
+
+// Not before: what is chosen says which splats a film has, and another picture's may still be read.
+void FramePipeline::begin_choice() {
+  choose_.begin(std::exchange(choice_, nullptr));
+  enter(Stage::choose);
 }
 
 void FramePipeline::begin_integration() {
@@ -80,7 +86,7 @@ void FramePipeline::leave_finished_stages(double now_s) {
       seconds_.reproject = seconds();
       grid_.mark_prepared();
     }
-    enter(Stage::choose);
+    begin_choice();
   }
   if (stage_ == Stage::choose && choose_.finished()) enter(Stage::allocate);
   if (stage_ == Stage::allocate && allocate_.finished()) {
@@ -187,6 +193,7 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
 
 void FramePipeline::stop() {
   reproject_.stop();
+  choice_.reset();
   choose_.stop();
   allocate_.stop();
   lights_.stop();

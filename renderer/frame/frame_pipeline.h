@@ -73,6 +73,7 @@ class FramePipeline {
  private:
   enum class Stage { reproject, choose, allocate, lights, integrate, review, measure, publish, over };
   void enter(Stage stage);
+  void begin_choice();
   void begin_integration();
   bool begin_step();
   void integrate_step();
@@ -85,6 +86,7 @@ class FramePipeline {
   TileGrid grid_;
   ReprojectPass reproject_;
   ChoosePass choose_;
+  std::shared_ptr<TechniqueChoice> choice_;  // whose turn has not come
   AllocatePass allocate_;
   LightsPass lights_;
   IntegratePass integrate_;

@@ -391,9 +391,9 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.measured = {};
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
+    film->set_light_tiles(nullptr);
     // A picture that is drawn on keeps them until it has become a source (passes/reproject.h).
     if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
-    film->set_light_tiles(nullptr);
     if (lights) retired.pass = lights->set_aside();
   }
   if (!caches_light_vertices(settings.integrator) || !scene) {

@@ -26,11 +26,16 @@ struct Sum {
   int seen = 0;
 };
 
-Ray ray_to(const CameraProjection& camera, const V3f& from, float beyond) {
+// To the camera, or to the plane that an orthographic one looks from.
+Ray ray_to(const CameraProjection& camera, const V3f& from) {
   Ray ray;
-  const V3f eye(camera.origin());
-  ray.direction = camera.orthographic() ? -V3f(camera.direction_at(0, 0)) : (eye - from).normalized();
-  const float distance = camera.orthographic() ? beyond : (eye - from).length();
+  V3f back = V3f(camera.origin()) - from;
+  if (camera.orthographic()) {
+    const V3f forward(camera.direction_at(0, 0));
+    back = forward * dot(back, forward);
+  }
+  const float distance = back.length();
+  ray.direction = distance > 0 ? back / distance : V3f(0, 0, 1);
   ray.origin = from + ray.direction * (kMargin * distance);
   ray.t_max = distance * (1 - 2 * kMargin);
   return ray;
@@ -88,8 +93,9 @@ std::vector<std::optional<TileEstimate>> recall_tiles(const RenderScene& scene, 
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const PixelRect tile = grid.window(first + i / kRays);
     const double* place = kPlaces[i % kRays];
-    const CameraRay from = camera.generate_ray(tile.x0 + int(place[0] * tile.width()),
-                                               tile.y0 + int(place[1] * tile.height()), V2f(0.5f, 0.5f), V2f(0, 0));
+    const CameraRay from =
+        camera.generate_ray(tile.x0 + int(place[0] * tile.width()), tile.y0 + int(place[1] * tile.height()),
+                            V2f(0.5f, 0.5f), V2f(0.5f, 0.5f));
     rays[i].origin = from.origin;
     rays[i].direction = from.direction;
     rays[i].t_max = std::numeric_limits<float>::infinity();
@@ -97,6 +103,12 @@ std::vector<std::optional<TileEstimate>> recall_tiles(const RenderScene& scene, 
   std::vector<Hit> hits(rays.size());
   data.accel->intersect(rays.data(), order.data(), rays.size(), hits.data(), RayOrder::camera);
 
+  // The side of the surface that is seen.
+  const auto facing = [&](std::size_t i, const V3f& direction) {
+    const Hit& hit = hits[i];
+    const V3f normal = hit.instance == kNoHit ? hit.normal : data.instances[hit.instance].normal(hit.normal);
+    return dot(normal, direction) > 0;
+  };
   std::vector<Sum> sums(count);
   std::vector<bool> found(rays.size(), false);
   std::vector<Ray> back;
@@ -113,8 +125,12 @@ std::vector<std::optional<TileEstimate>> recall_tiles(const RenderScene& scene, 
       if (!p.in_front || !(p.x >= 0 && p.y >= 0 && p.x < width && p.y < height)) continue;
       const std::optional<TileEstimate>& known = view->tiles[grid.at(int(p.x), int(p.y))];
       if (!known) continue;
+      if (hits[i].valid()) {
+        const Ray ray = ray_to(then, met);
+        if (facing(i, ray.direction) == facing(i, rays[i].direction)) continue;
+        back.push_back(ray);
+      }
       asked.emplace_back(i, &*known);
-      if (hits[i].valid()) back.push_back(ray_to(then, met, 2 * data.radius));
     }
     occluded.assign(back.size(), 0);
     data.accel->occluded(back.data(), back.size(), occluded.data());

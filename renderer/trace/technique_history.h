@@ -1,5 +1,6 @@
 // What the probes of earlier views say of a new one's tiles: how hard the light of a surface is to find hardly depends
-// on who looks, so only what comes into view has to be probed.
+// on who looks, so only what comes into view has to be probed, once it is more than borders on what is known. (What an
+// orthographic camera sees of the sky is never known.)
 //
 // Views are kept as they were probed, never as they were recalled: of a thousand tiny moves each asks the very view
 // that saw the surface, and nothing drifts.
@@ -56,7 +57,8 @@ class TechniqueHistory {
 };
 
 // Means of what the views know of each tile in [first, first + count), as LightTiles numbers them, of a film of their
-// size: by the surfaces that five rays of the tile meet, of which a view has to have seen two. Pure.
+// size: by the surfaces that five rays of the tile meet, of which views have to have seen two, from the
+// same side. Pure.
 std::vector<std::optional<TileEstimate>> recall_tiles(const RenderScene& scene, const CameraPose& pose,
                                                       const TechniqueHistory::Views& views, std::size_t first,
                                                       std::size_t count);

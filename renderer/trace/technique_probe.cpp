@@ -92,10 +92,10 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
       samples_{std::uint32_t(std::max(2, scale_ * scale_ / 8)), std::uint32_t(std::max(1, scale_ * scale_ / 16))},
       camera_(pose, small(width, scale_), small(height, scale_), scene_->origin(), pixel_of_large(scale_)),
       splat_camera_(pose, small(width, scale_), small(height, scale_), scene_->origin()),
-      settings_{probe_settings(settings, Integrator::path), probe_settings(settings, Integrator::bdpt)},
-      films_{Film(small(width, scale_), small(height, scale_), probe_state(false)),
-             Film(small(width, scale_), small(height, scale_), probe_state(true))},
-      squares_(small(width, scale_), small(height, scale_)) {}
+      settings_{probe_settings(settings, Integrator::path), probe_settings(settings, Integrator::bdpt)} {}
+
+TechniqueProbe::Pictures::Pictures(int width, int height)
+    : films{Film(width, height, probe_state(false)), Film(width, height, probe_state(true))}, squares(width, height) {}
 
 TechniqueProbe::~TechniqueProbe() = default;
 
@@ -116,13 +116,13 @@ void TechniqueProbe::run(int sweep, std::size_t part) {
   TraceStats& stats = stats_[sweep == kProbePaths ? 0 : 1][part];
   if (sweep == kProbePaths) {
     const SampleRange range{job.half, 0, samples_[0]};
-    trace_window(*scene_, camera_, settings_[0], range, job.window, *cancel_, films_[0], stats);
+    trace_window(*scene_, camera_, settings_[0], range, job.window, *cancel_, pictures_->films[0], stats);
   } else {
     const std::uint32_t first = first_light_samples();
     const SampleRange range =
         sweep == kProbeLightPaths ? SampleRange{job.half, 0, first} : SampleRange{job.half, first, samples_[1] - first};
-    WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, *cancel_, films_[1], nullptr};
-    task.squares = &squares_;
+    WindowTask task{scene_->impl(), camera_, settings_[1], range, job.window, *cancel_, pictures_->films[1], nullptr};
+    task.squares = &pictures_->squares;
     task.rare = rare_;
     task.splat_camera = &splat_camera_;
     run_bidirectional_kernel(task, stats);
@@ -135,7 +135,7 @@ void TechniqueProbe::finish_sweep(int sweep) {
   if (sweep == kRecall) {
     find_unknown();
   } else if (sweep == kProbePaths) {
-    if (!jobs_.empty()) rare_ = float(kRare * mean_luminance(films_[0], picture_));
+    if (!jobs_.empty()) rare_ = float(kRare * mean_luminance(pictures_->films[0], picture_));
   } else if (sweep == kProbeLightPaths) {
     taken_ = first_light_samples();
     choose();
@@ -186,6 +186,7 @@ void TechniqueProbe::find_unknown() {
     }
   }
   settings_[1].region = picture_;
+  pictures_ = std::make_unique<Pictures>(small(tiles_.width(), scale_), small(tiles_.height(), scale_));
   for (std::vector<TraceStats>& stats : stats_) stats.resize(jobs_.size());
 }
 
@@ -199,7 +200,7 @@ double TechniqueProbe::mean_cost(int technique) const {
   return rays / paths * (has_plain_kernel(scene_->features()) ? kRayCostOverPlain : kRayCost);
 }
 
-// Errors of what the small pictures show of a tile; none: nothing.
+// Errors of what the small pictures show of a tile; none: nothing, or no light.
 std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor) const {
   const PixelRect tile = tiles_.window(t);
   // A tile and its neighbours: a tile has few pixels in the small picture.
@@ -211,28 +212,30 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       for (int k = 0; k < kTechniques; ++k) {
-        const double a = luminance(half_mean(films_[k], 0, x, y)), b = luminance(half_mean(films_[k], 1, x, y));
+        const double a = luminance(half_mean(pictures_->films[k], 0, x, y)),
+                     b = luminance(half_mean(pictures_->films[k], 1, x, y));
         differences[k] += 0.25 * (a - b) * (a - b);
         if (k == 1) level += 0.5 * (a + b);
       }
-      rare += 0.5 * (double(squares_.mean(0, x, y).x) + double(squares_.mean(1, x, y).x));
+      rare += 0.5 * (double(pictures_->squares.mean(0, x, y).x) + double(pictures_->squares.mean(1, x, y).x));
     }
   }
   const double n = double(window.area());
   level /= n;
   const double scale = n * (level * level + floor);
-  TileEstimate found;
-  if (!(scale > 0) || !std::isfinite(scale)) return found;
+  if (!(scale > 0) || !std::isfinite(scale)) return std::nullopt;
   // Of a mean of one sample.
-  found.path.error = (differences[0] * kHalves * samples_[0] + rare) / scale;
-  found.bdpt.error = differences[1] * kHalves * taken_ / scale;
+  constexpr double kMost = 1e30;
+  TileEstimate found;
+  found.path.error = std::min((differences[0] * kHalves * samples_[0] + rare) / scale, kMost);
+  found.bdpt.error = std::min(differences[1] * kHalves * taken_ / scale, kMost);
   return found;
 }
 
 void TechniqueProbe::choose() {
   if (!jobs_.empty()) {
     ProbedView view{pose_, tiles_.width(), tiles_.height(), 0, {}};
-    view.brightness = whole() ? mean_luminance(films_[1], picture_) : known_.back()->brightness;
+    view.brightness = whole() ? mean_luminance(pictures_->films[1], picture_) : known_.back()->brightness;
     view.tiles.resize(tiles_.size());
     const double floor = kEpsilon * view.brightness * view.brightness;
     const PixelRect whole_picture{region_.x0 / scale_, region_.y0 / scale_, small(region_.x1, scale_),
@@ -248,7 +251,8 @@ void TechniqueProbe::choose() {
       view.tiles[t]->bdpt.error /= error_of_fewer_light_paths(share);
       estimates_[t] = view.tiles[t];
     }
-    probed_ = std::make_shared<const ProbedView>(std::move(view));
+    // Of a view without light nothing is known: light that comes later is to be looked for.
+    if (view.brightness > 0) probed_ = std::make_shared<const ProbedView>(std::move(view));
   }
   std::vector<TileEstimate> known;
   std::vector<std::size_t> numbers;

@@ -81,8 +81,13 @@ class TechniqueProbe {
   bool clear_ = false;                                  // more of them would not change the choice
   Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
-  Film films_[kTechniques];
-  SplatBuffer squares_;  // WindowTask::squares
+  // As large as the film's share of them, once something has to be probed.
+  struct Pictures {
+    Pictures(int width, int height);
+    Film films[kTechniques];
+    SplatBuffer squares;  // WindowTask::squares
+  };
+  std::unique_ptr<Pictures> pictures_;
   float rare_ = 0;
   std::vector<Job> jobs_;                       // of either technique
   std::vector<TraceStats> stats_[kTechniques];  // by job

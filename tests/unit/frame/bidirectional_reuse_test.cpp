@@ -282,6 +282,7 @@ TEST(BidirectionalReuseChoice, WhatEarlierViewsChoseIsNotProbedAgain) {
     EXPECT_GT(first, 0);
     EXPECT_GT(moved.end.progress.trace.light_paths, 0u);
     if (mode == RenderMode::reproject) {
+      EXPECT_GT(choose_seconds(moved), 0);
       EXPECT_LT(choose_seconds(moved), 0.3 * first);
     } else {
       EXPECT_GT(choose_seconds(moved), 0.3 * first);
@@ -289,6 +290,25 @@ TEST(BidirectionalReuseChoice, WhatEarlierViewsChoseIsNotProbedAgain) {
     const double away = choose_seconds(views.render(turned_and_shifted(home, 180, 0), 1));
     EXPECT_GT(away, 0.3 * first);
   }
+}
+
+// A scene whose light is put out gets no light paths, and the splats of the picture before neither stay nor come back.
+TEST(BidirectionalReuseEdit, LightThatGoesOutLeavesNoSplats) {
+  RenderEngine engine(2);
+  const auto lit = load_own_scene("cornell-covered");
+  std::uint32_t lamp = 0;
+  while (is_black(lit->description().materials.at(lamp).emission)) ++lamp;
+  const auto dark = edited(lit, {shining(lamp, Rgb(0, 0, 0))});
+  const CameraPose home = camera_pose(lit->description().cameras.at(0));
+  LoopViews fresh(engine, lit, settings_of(RenderMode::pt, Integrator::bdpt));
+  const double truth = mean_radiance(fresh.render(home, 256));
+  LoopViews views(engine, lit, settings_of(RenderMode::reproject, Integrator::path_bdpt));
+  ASSERT_GT(views.render(home, 64).end.progress.trace.light_paths, 0u);
+  views.set_scene(dark);
+  EXPECT_EQ(mean_radiance(views.render(home, 2)), 0);
+  views.set_scene(lit);
+  EXPECT_NEAR(mean_radiance(views.render(home, 64)) / truth, 1, 0.1);
+  EXPECT_NEAR(mean_radiance(views.render(turned_and_shifted(home, 0.2, 0), 64)) / truth, 1, 0.1);
 }
 
 // Tiles are not shown alone, nor while light paths are still under way, also where a view begins with what is carried.

@@ -267,5 +267,20 @@ TEST(SplatFilm, DemandIsRelativeToTheWholeMean) {
   EXPECT_EQ(visited, 2 * 81);
 }
 
+// With all light tiles off a film is one without splats, as long as they are.
+TEST(SplatFilm, TilesThatAreAllOffHideThem) {
+  Film film(40, 40, {.splats = true});
+  auto tiles = std::make_shared<LightTiles>(40, 40, false);
+  film.set_light_tiles(tiles);
+  EXPECT_EQ(film.splats(), nullptr);
+  EXPECT_TRUE(film.state().splats);
+  film.set_light_tiles(nullptr);
+  EXPECT_NE(film.splats(), nullptr);
+  tiles = std::make_shared<LightTiles>(40, 40, false);
+  tiles->set(1, true);
+  film.set_light_tiles(tiles);
+  EXPECT_NE(film.splats(), nullptr);
+}
+
 }  // namespace
 }  // namespace helio

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "renderer/trace/technique_probe.h"
 #include "tests/support/loop_views.h"
@@ -59,6 +60,44 @@ TEST_F(TechniqueMemory, AViewThatWasProbedIsNotProbedAgain) {
   EXPECT_TRUE(tiles_of(*first)[20]) << "light comes by way of the ceiling";
 }
 
+// Lenses are looked through their middle; what an orthographic camera has behind its plane hides nothing.
+TEST_F(TechniqueMemory, LensesAndOrthographicCamerasKnowTheirOwnView) {
+  CameraPose lens = home;
+  lens.lens_radius = 0.3;
+  lens.focus_distance = 0.5;
+  CameraPose orthographic = camera_at({0, 0.1, 0.3}, {0, 0, -1});
+  orthographic.projection = Projection::orthographic;
+  orthographic.half_height = 0.4;
+  SceneDescription closed;
+  closed.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0.5f, 0.5f, 0.5f), Rgb(5, 5, 5))};
+  add_mesh(closed, box({-1, -1, -1}, {1, 1, 1}, 0, true));
+  add_mesh(closed, quad({-0.3f, 0.9f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 1));
+  const Scene room = build(std::move(closed));
+  for (const auto& [scene, pose] : {std::pair(covered, lens), std::pair(room, orthographic)}) {
+    const auto first = probe(scene, pose);
+    ASSERT_EQ(probed_tiles(*first), 48u);
+    const auto again = probe(scene, pose, {first->probed()});
+    EXPECT_EQ(again->probed(), nullptr);
+    EXPECT_EQ(tiles_of(*again), tiles_of(*first));
+  }
+}
+
+// The dark side of a sheet is not the lit one.
+TEST_F(TechniqueMemory, SurfacesSeenFromBehindAreProbed) {
+  SceneDescription sheet;
+  sheet.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0, 0, 0), Rgb(5, 5, 5))};
+  add_mesh(sheet, quad({-8, -8, 0}, {16, 0, 0}, {0, 16, 0}, 0));
+  add_mesh(sheet, quad({-1, 3, 2}, {2, 0, 0}, {0, 0, 2}, 1));
+  const Scene scene = build(std::move(sheet));
+  const auto before = probe(scene, camera_at({0, 0, 3}, {0, 0, 0}));
+  ASSERT_EQ(probed_tiles(*before), 48u);
+  EXPECT_EQ(probed_tiles(*probe(scene, camera_at({0, 0, -3}, {0, 0, 0}), {before->probed()})), 48u);
+}
+
+TEST_F(TechniqueMemory, AViewWithoutLightIsNotRemembered) {
+  EXPECT_EQ(probe(covered, camera_at({0, 0, 1e4}, {0, 0, 2e4}))->probed(), nullptr);
+}
+
 // A camera that turns to the left meets what is new at the left edge, and the rest is known.
 TEST_F(TechniqueMemory, WhatComesIntoViewIsProbed) {
   const CameraPose before = turned_and_shifted(home, -12, 0);
@@ -101,7 +140,8 @@ TEST_F(TechniqueMemory, WhatSomethingHidIsProbed) {
   room.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0.5f, 0.5f, 0.5f), Rgb(5, 5, 5))};
   add_mesh(room, box({-2, -2, -4}, {2, 2, 2}, 0, true));
   add_mesh(room, quad({-0.5f, 1.9f, -2}, {1, 0, 0}, {0, 0, 1}, 1));
-  add_mesh(room, quad({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}, 0));  // a screen through the room
+  add_mesh(room, quad({-0.5f, 1.9f, 0.5f}, {1, 0, 0}, {0, 0, 1}, 1));
+  add_mesh(room, quad({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}, 0));  // a screen through the room, lit on both sides
   const Scene scene = build(std::move(room));
   const auto before = probe(scene, camera_at({0, 0, 1}, {0, 0, -1}));
   ASSERT_EQ(probed_tiles(*before), 48u);
