@@ -54,13 +54,20 @@ std::string replace_parameters(std::string& text, const Parameters& parameters) 
   return {};
 }
 
-// Files before version 2 write toWorld and intIOR where later ones write to_world and int_ior.
+// Files before version 2 write toWorld and intIOR where later ones write to_world and int_ior; capitals that follow no
+// small letter stay.
 std::string snake_case(const std::string& name) {
   std::string out;
+  const auto is_upper = [&](std::size_t i) { return std::isupper(static_cast<unsigned char>(name[i])) != 0; };
+  const auto is_lower = [&](std::size_t i) { return std::islower(static_cast<unsigned char>(name[i])) != 0; };
   for (std::size_t i = 0; i < name.size(); ++i) {
-    const unsigned char c = static_cast<unsigned char>(name[i]);
-    if (std::isupper(c) && i > 0 && std::islower(static_cast<unsigned char>(name[i - 1]))) out += '_';
-    out += char(std::tolower(c));
+    if (!(i > 0 && is_upper(i) && is_lower(i - 1))) {
+      out += name[i];
+      continue;
+    }
+    out += '_';
+    for (; i < name.size() && is_upper(i); ++i) out += char(std::tolower(static_cast<unsigned char>(name[i])));
+    --i;
   }
   return out;
 }
@@ -154,10 +161,16 @@ class Reader {
     if (element.name == "filename") add_name(element.attribute("value"));
     read_children(node, file, depth, include_depth, element);
     if (element.tag == "texture" && old_) upgrade_texture(element);
+    if (element.tag == "bsdf" && element.type == "diffuse" && old_) upgrade_diffuse(element);
     parent.children.push_back(std::move(element));
   }
 
-  // uscale, vscale, uoffset and voffset became the transform to_uv.
+  static void upgrade_diffuse(Element& bsdf) {
+    for (Element& child : bsdf.children)
+      if (child.name == "diffuse_reflectance") child.name = "reflectance";
+  }
+
+  // uscale, vscale, uoffset and voffset became the transform to_uv, which offsets before it scales.
   static void upgrade_texture(Element& texture) {
     Element scale, translate;
     scale.tag = "scale";
@@ -175,7 +188,7 @@ class Reader {
     transform.tag = "transform";
     transform.name = "to_uv";
     transform.place = scale.place = translate.place = texture.place;
-    transform.children = {scale, translate};
+    transform.children = {translate, scale};
     texture.children.push_back(std::move(transform));
   }
 

@@ -42,11 +42,11 @@ ZTestResult z_test(const Estimate& rendering, const Estimate& reference) {
           for (int x = tx; x < std::min(w, tx + kTileSide); ++x) {
             const std::size_t i = std::size_t(y) * std::size_t(w) + std::size_t(x);
             const double d = rendering.mean[i][c] - reference.mean[i][c];
-            const double v = rendering.variance[i][c] + reference.variance[i][c];
+            const double ours = rendering.variance[i][c], theirs = reference.variance[i][c], v = ours + theirs;
             const double least = floor_of(reference.mean[i][c]);
             inside += std::abs(d) <= pixel_bound * std::sqrt(v + least * least);  // false for NaN
             difference += d;
-            variance += v;
+            variance += ours * rendering.overlap + theirs * reference.overlap;
             level += reference.mean[i][c];
           }
         }

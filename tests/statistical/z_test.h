@@ -15,6 +15,9 @@ namespace helio::test {
 struct Estimate {
   int width = 0, height = 0;
   std::vector<V3d> mean, variance;  // by row; variance of the mean
+  // Of a sum of neighbouring pixels the variance over the sum of their variances: 1 where pixels are independent, more
+  // where a sample counts in several.
+  double overlap = 1;
 };
 
 inline constexpr double kAlpha = 0.01;

@@ -49,6 +49,29 @@ TEST(ZTest, TilesSeeABiasThatNoPixelShows) {
   EXPECT_GT(result.worst_tile, 1);
 }
 
+// Pixels that are the means of 3 x 3 others: a sum of them has the deviation of a sum of those, three times as much as
+// if they were independent.
+TEST(ZTest, TilesKnowWhereNeighboursErrTogether) {
+  Estimate reference = noisy(0, 0.06, 9);
+  const std::vector<V3d> independent = reference.mean;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      V3d sum(0, 0, 0);
+      for (int k = 0; k < 9; ++k) sum += independent[std::size_t((y + k / 3) % kSide * kSide + (x + k % 3) % kSide)];
+      reference.mean[std::size_t(y * kSide + x)] = sum / 9.0;
+      reference.variance[std::size_t(y * kSide + x)] = V3d(0.02 * 0.02);  // 0.06^2 / 9
+    }
+  }
+  const std::vector<V3d> zeros(kSide * kSide, V3d(0, 0, 0));
+  const Estimate exact{kSide, kSide, zeros, zeros};
+  const double blind = z_test(exact, reference).worst_tile;
+  reference.overlap = 9;
+  const ZTestResult result = z_test(exact, reference);
+  EXPECT_TRUE(result.passed()) << result.to_string();
+  EXPECT_GT(blind, 1);
+  EXPECT_NEAR(blind / result.worst_tile, 3, 1e-3);  // the relative floor counts a little
+}
+
 TEST(ZTest, NotANumberFails) {
   Estimate broken = noisy(0.5, 0.05, 7);
   broken.mean[5] = V3d(std::nan(""));

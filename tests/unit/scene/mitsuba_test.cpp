@@ -131,6 +131,72 @@ TEST(MitsubaLoader, OldNamesBecomeNewOnes) {
   EXPECT_TRUE(s.report.unread.empty());
 }
 
+TEST(MitsubaLoader, OldTextureParametersBecomeATransformThatOffsetsFirst) {
+  const std::string plain = "<texture type='checkerboard' name='reflectance'>", end = "</texture>";
+  const auto rows = [&](const std::string& parameters, const std::string& version = "0.6.0") {
+    const SceneDescription s =
+        loaded("<shape type='rectangle'><bsdf type='diffuse'>" + plain + parameters + end + "</bsdf></shape>", version);
+    EXPECT_TRUE(s.report.unread.empty()) << s.report.unread.front();
+    return s.materials[0].base_color_texture.uv_transform;
+  };
+  using Rows = std::array<float, 6>;
+  // (u + 0.25) 2 and (v + 0.5) 3, as Mitsuba 3.9.1 shows them by traverse().
+  EXPECT_EQ(rows("<float name='uscale' value='2'/><float name='vscale' value='3'/><float name='uoffset' value='0.25'/>"
+                 "<float name='voffset' value='0.5'/>"),
+            (Rows{2, 0, 0.5f, 0, 3, 1.5f}));
+  EXPECT_EQ(rows("<float name='uscale' value='2'/>"), (Rows{2, 0, 0, 0, 1, 0}));
+  EXPECT_EQ(rows("<float name='vscale' value='2'/>"), (Rows{1, 0, 0, 0, 2, 0}));
+  EXPECT_EQ(rows("<float name='uoffset' value='0.25'/>"), (Rows{1, 0, 0.25f, 0, 1, 0}));
+  EXPECT_EQ(rows("<float name='voffset' value='0.25'/>", "0.5.0"), (Rows{1, 0, 0, 0, 1, 0.25f}));
+  EXPECT_EQ(rows(""), (Rows{1, 0, 0, 0, 1, 0}));
+  // Later files have no such parameters.
+  const SceneDescription s = loaded("<shape type='rectangle'><bsdf type='diffuse'>" + plain +
+                                    "<float name='uscale' value='2'/>" + end + "</bsdf></shape>");
+  ASSERT_EQ(s.report.unread.size(), 1u);
+  EXPECT_NE(s.report.unread[0].find("uscale"), std::string::npos);
+}
+
+TEST(MitsubaLoader, OldDiffuseReflectanceIsTheReflectanceOfDiffuseAlone) {
+  const std::string color = "<rgb name='diffuseReflectance' value='0.1, 0.2, 0.3'/>";
+  const auto colored = [&](const std::string& type, const std::string& version) {
+    return loaded("<shape type='cube'><bsdf type='" + type + "'>" + color + "</bsdf></shape>", version);
+  };
+  for (const char* type : {"diffuse", "plastic"}) {
+    const SceneDescription s = colored(type, "0.5.0");
+    EXPECT_EQ(s.materials[0].base_color, Rgb(0.1f, 0.2f, 0.3f)) << type;
+    EXPECT_TRUE(s.report.unread.empty()) << type;
+  }
+  EXPECT_EQ(colored("diffuse", "3.0.0").report.unread.size(), 1u);
+}
+
+TEST(MitsubaLoader, OldNamesKeepCapitalsThatFollowNoSmallLetter) {
+  const SceneDescription s = loaded(
+      "<sensor type='perspective'><float name='nearClip' value='0.1'/><film type='hdrfilm'><rfilter type='mitchell'>"
+      "<float name='B' value='0.3'/><float name='C' value='0.3'/></rfilter></film></sensor>",
+      "0.6.0");
+  EXPECT_TRUE(s.report.unread.empty()) << s.report.unread.front();
+}
+
+// Each file is read by its own version, whoever includes it.
+TEST(MitsubaLoader, IncludedFilesAreUpgradedByTheirOwnVersion) {
+  const auto shape = [](const std::string& version, const std::string& name) {
+    return bytes_of("<scene version='" + version + "'><shape type='cube'><transform name='" + name +
+                    "'><translate x='2'/></transform></shape></scene>");
+  };
+  const SceneDescription s = loaded("<include filename='old.xml'/><include filename='new.xml'/>", "0.6.0",
+                                    {{"old.xml", shape("0.5.0", "toWorld")}, {"new.xml", shape("3.0.0", "to_world")}});
+  ASSERT_EQ(s.instances.size(), 2u);
+  EXPECT_EQ(s.instances[0].to_world[3][0], 2);
+  EXPECT_EQ(s.instances[1].to_world[3][0], 2);
+  const SceneDescription t = loaded(
+      "<include filename='old.xml'/><shape type='cube'><transform name='to_world'>"
+      "<translate x='3'/></transform></shape>",
+      "3.0.0", {{"old.xml", shape("0.5.0", "toWorld")}});
+  ASSERT_EQ(t.instances.size(), 2u);
+  EXPECT_EQ(t.instances[0].to_world[3][0], 2);
+  EXPECT_EQ(t.instances[1].to_world[3][0], 3);
+}
+
 TEST(MitsubaLoader, GroupsAreInstancedMemberByMember) {
   const SceneDescription s = loaded(
       "<shape type='shapegroup' id='g'><shape type='cube'/><shape type='disk'><transform name='to_world'>"
@@ -164,6 +230,19 @@ TEST(MitsubaLoader, BadInputIsRefusedWithItsPlace) {
   expect_error("<shape type='obj'><string name='filename' value='gone.obj'/></shape>", ErrorCode::not_found, "s.xml:2", "gone.obj");
   expect_error("<shape type='cube'><bsdf type='mask'/></shape>", bad, "s.xml:2", "holds 0 bsdfs");
   expect_error("<include filename='s.xml'/>", bad, "s.xml:2", "includes deeper than 8");
+}
+
+TEST(MitsubaLoader, PropertiesThatAreNotSupportedAreRefusedByName) {
+  const auto refused = [](const std::string& body, const std::string& part) {
+    expect_error(body, ErrorCode::unimplemented, "s.xml:2", part);
+  };
+  refused("<shape type='sphere'><boolean name='flip_normals' value='true'/></shape>", "flip_normals");
+  refused("<emitter type='spot'><texture name='texture' type='checkerboard'/></emitter>", "has a texture");
+  refused("<sensor type='perspective'><float name='principal_point_offset_x' value='0.1'/></sensor>",
+          "principal_point_offset_x");
+  refused("<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>"
+          "<texture name='color1' type='checkerboard'/></texture></bsdf></shape>",
+          "has a texture as color1");
 }
 
 TEST(MitsubaLoader, BrokenXmlNamesTheLine) {
