@@ -1,6 +1,6 @@
-// Hard case 3: closed rooms let no light in and lit surfaces do not shade themselves, in four million camera samples that
-// meet a surface at each place and size. Every single sample is looked at: one that leaks or shades itself fails the
-// test.
+// Hard case 3: closed rooms let no light in and lit surfaces do not shade themselves, in four million camera samples
+// that meet a surface at each place and size. Every single sample is looked at: one that leaks or shades itself fails
+// the test.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -135,8 +135,7 @@ TEST_P(Acne, NoneInFourMillionSamplesOfConvexBodies) {
   const Body bodies[] = {
       {floor, {{1.5, 28, 640, 384}, {0.5, 12, 1024, 256}, {0.02, 0.5, 4096, 64}}},
       {tilted, {{1.5, 30, 512, 512}, {0.5, 36, 512, 512}, {0.02, 36, 512, 512}}},
-      {bumpy_ball({0, 0, 0}, 1, 60, 0, false, 7),
-       {{1.5, 44, 544, 544}, {0.5, 50, 544, 544}, {0.02, 50, 544, 544}}},
+      {bumpy_ball({0, 0, 0}, 1, 60, 0, false, 7), {{1.5, 44, 544, 544}, {0.5, 50, 544, 544}, {0.02, 50, 544, 544}}},
   };
   const double albedo = 0.5, irradiance = 10;
   std::uint64_t on_surfaces = 0;
