@@ -50,18 +50,21 @@ inline void place(SceneDescription& scene, Object object, const Placement& place
   add_instance(scene, index, aside);
 }
 
-// Calls visit(half, features) for each sample of `films` square films of `side` pixels: one sample of each half in a
-// pixel, so that half.sum is that sample. `pose(i)` is the camera of film i.
-template <class Pose, class Visit>
-void for_each_camera_sample(const RenderScene& scene, int films, int side, PathSettings settings, const Pose& pose,
-                            const Visit& visit) {
-  for (int i = 0; i < films; ++i) {
-    settings.seed = std::uint64_t(i);
-    const Film film = render(scene, pose(i), side, side, 1, settings);
-    for (int y = 0; y < side; ++y) {
-      for (int x = 0; x < side; ++x) {
-        for (int h = 0; h < kHalves; ++h) visit(film.half(h, x, y), film.features(x, y), h);
-      }
+// Calls visit(half, features, h) for each sample of a film: one sample of each of `halves` in a pixel, so that half.sum
+// is that sample. The features are those of half A.
+template <class Visit>
+void for_each_camera_sample(const RenderScene& scene, const CameraPose& pose, int width, int height, int halves,
+                            const PathSettings& settings, const Visit& visit) {
+  Film film(width, height);
+  const Camera camera(pose, width, height, scene.origin());
+  const CancelToken never;
+  TraceStats stats;
+  for (int h = 0; h < halves; ++h) {
+    ASSERT_TRUE(trace_window(scene, camera, settings, {h, 0, 1}, film.bounds(), never, film, stats));
+  }
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int h = 0; h < halves; ++h) visit(film.half(h, x, y), film.features(x, y), h);
     }
   }
 }

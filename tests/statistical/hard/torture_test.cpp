@@ -1,10 +1,12 @@
 // No NaN and no Inf: the torture set, scenes thrown together at random from what is allowed but extreme. A short run of
-// it here; HELIO_TORTURE_SAMPLES=1e9 for the long one, whose outcome tests/README.md tells.
+// it here; HELIO_TORTURE_SAMPLES=1e9 for the long one, whose outcome tests/README.md tells. Half of the scenes are
+// rendered with light paths, of which no splat may be invalid either.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <string>
 
+#include "renderer/film/light_tiles.h"
 #include "renderer/trace/sample_trace.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
@@ -12,13 +14,13 @@
 namespace helio::test {
 namespace {
 
-constexpr int kSide = 32;
+constexpr int kWidth = 2 * kLightTile, kHeight = 16;
 constexpr std::uint32_t kSamplesPerHalf = 32;
-constexpr double kSamplesPerScene = double(kSide) * kSide * kSamplesPerHalf * kHalves;
+constexpr double kSamplesPerScene = double(kWidth) * kHeight * kSamplesPerHalf * kHalves;
 
 double samples_wanted() {
   const char* text = std::getenv("HELIO_TORTURE_SAMPLES");
-  return text ? std::max(kSamplesPerScene, std::strtod(text, nullptr)) : 32 * kSamplesPerScene;
+  return text ? std::max(kSamplesPerScene, std::strtod(text, nullptr)) : 20 * kSamplesPerScene;
 }
 
 // Numbers in the places where formulas change their course.
@@ -150,17 +152,60 @@ CameraPose extreme_camera(Extremes& x, float scale) {
 std::string where(const RenderScene& scene, const CameraPose& pose, const PathSettings& settings,
                   const InvalidSample& sample) {
   SampleTrace trace;
-  trace.width = trace.height = kSide;
+  trace.width = kWidth;
+  trace.height = kHeight;
   trace.sample = sample;
-  trace_sample(scene, Camera(pose, kSide, kSide, scene.origin()), settings, CancelToken(), trace);
+  trace_sample(scene, Camera(pose, kWidth, kHeight, scene.origin()), settings, CancelToken(), trace);
   const auto first = first_not_finite(trace);
   return first ? "vertex " + std::to_string(first->vertex) + ": " + first->quantity : "finite when traced again";
+}
+
+// Half of the scenes as the path tracer has them, the others with light paths.
+Integrator integrator_of(std::uint64_t seed) {
+  static constexpr Integrator kTurns[] = {Integrator::path,  Integrator::bdpt, Integrator::path,
+                                          Integrator::light, Integrator::path, Integrator::path_bdpt};
+  return kTurns[seed % std::size(kTurns)];
+}
+
+// With pt+bdpt the left one of two tiles has light paths.
+Film film_for(Integrator integrator) {
+  FilmState state;
+  state.splats = integrator != Integrator::path;
+  Film film(kWidth, kHeight, state);
+  if (integrator == Integrator::path_bdpt) {
+    auto tiles = std::make_shared<LightTiles>(kWidth, kHeight, false);
+    tiles->set(0, true);
+    film.set_light_tiles(std::move(tiles));
+  }
+  return film;
+}
+
+void trace_all(const RenderScene& scene, const CameraPose& pose, const PathSettings& settings, Film& film,
+               TraceStats& stats) {
+  const Camera camera(pose, kWidth, kHeight, scene.origin());
+  const CancelToken never;
+  for (int half = 0; half < kHalves; ++half) {
+    for (int x = 0; x < kWidth; x += kLightTile) {
+      const PixelRect tile{x, 0, x + kLightTile, kHeight};
+      EXPECT_TRUE(trace_window(scene, camera, settings, {half, 0, kSamplesPerHalf}, tile, never, film, stats));
+    }
+  }
+}
+
+bool is_lit(const Film& film) {
+  if (mean_of(film).mean.x > 0) return true;
+  for (int pixel = 0; film.splats() && pixel < kWidth * kHeight; ++pixel) {
+    for (int half = 0; half < kHalves; ++half) {
+      if (film.splats()->mean(half, pixel % kWidth, pixel / kWidth).x > 0) return true;
+    }
+  }
+  return false;
 }
 
 TEST(Torture, NoSampleIsInvalid) {
   const double wanted = samples_wanted();
   double samples = 0;
-  std::uint64_t invalid = 0, lit = 0;
+  std::uint64_t invalid = 0, invalid_splats = 0, lit = 0, light_paths = 0;
   for (std::uint64_t seed = 1; samples < wanted; ++seed) {
     Extremes x(seed);
     const float scale = x.log_uniform(1e-4f, 1e6f);
@@ -171,19 +216,26 @@ TEST(Torture, NoSampleIsInvalid) {
     settings.seed = seed;
     settings.max_segments = x.chance(0.1f) ? 200 : 10;
     settings.roulette_from = x.chance(0.1f) ? 200 : 3;
+    settings.integrator = integrator_of(seed);
     TraceStats stats;
-    const Film film = render(*scene, pose, kSide, kSide, kSamplesPerHalf, settings, &stats);
+    Film film = film_for(settings.integrator);
+    trace_all(*scene, pose, settings, film, stats);
     samples += kSamplesPerScene;
     invalid += stats.invalid_samples;
-    lit += mean_of(film).mean.x > 0;
-    EXPECT_EQ(stats.invalid_samples, 0u)
-        << "scene " << seed << ", pixel " << stats.first_invalid.x << "," << stats.first_invalid.y << ", half "
-        << stats.first_invalid.half << ", sample " << stats.first_invalid.index << "; "
-        << where(*scene, pose, settings, stats.first_invalid);
-    if (invalid > 0 && HasFailure() && seed > 200) break;
+    invalid_splats += stats.invalid_splats;
+    light_paths += stats.light_paths;
+    lit += is_lit(film);
+    EXPECT_EQ(stats.invalid_samples, 0u) << "scene " << seed << ", " << to_string(settings.integrator) << ", pixel "
+                                         << stats.first_invalid.x << "," << stats.first_invalid.y << ", half "
+                                         << stats.first_invalid.half << ", sample " << stats.first_invalid.index << "; "
+                                         << where(*scene, pose, settings, stats.first_invalid);
+    EXPECT_EQ(stats.invalid_splats, 0u) << "scene " << seed << ", " << to_string(settings.integrator);
+    if (HasFailure() && seed > 200) break;
   }
-  std::printf("%.3g samples in scenes of which %llu are lit, %llu invalid\n", samples,
-              static_cast<unsigned long long>(lit), static_cast<unsigned long long>(invalid));
+  std::printf(
+      "%.3g samples and %.3g light paths in scenes of which %llu are lit, %llu samples and %llu splats invalid\n",
+      samples, double(light_paths), static_cast<unsigned long long>(lit), static_cast<unsigned long long>(invalid),
+      static_cast<unsigned long long>(invalid_splats));
   EXPECT_GT(double(lit), 0.5 * samples / kSamplesPerScene) << "scenes without light test nothing";
 }
 

@@ -51,6 +51,19 @@ TEST(RenderSettings, PixelsAreLimitedWithoutOverflow) {
   EXPECT_EQ(problems_of(s), "settings.width x height: 65536 x 65536 = 4294967296 pixels is outside [1, 67108864]");
 }
 
+// Hard case 8: nothing is allocated for looking at them.
+TEST(RenderSettings, TheLargestFilmIsAllowedAndOnePixelMoreIsNot) {
+  RenderSettings s;
+  s.width = s.height = 8192;
+  EXPECT_EQ(problems_of(s), "");
+  s.width = 65536;
+  s.height = 1024;
+  EXPECT_EQ(problems_of(s), "");
+  s.width = 41605;
+  s.height = 1613;
+  EXPECT_EQ(problems_of(s), "settings.width x height: 41605 x 1613 = 67108865 pixels is outside [1, 67108864]");
+}
+
 TEST(RenderSettings, RegionMustLieInTheFilm) {
   RenderSettings s;
   s.width = 100;

@@ -106,6 +106,29 @@ inline void check_samples_follow_density(const NamedMaterial& material, std::uin
   }
 }
 
+// The probability that a delta sample reports is the frequency with which it comes; the rest is the density's.
+inline void check_delta_probabilities(const NamedMaterial& material, double angle, int samples, std::uint64_t seed) {
+  V3f wo = direction_at(angle, 25);
+  if (material.from_inside) wo.z = -wo.z;
+  double reflected = 0, transmitted = 0, p_reflected = 0, p_transmitted = 0;
+  Random random(seed);
+  for (int i = 0; i < samples; ++i) {
+    const float u_lobe = random.next_float();
+    const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+    if (!sample.delta) continue;
+    (sample.transmitted ? transmitted : reflected) += 1;
+    (sample.transmitted ? p_transmitted : p_reflected) = sample.pdf_w;
+  }
+  const double diffuse = samples - reflected - transmitted;
+  const double p_diffuse = integrate_sphere(
+      SphereMap(V3f(0, 0, 1), 1), [&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; });
+  EXPECT_NEAR(p_diffuse + p_reflected + p_transmitted, 1, 1e-4);
+  const auto five_sigma = [&](double p) { return 5 * std::sqrt(p * (1 - p) / samples) + 1e-4; };
+  EXPECT_NEAR(reflected / samples, p_reflected, five_sigma(p_reflected));
+  EXPECT_NEAR(transmitted / samples, p_transmitted, five_sigma(p_transmitted));
+  EXPECT_NEAR(diffuse / samples, p_diffuse, five_sigma(p_diffuse));
+}
+
 struct Furnace {
   Rgb power{0, 0, 0};        // returned, the radiance factor of refraction taken out
   V3d deviation{0, 0, 0};    // its standard error

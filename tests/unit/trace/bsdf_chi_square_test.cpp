@@ -5,17 +5,19 @@
 #include "renderer/trace/bsdf.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
-#include "tests/unit/trace/bsdf_cases.h"
+#include "tests/unit/trace/bsdf_checks.h"
 
 namespace helio::test {
 namespace {
 
 constexpr int kSamples = kChiSquareSamples;
 constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
+// The roughest, and those next to the delta switch: the smallest that is a lobe, and one a little larger.
+constexpr float kHardAlphas[] = {kDeltaAlpha, 0.0011f, 0.5f, 1.0f};
 constexpr double kAngles[] = {0, 50, 80, 89.9};
 constexpr MicrofacetDistribution kDistributions[] = {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann};
 // Materials x distributions x alphas x angles x parts: an upper bound suffices.
-constexpr int kTests = 13 * 2 * 3 * 4 * 2;
+constexpr int kTests = 13 * 2 * 3 * 4 * 2 + 3 * 2 * 4 * 3 * 3;
 
 // Which light a histogram counts: every other sample belongs elsewhere.
 enum class Part { reflected, transmitted };
@@ -145,6 +147,26 @@ INSTANTIATE_TEST_SUITE_P(, BsdfChiSquareAtAlpha,
                                   std::to_string(std::lround(std::get<1>(info.param) * 100)) + "_percent";
                          });
 
+class BsdfChiSquareAtHardAlpha : public testing::TestWithParam<std::tuple<MicrofacetDistribution, float>> {};
+
+TEST_P(BsdfChiSquareAtHardAlpha, ConductorAndGlass) {
+  for (const NamedMaterial& material : materials_at(std::get<0>(GetParam()), std::get<1>(GetParam()))) {
+    if (material.name != "conductor" && !material.name.starts_with("glass from")) continue;
+    ASSERT_FALSE(is_pure_delta(material.params));
+    // The half vector of float directions is known to 6e-8 / (2 cosine): at 89.9 degrees to 2 % of the smallest alphas,
+    // which a million samples show.
+    for (const double angle : {0.0, 80.0, material.params.alpha < 0.01f ? 89.0 : 89.9})
+      expect_samples_follow_density(material, angle);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, BsdfChiSquareAtHardAlpha,
+                         testing::Combine(testing::ValuesIn(kDistributions), testing::ValuesIn(kHardAlphas)),
+                         [](const auto& info) {
+                           return name_of(std::get<0>(info.param)) + "_alpha_" +
+                                  std::to_string(std::lround(std::get<1>(info.param) * 1e4)) + "_of_10000";
+                         });
+
 // The delta switch: below it the only density left is that of the diffuse base.
 TEST(BsdfChiSquare, SmoothMaterials) {
   for (const NamedMaterial& material : materials_at(MicrofacetDistribution::ggx, 0.5f * kDeltaAlpha)) {
@@ -169,27 +191,37 @@ TEST(BsdfChiSquare, SmoothMaterials) {
 
 // The probability that a delta sample reports is the frequency with which it comes.
 TEST(BsdfChiSquare, DeltaProbabilities) {
-  for (const NamedMaterial& material : materials_at(MicrofacetDistribution::ggx, 0)) {
-    SCOPED_TRACE(material.name);
-    V3f wo = direction_at(55, 25);
-    if (material.from_inside) wo.z = -wo.z;
-    double reflected = 0, transmitted = 0, p_reflected = 0, p_transmitted = 0;
-    Random random(19);
-    for (int i = 0; i < kSamples; ++i) {
-      const float u_lobe = random.next_float();
-      const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
-      if (!sample.delta) continue;
-      (sample.transmitted ? transmitted : reflected) += 1;
-      (sample.transmitted ? p_transmitted : p_reflected) = sample.pdf_w;
+  const float below = std::nextafter(kDeltaAlpha, 0.0f);
+  for (const float alpha : {0.0f, 1e-4f, below}) {
+    for (const NamedMaterial& material : materials_at(MicrofacetDistribution::ggx, alpha)) {
+      SCOPED_TRACE(material.name + ", alpha " + std::to_string(alpha));
+      check_delta_probabilities(material, 55, kSamples, 19);
     }
-    const double diffuse = kSamples - reflected - transmitted;
-    const double p_diffuse = integrate_sphere(
-        SphereMap(V3f(0, 0, 1), 1), [&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; });
-    EXPECT_NEAR(p_diffuse + p_reflected + p_transmitted, 1, 1e-4);
-    const auto five_sigma = [](double p) { return 5 * std::sqrt(p * (1 - p) / kSamples) + 1e-4; };
-    EXPECT_NEAR(reflected / kSamples, p_reflected, five_sigma(p_reflected));
-    EXPECT_NEAR(transmitted / kSamples, p_transmitted, five_sigma(p_transmitted));
-    EXPECT_NEAR(diffuse / kSamples, p_diffuse, five_sigma(p_diffuse));
+  }
+}
+
+// Of metal and glass nothing but deltas is left below the switch, whatever the distribution.
+TEST(BsdfChiSquare, BelowTheSwitchAllIsDelta) {
+  for (const MicrofacetDistribution distribution : kDistributions) {
+    for (const float alpha : {0.0f, 1e-4f, std::nextafter(kDeltaAlpha, 0.0f)}) {
+      for (const NamedMaterial& material : materials_at(distribution, alpha)) {
+        if (material.name != "conductor" && material.name != "metal" && !material.name.starts_with("glass")) continue;
+        SCOPED_TRACE(material.name + ", alpha " + std::to_string(alpha));
+        EXPECT_TRUE(is_pure_delta(material.params));
+        Random random(20);
+        for (const double angle : kAngles) {
+          V3f wo = direction_at(angle, 25);
+          if (material.from_inside) wo.z = -wo.z;
+          for (int i = 0; i < 1000; ++i) {
+            const float u_lobe = random.next_float();
+            const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
+            ASSERT_TRUE(sample.valid() && sample.delta);
+            ASSERT_EQ(evaluate_bsdf(material.params, wo, sample.wi).pdf_w, 0);
+            if (!sample.transmitted) ASSERT_LT(length(sample.wi - V3f(-wo.x, -wo.y, wo.z)), 1e-6f);
+          }
+        }
+      }
+    }
   }
 }
 

@@ -141,6 +141,15 @@ TEST(Pane, ReflectsTwice) {
   EXPECT_TRUE(is_pure_delta(pane(1.5f)));
 }
 
+TEST(Pane, DeltaProbabilities) {
+  for (const float ior : {0.7f, 1.0f, 1.5f, 2.4f}) {
+    for (const double angle : {0.0, 55.0, 80.0, 89.9}) {
+      SCOPED_TRACE(std::to_string(ior) + ", " + std::to_string(angle) + " degrees");
+      check_delta_probabilities({"pane", pane(ior)}, angle, kChiSquareSamples, 23);
+    }
+  }
+}
+
 // Burley 2012, eq. 4, seen and lit along the normal: schlick terms 0, so f = base / pi (and the facets, taken away by
 // an ior of 1).
 TEST(Principled, DiffuseAlongTheNormalIsLamberts) {

@@ -20,7 +20,7 @@ TEST(ShapePoints, PlanarLightsAreCoveredEvenly) {
   for (const bool is_triangle : {false, true}) {
     const AreaShape shape = is_triangle ? make_triangle_shape(kCorner, kE1, kE2, kNormal, false)
                                         : make_parallelogram_shape(kCorner, kE1, kE2, kNormal, false);
-    constexpr int kCells = 16, kCount = 400000;
+    constexpr int kCells = 16, kCount = test::kChiSquareSamples;
     std::vector<double> observed(kCells * kCells), expected(kCells * kCells);
     for (int y = 0; y < kCells; ++y) {
       for (int x = 0; x < kCells; ++x) {
@@ -44,7 +44,7 @@ TEST(ShapePoints, SpheresAreCoveredEvenly) {
   const AreaShape sphere = make_sphere_shape({1, 2, 3}, 0.5f, true);
   test::SphereHistogram histogram({0, 1, 0});
   Random random(2);
-  for (int i = 0; i < 400000; ++i) {
+  for (int i = 0; i < test::kChiSquareSamples; ++i) {
     const ShapePoint p = sample_shape_point(sphere, random.next_v2f());
     ASSERT_LT(length((p.position - sphere.center) / 0.5f - p.normal), 1e-5f);
     histogram.add(p.normal);
@@ -67,7 +67,7 @@ TEST(ShapePoints, EllipsoidsAreCoveredEvenly) {
   for (const AreaShape& shape : ellipsoids) {
     test::SphereHistogram histogram({0.6f, 0, 0.8f});
     Random random(seed++);
-    for (int i = 0; i < 400000; ++i) {
+    for (int i = 0; i < test::kChiSquareSamples; ++i) {
       const ShapePoint p = sample_shape_point(shape, random.next_v2f());
       // On the surface: the inverse map takes it back to the unit direction. Outwards: away from the centre.
       ASSERT_NEAR(length(p.local), 1, 1e-5f);
