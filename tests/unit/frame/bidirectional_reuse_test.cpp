@@ -5,6 +5,7 @@
 
 #include "renderer/film/film.h"
 #include "renderer/metrics/error_metrics.h"
+#include "renderer/trace/technique_history.h"
 #include "tests/support/edited_scenes.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
@@ -261,34 +262,38 @@ TEST(BidirectionalReuseEdit, KeepsWhatAnEditLeavesTrue) {
   EXPECT_LT(mse(picture, truth), 0.7 * mse(restarted.render(yard_camera(), 8), truth));
 }
 
-double choose_seconds(const ViewPicture& picture) {
-  for (const PassTime& pass : picture.end.passes) {
-    if (pass.pass == "choose") return pass.seconds;
-  }
-  return 0;
-}
-
-// Processor time; a step that brings no tile into view asks the history alone. Without reuse every view chooses anew.
+// By what the loop keeps: each view that was probed adds to it. Without reuse every view chooses anew.
 TEST(BidirectionalReuseChoice, WhatEarlierViewsChoseIsNotProbedAgain) {
   RenderEngine engine(2);
   const auto scene = load_own_scene("cornell-covered");
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
-  for (const RenderMode mode : {RenderMode::reproject, RenderMode::pt}) {
+  std::size_t grid = 0;  // what every loop keeps beside its film once it has a view
+  for (const RenderMode mode : {RenderMode::pt, RenderMode::reproject}) {
     RenderSettings settings = settings_of(mode, Integrator::path_bdpt);
     settings.width = settings.height = 256;
     LoopViews views(engine, scene, settings);
-    const double first = choose_seconds(views.render(turned_and_shifted(home, 0.2, 0), 1));
-    const ViewPicture& moved = views.render(home, 1);
-    EXPECT_GT(first, 0);
-    EXPECT_GT(moved.end.progress.trace.light_paths, 0u);
-    if (mode == RenderMode::reproject) {
-      EXPECT_GT(choose_seconds(moved), 0);
-      EXPECT_LT(choose_seconds(moved), 0.3 * first);
-    } else {
-      EXPECT_GT(choose_seconds(moved), 0.3 * first);
+    const auto bytes_after = [&](const CameraPose& pose) {
+      EXPECT_GT(views.render(pose, 1).end.progress.trace.light_paths, 0u);
+      return views.loop().memory_bytes();
+    };
+    const std::size_t nothing = views.loop().memory_bytes();
+    const std::size_t first = bytes_after(turned_and_shifted(home, 12, 0)) - nothing;
+    const std::size_t step = bytes_after(turned_and_shifted(home, 11.8, 0)) - nothing;
+    const std::size_t turn = bytes_after(home) - nothing;
+    if (mode == RenderMode::pt) {
+      EXPECT_EQ(step, first);
+      EXPECT_EQ(turn, first);
+      grid = first;
+      continue;
     }
-    const double away = choose_seconds(views.render(turned_and_shifted(home, 180, 0), 1));
-    EXPECT_GT(away, 0.3 * first);
+    EXPECT_GE(first, grid + 64 * sizeof(TileEstimate));
+    EXPECT_EQ(step, first) << "nothing has come into view";
+    EXPECT_GT(turn, step);
+    settings.seed = 9;
+    Budget one;
+    one.samples = 1;
+    views.render(home, one, settings);
+    EXPECT_EQ(views.loop().memory_bytes() - nothing, first) << "other settings, another choice";
   }
 }
 
