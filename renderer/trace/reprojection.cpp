@@ -365,8 +365,7 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   carried.bias2 = lookup.bias2;
   carried.age = lookup.age + 1;
   for (int h = 0; h < kHalves; ++h) {
-    for (int k = 0; k < DirectionReservoir::kPlaces; ++k)
-      directions.place[h][k] = lookup.directions.place[from(h)][k];
+    for (int k = 0; k < DirectionReservoir::kPlaces; ++k) directions.place[h][k] = lookup.directions.place[from(h)][k];
   }
 }
 

@@ -38,10 +38,10 @@ class BidirectionalReuse : public testing::TestWithParam<Case> {
 };
 
 // The mean over the picture, at the end of a path of a few turns and a step to the side, and after a rest.
-// In the covered box (bdpt, 96 seeds) it was off by -0.23 % +- 0.02 % after that, in mode reproject by 0.00 % +- 0.02 %;
-// at 64x64 by -0.11 % +- 0.02 %, at 128x128 by -0.03 % +- 0.02 %. Lookups between pixels smooth: they take light from
-// bright pixels and give it to dark ones, and where fresh samples follow relative errors the dark ones forget it sooner.
-// With counts for absolute errors, which follow the bright ones, it was +0.24 % +- 0.03 %.
+// In the covered box (bdpt, 96 seeds) it was off by -0.23 % +- 0.02 % after that, in mode reproject by 0.00 % +- 0.02
+// %; at 64x64 by -0.11 % +- 0.02 %, at 128x128 by -0.03 % +- 0.02 %. Lookups between pixels smooth: they take light
+// from bright pixels and give it to dark ones, and where fresh samples follow relative errors the dark ones forget it
+// sooner. With counts for absolute errors, which follow the bright ones, it was +0.24 % +- 0.03 %.
 TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));

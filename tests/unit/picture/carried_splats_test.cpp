@@ -69,7 +69,8 @@ TEST(CarriedSplats, CountAsMuchAsTheFreshSamplesThatTheyComeWith) {
   EXPECT_EQ(sum_of_means(film, {0, 0, 3, 1}, 0), 3 * (9.0 + 9 + 10));
   HistorySource source(4, 1);
   source.gather(film, film.bounds(), film.bounds());
-  for (int x = 0; x < 4; ++x) EXPECT_EQ(source.pixel(x, 0).means.mean(0)[2], x == 1 ? 9 : expected[std::size_t(x)]) << x;
+  for (int x = 0; x < 4; ++x)
+    EXPECT_EQ(source.pixel(x, 0).means.mean(0)[2], x == 1 ? 9 : expected[std::size_t(x)]) << x;
   EXPECT_EQ(source.pixel(1, 0).means.mean(1)[2], 10);
 }
 

@@ -240,9 +240,10 @@ TEST(MitsubaLoader, PropertiesThatAreNotSupportedAreRefusedByName) {
   refused("<emitter type='spot'><texture name='texture' type='checkerboard'/></emitter>", "has a texture");
   refused("<sensor type='perspective'><float name='principal_point_offset_x' value='0.1'/></sensor>",
           "principal_point_offset_x");
-  refused("<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>"
-          "<texture name='color1' type='checkerboard'/></texture></bsdf></shape>",
-          "has a texture as color1");
+  refused(
+      "<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>"
+      "<texture name='color1' type='checkerboard'/></texture></bsdf></shape>",
+      "has a texture as color1");
 }
 
 TEST(MitsubaLoader, BrokenXmlNamesTheLine) {
