@@ -30,6 +30,15 @@ int small(int size, int scale) {
   return (size + scale - 1) / scale;
 }
 
+// What a part of the large picture is in.
+PixelRect small(const PixelRect& part, int scale) {
+  return {part.x0 / scale, part.y0 / scale, small(part.x1, scale), small(part.y1, scale)};
+}
+
+PixelRect grown(const PixelRect& part) {
+  return {part.x0 - kLightTile, part.y0 - kLightTile, part.x1 + kLightTile, part.y1 + kLightTile};
+}
+
 PathSettings probe_settings(PathSettings settings, Integrator integrator) {
   settings.integrator = integrator;
   settings.region = {};
@@ -174,11 +183,10 @@ void TechniqueProbe::find_unknown() {
   }
   if (unknown.empty()) return measured_.assign(tiles_.size(), false);
   // A tile's estimate takes in its neighbours.
-  unknown = intersect(
-      {unknown.x0 - kLightTile, unknown.y0 - kLightTile, unknown.x1 + kLightTile, unknown.y1 + kLightTile}, region_);
+  unknown = intersect(grown(unknown), region_);
   for (std::size_t t = 0; t < tiles_.size(); ++t)
     measured_[t] = measured_[t] && !intersect(tiles_.window(t), unknown).empty();
-  picture_ = {unknown.x0 / scale_, unknown.y0 / scale_, small(unknown.x1, scale_), small(unknown.y1, scale_)};
+  picture_ = small(unknown, scale_);
   for (int half = 0; half < kHalves; ++half) {
     for (int y = picture_.y0 / kPathGroupSize * kPathGroupSize; y < picture_.y1; y += kPathGroupSize) {
       for (int x = picture_.x0 / kPathGroupSize * kPathGroupSize; x < picture_.x1; x += kPathGroupSize)
@@ -202,11 +210,8 @@ double TechniqueProbe::mean_cost(int technique) const {
 
 // Errors of what the small pictures show of a tile; none: nothing, or no light.
 std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor) const {
-  const PixelRect tile = tiles_.window(t);
   // A tile and its neighbours: a tile has few pixels in the small picture.
-  const PixelRect window = intersect({(tile.x0 - kLightTile) / scale_, (tile.y0 - kLightTile) / scale_,
-                                      small(tile.x1 + kLightTile, scale_), small(tile.y1 + kLightTile, scale_)},
-                                     picture_);
+  const PixelRect window = intersect(small(grown(tiles_.window(t)), scale_), picture_);
   if (window.empty()) return std::nullopt;
   double level = 0, rare = 0, differences[kTechniques] = {0, 0};
   for (int y = window.y0; y < window.y1; ++y) {
@@ -238,9 +243,7 @@ void TechniqueProbe::choose() {
     view.brightness = whole() ? mean_luminance(pictures_->films[1], picture_) : known_.back()->brightness;
     view.tiles.resize(tiles_.size());
     const double floor = kEpsilon * view.brightness * view.brightness;
-    const PixelRect whole_picture{region_.x0 / scale_, region_.y0 / scale_, small(region_.x1, scale_),
-                                  small(region_.y1, scale_)};
-    const double share = double(picture_.area()) / double(whole_picture.area());
+    const double share = double(picture_.area()) / double(small(region_, scale_).area());
     const double cost[kTechniques] = {mean_cost(0), mean_cost(1)};
     for (std::size_t t = 0; t < tiles_.size(); ++t) {
       if (!measured_[t]) continue;
