@@ -137,7 +137,8 @@ TEST_F(StreamTest, EachBudgetIsNamedWhenItEndsTheFrame) {
   EXPECT_EQ(ends[1].reason(), pb::END_REASON_SAMPLES);
   EXPECT_EQ(ends[1].totals().samples_per_pixel(), 3u);
   EXPECT_EQ(ends[2].reason(), pb::END_REASON_TIME);
-  EXPECT_GE(ends[2].totals().seconds(), 0.05);
+  // A frame keeps time back, at most half of its own, to measure and show what it made.
+  EXPECT_GE(ends[2].totals().seconds(), 0.05 / 2);
   EXPECT_EQ(ends[3].reason(), pb::END_REASON_ERROR);
   EXPECT_TRUE(ends[3].totals().error().known());
   EXPECT_LE(ends[3].totals().error().rmse(), 1e-3);
