@@ -10,6 +10,7 @@
 #include "process.h"
 #include "renderer/base/clock.h"
 #include "service_fixture.h"
+#include "tcp_relay.h"
 
 namespace helio::test {
 namespace {
@@ -151,15 +152,18 @@ TEST_F(RenderClientTest, RunsAPathViewByView) {
 TEST_F(RenderClientTest, ACancelledJobTellsWhatItDid) {
   JobCallbacks callbacks;
   FrameAssembler picture;
+  std::thread canceller;
   callbacks.accepted = [&](const auto& accepted) {
     EXPECT_TRUE(picture.begin(accepted.settings()));
-    std::thread([client = client_.get(), id = accepted.job_id()] {
+    canceller = std::thread([client = client_.get(), id = accepted.job_id()] {
       std::this_thread::sleep_for(std::chrono::milliseconds(300));
       EXPECT_TRUE(client->cancel_job(id));
-    }).detach();
+    });
   };
   callbacks.tile = [&](pb::Tile tile) { EXPECT_TRUE(picture.add(std::move(tile))); };
   const auto end = client_->run_job(job(1u << 30), callbacks);
+  ASSERT_TRUE(canceller.joinable());
+  canceller.join();
   ASSERT_TRUE(end) << end.error().to_string();
   EXPECT_EQ(end->reason(), pb::END_REASON_CANCELLED);
   EXPECT_TRUE(picture.complete());
@@ -310,6 +314,14 @@ TEST(RenderClientConnect, RefusedAtOnceOrAfterTheWait) {
   EXPECT_FALSE(RenderClient::connect("127.0.0.1:1", patient));
   EXPECT_GE(now_s() - again, 0.45);
   EXPECT_EQ(RenderClient::connect("nowhere").error().code, ErrorCode::invalid_argument);
+}
+
+TEST_F(RenderClientTest, ASlowLinkConnects) {
+  const std::string address = server_->address();
+  const TcpRelay link(std::stoi(address.substr(address.rfind(':') + 1)), 1.5);
+  const auto client = RenderClient::connect(link.address());
+  ASSERT_TRUE(client) << client.error().to_string();
+  EXPECT_TRUE((*client)->server_info());
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
+
 namespace helio::test {
 namespace {
 
@@ -19,7 +21,7 @@ sockaddr_in loopback(int port) {
 
 }  // namespace
 
-TcpRelay::TcpRelay(int daemon_port) {
+TcpRelay::TcpRelay(int daemon_port, double silent_s) {
   listener_ = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = loopback(0);
   socklen_t size = sizeof address;
@@ -27,7 +29,7 @@ TcpRelay::TcpRelay(int daemon_port) {
   EXPECT_EQ(listen(listener_, 8), 0);
   getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
   port_ = ntohs(address.sin_port);
-  acceptor_ = std::thread([this, daemon_port] { accept_connections(daemon_port); });
+  acceptor_ = std::thread([=, this] { accept_connections(daemon_port, silent_s); });
 }
 
 TcpRelay::~TcpRelay() {
@@ -39,8 +41,9 @@ TcpRelay::~TcpRelay() {
   close(listener_);
 }
 
-void TcpRelay::accept_connections(int daemon_port) {
+void TcpRelay::accept_connections(int daemon_port, double silent_s) {
   for (int client; (client = accept(listener_, nullptr, nullptr)) >= 0;) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(silent_s));
     const int daemon = socket(AF_INET, SOCK_STREAM, 0);
     const sockaddr_in address = loopback(daemon_port);
     EXPECT_EQ(connect(daemon, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);

@@ -11,14 +11,15 @@ namespace helio::test {
 
 class TcpRelay {
  public:
-  explicit TcpRelay(int port);  // of the daemon on 127.0.0.1
+  // The port of the daemon on 127.0.0.1; how long a new connection is silent before bytes pass, as over a slow link.
+  explicit TcpRelay(int port, double silent_s = 0);
   ~TcpRelay();
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
   void cut();
 
  private:
-  void accept_connections(int daemon_port);
+  void accept_connections(int daemon_port, double silent_s);
   static void pass(int from, int to);
 
   int listener_ = -1, port_ = 0;
