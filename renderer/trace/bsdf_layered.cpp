@@ -1,5 +1,6 @@
 #include "renderer/trace/bsdf_layered.h"
 
+#include "renderer/trace/bsdf_microfacet.h"
 #include "renderer/trace/fresnel.h"
 #include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/warp.h"
@@ -63,6 +64,10 @@ FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
   return response;
 }
 
+AlbedoTerms albedo_terms(const LayeredLobes& lobes, float mu) {
+  return directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
+}
+
 // Share of the transmitted light that no second facet stops, roughly: refraction bends it away from the horizon.
 float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) {
   return lobes.passage == Passage::thin ? terms.a + terms.b : 1.0f;
@@ -70,16 +75,31 @@ float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) 
 
 }  // namespace
 
+void set_rescattered(float share, const Rgb& mean_reflectance, LayeredLobes& lobes) {
+  lobes.rescattered = Rgb(0, 0, 0);
+  if (lobes.mirror || !(share > 0)) return;
+  const Microfacet& facets = lobes.microfacet;
+  if (is_anisotropic(facets.distribution)) {
+    const auto [less, more] = std::minmax(facets.alpha_along, facets.alpha_across);
+    share *= std::sqrt(less / more);
+  }
+  const float loss = mean_albedo(facets.distribution, facets.alpha).loss(), kept = 1 - loss;
+  if (!(loss > 0)) return;
+  const Rgb& f = mean_reflectance;
+  lobes.rescattered = f * f * (kept * share) / (Rgb(1) - f * loss);
+  lobes.per_mean_loss = 1 / loss;
+}
+
 LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
   LayeredView view;
   view.wo = wo;
   if (!lobes.mirror) view.visible_area = lobes.microfacet.projected_area(wo);
-  const bool base = !is_black(lobes.diffuse);
-  if (!base && lobes.passage != Passage::straight) {
+  if (is_black(lobes.diffuse) && is_black(lobes.rescattered) && lobes.passage != Passage::straight) {
     view.facets = 1;
     return view;
   }
-  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
+  const AlbedoTerms terms = albedo_terms(lobes, wo.z);
+  view.loss = terms.loss();
   view.base_entry =
       lobes.filmed_base ? lobes.filmed_base->entering(wo.z) : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
@@ -90,11 +110,13 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
     facets += lobes.glass * (mean(glass.reflected * lobes.reflection_tint) * (terms.a + terms.b) +
                              mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
-  const float diffuse = mean(lobes.diffuse * view.base_entry), sum = diffuse + facets + straight;
+  const float diffuse = mean(lobes.diffuse * view.base_entry), rescattered = mean(lobes.rescattered) * view.loss;
+  const float sum = diffuse + rescattered + facets + straight;
   if (!(sum > 0)) return view;
   view.diffuse = diffuse / sum;
+  view.rescattered = rescattered / sum;
   view.straight = straight / sum;
-  view.facets = std::max(0.0f, 1 - view.diffuse - view.straight);
+  view.facets = std::max(0.0f, 1 - view.diffuse - view.rescattered - view.straight);
   if (facets == 0) view.facets = 0;
   return view;
 }
@@ -105,6 +127,10 @@ LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi) {
   if (!is_black(lobes.diffuse)) {
     arrival.cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
     arrival.base_exit = base_exit(lobes, wi.z);
+  }
+  if (!is_black(lobes.rescattered)) {
+    arrival.relative_loss = albedo_terms(lobes, wi.z).loss() * lobes.per_mean_loss;
+    arrival.loss_pdf = loss_pdf_w(lobes.microfacet.distribution, lobes.microfacet.alpha, wi.z);
   }
   if (!lobes.mirror) arrival.masking = lobes.microfacet.masking(wi);
   return arrival;
@@ -119,6 +145,10 @@ BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view
   if (view.diffuse > 0) {
     value.f_cos += lobes.diffuse * view.base_entry * arrival.base_exit * arrival.cosine_pdf;
     value.pdf_w += view.diffuse * arrival.cosine_pdf;
+  }
+  if (view.rescattered > 0) {
+    value.f_cos += lobes.rescattered * (view.loss * arrival.relative_loss * cosine_hemisphere_pdf_w(arrival.wi.z));
+    value.pdf_w += view.rescattered * arrival.loss_pdf;
   }
   if (lobes.mirror) return value;
   const FacetResponse response = facet_response(lobes, cos_m);
@@ -215,8 +245,13 @@ BsdfSample sample_facets(const LayeredLobes& lobes, const LayeredView& view, flo
   return sample;
 }
 
-BsdfSample sample_diffuse(const LayeredLobes& lobes, const LayeredView& view, const V2f& u) {
-  const V3f wi = square_to_cosine_hemisphere(u);
+V3f sample_rescattered(const LayeredLobes& lobes, const V2f& u) {
+  const float mu = sample_loss_cosine(lobes.microfacet.distribution, lobes.microfacet.alpha, u.y);
+  const float sine = safe_sqrt((1 - mu) * (1 + mu)), phi = kTwoPi * u.x;
+  return {sine * std::cos(phi), sine * std::sin(phi), mu};
+}
+
+BsdfSample sample_towards(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi) {
   V3f m;
   if (!(wi.z > 0) || !make_normal(view.wo + wi, m)) return {};
   return sample_of(wi, evaluate_reflection(lobes, view, arrival_along(lobes, wi), m, dot(view.wo, m)));
@@ -226,13 +261,12 @@ BsdfSample sample_diffuse(const LayeredLobes& lobes, const LayeredView& view, co
 
 Rgb base_entry(const LayeredLobes& lobes, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->entering(mu);
-  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
-  return Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
+  return Rgb(albedo_terms(lobes, mu).entering(lobes.coat_f0, lobes.coat_f90));
 }
 
 Rgb base_exit(const LayeredLobes& lobes, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
-  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
+  const AlbedoTerms terms = albedo_terms(lobes, mu);
   const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
   const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
   return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
@@ -261,8 +295,10 @@ BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& 
 
 BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u) {
   const LayeredView view = view_along(lobes, wo);
-  if (u_lobe < view.diffuse) return sample_diffuse(lobes, view, u);
+  if (u_lobe < view.diffuse) return sample_towards(lobes, view, square_to_cosine_hemisphere(u));
   u_lobe -= view.diffuse;
+  if (u_lobe < view.rescattered) return sample_towards(lobes, view, sample_rescattered(lobes, u));
+  u_lobe -= view.rescattered;
   if (u_lobe < view.facets) {
     const float rest = std::min(u_lobe / view.facets, kOneMinusEpsilon);
     return lobes.mirror ? sample_mirror(lobes, view.facets, wo, rest) : sample_facets(lobes, view, rest, u);
@@ -273,15 +309,16 @@ BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe
 }
 
 bool is_pure_delta(const LayeredLobes& lobes) {
-  if (!is_black(lobes.diffuse)) return false;
+  if (!is_black(lobes.diffuse) || !is_black(lobes.rescattered)) return false;
   if (lobes.mirror) return true;
   const bool reflects = !is_black(lobes.r0) || lobes.r90 > 0;
   return !reflects && (lobes.passage == Passage::straight || lobes.passage == Passage::none);
 }
 
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
-  const AlbedoTerms terms = directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, wo.z);
-  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z);
+  const AlbedoTerms terms = albedo_terms(lobes, wo.z);
+  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z) +
+               lobes.rescattered * terms.loss();
   if (lobes.passage == Passage::straight) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {

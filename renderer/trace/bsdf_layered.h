@@ -1,7 +1,8 @@
 // The scattering of glTF materials: one rough or smooth interface over a base.
 //
-// Four parts, all of which may be present:
+// Five parts, all of which may be present:
 //   reflection     microfacet lobe; Fresnel term = Schlick part (metal, opaque dielectric) + exact dielectric part
+//   rescattered    what facets of metal send to one another before it leaves
 //   diffuse base   Lambert under the interface
 //   transmission   the same microfacets, through a thin wall or refracted into the volume
 //   straight       the interface has the index of its surroundings: light passes unbent whatever the roughness
@@ -13,14 +14,21 @@
 // interface lets in. A white furnace over plain glTF plastic stays within 0.996 and 1.002, the latter from the tables.
 // Under a film T is thin_film_base.h's.
 //
+// Rescattered light of metal (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"), with the
+// albedo E of the facets for F = 1 and its mean over the hemisphere,
+//   f = F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_mean)),   F_ms = F_mean^2 E_mean / (1 - F_mean (1 - E_mean)),
+// the latter in Hill's form (2018, "A Multifaceted Exploration"): reciprocal, and white metal of any roughness returns
+// all that it gets. For anisotropic facets E is that of their
+// geometric mean and F_ms is scaled by the root of the smaller alpha over the larger: E itself would need two more
+// dimensions, and without the factor white metal would return up to 1.03. Glass has no such term.
+//
 // Transmission scales radiance by 1 / eta^2 on the way of the camera path from this side to a medium of relative
 // index eta, and so by eta^2 on the way out: these are radiance factors (Veach 1997, 5.2); powers are eta^2 times that.
 // Reciprocity: f(wo, wi) = f(wi, wo) for reflection and thin walls, f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2 for
 // refraction.
 //
 // Reflection and transmission share one sampled normal; between the two the choice is by their Fresnel terms there.
-// Lost energy (light that would be scattered by a second facet) and samples below the horizon are the same loss:
-// invalid.
+// Samples below the horizon, whose light would meet a second facet, are invalid.
 #pragma once
 
 #include "renderer/trace/bsdf.h"
@@ -39,6 +47,10 @@ struct LayeredLobes {
   // Schlick part of the reflection: r0 + (r90 - r0) (1 - cos)^5.
   Rgb r0{0, 0, 0};
   float r90 = 0;
+
+  // F_ms above times the share of the surface, and 1 / (1 - E_mean).
+  Rgb rescattered{0, 0, 0};
+  float per_mean_loss = 0;
 
   // Diffuse base, and the Schlick reflectance of what lies over it.
   Rgb diffuse{0, 0, 0};
@@ -68,13 +80,16 @@ struct LayeredLobes {
 Rgb base_entry(const LayeredLobes& lobes, float mu);
 Rgb base_exit(const LayeredLobes& lobes, float mu);
 
-// What of the scattering depends on wo alone: probabilities of choosing the diffuse base, the facets (reflected or
-// transmitted) and the straight passage, from their approximate albedos; the base's share of light entering along wo;
-// and the projected area of the facets that wo sees.
+// Sets these to those of metal with F_mean; the microfacets are set. Nothing of a mirror.
+void set_rescattered(float share, const Rgb& mean_reflectance, LayeredLobes& lobes);
+
+// What of the scattering depends on wo alone: probabilities of choosing the diffuse base, rescattered light, the facets
+// (reflected or transmitted) and the straight passage, from their approximate albedos; the base's share of light
+// entering along wo; 1 - E(wo); and the projected area of the facets that wo sees.
 struct LayeredView {
   V3f wo;
-  float diffuse = 0, facets = 0, straight = 0;
-  float visible_area = 1;
+  float diffuse = 0, rescattered = 0, facets = 0, straight = 0;
+  float visible_area = 1, loss = 0;
   Rgb base_entry{1, 1, 1};
 };
 
@@ -82,6 +97,7 @@ struct LayeredView {
 struct LayeredArrival {
   V3f wi;
   float cosine_pdf = 0, masking = 0;
+  float relative_loss = 0, loss_pdf = 0;  // (1 - E(wi)) / (1 - E_mean), and the density that follows it
   Rgb base_exit{1, 1, 1};
 };
 

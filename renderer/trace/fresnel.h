@@ -12,6 +12,11 @@ inline float schlick_term(float cos_i) {
   return x2 * x2 * x;
 }
 
+// Mean of f0 + (1 - f0) schlick_term over the hemisphere, weighed by the cosine.
+inline Rgb mean_schlick(const Rgb& f0) {
+  return f0 + (Rgb(1) - f0) * (1.0f / 21);
+}
+
 // Reflectance at normal incidence of a dielectric; ior 0 and infinity give 1.
 inline float dielectric_f0(float ior) {
   return sqr((ior - 1) / (ior + 1));

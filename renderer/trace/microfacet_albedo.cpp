@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 #include "renderer/trace/bsdf.h"
 #include "renderer/trace/fresnel.h"
@@ -25,6 +26,8 @@ struct AlbedoTable {
   std::array<AlbedoTerms, kAlphaNodes> mean;
   std::array<std::array<CosineWeights, kMuNodes>, kAlphaNodes> directional_weights;
   std::array<CosineWeights, kAlphaNodes> mean_weights;
+  // int loss() 2 mu dmu up to each node of mu.
+  std::array<std::array<float, kMuNodes>, kAlphaNodes> lost_below;
 };
 
 float fourth_power(float x) {
@@ -102,25 +105,44 @@ void add(CosineWeights& sum, const CosineWeights& weights, float weight) {
   for (std::size_t k = 0; k < CosineWeights::kNodes; ++k) sum.w[k] += weights.w[k] * weight;
 }
 
-// 2 int E(mu) mu dmu = 8 int E(x) x^7 dx with x the fourth root of mu, E linear in x within a cell: what its two nodes
-// weigh are integrals of polynomials of degree 8, exact by five Gauss points.
-template <typename Terms>
-Terms integrate_mean(const std::array<Terms, kMuNodes>& row) {
+// 2 int E(mu) mu dmu = 8 int E(x) x^7 dx with x the fourth root of mu, E linear in x within a cell: what the two nodes
+// of cell i weigh are integrals of polynomials of degree 8, exact by five Gauss points.
+std::pair<double, double> node_weights(int i) {
   constexpr double kNode[5] = {0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332};
   constexpr double kWeight[5] = {0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
                                  0.118463442528095};
+  double low = 0, high = 0;
+  for (int q = 0; q < 5; ++q) {
+    const double t = kNode[q], weight = 8 * std::pow((i + t) / (kMuNodes - 1), 7) * kWeight[q] / (kMuNodes - 1);
+    low += weight * (1 - t);
+    high += weight * t;
+  }
+  return {low, high};
+}
+
+template <typename Terms>
+Terms integrate_mean(const std::array<Terms, kMuNodes>& row) {
   std::array<double, kMuNodes> weights{};
   for (int i = 0; i + 1 < kMuNodes; ++i) {
-    for (int q = 0; q < 5; ++q) {
-      const double t = kNode[q], weight = 8 * std::pow((i + t) / (kMuNodes - 1), 7) * kWeight[q] / (kMuNodes - 1);
-      weights[std::size_t(i)] += weight * (1 - t);
-      weights[std::size_t(i) + 1] += weight * t;
-    }
+    const auto [low, high] = node_weights(i);
+    weights[std::size_t(i)] += low;
+    weights[std::size_t(i) + 1] += high;
   }
   Terms mean{};
   if constexpr (std::is_same_v<Terms, AlbedoTerms>) mean.a = 0;
   for (std::size_t i = 0; i < kMuNodes; ++i) add(mean, row[i], float(weights[i]));
   return mean;
+}
+
+std::array<float, kMuNodes> accumulate_loss(const std::array<AlbedoTerms, kMuNodes>& row) {
+  std::array<float, kMuNodes> below{};
+  double sum = 0;
+  for (int i = 0; i + 1 < kMuNodes; ++i) {
+    const auto [low, high] = node_weights(i);
+    sum += low * double(row[std::size_t(i)].loss()) + high * double(row[std::size_t(i) + 1].loss());
+    below[std::size_t(i) + 1] = float(sum);
+  }
+  return below;
 }
 
 std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distribution) {
@@ -141,6 +163,7 @@ std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distributi
     }
     table->mean[j] = integrate_mean(table->directional[j]);
     table->mean_weights[j] = integrate_mean(table->directional_weights[j]);
+    table->lost_below[j] = accumulate_loss(table->directional[j]);
   }
   return table;
 }
@@ -159,6 +182,32 @@ Terms look_up(const std::array<Terms, kAlphaNodes>& means, float alpha) {
   const CellPosition row = locate_alpha(alpha);
   return mix(means[std::size_t(row.index)], means[std::size_t(row.index) + 1], row.t);
 }
+
+// Share of directions that follow the loss.
+constexpr float kByLoss = 0.875f;
+
+// Squared cosine of a node.
+float squared_node(int i) {
+  return sqr(fourth_power(float(i) / (kMuNodes - 1)));
+}
+
+// What is lost below each node, for one alpha.
+class LostBelow {
+ public:
+  LostBelow(const AlbedoTable& table, float alpha)
+      : row_(locate_alpha(alpha)),
+        low_(table.lost_below[std::size_t(row_.index)]),
+        high_(table.lost_below[std::size_t(row_.index) + 1]) {}
+
+  float operator[](int i) const {
+    return low_[std::size_t(i)] + (high_[std::size_t(i)] - low_[std::size_t(i)]) * row_.t;
+  }
+  float all() const { return (*this)[kMuNodes - 1]; }
+
+ private:
+  CellPosition row_;
+  const std::array<float, kMuNodes>&low_, &high_;
+};
 
 const AlbedoTable& table_of(MicrofacetDistribution distribution) {
   if (distribution == MicrofacetDistribution::beckmann ||
@@ -186,6 +235,28 @@ CosineWeights directional_weights(MicrofacetDistribution distribution, float alp
 
 CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha) {
   return look_up(table_of(distribution).mean_weights, alpha);
+}
+
+float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u) {
+  if (u >= kByLoss) return std::sqrt((u - kByLoss) / (1 - kByLoss));
+  const LostBelow below(table_of(distribution), alpha);
+  const float wanted = u / kByLoss * below.all();
+  int cell = 0, end = kMuNodes - 1;
+  while (end - cell > 1) {
+    const int middle = (cell + end) / 2;
+    (below[middle] <= wanted ? cell : end) = middle;
+  }
+  const float lost = below[cell + 1] - below[cell];
+  const float t = lost > 0 ? std::clamp((wanted - below[cell]) / lost, 0.0f, 1.0f) : 0.5f;
+  return std::sqrt(squared_node(cell) + (squared_node(cell + 1) - squared_node(cell)) * t);
+}
+
+float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu) {
+  const LostBelow below(table_of(distribution), alpha);
+  const int cell = locate(fourth_root(mu), kMuNodes).index;
+  const float squares = squared_node(cell + 1) - squared_node(cell), all = below.all();
+  const float by_loss = all > 0 ? (below[cell + 1] - below[cell]) / (all * squares) : 1.0f;
+  return (kByLoss * by_loss + (1 - kByLoss)) * mu * kInvPi;
 }
 
 void prepare_albedo_tables(MicrofacetDistribution distribution) {

@@ -2,8 +2,8 @@
 //
 // For Schlick's Fresnel term the albedo is linear in f0 and f90 (Karis 2013, "split sum"):
 //   E(mu) = f0 a + f90 b,   a = <G1(wi) (1 - s)>,  b = <G1(wi) s>,  s = (1 - wo.m)^5 over visible normals m.
-// a + b, the albedo for F = 1, is what the single-scattering model keeps of a white furnace; the rest would be
-// scattered again by other facets, which is not modelled. Kept, by perceptual roughness r (alpha = r^2) and cosine mu,
+// a + b, the albedo for F = 1, is what the single-scattering model keeps of a white furnace; the rest is
+// scattered again by other facets: bsdf_layered.h gives it back to metal. Kept, by perceptual roughness r (alpha = r^2) and cosine mu,
 // GGX / Beckmann (measured by microfacet_albedo_test, which holds this table to 0.005):
 //
 //             mu = 1          mu = 0.5        mu = 0.1
@@ -27,6 +27,7 @@ struct AlbedoTerms {
   float s = 0;         // mean of (1 - wo.m)^5 over the light that leaves: b / (a + b)
 
   float albedo(float f0, float f90) const { return f0 * a + f90 * b; }
+  float loss() const { return std::max(0.0f, 1 - (a + b)); }  // what facets that reflect all would send to others
 
   // Share of the light that enters the surface: what the first facet lets in, and of the light that a second facet
   // would receive the part 1 - f0. At most 1 - albedo; 0 for a perfect reflector.
@@ -55,6 +56,12 @@ AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha);
 // Directional and mean as above.
 CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu);
 CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha);
+
+// Directions by what facets lose of the light from them: the density follows loss() cos, in steps of the table, for
+// seven eighths of them; the others follow the cosine alone. The sampled cosine for u in [0, 1); and the density per
+// solid angle for a cosine.
+float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u);
+float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu);
 
 // Computes the tables now, so that no frame waits for them. Thread safe.
 void prepare_albedo_tables(MicrofacetDistribution distribution);

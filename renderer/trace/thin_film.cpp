@@ -68,6 +68,15 @@ Rgb ThinFilm::over_opaque(const Rgb& bare, float cos_i) const {
   return bare * (1 - cover) + covered * cover;
 }
 
+Rgb ThinFilm::mean_over_metal() const {
+  constexpr int kPoints = 8;
+  Rgb covered(0, 0, 0);
+  for (int i = 0; i < kPoints; ++i) {
+    covered += thin_film_reflectance(std::sqrt((float(i) + 0.5f) / kPoints), ior, thickness, metal_f0);
+  }
+  return mean_schlick(metal_f0) * (1 - cover) + covered * (cover / kPoints);
+}
+
 Rgb ThinFilm::over_glass(const Rgb& bare, float cos_i) const {
   return bare * (1 - cover) + thin_film_reflectance(cos_i, ior, thickness, dielectric_f0) * (cover * glass_weight);
 }

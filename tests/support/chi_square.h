@@ -87,6 +87,7 @@ class SphereHistogram {
   void add(const V3f& direction);
   // A sample outside the density: invalid, or of a delta lobe.
   void add_elsewhere() { ++elsewhere_; }
+  double share() const;  // of all samples, that the histogram counted
 
   // The mass of the density is kept for `mass` when it is not null.
   ChiSquareResult test(const SphereDensity& density, double* mass = nullptr) const;

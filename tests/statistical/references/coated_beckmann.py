@@ -3,7 +3,8 @@
 Written from the formulas, with numerical integrals in the place of the renderer's tables and with the simplest
 sampling, so that it shares nothing with what it is to check:
 
-    f = F D G1(wo) G1(wi) / (4 cos_o cos_i) + base / pi T(wo) T(wi) / T_mean            (one side, both cosines > 0)
+    f = F D G1(wo) G1(wi) / (4 cos_o cos_i) + base / pi T(wo) T(wi) / T_mean
+        + metallic F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_mean))                     (one side, both cosines > 0)
 
     F        Schlick 1994 from r0 = metallic base_color + (1 - metallic) f0 to 1; f0 = ((ior - 1) / (ior + 1))^2
     D, G1    Beckmann; Smith's masking exactly (Walter et al. 2007, eq. 25 and the one above 27), both sides separately
@@ -11,6 +12,8 @@ sampling, so that it shares nothing with what it is to check:
     T        what the interface of r0 = f0 lets in along a direction, T_mean its cosine-weighted mean (manual of
              renderer/trace/bsdf_layered.h): 1 - F_1 + (1 - f0) (F_1 - A), where A is the albedo of the lobe and F_1
              the mean of F over the light that the lobe sends out.
+    E, F_ms  albedo of the lobe for F = 1; F^2 E_mean / (1 - F (1 - E_mean)) with the mean F of Schlick's from
+             base_color, (1 + 20 base_color) / 21 (Kulla and Conty 2017, Hill 2018).
 """
 import drjit as dr
 import mitsuba as mi
@@ -47,9 +50,9 @@ def schlick(r0, cosine):
     return r0 + (1 - r0) * dr.power(dr.clip(1 - cosine, 0, 1), 5)
 
 
-def entering(alpha, f0):
-    """T at the cosines (i + 0.5) / COSINES."""
-    values = []
+def integrate_lobe(alpha, f0):
+    """T and 1 - E at the cosines (i + 0.5) / COSINES."""
+    entering, lost = [], []
     n = NORMALS
     index = dr.arange(mi.UInt32, n * n)
     m = beckmann_normal(alpha, mi.Point2f((mi.Float(index % n) + 0.5) / n, (mi.Float(index // n) + 0.5) / n))
@@ -65,8 +68,13 @@ def entering(alpha, f0):
         angular = dr.mean(weight * dr.power(dr.clip(1 - along, 0, 1), 5))[0]
         first = f0 + (1 - f0) * angular / whole
         albedo = f0 * whole + (1 - f0) * angular
-        values.append(1 - first + (1 - f0) * (first - albedo))
-    return values
+        entering.append(1 - first + (1 - f0) * (first - albedo))
+        lost.append(max(0, 1 - whole))
+    return entering, lost
+
+
+def cosine_mean(values):
+    return sum(2 * (i + 0.5) / COSINES * value for i, value in enumerate(values)) / COSINES
 
 
 class CoatedBeckmann(mi.BSDF):
@@ -78,21 +86,24 @@ class CoatedBeckmann(mi.BSDF):
         metallic, f0 = props["metallic"], ((props["ior"] - 1) / (props["ior"] + 1)) ** 2
         color = mi.Color3f(props["red"], props["green"], props["blue"])
         self.r0 = metallic * color + (1 - metallic) * f0
-        values = entering(self.alpha, f0)
-        mean = sum(2 * (i + 0.5) / COSINES * value for i, value in enumerate(values)) / COSINES
-        self.base = (1 - metallic) * color / mean
-        self.table = mi.Float(values)
-        dr.eval(self.table)
+        entering, lost = integrate_lobe(self.alpha, f0)
+        self.base = (1 - metallic) * color / cosine_mean(entering)
+        loss, f = cosine_mean(lost), (1 + 20 * color) / 21
+        self.rescattered = metallic * f * f * (1 - loss) / ((1 - f * loss) * loss)
+        self.entering, self.lost = mi.Float(entering), mi.Float(lost)
+        dr.eval(self.entering, self.lost)
         flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
         self.m_components = [flags]
         self.m_flags = flags
 
-    def transmittance(self, cosine, active):
+    def look_up(self, table, cosine, active):
         place = dr.clip(cosine * COSINES - 0.5, 0, COSINES - 1)
         low = dr.minimum(mi.UInt32(place), COSINES - 2)
         share = place - mi.Float(low)
-        return (1 - share) * dr.gather(mi.Float, self.table, low, active) + \
-            share * dr.gather(mi.Float, self.table, low + 1, active)
+        return (1 - share) * dr.gather(mi.Float, table, low, active) + share * dr.gather(mi.Float, table, low + 1, active)
+
+    def both(self, table, cos_o, cos_i, active):
+        return self.look_up(table, cos_o, active) * self.look_up(table, cos_i, active)
 
     def eval_pdf(self, ctx, si, wo, active):
         cos_o, cos_i = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
@@ -102,7 +113,8 @@ class CoatedBeckmann(mi.BSDF):
         density = beckmann_density(self.alpha, m.z)
         masking = smith_g1(self.alpha, cos_o) * smith_g1(self.alpha, cos_i)
         facets = schlick(self.r0, along) * density * masking / (4 * cos_o)
-        diffuse = self.base * (self.transmittance(cos_o, active) * self.transmittance(cos_i, active) * cos_i / dr.pi)
+        diffuse = (self.base * self.both(self.entering, cos_o, cos_i, active) +
+                   self.rescattered * self.both(self.lost, cos_o, cos_i, active)) * (cos_i / dr.pi)
         pdf = 0.5 * density * m.z / (4 * along) + 0.5 * cos_i / dr.pi
         return dr.select(active, facets + diffuse, 0), dr.select(active, pdf, 0)
 

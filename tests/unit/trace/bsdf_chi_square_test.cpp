@@ -71,8 +71,11 @@ bool belongs(const BsdfSample& sample, Part part) {
   return sample.valid() && !sample.delta && sample.transmitted == (part == Part::transmitted);
 }
 
-std::vector<Part> parts_of(const SurfaceParams& params) {
-  if (params.transmission > 0 && std::fabs(params.ior - 1) > 0.01f) return {Part::reflected, Part::transmitted};
+// What leaves a rough volume from 89.9 degrees, a share of at most 0.004, is left out: it goes to within 0.15 degrees
+// of the horizon, a band that is too narrow to integrate in either domain.
+std::vector<Part> parts_of(const SurfaceParams& params, const V3f& wo, double angle) {
+  const bool transmits = params.transmission > 0 && std::fabs(params.ior - 1) > 0.01f;
+  if (transmits && (wo.z > 0 || angle < 85)) return {Part::reflected, Part::transmitted};
   return {Part::reflected};
 }
 
@@ -108,7 +111,7 @@ void expect_samples_follow_density(const NamedMaterial& material, double angle) 
   if (material.from_inside) wo.z = -wo.z;
   const SurfaceParams& params = material.params;
   std::vector<PartHistograms> parts;
-  for (const Part part : parts_of(params)) parts.emplace_back(params, wo, angle, part);
+  for (const Part part : parts_of(params, wo, angle)) parts.emplace_back(params, wo, angle, part);
   Random random(17);
   for (int i = 0; i < kSamples; ++i) {
     const float u_lobe = random.next_float();
@@ -118,13 +121,17 @@ void expect_samples_follow_density(const NamedMaterial& material, double angle) 
   for (const PartHistograms& part : parts) {
     SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees, " +
                  (part.part == Part::reflected ? "reflected" : "transmitted"));
-    double mass = 0;
-    ChiSquareResult result = part.half_vectors.test([&](const V3f& m) { return part.domain.density(m); }, &mass);
-    EXPECT_TRUE(result.passes(kSignificance, kTests)) << "half vectors: " << result.summary() << ", mass " << mass;
+    // The mass as well: an integral that misses a lobe has no cells to compare.
+    const auto expect_agreement = [&](const char* domain, const SphereHistogram& histogram, const auto& density) {
+      double mass = 0;
+      const ChiSquareResult result = histogram.test(density, &mass);
+      EXPECT_TRUE(result.passes(kSignificance, kTests)) << domain << ": " << result.summary() << ", mass " << mass;
+      EXPECT_NEAR(mass, histogram.share(), 6 * std::sqrt((histogram.share() + 1e-5) / kSamples) + 2e-4) << domain;
+    };
+    expect_agreement("half vectors", part.half_vectors, [&](const V3f& m) { return part.domain.density(m); });
     if (!part.also_directions) continue;
-    const auto density = [&](const V3f& wi) { return wi.z * part.up > 0 ? evaluate_bsdf(params, wo, wi).pdf_w : 0.0f; };
-    result = part.directions.test(density, &mass);
-    EXPECT_TRUE(result.passes(kSignificance, kTests)) << "directions: " << result.summary() << ", mass " << mass;
+    expect_agreement("directions", part.directions,
+                     [&](const V3f& wi) { return wi.z * part.up > 0 ? evaluate_bsdf(params, wo, wi).pdf_w : 0.0f; });
   }
 }
 

@@ -144,6 +144,36 @@ TEST(MicrofacetAlbedo, EnteringNeverExceedsWhatIsNotReflected) {
 }
 
 // The energy that single scattering keeps: the table of microfacet_albedo.h.
+// Cells are equal in the fourth root of the cosine, as the table's are, but not the same ones.
+TEST(MicrofacetAlbedo, DirectionsFollowTheLoss) {
+  constexpr int kCells = 150, kPoints = 200;
+  for (const auto distribution : {MicrofacetDistribution::ggx, MicrofacetDistribution::beckmann}) {
+    for (const float alpha : {kDeltaAlpha, 0.004f, 0.05f, 0.37f, 1.0f}) {
+      SCOPED_TRACE(name_of(distribution) + ' ' + std::to_string(alpha));
+      std::vector<double> observed(kCells, 0.0), expected(kCells, 0.0);
+      for (int i = 0; i < kChiSquareSamples; ++i) {
+        const float u = (float(i) + 0.5f) / kChiSquareSamples;
+        const float mu = sample_loss_cosine(distribution, alpha, u);
+        ASSERT_TRUE(mu >= 0 && mu <= 1) << u;
+        observed[std::size_t(std::min(kCells - 1, int(std::sqrt(std::sqrt(mu)) * kCells)))] += 1;
+      }
+      double whole = 0, mean_weight = 0;
+      for (int i = 0; i < kCells * kPoints; ++i) {
+        const double x = (i + 0.5) / (kCells * kPoints), mu = x * x * x * x, width = 4 * x * x * x / (kCells * kPoints);
+        const double mass = 2 * std::numbers::pi * double(loss_pdf_w(distribution, alpha, float(mu))) * width;
+        expected[std::size_t(i / kPoints)] += mass * kChiSquareSamples;
+        whole += mass;
+        mean_weight += 2 * mu * width * double(directional_albedo(distribution, alpha, float(mu)).loss());
+      }
+      EXPECT_NEAR(whole, 1, 1e-3);
+      EXPECT_NEAR(mean_weight, double(mean_albedo(distribution, alpha).loss()), 1e-3 * mean_weight + 1e-7);
+      // Points at equal distances scatter less than random ones: the statistic tells what is wrong, not what is noise.
+      const ChiSquareResult result = chi_square_test(observed, expected);
+      EXPECT_GT(result.p_value, 1e-3) << result.summary();
+    }
+  }
+}
+
 TEST(MicrofacetAlbedo, LossesAreAsDocumented) {
   struct Row {
     float roughness, ggx[3], beckmann[3];
