@@ -46,7 +46,7 @@ Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& a
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  // How long one attempt may take, whatever its name says: a busy daemon or a slow link is given the whole time.
+  // Despite its name this is how long one attempt may take: a busy daemon or a slow link gets all the time there is.
   const double attempt_ms = std::clamp(options.timeout_s, 0.1, 3600.0) * 1000;
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, static_cast<int>(attempt_ms));
   // A proxy for the web must not swallow calls to a daemon on this machine or at the end of a tunnel.

@@ -68,6 +68,37 @@ AlbedoTerms albedo_terms(const LayeredLobes& lobes, float mu) {
   return directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
 }
 
+bool rescatters(const LayeredLobes& lobes) {
+  return lobes.metal > 0 && !lobes.mirror;
+}
+
+// Of rescattered light: metal F_ms, and 1 - E_mean.
+struct Rescattering {
+  Rgb share{0, 0, 0};
+  float mean_loss = 1;
+};
+
+Rescattering rescattering_of(const LayeredLobes& lobes) {
+  const Microfacet& facets = lobes.microfacet;
+  const float loss = mean_albedo(facets.distribution, facets.alpha).loss;
+  if (!(loss > 0)) return {};
+  float metal = lobes.metal;
+  if (is_anisotropic(facets.distribution)) {
+    const auto [less, more] = std::minmax(facets.alpha_along, facets.alpha_across);
+    metal *= std::sqrt(less / more);
+  }
+  const Rgb f = lobes.film ? lobes.film->mean_over_metal() : lobes.metal_mean;
+  return {f * f * (metal * (1 - loss)) / (Rgb(1) - f * loss), loss};
+}
+
+// base_exit() where the terms are at hand.
+Rgb base_exit(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
+  if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
+  const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
+  const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
+  return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
+}
+
 // Share of the transmitted light that no second facet stops, roughly: refraction bends it away from the horizon.
 float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) {
   return lobes.passage == Passage::thin ? terms.a + terms.b : 1.0f;
@@ -75,31 +106,15 @@ float kept_by_transmission(const LayeredLobes& lobes, const AlbedoTerms& terms) 
 
 }  // namespace
 
-void set_rescattered(float share, const Rgb& mean_reflectance, LayeredLobes& lobes) {
-  lobes.rescattered = Rgb(0, 0, 0);
-  if (lobes.mirror || !(share > 0)) return;
-  const Microfacet& facets = lobes.microfacet;
-  if (is_anisotropic(facets.distribution)) {
-    const auto [less, more] = std::minmax(facets.alpha_along, facets.alpha_across);
-    share *= std::sqrt(less / more);
-  }
-  const float loss = mean_albedo(facets.distribution, facets.alpha).loss(), kept = 1 - loss;
-  if (!(loss > 0)) return;
-  const Rgb& f = mean_reflectance;
-  lobes.rescattered = f * f * (kept * share) / (Rgb(1) - f * loss);
-  lobes.per_mean_loss = 1 / loss;
-}
-
 LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
   LayeredView view;
   view.wo = wo;
   if (!lobes.mirror) view.visible_area = lobes.microfacet.projected_area(wo);
-  if (is_black(lobes.diffuse) && is_black(lobes.rescattered) && lobes.passage != Passage::straight) {
+  if (is_black(lobes.diffuse) && !rescatters(lobes) && lobes.passage != Passage::straight) {
     view.facets = 1;
     return view;
   }
   const AlbedoTerms terms = albedo_terms(lobes, wo.z);
-  view.loss = terms.loss();
   view.base_entry =
       lobes.filmed_base ? lobes.filmed_base->entering(wo.z) : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
@@ -110,7 +125,15 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
     facets += lobes.glass * (mean(glass.reflected * lobes.reflection_tint) * (terms.a + terms.b) +
                              mean(lobes.tint) * glass.transmitted * kept_by_transmission(lobes, terms));
   }
-  const float diffuse = mean(lobes.diffuse * view.base_entry), rescattered = mean(lobes.rescattered) * view.loss;
+  float rescattered = 0;
+  if (rescatters(lobes)) {
+    const Rescattering metal = rescattering_of(lobes);
+    view.rescattering = metal.share * (terms.loss / metal.mean_loss);
+    rescattered = mean(metal.share) * terms.loss;
+    // The estimate above knows nothing of a film; facets return more than what they pass on returns.
+    facets = std::max(facets, mean(metal.share) * (terms.a + terms.b));
+  }
+  const float diffuse = mean(lobes.diffuse * view.base_entry);
   const float sum = diffuse + rescattered + facets + straight;
   if (!(sum > 0)) return view;
   view.diffuse = diffuse / sum;
@@ -124,13 +147,13 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
 LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi) {
   LayeredArrival arrival;
   arrival.wi = wi;
-  if (!is_black(lobes.diffuse)) {
+  const bool base = !is_black(lobes.diffuse), metal = rescatters(lobes);
+  if (base || metal) {
+    const AlbedoTerms terms = albedo_terms(lobes, wi.z);
     arrival.cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
-    arrival.base_exit = base_exit(lobes, wi.z);
-  }
-  if (!is_black(lobes.rescattered)) {
-    arrival.relative_loss = albedo_terms(lobes, wi.z).loss() * lobes.per_mean_loss;
-    arrival.loss_pdf = loss_pdf_w(lobes.microfacet.distribution, lobes.microfacet.alpha, wi.z);
+    if (base) arrival.base_exit = base_exit(lobes, terms, wi.z);
+    arrival.loss = terms.loss;
+    if (metal) arrival.loss_pdf = loss_pdf_w(lobes.microfacet.distribution, lobes.microfacet.alpha, wi.z);
   }
   if (!lobes.mirror) arrival.masking = lobes.microfacet.masking(wi);
   return arrival;
@@ -147,7 +170,7 @@ BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view
     value.pdf_w += view.diffuse * arrival.cosine_pdf;
   }
   if (view.rescattered > 0) {
-    value.f_cos += lobes.rescattered * (view.loss * arrival.relative_loss * cosine_hemisphere_pdf_w(arrival.wi.z));
+    value.f_cos += view.rescattering * (arrival.loss * arrival.cosine_pdf);
     value.pdf_w += view.rescattered * arrival.loss_pdf;
   }
   if (lobes.mirror) return value;
@@ -265,11 +288,7 @@ Rgb base_entry(const LayeredLobes& lobes, float mu) {
 }
 
 Rgb base_exit(const LayeredLobes& lobes, float mu) {
-  if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
-  const AlbedoTerms terms = albedo_terms(lobes, mu);
-  const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
-  const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
-  return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
+  return base_exit(lobes, albedo_terms(lobes, mu), mu);
 }
 
 BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival) {
@@ -309,7 +328,7 @@ BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe
 }
 
 bool is_pure_delta(const LayeredLobes& lobes) {
-  if (!is_black(lobes.diffuse) || !is_black(lobes.rescattered)) return false;
+  if (!is_black(lobes.diffuse)) return false;
   if (lobes.mirror) return true;
   const bool reflects = !is_black(lobes.r0) || lobes.r90 > 0;
   return !reflects && (lobes.passage == Passage::straight || lobes.passage == Passage::none);
@@ -317,8 +336,8 @@ bool is_pure_delta(const LayeredLobes& lobes) {
 
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo) {
   const AlbedoTerms terms = albedo_terms(lobes, wo.z);
-  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z) +
-               lobes.rescattered * terms.loss();
+  Rgb albedo = lobes.r0 * terms.a + Rgb(lobes.r90 * terms.b) + lobes.diffuse * base_entry(lobes, wo.z);
+  if (rescatters(lobes)) albedo += rescattering_of(lobes).share * terms.loss;
   if (lobes.passage == Passage::straight) {
     albedo += lobes.tint * lobes.glass;
   } else if (lobes.passage != Passage::none) {

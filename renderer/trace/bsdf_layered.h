@@ -16,11 +16,11 @@
 //
 // Rescattered light of metal (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"), with the
 // albedo E of the facets for F = 1 and its mean over the hemisphere,
-//   f = F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_mean)),   F_ms = F_mean^2 E_mean / (1 - F_mean (1 - E_mean)),
+//   f = metal F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_mean)),   F_ms = F_mean^2 E_mean / (1 - F_mean (1 - E_mean)),
 // the latter in Hill's form (2018, "A Multifaceted Exploration"): reciprocal, and white metal of any roughness returns
-// all that it gets. For anisotropic facets E is that of their
-// geometric mean and F_ms is scaled by the root of the smaller alpha over the larger: E itself would need two more
-// dimensions, and without the factor white metal would return up to 1.03. Glass has no such term.
+// all that it gets. For anisotropic facets E is that of their geometric mean and F_ms is scaled by the root of the
+// smaller alpha over the larger: E itself would need two more dimensions, and without the factor white metal would
+// return up to 1.03. Glass has no such term.
 //
 // Transmission scales radiance by 1 / eta^2 on the way of the camera path from this side to a medium of relative
 // index eta, and so by eta^2 on the way out: these are radiance factors (Veach 1997, 5.2); powers are eta^2 times that.
@@ -48,9 +48,9 @@ struct LayeredLobes {
   Rgb r0{0, 0, 0};
   float r90 = 0;
 
-  // F_ms above times the share of the surface, and 1 / (1 - E_mean).
-  Rgb rescattered{0, 0, 0};
-  float per_mean_loss = 0;
+  // Share of the surface whose facets rescatter, and its F_mean; under a film F_mean is the film's.
+  float metal = 0;
+  Rgb metal_mean{0, 0, 0};
 
   // Diffuse base, and the Schlick reflectance of what lies over it.
   Rgb diffuse{0, 0, 0};
@@ -80,24 +80,22 @@ struct LayeredLobes {
 Rgb base_entry(const LayeredLobes& lobes, float mu);
 Rgb base_exit(const LayeredLobes& lobes, float mu);
 
-// Sets these to those of metal with F_mean; the microfacets are set. Nothing of a mirror.
-void set_rescattered(float share, const Rgb& mean_reflectance, LayeredLobes& lobes);
-
 // What of the scattering depends on wo alone: probabilities of choosing the diffuse base, rescattered light, the facets
 // (reflected or transmitted) and the straight passage, from their approximate albedos; the base's share of light
-// entering along wo; 1 - E(wo); and the projected area of the facets that wo sees.
+// entering along wo; the factors of rescattered light but for (1 - E(wi)) / pi; and the projected area of the facets
+// that wo sees.
 struct LayeredView {
   V3f wo;
   float diffuse = 0, rescattered = 0, facets = 0, straight = 0;
-  float visible_area = 1, loss = 0;
-  Rgb base_entry{1, 1, 1};
+  float visible_area = 1;
+  Rgb base_entry{1, 1, 1}, rescattering{0, 0, 0};
 };
 
 // And what depends on wi alone, wi.z > 0.
 struct LayeredArrival {
   V3f wi;
   float cosine_pdf = 0, masking = 0;
-  float relative_loss = 0, loss_pdf = 0;  // (1 - E(wi)) / (1 - E_mean), and the density that follows it
+  float loss = 0, loss_pdf = 0;  // 1 - E(wi), and the density that follows it
   Rgb base_exit{1, 1, 1};
 };
 

@@ -43,7 +43,8 @@ LayeredLobes metallic_roughness_lobes(const SurfaceParams& params, bool inside) 
 
   lobes.r0 = params.base_color * metal + f0 * (params.specular * opaque);
   lobes.r90 = metal + params.specular * opaque;
-  set_rescattered(metal, mean_schlick(params.base_color), lobes);
+  lobes.metal = metal;
+  lobes.metal_mean = mean_schlick(params.base_color);
   lobes.diffuse = params.base_color * opaque;
   lobes.coat_f0 = params.specular * max_component(f0);
   lobes.coat_f90 = params.specular;
@@ -56,10 +57,11 @@ LayeredLobes specular_glossiness_lobes(const SurfaceParams& params) {
   set_roughness(params, lobes);
   lobes.r0 = params.f0;
   lobes.r90 = 1;
-  set_rescattered(1, mean_schlick(params.f0), lobes);
   lobes.coat_f0 = max_component(params.f0);
   lobes.coat_f90 = 1;
-  lobes.diffuse = params.base_color * std::max(0.0f, 1 - lobes.coat_f0);
+  lobes.metal = std::min(1.0f, lobes.coat_f0);
+  lobes.metal_mean = mean_schlick(params.f0);
+  lobes.diffuse = params.base_color * (1 - lobes.metal);
   return lobes;
 }
 

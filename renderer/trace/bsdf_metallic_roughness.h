@@ -19,8 +19,8 @@ inline constexpr float kMatchedIor = 1e-3f;
 // to z > 0.
 LayeredLobes metallic_roughness_lobes(const SurfaceParams& params, bool inside);
 
-// KHR_materials_pbrSpecularGlossiness: Schlick with f0, f90 = 1, with what its facets rescatter, over the diffuse
-// base_color (1 - max f0).
+// KHR_materials_pbrSpecularGlossiness: Schlick with f0, f90 = 1, over the diffuse base_color (1 - max f0). It does not
+// say what is metal; facets rescatter by the share max f0 that has no diffuse base.
 LayeredLobes specular_glossiness_lobes(const SurfaceParams& params);
 
 }  // namespace helio

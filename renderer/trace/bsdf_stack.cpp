@@ -114,9 +114,6 @@ Stack::Stack(const SurfaceParams& params, bool inside)
       base_.filmed_base = &*filmed_base_;
     }
   }
-  if (base_.film || layers.anisotropy > 0) {
-    set_rescattered(params.metallic, base_.film ? film_.mean_over_metal() : mean_schlick(params.base_color), base_);
-  }
 }
 
 float Stack::coat_albedo(const V3f& w) const {

@@ -26,7 +26,7 @@ struct AlbedoTable {
   std::array<AlbedoTerms, kAlphaNodes> mean;
   std::array<std::array<CosineWeights, kMuNodes>, kAlphaNodes> directional_weights;
   std::array<CosineWeights, kAlphaNodes> mean_weights;
-  // int loss() 2 mu dmu up to each node of mu.
+  // int loss 2 mu dmu up to each node of mu.
   std::array<std::array<float, kMuNodes>, kAlphaNodes> lost_below;
 };
 
@@ -67,13 +67,13 @@ void add_weight(CosineWeights& weights, float cosine, float kept) {
 
 AlbedoTerms mirror_terms(float mu) {
   const float s = schlick_term(mu);
-  return {1 - s, s, s};
+  return {1 - s, s, s, 0};
 }
 
 // Mean over visible normals.
 void integrate(const Microfacet& microfacet, float mu, AlbedoTerms& terms, CosineWeights& weights) {
   const V3f wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
-  double a = 0, b = 0;
+  double a = 0, b = 0, loss = 0;
   for (int i = 0; i < kLatticePoints; ++i) {
     const V2f u(float((i + 0.5) / kLatticePoints), float((i * kLatticeStep % kLatticePoints + 0.5) / kLatticePoints));
     const V3f m = microfacet.sample_visible_normal(wo, u);
@@ -81,14 +81,15 @@ void integrate(const Microfacet& microfacet, float mu, AlbedoTerms& terms, Cosin
     const double kept = microfacet.masking(m * (2 * cos_m) - wo), s = schlick_term(cos_m);
     a += kept * (1 - s);
     b += kept * s;
+    loss += 1 - kept;
     add_weight(weights, cos_m, float(kept * (1 - s) / kLatticePoints));
   }
   terms = {static_cast<float>(a / kLatticePoints), static_cast<float>(b / kLatticePoints),
-           static_cast<float>(b / (a + b))};
+           static_cast<float>(b / (a + b)), static_cast<float>(loss / kLatticePoints)};
 }
 
 AlbedoTerms mix(const AlbedoTerms& p, const AlbedoTerms& q, float t) {
-  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t, p.s + (q.s - p.s) * t};
+  return {p.a + (q.a - p.a) * t, p.b + (q.b - p.b) * t, p.s + (q.s - p.s) * t, p.loss + (q.loss - p.loss) * t};
 }
 
 CosineWeights mix(const CosineWeights& p, const CosineWeights& q, float t) {
@@ -98,7 +99,7 @@ CosineWeights mix(const CosineWeights& p, const CosineWeights& q, float t) {
 }
 
 void add(AlbedoTerms& sum, const AlbedoTerms& terms, float weight) {
-  sum = {sum.a + terms.a * weight, sum.b + terms.b * weight, sum.s + terms.s * weight};
+  sum = {sum.a + terms.a * weight, sum.b + terms.b * weight, sum.s + terms.s * weight, sum.loss + terms.loss * weight};
 }
 
 void add(CosineWeights& sum, const CosineWeights& weights, float weight) {
@@ -139,7 +140,7 @@ std::array<float, kMuNodes> accumulate_loss(const std::array<AlbedoTerms, kMuNod
   double sum = 0;
   for (int i = 0; i + 1 < kMuNodes; ++i) {
     const auto [low, high] = node_weights(i);
-    sum += low * double(row[std::size_t(i)].loss()) + high * double(row[std::size_t(i) + 1].loss());
+    sum += low * double(row[std::size_t(i)].loss) + high * double(row[std::size_t(i) + 1].loss);
     below[std::size_t(i) + 1] = float(sum);
   }
   return below;

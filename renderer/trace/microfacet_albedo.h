@@ -3,8 +3,8 @@
 // For Schlick's Fresnel term the albedo is linear in f0 and f90 (Karis 2013, "split sum"):
 //   E(mu) = f0 a + f90 b,   a = <G1(wi) (1 - s)>,  b = <G1(wi) s>,  s = (1 - wo.m)^5 over visible normals m.
 // a + b, the albedo for F = 1, is what the single-scattering model keeps of a white furnace; the rest is
-// scattered again by other facets: bsdf_layered.h gives it back to metal. Kept, by perceptual roughness r (alpha = r^2) and cosine mu,
-// GGX / Beckmann (measured by microfacet_albedo_test, which holds this table to 0.005):
+// scattered again by other facets: bsdf_layered.h gives it back to metal. Kept, by perceptual roughness r
+// (alpha = r^2) and cosine mu, GGX / Beckmann (measured by microfacet_albedo_test, which holds this table to 0.005):
 //
 //             mu = 1          mu = 0.5        mu = 0.1
 //   r = 0.2   0.998 / 1.000   0.994 / 1.000   0.925 / 0.972
@@ -25,9 +25,9 @@ namespace helio {
 struct AlbedoTerms {
   float a = 1, b = 0;  // as above; a, b >= 0 and a + b <= 1
   float s = 0;         // mean of (1 - wo.m)^5 over the light that leaves: b / (a + b)
+  float loss = 0;      // 1 - a - b without cancellation: what facets that reflect all send to others
 
   float albedo(float f0, float f90) const { return f0 * a + f90 * b; }
-  float loss() const { return std::max(0.0f, 1 - (a + b)); }  // what facets that reflect all would send to others
 
   // Share of the light that enters the surface: what the first facet lets in, and of the light that a second facet
   // would receive the part 1 - f0. At most 1 - albedo; 0 for a perfect reflector.
@@ -57,7 +57,7 @@ AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha);
 CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu);
 CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha);
 
-// Directions by what facets lose of the light from them: the density follows loss() cos, in steps of the table, for
+// Directions by what facets lose of the light from them: the density follows loss cos, in steps of the table, for
 // seven eighths of them; the others follow the cosine alone. The sampled cosine for u in [0, 1); and the density per
 // solid angle for a cosine.
 float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u);

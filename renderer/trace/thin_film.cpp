@@ -69,7 +69,7 @@ Rgb ThinFilm::over_opaque(const Rgb& bare, float cos_i) const {
 }
 
 Rgb ThinFilm::mean_over_metal() const {
-  constexpr int kPoints = 8;
+  constexpr int kPoints = 16;
   Rgb covered(0, 0, 0);
   for (int i = 0; i < kPoints; ++i) {
     covered += thin_film_reflectance(std::sqrt((float(i) + 0.5f) / kPoints), ior, thickness, metal_f0);

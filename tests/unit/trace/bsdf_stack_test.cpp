@@ -10,6 +10,8 @@
 
 #include "renderer/trace/bsdf_sheen.h"
 #include "renderer/trace/fresnel.h"
+#include "renderer/trace/microfacet.h"
+#include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/thin_film.h"
 #include "renderer/trace/warp.h"
 #include "tests/support/chi_square.h"
@@ -86,6 +88,88 @@ TEST(BsdfStack, NoSurfaceReturnsMoreThanItGets) {
         if (material.from_inside) wo.z = -wo.z;
         SCOPED_TRACE(material.name + " alpha " + std::to_string(alpha) + " angle " + std::to_string(angle));
         EXPECT_LE(expect_no_gain(material.params, wo), 12) << "a weight this large is a firefly";
+      }
+    }
+  }
+}
+
+// One facet's light by strata of visible normals, that of further facets by the film's mean reflectance.
+TEST(BsdfStack, FilmOnMetalTintsTheLightOfFurtherFacets) {
+  constexpr float kAlpha = 1;
+  constexpr int kStrata = 256;
+  SurfaceParams metal = metallic_roughness(MicrofacetDistribution::ggx, kAlpha);
+  metal.metallic = 1;
+  metal.base_color = {0, 0.3f, 0.8f};
+  LayerParams layers;
+  layers.iridescence = 1;
+  layers.film_ior = 2.2f;
+  layers.film_thickness = 300;
+  ThinFilm film;
+  film.cover = film.metal = 1;
+  film.ior = layers.film_ior;
+  film.thickness = layers.film_thickness;
+  film.metal_f0 = metal.base_color;
+  const Microfacet facets{MicrofacetDistribution::ggx, kAlpha};
+  const double lost = double(mean_albedo(MicrofacetDistribution::ggx, kAlpha).loss);
+  for (const float z : {1.0f, 0.5f}) {
+    const V3f wo = direction_with_z(z);
+    V3d first(0, 0, 0);
+    for (int i = 0; i < kStrata * kStrata; ++i) {
+      const V2f u((float(i % kStrata) + 0.5f) / kStrata, (float(i / kStrata) + 0.5f) / kStrata);
+      const V3f m = facets.sample_visible_normal(wo, u);
+      const float c = std::max(0.0f, dot(wo, m));
+      first += V3d(film.over_opaque(Rgb(0, 0, 0), c) * facets.masking(m * (2 * c) - wo)) / (kStrata * kStrata);
+    }
+    const Rgb power = light_returned_evenly(with_layers(metal, layers), wo, 1 << 16).power;
+    const double loss = double(directional_albedo(MicrofacetDistribution::ggx, kAlpha, z).loss);
+    for (int k = 0; k < 3; ++k) {
+      const double f = double(film.mean_over_metal()[k]), further = loss * f * f * (1 - lost) / (1 - f * lost);
+      EXPECT_NEAR(double(power[k]), first[k] + further, 0.004) << z << ' ' << k;
+    }
+  }
+}
+
+TEST(BsdfStack, BlackMetalUnderAFilmHasNoFireflies) {
+  for (const float alpha : {0.05f, 0.2f, 0.5f, 1.0f}) {
+    for (const float ior : {1.3f, 1.8f, 2.4f}) {
+      SurfaceParams metal = metallic_roughness(MicrofacetDistribution::ggx, alpha);
+      metal.metallic = 1;
+      metal.base_color = {0, 0, 0};
+      LayerParams film;
+      film.iridescence = 1;
+      film.film_ior = ior;
+      film.film_thickness = 400;
+      for (const double angle : {0.0, 60.0, 85.0}) {
+        EXPECT_LE(expect_no_gain(with_layers(metal, film), direction_at(angle, 25)), 12) << alpha << ' ' << ior;
+      }
+    }
+  }
+}
+
+// Against 2,000 points in the cosine itself.
+TEST(ThinFilm, MeanOverMetalIsTheIntegral) {
+  ThinFilm film;
+  film.metal = 1;
+  for (const float ior : {1.2f, 1.3f, 1.8f, 2.4f}) {
+    for (const float thickness : {100.0f, 400.0f, 825.0f, 1000.0f}) {
+      for (const Rgb& f0 : {Rgb(0, 0.3f, 0.9f), Rgb(0.6f, 0.1f, 1)}) {
+        for (const float cover : {0.4f, 1.0f}) {
+          film.ior = ior;
+          film.thickness = thickness;
+          film.metal_f0 = f0;
+          film.cover = cover;
+          constexpr int kPoints = 2000;
+          V3d expected(0, 0, 0);
+          for (int i = 0; i < kPoints; ++i) {
+            const float c = (float(i) + 0.5f) / kPoints;
+            const Rgb bare = f0 + (Rgb(1) - f0) * schlick_term(c);
+            expected += V3d(film.over_opaque(bare, c)) * (2.0 * double(c) / kPoints);
+          }
+          const Rgb mean = film.mean_over_metal();
+          for (int k = 0; k < 3; ++k) {
+            EXPECT_NEAR(double(mean[k]), expected[k], 0.01) << ior << ' ' << thickness << ' ' << f0 << ' ' << cover;
+          }
+        }
       }
     }
   }
