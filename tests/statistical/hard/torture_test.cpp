@@ -8,6 +8,7 @@
 
 #include "renderer/film/light_tiles.h"
 #include "renderer/trace/sample_trace.h"
+#include "tests/support/light_cache.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
 
@@ -162,15 +163,15 @@ std::string where(const RenderScene& scene, const CameraPose& pose, const PathSe
 
 // Half of the scenes as the path tracer has them, the others with light paths.
 Integrator integrator_of(std::uint64_t seed) {
-  static constexpr Integrator kTurns[] = {Integrator::path,  Integrator::bdpt, Integrator::path,
-                                          Integrator::light, Integrator::path, Integrator::path_bdpt};
-  return kTurns[seed % std::size(kTurns)];
+  static constexpr Integrator kLightPaths[] = {Integrator::bdpt, Integrator::light, Integrator::path_bdpt,
+                                               Integrator::lvc,  Integrator::vcm,   Integrator::photon};
+  return seed % 2 == 0 ? Integrator::path : kLightPaths[seed / 2 % std::size(kLightPaths)];
 }
 
 // With pt+bdpt the left one of two tiles has light paths.
 Film film_for(Integrator integrator) {
   FilmState state;
-  state.splats = integrator != Integrator::path;
+  state.splats = traces_light_paths(integrator);
   Film film(kWidth, kHeight, state);
   if (integrator == Integrator::path_bdpt) {
     auto tiles = std::make_shared<LightTiles>(kWidth, kHeight, false);
@@ -180,14 +181,24 @@ Film film_for(Integrator integrator) {
   return film;
 }
 
-void trace_all(const RenderScene& scene, const CameraPose& pose, const PathSettings& settings, Film& film,
-               TraceStats& stats) {
-  const Camera camera(pose, kWidth, kHeight, scene.origin());
+void trace_all(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, const PathSettings& settings,
+               Film& film, TraceStats& stats) {
+  const Camera camera(pose, kWidth, kHeight, scene->origin());
   const CancelToken never;
-  for (int half = 0; half < kHalves; ++half) {
+  const auto trace = [&](const SampleRange& range, const LightVertexCache* lights) {
     for (int x = 0; x < kWidth; x += kLightTile) {
       const PixelRect tile{x, 0, x + kLightTile, kHeight};
-      EXPECT_TRUE(trace_window(scene, camera, settings, {half, 0, kSamplesPerHalf}, tile, never, film, stats));
+      EXPECT_TRUE(trace_window(*scene, camera, settings, range, tile, never, film, stats, nullptr, lights));
+    }
+  };
+  for (int half = 0; half < kHalves; ++half) {
+    if (!caches_light_vertices(settings.integrator)) {
+      trace({half, 0, kSamplesPerHalf}, nullptr);
+      continue;
+    }
+    for (std::uint32_t sample = 0; sample < kSamplesPerHalf; ++sample) {
+      const auto lights = make_light_cache(scene, settings, half, sample, kWidth * kHeight, &camera, film, stats);
+      trace({half, sample, 1}, lights.get());
     }
   }
 }
@@ -219,7 +230,7 @@ TEST(Torture, NoSampleIsInvalid) {
     settings.integrator = integrator_of(seed);
     TraceStats stats;
     Film film = film_for(settings.integrator);
-    trace_all(*scene, pose, settings, film, stats);
+    trace_all(scene, pose, settings, film, stats);
     samples += kSamplesPerScene;
     invalid += stats.invalid_samples;
     invalid_splats += stats.invalid_splats;
