@@ -117,6 +117,23 @@ TEST_F(TechniqueMemory, WhatComesIntoViewIsProbed) {
   EXPECT_EQ(tiles_of(*moved), tiles_of(*probe(covered, home))) << "light paths pay everywhere in this box";
 }
 
+// What was not measured is not known afterwards: neither what an earlier view knew nor what is taken to be like it.
+TEST_F(TechniqueMemory, OnlyWhatWasMeasuredIsKnown) {
+  const auto first = probe(covered, home);
+  ProbedView holes = *first->probed();
+  holes.tiles[0].reset();
+  for (std::size_t t = 0; t < 48; ++t) {
+    if (t % 8 >= 5) holes.tiles[t].reset();
+  }
+  const auto again = probe(covered, home, {std::make_shared<const ProbedView>(holes)});
+  ASSERT_TRUE(again->probed());
+  const auto& tiles = again->probed()->tiles;
+  EXPECT_FALSE(tiles[0]) << "all around it was known";
+  EXPECT_FALSE(tiles[9]) << "known before";
+  for (std::size_t row = 0; row < 6; ++row) EXPECT_TRUE(tiles[8 * row + 6] && tiles[8 * row + 7]) << row;
+  EXPECT_TRUE(tiles_of(*again)[0]) << "and takes part in the choice";
+}
+
 // Steps too small to bring a tile into view take it to be like its neighbours; what such steps add up to is probed, for
 // each asks the view that was probed and not the step before.
 TEST_F(TechniqueMemory, SmallStepsAddUp) {
