@@ -25,7 +25,8 @@ struct FramePlan {
 
   // choose: which tiles get light paths (passes/choose_techniques.h).
   bool choose = false;
-  double choose_until_s = std::numeric_limits<double>::infinity();  // later there is no choice, and no light paths
+  double choose_until_s =
+      std::numeric_limits<double>::infinity();  // later nothing is probed; with no choice no light paths
 
   // allocate: how many samples each pixel gets in the round that begins with this plan.
   std::optional<AllocationRequest> allocate;

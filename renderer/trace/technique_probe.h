@@ -44,7 +44,8 @@ class TechniqueProbe {
   void run(int sweep, std::size_t part);
   void finish_sweep(int sweep);
 
-  // After the last sweep.
+  // There is a result; the sweeps that are left may only better it.
+  bool has_result() const { return current_ > kProbeLightPaths; }
   const LightTiles& result() const { return tiles_; }
   // Null: nothing was probed.
   const std::shared_ptr<const ProbedView>& probed() const { return probed_; }

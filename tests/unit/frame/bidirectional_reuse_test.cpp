@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "renderer/film/film.h"
+#include "renderer/frame/passes/choose_techniques.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/trace/technique_history.h"
 #include "tests/support/edited_scenes.h"
@@ -260,6 +261,28 @@ TEST(BidirectionalReuseEdit, KeepsWhatAnEditLeavesTrue) {
   const ViewPicture truth = fresh.render(yard_camera(), 256);
   LoopViews restarted(engine, after, settings_of(RenderMode::pt, Integrator::bdpt));
   EXPECT_LT(mse(picture, truth), 0.7 * mse(restarted.render(yard_camera(), 8), truth));
+}
+
+// A quarter of the light paths makes a choice, which stands where time ends while more are traced.
+TEST(BidirectionalReuseChoice, WhatIsChosenCountsBeforeAllIsProbed) {
+  const auto scene = load_own_scene("cornell-covered");
+  FilmState state;
+  state.splats = true;
+  Film film(256, 192, state);
+  TechniqueHistory history;
+  TechniqueChoice choice(scene, camera_pose(scene->description().cameras.at(0)), {}, std::make_shared<CancelToken>(),
+                         film, &history);
+  for (int sweep = 0; sweep + 1 < choice.sweeps(); ++sweep) {
+    EXPECT_FALSE(film.light_tiles()) << sweep;
+    for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(sweep, part);
+    choice.finish_sweep(sweep);
+  }
+  ASSERT_TRUE(film.light_tiles());
+  EXPECT_TRUE(film.light_tiles()->any());
+  EXPECT_TRUE(history.views(scene, 256, 192).empty());
+  for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(choice.sweeps() - 1, part);
+  choice.finish_sweep(choice.sweeps() - 1);
+  EXPECT_EQ(history.views(scene, 256, 192).size(), 1u);
 }
 
 // By what the loop keeps: each view that was probed adds to it. Without reuse every view chooses anew.
