@@ -25,8 +25,7 @@ struct FramePlan {
 
   // choose: which tiles get light paths (passes/choose_techniques.h).
   bool choose = false;
-  double choose_until_s =
-      std::numeric_limits<double>::infinity();  // later nothing is probed; with no choice no light paths
+  double choose_until_s = std::numeric_limits<double>::infinity();  // later nothing more is probed
 
   // allocate: how many samples each pixel gets in the round that begins with this plan.
   std::optional<AllocationRequest> allocate;

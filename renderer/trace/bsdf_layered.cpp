@@ -87,7 +87,9 @@ Rescattering rescattering_of(const LayeredLobes& lobes) {
     const auto [less, more] = std::minmax(facets.alpha_along, facets.alpha_across);
     metal *= std::sqrt(less / more);
   }
-  const Rgb f = lobes.film ? lobes.film->mean_over_metal() : lobes.metal_mean;
+  Rgb f = lobes.film ? lobes.film->mean_over_metal() : lobes.metal_mean;
+  // Colours of vertices may exceed 1, where the series over the facets has no sum.
+  for (int c = 0; c < 3; ++c) f[c] = std::clamp(f[c], 0.0f, 1.0f);
   return {f * f * (metal * (1 - loss)) / (Rgb(1) - f * loss), loss};
 }
 

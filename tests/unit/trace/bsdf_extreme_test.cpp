@@ -52,6 +52,20 @@ TEST_P(BsdfExtreme, AllDirectionsAndVariates) {
   }
 }
 
+// Colours of vertices are not bounded by 1: what facets of such a metal send to one another has no sum.
+TEST_P(BsdfExtreme, MetalBrighterThanWhite) {
+  for (const float alpha : kAlphas) {
+    SurfaceParams metal = metallic_roughness(GetParam(), alpha);
+    metal.metallic = 1;
+    metal.base_color = {1, 1.5f, 3};
+    for (const float z : kHeights) {
+      SCOPED_TRACE(alpha);
+      expect_sane(metal, direction_with_z(z));
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
 TEST_P(BsdfExtreme, AllIndicesAndColours) {
   for (const float alpha : {0.0f, 1e-3f, 1.0f}) {
     for (const float ior : {0.0f, 1.0f, 1.0001f, 1.0009f, 1.0011f, 1.5f, 100.0f}) {
