@@ -317,8 +317,7 @@ TEST(RenderClientConnect, RefusedAtOnceOrAfterTheWait) {
 }
 
 TEST_F(RenderClientTest, ASlowLinkConnects) {
-  const std::string address = server_->address();
-  const TcpRelay link(std::stoi(address.substr(address.rfind(':') + 1)), 1.5);
+  const TcpRelay link(server_->address(), 1.5);
   const auto client = RenderClient::connect(link.address());
   ASSERT_TRUE(client) << client.error().to_string();
   EXPECT_TRUE((*client)->server_info());

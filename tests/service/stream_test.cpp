@@ -498,7 +498,7 @@ TEST_F(StreamTest, SessionOutlivesAKilledClient) {
   const std::string session = create_session(scene_, 96, 96, 500);
   std::uint32_t samples = 0;
   {
-    TcpRelay relay(std::stoi(server_->address().substr(server_->address().rfind(':') + 1)));
+    TcpRelay relay(server_->address());
     auto relayed = pb::RenderService::NewStub(grpc::CreateChannel(relay.address(), grpc::InsecureChannelCredentials()));
     StreamClient client(*relayed, session);
     client.send(view(1));

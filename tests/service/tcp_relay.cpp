@@ -21,7 +21,8 @@ sockaddr_in loopback(int port) {
 
 }  // namespace
 
-TcpRelay::TcpRelay(int daemon_port, double silent_s) {
+TcpRelay::TcpRelay(const std::string& daemon, double silent_s) {
+  const int daemon_port = std::stoi(daemon.substr(daemon.rfind(':') + 1));
   listener_ = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = loopback(0);
   socklen_t size = sizeof address;

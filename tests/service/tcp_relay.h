@@ -11,8 +11,8 @@ namespace helio::test {
 
 class TcpRelay {
  public:
-  // The port of the daemon on 127.0.0.1; how long a new connection is silent before bytes pass, as over a slow link.
-  explicit TcpRelay(int port, double silent_s = 0);
+  // The daemon's address on 127.0.0.1; how long a new connection is silent before bytes pass, as over a slow link.
+  explicit TcpRelay(const std::string& daemon, double silent_s = 0);
   ~TcpRelay();
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
