@@ -210,7 +210,7 @@ static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeV
   return adaptive;
 }
 
-static LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integrator integrator) {
+LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integrator integrator) {
   LightCacheSettings cache;
   if (!caches_light_vertices(integrator)) return cache;
   if (message.connections() != 0)
@@ -218,6 +218,14 @@ static LightCacheSettings read_light_cache(const pb::LightCacheSettings& message
   if (message.radius() != 0) cache.radius = message.radius();
   if (message.shrinking() != 0) cache.shrinking = message.shrinking();
   return cache;
+}
+
+pb::LightCacheSettings to_message(const LightCacheSettings& cache) {
+  pb::LightCacheSettings message;
+  message.set_connections(std::uint32_t(cache.connections));
+  message.set_radius(cache.radius);
+  message.set_shrinking(cache.shrinking);
+  return message;
 }
 
 static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant) {
@@ -459,12 +467,7 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
     message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
     message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
   }
-  if (caches_light_vertices(settings.integrator)) {
-    pb::LightCacheSettings& cache = *message.mutable_light_cache();
-    cache.set_connections(std::uint32_t(settings.light_cache.connections));
-    cache.set_radius(settings.light_cache.radius);
-    cache.set_shrinking(settings.light_cache.shrinking);
-  }
+  if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -565,13 +568,14 @@ pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id
   }
   message.set_bytes_sent(report.bytes_sent);
   message.set_dropped_tiles(report.dropped_tiles);
-  if (end.progress.trace.invalid_samples > 0) {
+  if (end.progress.trace.invalid() > 0) {
     const InvalidSample& invalid = end.progress.trace.first_invalid;
     pb::SampleId& first = *message.mutable_first_invalid();
     first.set_x(invalid.x);
     first.set_y(invalid.y);
     first.set_half(invalid.half);
     first.set_index(invalid.index);
+    first.set_light_path(invalid.light_path);
     message.set_replay_token(report.replay_token);
   }
   return message;

@@ -23,6 +23,9 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
                              Problems& problems);
 // `scale`: 0 stands for the filter's default. `where` is that of the message that holds filter and filter_scale.
 PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems);
+// Defaults where the integrator does without.
+LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integrator integrator);
+pb::LightCacheSettings to_message(const LightCacheSettings& cache);
 pb::PixelFilter to_message(PixelFilterKind kind);
 // Checked with the settings that it is part of.
 Technique read_technique(const pb::Technique& message);

@@ -114,7 +114,7 @@ void FramePublisher::frame_ended(const FrameEnd& end) {
   end_ = end;
   if (!stream_) return;
   std::string token;
-  if (make_token_ && begin_ && end.progress.trace.invalid_samples > 0) {
+  if (make_token_ && begin_ && end.progress.trace.invalid() > 0) {
     token = make_token_(*begin_, end.progress.trace.first_invalid);
   }
   stream_->push(end, std::move(token));

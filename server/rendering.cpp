@@ -33,8 +33,6 @@ Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources,
   if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
   rendering->publisher_ = std::make_shared<FramePublisher>(
       tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
-        // Of samples that draw on light vertices of the whole picture none is made.
-        if (caches_light_vertices(frame.settings.integrator)) return std::string();
         const auto snapshot = frame.scene.lock();
         const std::lock_guard lock(scenes->mutex);
         if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);

@@ -80,6 +80,7 @@ void write_connection(const ConnectionTrace& connection, pb::TracedConnection& m
 void write_light_vertex(const LightVertexTrace& v, const RenderScene& scene, pb::TracedLightVertex& message) {
   const SceneDescription& description = scene.description();
   message.set_number(std::uint32_t(v.number));
+  message.set_segments(std::uint32_t(v.segments));
   write_world(v.position, scene.origin(), *message.mutable_position());
   write(v.geometric_normal, *message.mutable_geometric_normal());
   write(v.arrived, *message.mutable_arrived());
@@ -88,6 +89,13 @@ void write_light_vertex(const LightVertexTrace& v, const RenderScene& scene, pb:
   message.set_primitive(v.primitive);
   message.set_material(name_of(description.materials, v.material, "material"));
   write(v.throughput, *message.mutable_throughput());
+  if (!v.splat) return;
+  pb::TracedSplat& splat = *message.mutable_splat();
+  splat.set_film_x(v.splat->film_x);
+  splat.set_film_y(v.splat->film_y);
+  splat.set_mis_weight(v.splat->mis_weight);
+  splat.set_occluded(v.splat->occluded);
+  write(v.splat->contribution, *splat.mutable_contribution());
 }
 
 void write_surface(const VertexTrace& v, const RenderScene& scene, pb::TracedVertex& message) {
@@ -138,6 +146,10 @@ void write_vertex(const VertexTrace& v, const RenderScene& scene, const PathSett
   if (v.hit) write_surface(v, scene, message);
   if (v.light.sample.pdf_w != 0) write_light(v.light, *message.mutable_light());
   for (const ConnectionTrace& connection : v.connections) write_connection(connection, *message.add_connections());
+  if (v.merged > 0) {
+    message.set_merged(std::uint32_t(v.merged));
+    write(v.merged_contribution, *message.mutable_merged_contribution());
+  }
   if (v.sampled) write_scatter(v, message);
   message.set_outcome(why_ended(v, settings));
 }
@@ -150,14 +162,15 @@ pb::ReplaySampleResponse to_replay_response(const Replay& replay, const RenderSc
   *response.mutable_sample() = replay.message;
   response.set_note(replay_note(replay.message));
   write(trace.radiance, *response.mutable_radiance());
-  response.set_finite(is_finite(trace.radiance));
+  response.set_finite(trace.finite());
   if (const auto first = first_not_finite(trace)) {
     response.set_first_not_finite_vertex(std::uint32_t(first->vertex));
     response.set_first_not_finite(first->quantity);
     response.set_first_not_finite_on_light_path(first->on_light_path);
   }
-  // With light paths at most 256 in all, and a connection for each two.
-  for (const LightVertexTrace& v : trace.light_vertices) write_light_vertex(v, scene, *response.add_light_vertices());
+  const std::size_t lights = std::min(trace.light_vertices.size(), kMaxVertices);
+  for (std::size_t i = 0; i < lights; ++i)
+    write_light_vertex(trace.light_vertices[i], scene, *response.add_light_vertices());
   const std::size_t told = std::min(trace.vertices.size(), kMaxVertices);
   for (std::size_t i = 0; i < told; ++i) write_vertex(trace.vertices[i], scene, settings, *response.add_vertices());
   response.set_vertices_left_out(std::uint32_t(trace.vertices.size() - told));

@@ -6,6 +6,7 @@
 
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/frame/integrate_function.h"
+#include "renderer/frame/passes/trace_lights.h"
 #include "renderer/trace/sample_trace.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -25,11 +26,16 @@ Error no_scene(const pb::SampleReplay& sample, const std::string& where) {
           where};
 }
 
-Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& loaded, const CancelToken& cancel) {
+Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& loaded, MemoryAccount& account,
+                                       const CancelToken& cancel) {
   const RenderScene& scene = *loaded.snapshot;
   const Camera camera(replay.camera, replay.settings.width, replay.settings.height, scene.origin(),
                       replay.settings.filter);
   const PathSettings settings = path_settings(replay.settings);
+  // Of one pass, though most_bytes() has several.
+  const std::uint64_t pass = caches_light_vertices(settings.integrator) ? LightVertexSource::most_bytes(settings) : 0;
+  const auto memory = account.reserve(pass, "the light paths of a replay");
+  if (!memory) return memory.error();
   SampleTrace told;
   told.width = replay.settings.width;
   told.height = replay.settings.height;
@@ -60,8 +66,8 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
     SceneLease scene;
   };
   auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
-  const bool taken = core_.loader.submit([outcome = outcome(), task] {
-    const auto answer = guarded([&] { return trace(task->replay, *task->scene, outcome->cancel); });
+  const bool taken = core_.loader.submit([outcome = outcome(), task, &core = core_] {
+    const auto answer = guarded([&] { return trace(task->replay, *task->scene, core.memory, outcome->cancel); });
     if (!answer) return outcome->fail(to_grpc_status(answer.error()));
     spdlog::info("sample replayed scene={} x={} y={} half={} index={}", task->scene->id.substr(0, 12),
                  task->replay.sample.x, task->replay.sample.y, task->replay.sample.half, task->replay.sample.index);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "renderer/trace/light_vertex_cache.h"
 #include "server/build_info.h"
 #include "server/convert.h"
 #include "server/message_check.h"
@@ -18,7 +19,7 @@ constexpr std::string_view kPrefix = "hg1-";
 constexpr std::size_t kMaxToken = 4096;  // characters; what make_replay_token() gives has at most 700
 constexpr std::size_t kMaxHint = 64;     // bytes of each name; what is longer loses its front
 constexpr std::size_t kCrcBytes = 4;
-constexpr std::uint64_t kMostLightPaths = std::uint64_t(1) << 32;  // a film's pixels are fewer
+constexpr std::uint64_t kMostLightPaths = std::uint64_t(1) << 32;  // a film's pixels are fewer; a pass has fewer still
 constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 
 std::string to_base64url(std::string_view bytes) {
@@ -141,20 +142,37 @@ Integrator read_integrator(const pb::SampleReplay& message, const std::string& w
     case pb::INTEGRATOR_BDPT:
       integrator = Integrator::bdpt;
       break;
+    case pb::INTEGRATOR_LVC:
+      integrator = Integrator::lvc;
+      break;
+    case pb::INTEGRATOR_VCM:
+      integrator = Integrator::vcm;
+      break;
+    case pb::INTEGRATOR_PHOTON:
+      integrator = Integrator::photon;
+      break;
     default:
       problems.add(
           where + ".integrator",
-          fmt::format("{}: its samples cannot be traced again; allowed: INTEGRATOR_PATH (1), "
-                      "INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), or 0 for INTEGRATOR_PATH",
+          fmt::format("{}: makes no samples of its own; allowed: INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), "
+                      "INTEGRATOR_BDPT (3), INTEGRATOR_LVC (5), INTEGRATOR_VCM (6), INTEGRATOR_PHOTON (7), or 0 for "
+                      "INTEGRATOR_PATH",
                       pb::Integrator_IsValid(message.integrator()) ? pb::Integrator_Name(message.integrator())
                                                                    : std::to_string(int(message.integrator()))));
       return integrator;
   }
-  const bool has_light_paths = integrator != Integrator::path;
-  if (has_light_paths != (message.light_paths() > 0) || message.light_paths() > kMostLightPaths) {
+  const bool has_light_paths = integrator != Integrator::path, shared = caches_light_vertices(integrator);
+  const std::uint64_t most = shared ? kMostPassPaths : kMostLightPaths;
+  if (has_light_paths != (message.light_paths() > 0) || message.light_paths() > most) {
     problems.add(where + ".light_paths",
                  fmt::format("{} of integrator {}; allowed: {}", message.light_paths(), to_string(integrator),
-                             has_light_paths ? fmt::format("[1, {}]", kMostLightPaths) : std::string("0")));
+                             has_light_paths ? fmt::format("[1, {}]", most) : std::string("0")));
+  }
+  const std::uint64_t path = message.sample().light_path();
+  if (path > (shared ? message.light_paths() : 0)) {
+    problems.add(where + ".sample.light_path",
+                 fmt::format("{} of integrator {}; allowed: {}", path, to_string(integrator),
+                             shared ? fmt::format("[0, {}]", message.light_paths()) : std::string("0")));
   }
   return integrator;
 }
@@ -176,6 +194,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   if (const Integrator made = integrator_of(settings, sample); made != Integrator::path)
     message.set_integrator(to_message(made));
   message.set_light_paths(sample.light_paths);
+  if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
   if (settings.technique) *message.mutable_technique() = to_message(*settings.technique);
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
@@ -200,6 +219,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.mutable_sample()->set_y(sample.y);
   message.mutable_sample()->set_half(sample.half);
   message.mutable_sample()->set_index(sample.index);
+  message.mutable_sample()->set_light_path(sample.light_path);
   const std::string payload = message.SerializeAsString();
   return std::string(kPrefix) + to_base64url(payload + crc_of(payload));
 }
@@ -230,6 +250,7 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   settings.seed = message.seed();
   settings.max_segments = message.max_segments();
   settings.roulette_from = message.roulette_from();
+  settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
   if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   // No film is made: only its sides matter.
@@ -237,7 +258,7 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   replay.camera = read_pose(message);
   validate(replay.camera, where, problems);
   const pb::SampleId& sample = message.sample();
-  replay.sample = {sample.x(), sample.y(), sample.half(), sample.index(), message.light_paths()};
+  replay.sample = {sample.x(), sample.y(), sample.half(), sample.index(), message.light_paths(), sample.light_path()};
   if (!PixelRect{0, 0, settings.width, settings.height}.contains(sample.x(), sample.y())) {
     problems.add(where + ".sample", fmt::format("pixel {},{}; allowed: inside the film of {}x{}", sample.x(),
                                                 sample.y(), settings.width, settings.height));

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "client/cli/replay_report.h"
 #include "client/enum_names.h"
 
 namespace helio::cli {
@@ -40,6 +41,7 @@ void add_frame_end(Json& json, const pb::FrameEnd& end) {
                              {"y", end.first_invalid().y()},
                              {"half", end.first_invalid().half()},
                              {"index", end.first_invalid().index()}};
+    if (end.first_invalid().light_path() > 0) json["first_invalid"]["light_path"] = end.first_invalid().light_path();
     json["replay_token"] = end.replay_token();
   }
 }
@@ -69,8 +71,7 @@ std::string caution(const pb::FrameEnd& end) {
   if (!text.empty()) text += "; ";
   text += fmt::format("{} samples were NaN or infinite and left out", end.totals().invalid_samples());
   if (end.has_first_invalid()) {
-    text += fmt::format(" (first: pixel {},{}, half {}, sample {})", end.first_invalid().x(), end.first_invalid().y(),
-                        end.first_invalid().half(), end.first_invalid().index());
+    text += fmt::format(" (first: {})", describe_id(end.first_invalid()));
   }
   if (!end.replay_token().empty()) {
     text += fmt::format("; to see it: heliograph replay {} and the scene as it was given here", end.replay_token());

@@ -54,11 +54,16 @@ std::string describe_scatter(const pb::TracedVertex& v) {
 
 }  // namespace
 
+std::string describe_id(const pb::SampleId& id) {
+  const std::string sample = fmt::format("half {}, sample {}", id.half(), id.index());
+  if (id.light_path() > 0) return fmt::format("light path {} of {}", id.light_path(), sample);
+  return fmt::format("pixel {},{}, {}", id.x(), id.y(), sample);
+}
+
 std::string describe_sample(const pb::ReplaySampleResponse& replay) {
   const pb::SampleReplay& s = replay.sample();
-  std::string text =
-      fmt::format("pixel {},{}, half {}, sample {} of a {}x{} film, seed {}, of '{}'\n", s.sample().x(), s.sample().y(),
-                  s.sample().half(), s.sample().index(), s.width(), s.height(), s.seed(), single_line(s.main_file()));
+  std::string text = fmt::format("{} of a {}x{} film, seed {}, of '{}'\n", describe_id(s.sample()), s.width(),
+                                 s.height(), s.seed(), single_line(s.main_file()));
   text += fmt::format("radiance {}: {}", show(replay.radiance()), replay.finite() ? "finite" : "invalid");
   if (!replay.first_not_finite().empty()) {
     text +=
@@ -69,11 +74,17 @@ std::string describe_sample(const pb::ReplaySampleResponse& replay) {
 }
 
 std::string describe_light_vertex(const pb::TracedLightVertex& v, const std::string& first_not_finite) {
-  std::string text = fmt::format("light vertex {}\n", v.number());
+  std::string text = fmt::format("light vertex {}, {} segments from the light\n", v.number(), v.segments());
   text += fmt::format("  hit        '{}' primitive {} at {:.9g} along {}\n", single_line(v.instance()), v.primitive(),
                       v.distance(), show(v.arrived()));
   text += fmt::format("  position   {}\n", show(v.position()));
   text += fmt::format("  normal     {}, material '{}'\n", show(v.geometric_normal()), single_line(v.material()));
+  if (v.has_splat()) {
+    const pb::TracedSplat& splat = v.splat();
+    text += fmt::format("  camera     sees it at {:.9g},{:.9g}, weight {:.9g}, {}, contribution {}\n", splat.film_x(),
+                        splat.film_y(), splat.mis_weight(), splat.occluded() ? "blocked" : "arrives",
+                        show(splat.contribution()));
+  }
   if (!first_not_finite.empty()) text += fmt::format("  >>> first not finite: {}\n", first_not_finite);
   return text + fmt::format("  throughput {}", show(v.throughput()));
 }
@@ -93,6 +104,9 @@ std::string describe_vertex(const pb::TracedVertex& v, const std::string& first_
                         connection.light_vertex(), connection.distance(), connection.mis_weight(),
                         connection.occluded() ? "blocked" : "arrives", show(connection.contribution()));
   }
+  if (v.merged() > 0)
+    text += fmt::format("  merged     with {} light vertices, contribution {}\n", v.merged(),
+                        show(v.merged_contribution()));
   if (v.sampled()) text += describe_scatter(v);
   if (!first_not_finite.empty()) text += fmt::format("  >>> first not finite: {}\n", first_not_finite);
   return text + "  the path   " + v.outcome();

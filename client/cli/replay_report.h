@@ -7,6 +7,9 @@
 
 namespace helio::cli {
 
+// "pixel 12,34, half 0, sample 17".
+std::string describe_id(const heliograph::v1::SampleId& id);
+
 // "pixel 12,34, half 0, sample 17 of a 640x360 film, seed 0: ...", and what it amounts to.
 std::string describe_sample(const heliograph::v1::ReplaySampleResponse& replay);
 

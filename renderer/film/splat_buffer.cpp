@@ -104,13 +104,16 @@ void SplatBuffer::prepare(int stripe) {
   lock.era = era_;
 }
 
+bool SplatBuffer::takes(const Splat& splat) const {
+  const auto fits = [&](float value) { return std::abs(double(value)) <= kLargest * pixels_; };
+  return is_inside(splat) && fits(splat.radiance.x) && fits(splat.radiance.y) && fits(splat.radiance.z);
+}
+
 // The lock of its stripe is held. False: invalid.
 bool SplatBuffer::add(int half, const Splat& splat) {
+  if (!takes(splat)) return false;
   double value[3];
-  for (int c = 0; c < 3; ++c) {
-    value[c] = double(splat.radiance[c]) / pixels_;
-    if (!(std::abs(value[c]) <= kLargest)) return false;
-  }
+  for (int c = 0; c < 3; ++c) value[c] = double(splat.radiance[c]) / pixels_;
   Pixel& pixel = halves_[half][index(splat.x, splat.y)];
   for (int c = 0; c < 3; ++c) {
     pixel.sum[c] += to_fixed(value[c]);
@@ -128,10 +131,9 @@ std::uint64_t SplatBuffer::add(int half, std::span<const Splat> splats, std::uin
   thread_local std::vector<std::uint32_t> ends, order;
   ends.assign(std::size_t(stripes_) + 1, 0);
   order.resize(splats.size());
-  const auto inside = [&](const Splat& s) { return s.x >= 0 && s.x < width_ && s.y >= 0 && s.y < height_; };
   std::uint64_t outside = 0, invalid = 0;
   for (const Splat& splat : splats) {
-    if (inside(splat)) {
+    if (is_inside(splat)) {
       ++ends[std::size_t(splat.y / kStripeRows) + 1];
     } else {
       ++outside;
@@ -140,7 +142,7 @@ std::uint64_t SplatBuffer::add(int half, std::span<const Splat> splats, std::uin
   for (std::size_t s = 1; s < ends.size(); ++s) ends[s] += ends[s - 1];
   // ends[s] is where stripe s begins, and moves to where it ends.
   for (std::size_t i = 0; i < splats.size(); ++i) {
-    if (inside(splats[i])) order[ends[std::size_t(splats[i].y / kStripeRows)]++] = std::uint32_t(i);
+    if (is_inside(splats[i])) order[ends[std::size_t(splats[i].y / kStripeRows)]++] = std::uint32_t(i);
   }
   std::uint32_t next = 0;
   for (int stripe = 0; stripe < stripes_; ++stripe) {

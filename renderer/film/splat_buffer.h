@@ -43,6 +43,8 @@ class SplatBuffer {
   // those of the same piece of work that brought nothing. Splats outside the film, not finite or beyond the range do
   // not enter: they count as invalid, and the result is how many of these there were.
   std::uint64_t add(int half, std::span<const Splat> splats, std::uint64_t light_paths);
+  // Whether it would enter.
+  bool takes(const Splat& splat) const;
 
   std::uint64_t light_paths(int half) const { return light_paths_[half].load(std::memory_order_relaxed); }
 
@@ -83,6 +85,7 @@ class SplatBuffer {
   static constexpr int kStripeRows = 4;
 
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
+  bool is_inside(const Splat& s) const { return s.x >= 0 && s.x < width_ && s.y >= 0 && s.y < height_; }
   bool holds_anything(const Stripe& stripe) const { return stripe.era == era_; }
   void prepare(int stripe);
   bool add(int half, const Splat& splat);

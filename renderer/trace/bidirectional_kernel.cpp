@@ -15,6 +15,7 @@
 
 #include "renderer/trace/bidirectional_camera_paths.h"
 #include "renderer/trace/direction_recorder.h"
+#include "renderer/trace/splat_batch.h"
 #include "renderer/trace/splat_connection.h"
 
 namespace helio {
@@ -72,9 +73,8 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
         const LightVertex& light = pairs_.lights.vertices()[v];
         watch_.light_vertex(pairs_.lights.path_of(v), light, instance_name(light.hit));
       }
-    } else {
-      splat_light_paths();
     }
+    splat_light_paths();
     Base::start_camera_paths(count);
   }
 
@@ -116,6 +116,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
         squares_of_rays_[paths_.rays.count()] =
             path_tracer_square(brought, splat->weight, splat->path_tracer, task_.rare) * tries;
       }
+      watch_.splat(i, paths_.rays.count(), vertex, *splat);
       add_splat_ray(vertex, *splat, key, index, i, paths_.rays);
     }
     trace_splats();
@@ -129,15 +130,17 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   void trace_splats() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
+      watch_.ray_arrived(ray);
       const FilmPoint& at = film_points_[ray];
       // A light path is the window's whose pixel's camera path it goes with.
       if (!task_.window.contains(group_.pixel_x[path], group_.pixel_y[path])) return;
-      arrivals_.push_back({at, radiance});
+      arrivals_.push_back({at, radiance, group_.pixel_x[path], group_.pixel_y[path], reverse_bits(reversed_index_)});
       if (task_.squares)
         camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
           squares_.push_back({x, y, Rgb(float(squares_of_rays_[ray] * share))});
         });
     });
+    watch_.rays_traced();
   }
 
   // s > 1: to the vertices of the camera path's own light path.
@@ -149,28 +152,20 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
     }
   }
 
-  // The window's light paths are as many as its samples. A wide filter spreads each over thousands of pixels, so that
-  // they are handed over as they are spread.
+  // The window's light paths are as many as its samples.
   void committed() {
-    SplatBuffer& buffer = *task_.film.splats();
-    std::vector<Splat> splats;
-    const auto hand_over = [&](std::uint64_t light_paths) {
-      stats_.invalid_splats += buffer.add(task_.range.half, splats, light_paths);
-      splats.clear();
-    };
+    SplatBatch splats(*task_.film.splats(), task_.range.half, stats_);
     for (const Arrival& arrival : arrivals_) {
+      const InvalidSample sample{arrival.x, arrival.y, task_.range.half, arrival.sample, Base::light_paths()};
       camera_.for_each_pixel(arrival.at.x, arrival.at.y, [&](int x, int y, double share) {
         // What other tiles' camera paths bring is all there is.
-        if (!tiles_ || tiles_->on(x, y)) splats.push_back(arrival.splat(x, y, share));
+        if (!tiles_ || tiles_->on(x, y)) splats.add(arrival.splat(x, y, share), sample);
       });
-      if (splats.size() >= kMostSplats) hand_over(0);
     }
-    hand_over(samples());
+    splats.finish(samples());
     if (task_.squares) task_.squares->add(task_.range.half, squares_, samples());
     stats_.light_paths += samples();
   }
-
-  static constexpr std::size_t kMostSplats = 1u << 16;  // that are handed over at a time
 
   struct FilmPoint {
     double x, y;
@@ -180,6 +175,8 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
   struct Arrival {
     FilmPoint at;
     Rgb radiance;
+    std::int32_t x, y;  // of the pixel whose sample it goes with
+    std::uint32_t sample;
 
     Splat splat(int x, int y, double share) const { return {x, y, radiance * float(share), at.direction}; }
   };
@@ -193,7 +190,6 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
 }  // namespace
 
-// What light paths bring to other pixels is left out.
 bool run_watched_bidirectional_kernel(const WindowTask& task) {
   TraceStats stats;
   return BidirectionalKernel<SampleWatch>(task).run(stats);

@@ -38,8 +38,8 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
  private:
   friend Base;
   friend PathKernelBase<CachedKernel, Watch>;
-  using Base::block_bias_, Base::counts_, Base::group_, Base::join, Base::paths_, Base::reversed_index_, Base::scene_,
-      Base::task_;
+  using Base::block_bias_, Base::counts_, Base::group_, Base::instance_name, Base::join, Base::paths_,
+      Base::reversed_index_, Base::scene_, Base::task_, Base::watch_;
 
   void prepare_paths(int count) {
     Base::start_camera_paths(count);
@@ -93,6 +93,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
       for (int k = 0; k < connections_; ++k) {
         const double drawn = (double(k) + double(u)) / connections_ * double(partners_.size());
         const LightVertex& light = partners_[std::min(std::size_t(drawn), partners_.size() - 1)];
+        if constexpr (Watch::kWatches) watch_.light_vertex(i, light, instance_name(light.hit));
         join(vertex, i, at, point, light, std::uint32_t(k), share_);
       }
     }
@@ -105,6 +106,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
     PathState& path = group_.paths[i];
     const V3f to_camera = -at.arrived;
     Rgb sum(0, 0, 0), outer_less_inner(0, 0, 0);
+    int merged = 0;
     cache_.for_each_near(at.surface.position, [&](const LightVertexCache::Record& light) {
       if (vertex + light.depth > task_.settings.max_segments) return;
       const V3f to_light = -light.direction;
@@ -119,10 +121,12 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
       }
       const Rgb brought = light.throughput * value.f_cos * float(weight / arriving);
       sum += brought;
+      ++merged;
       const V3f off = light.position() - at.surface.position;
       const bool inner = dot(off, off) < 0.5 * cache_.radius() * cache_.radius();
       outer_less_inner += inner ? brought * -1.0f : brought;
     });
+    watch_.merged(i, merged, path.beta * sum * float(per_area_));
     path.radiance += path.beta * sum * float(per_area_);
     // The whole disc less the inner half of its area, which counts twice: where the bias grows as the radius does, as
     // along edges, which make most of it, 1 - 1 / sqrt(2) of the bias.
@@ -146,6 +150,11 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
 
 bool run_cached_kernel(const WindowTask& task, TraceStats& stats) {
   return CachedKernel<NoWatch>(task).run(stats);
+}
+
+bool run_watched_cached_kernel(const WindowTask& task) {
+  TraceStats stats;
+  return CachedKernel<SampleWatch>(task).run(stats);
 }
 
 }  // namespace helio

@@ -7,14 +7,15 @@
 
 #include "renderer/film/film.h"
 #include "renderer/film/splat_buffer.h"
+#include "renderer/trace/path_watch.h"
 #include "renderer/trace/sampler.h"
+#include "renderer/trace/splat_batch.h"
 #include "renderer/trace/splat_connection.h"
 
 namespace helio {
 
 namespace {
 
-constexpr std::size_t kMostSplats = 1u << 16;  // that are handed over at a time
 // Light paths' numbers are nobody else's.
 constexpr std::uint32_t kCacheKey = 0x243f6a88u, kCountKey = 0x85a308d3u;
 
@@ -108,7 +109,7 @@ bool LightVertexCache::trace(std::size_t b, const Camera* camera, const CancelTo
     batch.paths.push_back(paths.path_of(v));
   }
   own.light_paths += std::uint64_t(numbers.count);
-  if (camera) add_splats(paths.vertices(), batch.paths, numbers, *camera, film, own);
+  if (camera) add_splats(b, paths.vertices(), batch.paths, *camera, film, own);
   stats.add(own);
   return true;
 }
@@ -120,32 +121,29 @@ bool LightVertexCache::splat(std::size_t b, const Camera& camera, const CancelTo
   std::vector<LightVertex> vertices;
   vertices.reserve(batch.paths.size());
   for (std::size_t k = 0; k < batch.paths.size(); ++k) vertices.push_back(load(records_[order_[batch.begin + k]]));
-  add_splats(vertices, batch.paths, numbers_of(b), camera, film, stats);
+  add_splats(b, vertices, batch.paths, camera, film, stats);
   return true;
 }
 
 // t = 1.
-void LightVertexCache::add_splats(const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& paths,
-                                  const LightBatch& batch, const Camera& camera, Film& film, TraceStats& stats) const {
+void LightVertexCache::add_splats(std::size_t b, const std::vector<LightVertex>& vertices,
+                                  const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film,
+                                  TraceStats& stats) const {
+  const LightBatch batch = numbers_of(b);
   const CameraImportance importance(camera);
   ConnectionRays& rays = thread_rays();
   rays.clear();  // what an exception may have left
   struct FilmPoint {
     double x, y;
   } points[ConnectionRays::kCapacity];
-  std::vector<Splat> splats;
-  const auto hand_over = [&](std::uint64_t light_paths) {
-    stats.invalid_splats += film.splats()->add(half_, splats, light_paths);
-    splats.clear();
-  };
+  SplatBatch splats(*film.splats(), half_, stats);
   const auto trace_rays = [&] {
     stats.rays += std::uint64_t(rays.count());
     stats.shadow_rays += std::uint64_t(rays.count());
-    rays.trace(*scene_->impl().accel, [&](int ray, std::uint32_t, const Rgb& radiance) {
+    rays.trace(*scene_->impl().accel, [&](int ray, std::uint32_t path, const Rgb& radiance) {
       importance.for_each_pixel(points[ray].x, points[ray].y, [&](int x, int y, double share) {
-        splats.push_back({x, y, radiance * float(share)});
+        splats.add({x, y, radiance * float(share)}, sample_of(b, path));
       });
-      if (splats.size() >= kMostSplats) hand_over(0);
     });
   };
   for (std::size_t v = 0; v < vertices.size(); ++v) {
@@ -159,7 +157,42 @@ void LightVertexCache::add_splats(const std::vector<LightVertex>& vertices, cons
     add_splat_ray(vertex, *splat, key, index, paths[v], rays);
   }
   trace_rays();
-  hand_over(std::uint64_t(batch.count));
+  splats.finish(std::uint64_t(batch.count));
+}
+
+InvalidSample LightVertexCache::sample_of(std::size_t batch, std::uint32_t path) const {
+  return {0, 0, half_, sample_, paths_, std::uint64_t(batch) * kLightBatch + path + 1};
+}
+
+bool LightVertexCache::tell(std::uint64_t path, const Camera& camera, const CancelToken& cancel,
+                            SampleTrace& trace) const {
+  const SceneData& scene = scene_->impl();
+  const std::size_t b = std::size_t(path / kLightBatch);
+  if (b >= batches_.size()) return !cancel.cancelled();  // no lights, no paths
+  const std::uint32_t own = std::uint32_t(path % kLightBatch);
+  const LightBatch batch = numbers_of(b);
+  LightPaths& paths = thread_light_paths();
+  TraceStats ignored;
+  paths.trace(scene, settings_, batch, counts_, cancel, ignored);
+  if (cancel.cancelled()) return false;
+  const CameraImportance importance(camera);
+  ConnectionRays& rays = thread_rays();
+  rays.clear();
+  for (std::uint32_t v = 0; v < paths.vertices().size(); ++v) {
+    if (paths.path_of(v) != own) continue;
+    const LightVertex& vertex = paths.vertices()[v];
+    LightVertexTrace& told = trace.light_vertices.emplace_back(trace_of(vertex, scene.instance_name(vertex.hit)));
+    told.number = int(trace.light_vertices.size());
+    if (settings_.integrator == Integrator::photon) continue;
+    const std::uint32_t key = batch.keys[own], index = batch.reversed_index[own];
+    const auto splat =
+        connect_to_camera(scene, importance, vertex, lens_sample(camera, key, index, vertex.depth), counts_, false);
+    if (!splat) continue;
+    told.splat = trace_of(*splat);
+    add_splat_ray(vertex, *splat, key, index, own, rays);
+    rays.trace(*scene.accel, [&](int, std::uint32_t, const Rgb&) { told.splat->occluded = false; });
+  }
+  return true;
 }
 
 void LightVertexCache::index() {

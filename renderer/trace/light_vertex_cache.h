@@ -17,6 +17,8 @@
 
 namespace helio {
 
+struct SampleTrace;
+
 // Of a pass; there are fewer where paths leave so many vertices that it would have more than this.
 inline constexpr std::uint64_t kMostPassPaths = 1u << 18, kMostPassVertices = 1u << 20;
 
@@ -44,6 +46,10 @@ class LightVertexCache {
   void gather(std::size_t batch);
   void finish() { ready_ = true; }
   bool ready() const { return ready_; }
+
+  // One of its light paths, numbered from 0, is traced again and told vertex by vertex, joined to the camera where the
+  // integrator does so. False: cancelled. Needs nothing of what is above.
+  bool tell(std::uint64_t path, const Camera& camera, const CancelToken& cancel, SampleTrace& trace) const;
 
   std::size_t vertices() const { return order_.size(); }
   // The vertex as it was traced, in every bit but MisState::path_tracer. v < vertices().
@@ -81,9 +87,11 @@ class LightVertexCache {
     std::size_t begin = 0;             // of its records among all
   };
   LightBatch numbers_of(std::size_t batch) const;
+  // The light path of a batch, as what was invalid.
+  InvalidSample sample_of(std::size_t batch, std::uint32_t path) const;
   LightVertex load(const Record& record) const;
-  void add_splats(const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& paths,
-                  const LightBatch& batch, const Camera& camera, Film& film, TraceStats& stats) const;
+  void add_splats(std::size_t batch, const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& paths,
+                  const Camera& camera, Film& film, TraceStats& stats) const;
 
   std::shared_ptr<const RenderScene> scene_;
   PathSettings settings_;

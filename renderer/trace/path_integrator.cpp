@@ -11,19 +11,27 @@ namespace helio {
 namespace {
 
 bool comes_before(const InvalidSample& a, const InvalidSample& b) {
-  return std::tie(a.index, a.half, a.y, a.x) < std::tie(b.index, b.half, b.y, b.x);
+  return std::tie(a.index, a.half, a.y, a.x, a.light_path) < std::tie(b.index, b.half, b.y, b.x, b.light_path);
+}
+
+void note_first(const InvalidSample& sample, TraceStats& stats) {
+  if (stats.invalid() == 0 || comes_before(sample, stats.first_invalid)) stats.first_invalid = sample;
 }
 
 }  // namespace
 
 void TraceStats::note_invalid(const InvalidSample& sample) {
-  if (invalid_samples++ == 0 || comes_before(sample, first_invalid)) first_invalid = sample;
+  note_first(sample, *this);
+  ++invalid_samples;
+}
+
+void TraceStats::note_invalid_splats(std::uint64_t count, const InvalidSample& sample) {
+  note_first(sample, *this);
+  invalid_splats += count;
 }
 
 void TraceStats::add(const TraceStats& other) {
-  if (other.invalid_samples > 0 && (invalid_samples == 0 || comes_before(other.first_invalid, first_invalid))) {
-    first_invalid = other.first_invalid;
-  }
+  if (other.invalid() > 0) note_first(other.first_invalid, *this);
   paths += other.paths;
   light_paths += other.light_paths;
   rays += other.rays;

@@ -44,13 +44,16 @@ struct SampleRange {
   std::uint32_t first = 0, count = 0;
 };
 
-// The sample whose radiance was not finite. With the scene, the camera and the settings, enough to trace it again
-// (trace_sample).
+// The sample whose radiance, or whose light path's at the camera, was not finite. With the scene, the camera and the
+// settings, enough to trace it again (trace_sample).
 struct InvalidSample {
   int x = 0, y = 0, half = 0;
   std::uint32_t index = 0;
   // That a sample of every pixel comes with, which weights depend on; 0: made by the path tracer.
   std::uint64_t light_paths = 0;
+  // Of light paths that all pixels share (LightVertexCache): the number of the one, from 1, and the pixel is 0, 0; 0:
+  // it was the pixel's sample.
+  std::uint64_t light_path = 0;
 
   bool operator==(const InvalidSample&) const = default;
 };
@@ -61,12 +64,15 @@ struct TraceStats {
   std::uint64_t rays = 0;         // intersection and occlusion queries, camera rays included
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
-  std::uint64_t invalid_splats = 0;  // of light paths: not among those, and not replayed
-  // Meaningful when invalid_samples > 0: the one of the lowest index, of these of the first half, then of the topmost
-  // and leftmost pixel, so that it does not depend on how the work was cut.
+  std::uint64_t invalid_splats = 0;  // of light paths: not among those
+  // Meaningful when invalid() > 0: the one of the lowest index, of these of the first half, then of the topmost and
+  // leftmost pixel, so that it does not depend on how the work was cut.
   InvalidSample first_invalid;
 
+  std::uint64_t invalid() const { return invalid_samples + invalid_splats; }
   void note_invalid(const InvalidSample& sample);
+  // That so many splats of light paths were, the first of them with this sample.
+  void note_invalid_splats(std::uint64_t count, const InvalidSample& sample);
   void add(const TraceStats& other);
 };
 

@@ -35,7 +35,7 @@ struct WindowTask {
   Film& film;
   RayLog* log;
   const SampleTargets* targets = nullptr;  // who takes part in which level; null: everyone
-  // run_watched_kernel() and run_watched_bidirectional_kernel() alone: what becomes of the sample, and the film's size.
+  // Of those that watch alone: what becomes of the sample, and the film's size.
   // The range is that one sample, the window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
   // run_bidirectional_kernel() alone. Of the film's size: the mean square of what the path tracer would find in a
@@ -43,7 +43,7 @@ struct WindowTask {
   SplatBuffer* squares = nullptr;
   float rare = 0;
   const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own
-  // run_cached_kernel() alone: of the range's one sample and half, ready.
+  // run_cached_kernel() and the one that watches it: of the range's one sample and half, ready.
   const LightVertexCache* lights = nullptr;
 };
 
@@ -53,6 +53,7 @@ bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_watched_kernel(const WindowTask& task);
 bool run_watched_bidirectional_kernel(const WindowTask& task);
+bool run_watched_cached_kernel(const WindowTask& task);
 // Integrators light, bdpt and path_bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Integrators that draw on a LightVertexCache.

@@ -282,9 +282,7 @@ class PathKernelBase {
 
   Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }
 
-  std::uint32_t instance_name(const Hit& hit) const {
-    return hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
-  }
+  std::uint32_t instance_name(const Hit& hit) const { return scene_.instance_name(hit); }
 
   // MIS weight of the environment that path i has met at its vertex of this number.
   float environment_weight(int, std::uint32_t i) const {

@@ -3,6 +3,7 @@
 // pictures draw on: hit_recorder.h, direction_recorder.h.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "renderer/trace/light_paths.h"
@@ -10,6 +11,7 @@
 #include "renderer/trace/path_group.h"
 #include "renderer/trace/path_kernel.h"
 #include "renderer/trace/sample_trace.h"
+#include "renderer/trace/splat_connection.h"
 
 namespace helio {
 
@@ -38,11 +40,31 @@ struct NoWatch {
   void goes_on(std::uint32_t) {}
   void density(PathState&, const BsdfSample&) {}
   void light_vertex(std::uint32_t, const LightVertex&, std::uint32_t) {}
+  void splat(std::uint32_t, int, const LightVertex&, const SplatConnection&) {}
+  void merged(std::uint32_t, int, const Rgb&) {}
   void light_ray(std::uint32_t, int, double) {}
   void connection(std::uint32_t, int, const LightVertex&, double, double, const Rgb&) {}
   void ray_arrived(int) {}
   void rays_traced() {}
 };
+
+inline LightVertexTrace trace_of(const LightVertex& light, std::uint32_t instance_name) {
+  LightVertexTrace v;
+  v.segments = light.depth;
+  v.arrived = light.arrived;
+  v.distance = light.hit.t;
+  v.instance = instance_name;
+  v.primitive = light.hit.primitive;
+  v.position = light.surface.position;
+  v.geometric_normal = light.surface.geometric_normal;
+  v.material = light.surface.part->material;
+  v.throughput = light.throughput;
+  return v;
+}
+
+inline SplatTrace trace_of(const SplatConnection& splat) {
+  return {splat.camera.film_x, splat.camera.film_y, splat.weight, true, splat.radiance};
+}
 
 // `path` is an index in the group throughout; what is said of other paths than the watched one goes nowhere.
 class SampleWatch {
@@ -143,16 +165,21 @@ class SampleWatch {
 
   void light_vertex(std::uint32_t path, const LightVertex& light, std::uint32_t instance_name) {
     if (path != watched_) return;
-    LightVertexTrace& v = trace_.light_vertices.emplace_back();
-    v.number = light.depth;
-    v.arrived = light.arrived;
-    v.distance = light.hit.t;
-    v.instance = instance_name;
-    v.primitive = light.hit.primitive;
-    v.position = light.surface.position;
-    v.geometric_normal = light.surface.geometric_normal;
-    v.material = light.surface.part->material;
-    v.throughput = light.throughput;
+    trace_.light_vertices.push_back(trace_of(light, instance_name));
+    trace_.light_vertices.back().number = int(trace_.light_vertices.size());
+  }
+
+  // Of a light vertex that was told before.
+  void splat(std::uint32_t path, int ray, const LightVertex& light, const SplatConnection& splat) {
+    if (path != watched_) return;
+    newest(light).splat = trace_of(splat);
+    rays_.push_back({ray, kSplat, newest(light).number});
+  }
+
+  void merged(std::uint32_t path, int light_vertices, const Rgb& contribution) {
+    VertexTrace& v = note(path);
+    v.merged = light_vertices;
+    v.merged_contribution = contribution;
   }
 
   // After light_value() and shadow_ray().
@@ -161,22 +188,27 @@ class SampleWatch {
     LightTrace& light = trace_.vertices.back().light;
     light.mis_weight = float(mis_weight);
     light.occluded = true;
-    rays_.push_back({ray, kLightSample});
+    rays_.push_back({ray, kLightSample, 0});
   }
 
   void connection(std::uint32_t path, int ray, const LightVertex& light, double distance, double mis_weight,
                   const Rgb& contribution) {
     if (path != watched_) return;
     std::vector<ConnectionTrace>& all = trace_.vertices.back().connections;
-    rays_.push_back({ray, all.size()});
-    all.push_back({light.depth, distance, mis_weight, true, contribution});
+    rays_.push_back({ray, all.size(), 0});
+    all.push_back({newest(light).number, distance, mis_weight, true, contribution});
   }
 
   void ray_arrived(int ray) {
     for (const TracedRay& traced : rays_) {
       if (traced.number != ray) continue;
-      VertexTrace& v = trace_.vertices.back();
-      (traced.connection == kLightSample ? v.light.occluded : v.connections[traced.connection].occluded) = false;
+      if (traced.connection == kSplat) {
+        trace_.light_vertices[std::size_t(traced.light_vertex) - 1].splat->occluded = false;
+      } else if (traced.connection == kLightSample) {
+        trace_.vertices.back().light.occluded = false;
+      } else {
+        trace_.vertices.back().connections[traced.connection].occluded = false;
+      }
     }
   }
 
@@ -189,10 +221,17 @@ class SampleWatch {
   // The newest vertex of the sample that is watched; of all others, something that nobody reads.
   VertexTrace& note(std::uint32_t path) { return path == watched_ ? trace_.vertices.back() : ignored_; }
 
-  static constexpr std::size_t kLightSample = ~std::size_t(0);
+  // The one told last that lies as far from its light.
+  LightVertexTrace& newest(const LightVertex& light) {
+    return *std::find_if(trace_.light_vertices.rbegin(), trace_.light_vertices.rend(),
+                         [&](const LightVertexTrace& v) { return v.segments == light.depth; });
+  }
+
+  static constexpr std::size_t kLightSample = ~std::size_t(0), kSplat = kLightSample - 1;
   struct TracedRay {
     int number;
-    std::size_t connection;  // of the newest vertex, or kLightSample
+    std::size_t connection;  // of the newest vertex; or kLightSample, or kSplat of a light vertex
+    int light_vertex;        // LightVertexTrace::number
   };
 
   SampleTrace& trace_;

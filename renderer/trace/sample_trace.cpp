@@ -1,7 +1,10 @@
 #include "renderer/trace/sample_trace.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "renderer/trace/light_vertex_cache.h"
 #include "renderer/trace/path_kernel.h"
 
 namespace helio {
@@ -51,24 +54,58 @@ void look_at_light(const LightTrace& light, Search& search) {
   search.look(light.contribution, "the light sample's contribution");
 }
 
+// The pass of light paths that the sample drew on; null: cancelled.
+std::shared_ptr<LightVertexCache> trace_pass(const std::shared_ptr<const RenderScene>& scene,
+                                             const PathSettings& settings, const InvalidSample& sample,
+                                             const CancelToken& cancel, Film& none) {
+  auto pass = std::make_shared<LightVertexCache>(scene, settings, sample.half, sample.index, sample.light_paths,
+                                                 mean_light_vertices(*scene, settings));
+  TraceStats ignored;
+  for (std::size_t b = 0; b < pass->batches(); ++b) {
+    if (!pass->trace(b, nullptr, cancel, none, ignored)) return nullptr;
+  }
+  pass->index();
+  for (std::size_t b = 0; b < pass->batches(); ++b) pass->gather(b);
+  pass->finish();
+  return pass;
+}
+
 }  // namespace
+
+bool SampleTrace::finite() const {
+  return is_finite(radiance) && std::all_of(light_vertices.begin(), light_vertices.end(),
+                                            [](const auto& v) { return !v.splat || is_finite(v.splat->contribution); });
+}
 
 bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const CancelToken& cancel, SampleTrace& trace) {
   Film none(1, 1);  // the film's size is the trace's, its pixels are not touched
   const InvalidSample& sample = trace.sample;
-  const WindowTask task{scene.impl(),
-                        camera,
-                        settings,
-                        {sample.half, sample.index, 1},
-                        {sample.x, sample.y, sample.x + 1, sample.y + 1},
-                        cancel,
-                        none,
-                        nullptr,
-                        nullptr,
-                        &trace};
+  WindowTask task{scene.impl(),
+                  camera,
+                  settings,
+                  {sample.half, sample.index, 1},
+                  {sample.x, sample.y, sample.x + 1, sample.y + 1},
+                  cancel,
+                  none,
+                  nullptr,
+                  nullptr,
+                  &trace};
   trace.vertices.clear();
   trace.light_vertices.clear();
+  trace.radiance = Rgb(0, 0, 0);
+  if (caches_light_vertices(settings.integrator)) {
+    // It does not outlive this call, nor does the scene end before.
+    const std::shared_ptr<const RenderScene> borrowed(std::shared_ptr<void>(), &scene);
+    if (sample.light_path > 0) {
+      const LightVertexCache pass(borrowed, settings, sample.half, sample.index, sample.light_paths,
+                                  mean_light_vertices(scene, settings));
+      return pass.tell(sample.light_path - 1, camera, cancel, trace);
+    }
+    const auto pass = trace_pass(borrowed, settings, sample, cancel, none);
+    task.lights = pass.get();
+    return pass && run_watched_cached_kernel(task);
+  }
   return sample.light_paths > 0 ? run_watched_bidirectional_kernel(task) : run_watched_kernel(task);
 }
 
@@ -78,6 +115,10 @@ std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
     search.look(v.position, "the position");
     search.look(v.geometric_normal, "the geometric normal");
     search.look(v.throughput, "the light that arrives");
+    if (v.splat) {
+      search.look(float(v.splat->mis_weight), "the weight of what the camera sees of it");
+      search.look(v.splat->contribution, "what the camera sees of it");
+    }
     if (!search.found().empty()) return NotFinite{v.number, search.found(), true};
   }
   for (std::size_t i = 0; i < trace.vertices.size(); ++i) {
@@ -96,6 +137,7 @@ std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
       search.look(float(connection.mis_weight), "a connection's weight");
       search.look(connection.contribution, "a connection's contribution");
     }
+    search.look(v.merged_contribution, "what light vertices nearby bring");
     if (v.sampled) {
       search.look(v.scatter.pdf_w, "the density of the sampled direction");
       search.look(v.scatter.weight, "the weight of the sampled direction");
@@ -116,6 +158,8 @@ std::string why_ended(const VertexTrace& v, const PathSettings& settings) {
   if (v.black_side) return "met a one-sided surface from behind";
   if (v.number >= settings.max_segments) return "has as many segments as max_segments allows";
   if (settings.integrator == Integrator::light) return "ends where it sees: light paths bring the rest";
+  if (settings.integrator == Integrator::photon && v.scatter.valid() && !v.scatter.delta)
+    return "ends where light paths arrive: they bring the rest";
   if (settings.technique && v.number + 1 >= settings.technique->camera_vertices)
     return "has as many vertices as the technique";
   if (!v.sampled) return "met a surface that reflects nothing";

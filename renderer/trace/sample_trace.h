@@ -30,7 +30,7 @@ struct LightTrace {
   Rgb contribution{0, 0, 0};     // what is added where the ray is not occluded
 };
 
-// A vertex joined to one of the sample's light path.
+// A vertex joined to one of the sample's light path, or to one that all pixels share.
 struct ConnectionTrace {
   int light_vertex = 0;  // LightVertexTrace::number
   double distance = 0;
@@ -60,6 +60,8 @@ struct VertexTrace {
   SurfaceParams params;          // `layers` is null
   LightTrace light;
   std::vector<ConnectionTrace> connections;  // that bring something where nothing lies between
+  int merged = 0;                            // light vertices nearby that were merged with it
+  Rgb merged_contribution{0, 0, 0};          // what all of them bring
 
   bool sampled = false;          // a direction was asked for; the two below are set
   BsdfSample scatter;            // wi in the shading frame
@@ -70,16 +72,26 @@ struct VertexTrace {
   bool goes_on = false;
 };
 
+// A light vertex joined to the camera.
+struct SplatTrace {
+  double film_x = 0, film_y = 0;  // pixels
+  double mis_weight = 0;
+  bool occluded = true;
+  Rgb contribution{0, 0, 0};  // what its light path alone would make of the pixel's radiance where nothing lies between
+};
+
 // A vertex of the light path that goes with the sample, of those that can be joined: surfaces that only mirror are left
-// out.
+// out. Where light paths are shared, one that a vertex was to be joined to.
 struct LightVertexTrace {
-  int number = 0;                                 // segments from the light
+  int number = 0;                                 // of those that are told, from 1
+  int segments = 0;                               // from the light
   V3f arrived{0, 0, 0};                           // unit, along the segment that led to it
   float distance = 0;                             // which is that long
   std::uint32_t instance = ~0u, primitive = ~0u;  // as in PixelFeatures
   V3f position{0, 0, 0}, geometric_normal{0, 0, 0};
   std::uint32_t material = 0;  // index in the scene's description
   Rgb throughput{0, 0, 0};     // of the light that arrives
+  std::optional<SplatTrace> splat;  // nothing: the camera does not see it, or the paths are shared
 };
 
 struct SampleTrace {
@@ -88,12 +100,15 @@ struct SampleTrace {
   std::vector<LightVertexTrace> light_vertices;
   std::vector<VertexTrace> vertices;
   Rgb radiance{0, 0, 0};       // what the film was offered
+
+  // What the sample and its light path brought to the film.
+  bool finite() const;
 };
 
 // Traces one sample with the kernel that trace_window() takes for the scene, together with the rest of its group, so
 // that it is the same in every bit. `trace` holds the film's size and the sample when called: a pixel inside the film,
-// half 0 or 1, and with light_paths one that was made with them, by an integrator that gives every camera path a light
-// path of its own. False when cancelled.
+// half 0 or 1, and with light_paths one that was made with them. Where all pixels share light paths their pass is
+// traced as well; with light_path that light path alone is told. False when cancelled.
 bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const CancelToken& cancel, SampleTrace& trace);
 

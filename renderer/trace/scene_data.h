@@ -134,6 +134,11 @@ struct RenderScene::Impl final : AlphaTest {
     return hit.instance == kNoHit ? flat[hit.part] : object_parts[instances[hit.instance].first_part + hit.part];
   }
 
+  // Index of the instance that was hit in the scene's description.
+  std::uint32_t instance_name(const Hit& hit) const {
+    return hit.instance != kNoHit ? instance_names[hit.instance] : flat_names[hit.part];
+  }
+
   // Index of the area emitter that was hit, or kNoHit.
   std::uint32_t emitter(const Hit& hit, const PartRecord& part) const {
     if (hit.instance == kNoHit) {

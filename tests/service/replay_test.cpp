@@ -134,7 +134,8 @@ TEST_F(ReplayTest, ASampleOfAPictureThatDrawsOnAnotherIsReplayedToo) {
 // Either kind of tile has samples of its own.
 TEST_F(ReplayTest, ASampleWithALightPathIsReplayedInItsBits) {
   ASSERT_NO_FATAL_FAILURE(start_with_overflow());
-  for (const pb::Integrator integrator : {pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT}) {
+  for (const pb::Integrator integrator :
+       {pb::INTEGRATOR_BDPT, pb::INTEGRATOR_PT_BDPT, pb::INTEGRATOR_LVC, pb::INTEGRATOR_VCM, pb::INTEGRATOR_PHOTON}) {
     pb::CreateSessionRequest request;
     request.set_scene_id(scene_);
     request.mutable_settings()->set_width(40);
@@ -153,8 +154,9 @@ TEST_F(ReplayTest, ASampleWithALightPathIsReplayedInItsBits) {
     ASSERT_TRUE(status.ok()) << status.error_message();
     EXPECT_EQ(told.sample().sample().ShortDebugString(), end.first_invalid().ShortDebugString());
     EXPECT_NE(told.sample().integrator(), pb::INTEGRATOR_PT_BDPT);
-    EXPECT_EQ(told.sample().light_paths() > 0, told.sample().integrator() == pb::INTEGRATOR_BDPT);
-    if (integrator == pb::INTEGRATOR_BDPT) {
+    EXPECT_EQ(told.sample().light_paths() > 0, told.sample().integrator() != pb::INTEGRATOR_UNSPECIFIED);
+    if (integrator != pb::INTEGRATOR_PT_BDPT) {
+      EXPECT_EQ(told.sample().integrator(), integrator);
       EXPECT_EQ(told.sample().light_paths(), 40u * 30);
     }
     EXPECT_FALSE(told.finite());

@@ -99,7 +99,8 @@ TEST(ReplayToken, TellsWhichPathsMadeTheSample) {
   for (const auto& [rendered, light_paths, made] : {std::tuple(Integrator::light, 1000, Integrator::light),
                                                     {Integrator::bdpt, 1000, Integrator::bdpt},
                                                     {Integrator::path_bdpt, 1000, Integrator::bdpt},
-                                                    {Integrator::path_bdpt, 0, Integrator::path}}) {
+                                                    {Integrator::path_bdpt, 0, Integrator::path},
+                                                    {Integrator::vcm, 1000, Integrator::vcm}}) {
     begin.settings.integrator = rendered;
     sample.light_paths = std::uint64_t(light_paths);
     const auto again = read_replay_token(make_replay_token(Scene(), begin, sample), {}, "token");

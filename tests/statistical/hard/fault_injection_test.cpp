@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/trace/sample_trace.h"
+#include "tests/support/light_cache.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -120,6 +121,47 @@ TEST(FaultInjection, ASampleWithALightPathIsReplayed) {
   trace.sample.index += 1;
   ASSERT_TRUE(trace_sample(*room, camera, path, CancelToken(), trace));
   EXPECT_TRUE(is_finite(trace.radiance));
+}
+
+// A light path that brings the camera more than any float says is told as well, whether it goes with one sample or is
+// shared by all.
+TEST(FaultInjection, ALightPathThatIsInvalidAtTheCameraIsReplayed) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f))};
+  add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
+  PunctualLight light;
+  light.position = {0, 0.5, 0};
+  light.intensity = Rgb(3e37f);
+  scene.lights = {light};
+  const auto built = build(std::move(scene));
+  const CameraPose pose = camera_at({0, 1, 2}, {0, 0, 0}, 40);
+  const Camera camera(pose, 16, 16, built->origin());
+  for (const Integrator integrator : {Integrator::light, Integrator::lvc}) {
+    SCOPED_TRACE(to_string(integrator));
+    PathSettings path;
+    path.integrator = integrator;
+    FilmState state;
+    state.splats = true;
+    Film film(16, 16, state);
+    TraceStats stats;
+    if (integrator == Integrator::lvc) {
+      make_light_cache(built, path, 1, 4, 256, &camera, film, stats);
+    } else {
+      ASSERT_TRUE(trace_window(*built, camera, path, {1, 4, 1}, film.bounds(), CancelToken(), film, stats));
+    }
+    ASSERT_GT(stats.invalid_splats, 0u);
+    EXPECT_EQ(stats.invalid_samples, 0u);
+    EXPECT_EQ(stats.first_invalid.light_path > 0, integrator == Integrator::lvc);
+    EXPECT_EQ(stats.first_invalid.light_paths, 256u);
+    SampleTrace trace;
+    trace.width = trace.height = 16;
+    trace.sample = stats.first_invalid;
+    ASSERT_TRUE(trace_sample(*built, camera, path, CancelToken(), trace));
+    EXPECT_FALSE(trace.finite());
+    const auto first = first_not_finite(trace);
+    ASSERT_TRUE(first.has_value());
+    EXPECT_TRUE(first->on_light_path);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "tests/support/light_cache.h"
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {
@@ -22,12 +23,13 @@ SampleTrace trace_of(const RenderScene& scene, const CameraPose& pose, int width
   return trace;
 }
 
-// Adds up what the vertices say in the kernel's order: emission, the light sample, connections.
+// Adds up what the vertices say in the kernel's order: emission, light vertices merged, the light sample, connections.
 Rgb told_radiance(const SampleTrace& trace) {
   Rgb sum(0, 0, 0);
   for (const VertexTrace& v : trace.vertices) {
     EXPECT_EQ(v.radiance, sum) << "before vertex " << v.number;
     if (!is_black(v.emitted)) sum += v.throughput * v.emitted * v.emitted_weight;
+    if (v.merged > 0) sum += v.merged_contribution;
     if (v.light.shadow_ray && !v.light.occluded) sum += v.light.contribution;
     for (const ConnectionTrace& connection : v.connections) {
       if (!connection.occluded) sum += connection.contribution;
@@ -38,11 +40,14 @@ Rgb told_radiance(const SampleTrace& trace) {
 
 // Connections name vertices of the light path, and are left out beyond max_segments.
 void expect_light_path(const SampleTrace& trace, const PathSettings& settings) {
-  int number = 0;
+  int number = 0, segments = 0;
   for (const LightVertexTrace& v : trace.light_vertices) {
-    ASSERT_GT(v.number, number);
-    number = v.number;
-    ASSERT_LT(number, settings.max_segments);
+    ASSERT_EQ(v.number, ++number);
+    if (!caches_light_vertices(settings.integrator)) {
+      ASSERT_GT(v.segments, segments);
+      segments = v.segments;
+    }
+    ASSERT_LT(v.segments, settings.max_segments);
     ASSERT_FALSE(is_black(v.throughput));
   }
   for (const VertexTrace& v : trace.vertices) {
@@ -50,7 +55,7 @@ void expect_light_path(const SampleTrace& trace, const PathSettings& settings) {
       const auto named = [&](const LightVertexTrace& light) { return light.number == connection.light_vertex; };
       const auto light = std::find_if(trace.light_vertices.begin(), trace.light_vertices.end(), named);
       ASSERT_TRUE(light != trace.light_vertices.end());
-      ASSERT_LE(v.number + connection.light_vertex + 1, settings.max_segments);
+      ASSERT_LE(v.number + light->segments + 1, settings.max_segments);
       ASSERT_NEAR(connection.distance, length(V3d(v.position) - V3d(light->position)), 1e-4);
       ASSERT_GT(connection.mis_weight, 0);
       ASSERT_LE(connection.mis_weight, 1);
@@ -70,9 +75,15 @@ void expect_same_bits(const RenderScene& scene, const PathSettings& settings) {
     const std::uint64_t paths = light_paths ? std::uint64_t(width) * height : 0;
     TraceStats stats;
     const Camera camera(kPose, width, height, scene.origin());
-    ASSERT_TRUE(trace_window(scene, camera, settings, {half, index, 1}, film.bounds(), CancelToken(), film, stats));
+    std::shared_ptr<LightVertexCache> pass;
+    if (caches_light_vertices(settings.integrator)) {
+      const std::shared_ptr<const RenderScene> borrowed(std::shared_ptr<void>(), &scene);
+      pass = make_light_cache(borrowed, settings, half, index, paths, nullptr, film, stats);
+    }
+    ASSERT_TRUE(trace_window(scene, camera, settings, {half, index, 1}, film.bounds(), CancelToken(), film, stats,
+                             nullptr, pass.get()));
     for (int y = 0; y < height; ++y) {
-      for (int x = half; x < width; x += 3) {
+      for (int x = half; x < width; x += pass ? 19 : 3) {  // a pass is traced for each
         const SampleTrace trace = trace_of(scene, kPose, width, height, {x, y, half, index, paths}, settings);
         const HalfPixel& pixel = film.half(half, x, y);
         ASSERT_EQ(pixel.count, 1u);
@@ -117,6 +128,65 @@ TEST(SampleTrace, WithItsLightPathToo) {
     settings.technique.reset();
     settings.integrator = Integrator::light;
     expect_same_bits(*scene, settings);
+  }
+}
+
+TEST(SampleTrace, WithThePassThatItDrewOnToo) {
+  for (const Integrator integrator : {Integrator::lvc, Integrator::vcm, Integrator::photon}) {
+    for (const bool mixed : {false, true}) {
+      SCOPED_TRACE(to_string(integrator));
+      const auto scene = build(mixed ? mixed_scene() : lambert_room());
+      PathSettings settings;
+      settings.seed = 99;
+      settings.integrator = integrator;
+      settings.light_cache.radius = 0.1;
+      expect_same_bits(*scene, settings);
+    }
+  }
+}
+
+// What vertices of a light path bring to the camera is what the film gets: over all samples of a picture, each light
+// path's share of the pixels that it says.
+TEST(SampleTrace, TellsWhatTheCameraSeesOfLightPaths) {
+  const auto scene = build(lambert_room());
+  const int side = 16;
+  const Camera camera(kPose, side, side, scene->origin());
+  for (const Integrator integrator : {Integrator::bdpt, Integrator::lvc}) {
+    SCOPED_TRACE(to_string(integrator));
+    PathSettings settings;
+    settings.integrator = integrator;
+    FilmState state;
+    state.splats = true;
+    Film film(side, side, state);
+    TraceStats stats;
+    const InvalidSample sample{0, 0, 0, 3, std::uint64_t(side * side)};
+    std::vector<V3d> told(std::size_t(side * side), V3d(0, 0, 0));
+    const auto add = [&](const InvalidSample& which) {
+      for (const LightVertexTrace& v : trace_of(*scene, kPose, side, side, which, settings).light_vertices) {
+        if (!v.splat || v.splat->occluded) continue;
+        told[std::size_t(int(v.splat->film_y) * side + int(v.splat->film_x))] += V3d(v.splat->contribution);
+      }
+    };
+    if (integrator == Integrator::lvc) {
+      const auto pass = make_light_cache(scene, settings, 0, 3, sample.light_paths, &camera, film, stats);
+      for (std::uint64_t path = 1; path <= sample.light_paths; ++path) {
+        InvalidSample which = sample;
+        which.light_path = path;
+        add(which);
+      }
+    } else {
+      ASSERT_TRUE(trace_window(*scene, camera, settings, {0, 3, 1}, film.bounds(), CancelToken(), film, stats));
+      for (int i = 0; i < side * side; ++i) add({i % side, i / side, 0, 3, sample.light_paths});
+    }
+    double brought = 0;
+    for (int i = 0; i < side * side; ++i) {
+      const Rgb mean = film.splats()->mean(0, i % side, i / side);
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(told[std::size_t(i)][c] / (side * side), mean[c], 1e-5 * mean[c] + 1e-9) << i;
+        brought += mean[c];
+      }
+    }
+    EXPECT_GT(brought, 0);
   }
 }
 
