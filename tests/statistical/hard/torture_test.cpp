@@ -8,8 +8,8 @@
 
 #include "renderer/film/light_tiles.h"
 #include "renderer/trace/sample_trace.h"
+#include "tests/statistical/hard/torture_scenes.h"
 #include "tests/support/light_cache.h"
-#include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -22,132 +22,6 @@ constexpr double kSamplesPerScene = double(kWidth) * kHeight * kSamplesPerHalf *
 double samples_wanted() {
   const char* text = std::getenv("HELIO_TORTURE_SAMPLES");
   return text ? std::max(kSamplesPerScene, std::strtod(text, nullptr)) : 20 * kSamplesPerScene;
-}
-
-// Numbers in the places where formulas change their course.
-class Extremes {
- public:
-  explicit Extremes(std::uint64_t seed) : random_(seed) {}
-
-  float uniform(float low = 0, float high = 1) { return low + (high - low) * random_.next_float(); }
-  bool chance(float p) { return random_.next_float() < p; }
-  int below(int n) { return std::min(n - 1, int(random_.next_float() * float(n))); }
-
-  // In [0, 1], the ends and their neighbourhoods often.
-  float unit() {
-    static const float kEnds[] = {0, 1e-30f, 1e-6f, 1e-4f, 1e-3f, 0.0316f, 0.0995f, 0.1f, 0.5f, 0.999f, 0.9999999f, 1};
-    return chance(0.5f) ? kEnds[below(int(std::size(kEnds)))] : uniform();
-  }
-  float log_uniform(float low, float high) { return low * std::pow(high / low, uniform()); }
-  Rgb color() { return {unit(), unit(), unit()}; }
-  V3f direction() {
-    for (;;) {
-      const V3f v(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
-      if (length_squared(v) <= 1 && length_squared(v) > 1e-4f) return normalize(v);
-    }
-  }
-
- private:
-  Random random_;
-};
-
-Material extreme_material(Extremes& x) {
-  Material m;
-  m.base_color = x.color();
-  m.metallic = x.unit();
-  m.roughness = x.unit();
-  m.specular = x.unit();
-  m.specular_color = x.color();
-  m.ior = x.chance(0.3f) ? 1.0f : x.uniform(1, 3);
-  m.double_sided = x.chance(0.5f);
-  if (x.chance(0.4f)) {
-    m.transmission = x.unit();
-    m.thickness = x.chance(0.5f) ? 1.0f : 0.0f;
-  }
-  if (x.chance(0.3f)) m.emission = x.color() * x.log_uniform(1e-6f, 1e9f);
-  if (x.chance(0.2f)) {
-    m.alpha_mode = AlphaMode::blend;
-    m.base_alpha = x.unit();
-  }
-  if (x.chance(0.3f)) {
-    MaterialLayers& l = m.layers;
-    l.clearcoat = x.unit();
-    l.clearcoat_roughness = x.unit();
-    l.sheen_color = x.color();
-    l.sheen_roughness = x.unit();
-    l.anisotropy = x.unit();
-    l.iridescence = x.unit();
-    l.iridescence_ior = x.uniform(1, 3);
-    l.diffuse_transmission = x.unit();
-    l.diffuse_transmission_color = x.color();
-  }
-  return m;
-}
-
-// Triangles from needles to squares; some with vertex normals that point anywhere.
-TriangleMesh extreme_mesh(Extremes& x, int material, float size) {
-  TriangleMesh mesh;
-  const int count = 1 + x.below(20);
-  for (int i = 0; i < count; ++i) {
-    const V3f corner = x.direction() * size * x.uniform();
-    const V3f u = x.direction() * size * x.log_uniform(1e-6f, 1), v = x.direction() * size * x.log_uniform(1e-6f, 1);
-    const auto first = std::uint32_t(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {corner, corner + u, corner + (x.chance(0.1f) ? u : v)});
-    mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2});
-  }
-  if (x.chance(0.3f)) {
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) mesh.normals.push_back(x.direction());
-  }
-  mesh.material = material;
-  return mesh;
-}
-
-// A room or none, a handful of objects, lights near and far, at a scale from 1e-4 to 1e6.
-SceneDescription extreme_scene(Extremes& x, float scale) {
-  SceneDescription scene;
-  const int materials = 3 + x.below(6);
-  for (int i = 0; i < materials; ++i) scene.materials.push_back(extreme_material(x));
-  const auto any = [&] { return x.below(materials); };
-  if (x.chance(0.6f)) add_mesh(scene, box(V3f(-1) * scale, V3f(1) * scale, any(), true));
-  const int objects = 1 + x.below(6);
-  for (int i = 0; i < objects; ++i) {
-    if (x.chance(0.3f)) {
-      add_sphere(scene, x.direction() * scale * x.uniform(), scale * x.log_uniform(1e-4f, 0.7f), any());
-      continue;
-    }
-    Object object;
-    object.meshes.push_back(extreme_mesh(x, any(), scale));
-    const int index = add_object(scene, std::move(object));
-    for (int copies = 1 + x.below(3); copies > 0; --copies) {
-      M44d place;
-      for (int axis = 0; axis < 3; ++axis) {
-        place[axis][axis] = (x.chance(0.2f) ? -1 : 1) * double(x.log_uniform(0.01f, 2));
-        place[3][axis] = double(scale) * x.uniform(-0.5f, 0.5f);
-      }
-      add_instance(scene, index, place);
-    }
-  }
-  for (int lights = x.below(4); lights > 0; --lights) {
-    PunctualLight light;
-    light.position = V3d(x.direction()) * double(scale * x.uniform());
-    light.intensity = x.color() * x.log_uniform(1e-6f, 1e6f) * sqr(scale);
-    scene.lights.push_back(light);
-  }
-  if (x.chance(0.5f)) {
-    scene.environment = Environment{};
-    scene.environment->radiance = x.color() * x.log_uniform(1e-6f, 1e6f);
-  }
-  return scene;
-}
-
-CameraPose extreme_camera(Extremes& x, float scale) {
-  const V3d eye = V3d(x.direction()) * double(scale) * double(x.chance(0.7f) ? x.uniform() : x.log_uniform(1, 1000));
-  CameraPose pose = camera_at(eye, V3d(x.direction()) * double(scale) * 0.3, x.chance(0.2f) ? 178 : x.uniform(0.2f, 90));
-  if (x.chance(0.3f)) {
-    pose.lens_radius = double(scale) * x.log_uniform(1e-4f, 1);
-    pose.focus_distance = double(scale) * x.log_uniform(1e-2f, 10);
-  }
-  return pose;
 }
 
 std::string where(const RenderScene& scene, const CameraPose& pose, const PathSettings& settings,
@@ -220,9 +94,12 @@ TEST(Torture, NoSampleIsInvalid) {
   for (std::uint64_t seed = 1; samples < wanted; ++seed) {
     Extremes x(seed);
     const float scale = x.log_uniform(1e-4f, 1e6f);
-    const auto scene = build(extreme_scene(x, scale));
+    RenderSceneOptions options;
+    options.threads = 1;
+    options.texture_filter = x.chance(0.3f) ? TextureFilter::mip : TextureFilter::bilinear;
+    const auto scene = build(torture_scene(x, scale), options);
     ASSERT_TRUE(scene) << seed;
-    const CameraPose pose = extreme_camera(x, scale);
+    const CameraPose pose = torture_camera(x, scale);
     PathSettings settings;
     settings.seed = seed;
     settings.max_segments = x.chance(0.1f) ? 200 : 10;
