@@ -1,6 +1,8 @@
 // Samples follow the density: layered materials, and those that only Mitsuba scenes have.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/unit/trace/bsdf_checks.h"
 #include "tests/unit/trace/layer_cases.h"
 #include "tests/unit/trace/mitsuba_cases.h"
@@ -8,16 +10,20 @@
 namespace helio::test {
 namespace {
 
+constexpr float kAlphas[] = {0.07f, 0.2f, 0.6f};
 const std::vector<NamedMaterial>& sampled_materials() {
   static const std::vector<NamedMaterial> list = [] {
     std::vector<NamedMaterial> all;
-    for (NamedMaterial& material : layered_materials(0.2f, false)) {
-      material.name = "gltf " + material.name;
-      all.push_back(material);
-    }
-    for (NamedMaterial& material : mitsuba_materials(0.2f, false)) {
-      material.name = "mitsuba " + material.name;
-      all.push_back(material);
+    for (const float alpha : kAlphas) {
+      const std::string end = " alpha " + std::to_string(std::lround(alpha * 100)) + " percent";
+      for (NamedMaterial& material : layered_materials(alpha, false)) {
+        material.name = "gltf " + material.name + end;
+        all.push_back(material);
+      }
+      for (NamedMaterial& material : mitsuba_materials(alpha, false)) {
+        material.name = "mitsuba " + material.name + end;
+        all.push_back(material);
+      }
     }
     return all;
   }();
@@ -26,12 +32,58 @@ const std::vector<NamedMaterial>& sampled_materials() {
 
 class LayersChiSquare : public testing::TestWithParam<std::size_t> {};
 
+// From above and from aside; the smoothest from one angle, and the roughest from another.
 TEST_P(LayersChiSquare, SamplesFollowTheDensity) {
-  check_samples_follow_density(sampled_materials()[GetParam()], 61, int(sampled_materials().size()));
+  const NamedMaterial& material = sampled_materials()[GetParam()];
+  const std::size_t of_alpha = sampled_materials().size() / std::size(kAlphas);
+  const int tests = 4 * int(of_alpha);
+  switch (GetParam() / of_alpha) {
+    case 0:
+      return check_samples_follow_density(material, {65}, 61, tests);
+    case 1:
+      return check_samples_follow_density(material, {40, 85}, 61, tests);
+    default:
+      return check_samples_follow_density(material, {20}, 61, tests);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(, LayersChiSquare, testing::Range(std::size_t(0), sampled_materials().size()),
                          [](const auto& info) { return letters_and_digits(sampled_materials()[info.param].name); });
+
+// In the frame of a mapped normal; what that and the surface's own disagree about is lost, and belongs elsewhere.
+TEST(MappedChiSquare, SamplesFollowTheDensity) {
+  using enum MicrofacetDistribution;
+  std::vector<NamedMaterial> materials = {lambert_material(),
+                                          {"metal", mitsuba_conductor(ggx, 0.3f)},
+                                          {"plastic", plastic(beckmann, 0.4f, 1.5f, Rgb(0.7f, 0.3f, 0.1f))},
+                                          {"glass", glass(ggx, 0.3f, 1.5f, false)},
+                                          {"glass from inside", glass(ggx, 0.3f, 1.5f, false), true}};
+  for (NamedMaterial& material : materials) {
+    material.name += ", mapped";
+    material.params.mapped = true;
+    material.params.map_normal = direction_at(35, 160);
+    material.params.map_alpha2 = 0.06f;
+    check_samples_follow_density(material, {15, 60}, 67, 2 * int(materials.size()));
+  }
+}
+
+// Of lobes that are mixed with others: coats, plastic, blends. The frequency of a delta is what its sample says.
+TEST(LayersDelta, ProbabilitiesAreThoseStated) {
+  int deltas = 0;
+  const auto check = [&](const std::vector<NamedMaterial>& materials, float alpha) {
+    for (const NamedMaterial& material : materials) {
+      if (material.name.find("own normal") != std::string::npos) continue;  // its mirror image may be below the surface
+      SCOPED_TRACE(material.name + ", alpha " + std::to_string(alpha));
+      for (const double angle : {20.0, 75.0}) check_delta_probabilities(material, angle, 200'000, 71);
+      ++deltas;
+    }
+  };
+  for (const float alpha : {0.0f, 0.3f}) {
+    check(layered_materials(alpha, false), alpha);
+    check(mitsuba_materials(alpha, false), alpha);
+  }
+  EXPECT_GT(deltas, 60);
+}
 
 }  // namespace
 }  // namespace helio::test

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
+
+#include "tests/support/chi_square.h"
 
 namespace helio {
 namespace {
@@ -115,6 +118,37 @@ TEST(CameraImportance, SharesOfAFilterAreItsDensity) {
       }
     }
     for (const double sum : sums) EXPECT_NEAR(sum, 1, 2e-3);
+  }
+}
+
+// Rings of equal area and sectors of the lens get equally many rays, all of which meet in the plane of focus.
+TEST(CameraLens, IsCoveredEvenly) {
+  constexpr double kRadius = 0.2, kFocus = 4;
+  constexpr int kRings = 10, kSectors = 20;
+  std::mt19937 generator(6);
+  const auto uniform = [&] { return std::uniform_real_distribution<float>(0, 1)(generator); };
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    const CameraPose pose = pose_of(projection, kRadius);
+    const Camera camera(pose, kWidth, kHeight, {1, -2, 0.5});
+    const CameraRay middle = camera.generate_ray(20, 9, {0.3f, 0.6f}, {0.5f, 0.5f});
+    const V3f right(pose.right), up(pose.up), forward(pose.forward);
+    const auto focused = [&](const CameraRay& ray) {
+      return ray.origin + ray.direction * float(kFocus / dot(ray.direction, forward));
+    };
+    std::vector<double> observed(kRings * kSectors),
+        expected(observed.size(), double(test::kChiSquareSamples) / (kRings * kSectors));
+    for (int n = 0; n < test::kChiSquareSamples; ++n) {
+      const CameraRay ray = camera.generate_ray(20, 9, {0.3f, 0.6f}, {uniform(), uniform()});
+      const V3f off = ray.origin - middle.origin;
+      const double x = double(dot(off, right)) / kRadius, y = double(dot(off, up)) / kRadius, share = x * x + y * y;
+      ASSERT_LT(share, 1 + 1e-4);
+      const int ring = std::min(int(share * kRings), kRings - 1);
+      const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
+      ++observed[std::size_t(ring * kSectors + std::min(int(turn * kSectors), kSectors - 1))];
+      if (n % 100 == 0) ASSERT_NEAR(length(focused(ray) - focused(middle)), 0, 1e-4);
+    }
+    const test::ChiSquareResult result = test::chi_square_test(observed, expected);
+    EXPECT_TRUE(result.passes(test::kSignificance, 2)) << int(projection) << ": " << result.summary();
   }
 }
 

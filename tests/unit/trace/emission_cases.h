@@ -150,6 +150,7 @@ inline void EmissionCases::add_punctual_lights() {
   light.outer_cone_angle = 0.7f;
   add_punctual("spot with a range", light);
   light.range = std::numeric_limits<float>::infinity();
+  add_punctual("spot", light);
   light.falloff = SpotFalloff::linear_in_angle;
   add_punctual("spot, linear", light);
   light.kind = PunctualKind::projector;

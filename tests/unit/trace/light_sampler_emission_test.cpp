@@ -368,7 +368,7 @@ TEST(LightEmission, DirectionsFollowTheirDensity) {
                      return disk * mapped.pdf_emission_environment(-normalize(w));
                    }});
   // Delta lights: the density of a sample that next-event estimation found there.
-  for (const char* name : {"point", "spot, linear", "projector", "skewed projector with a picture"}) {
+  for (const char* name : {"point", "spot", "spot, linear", "projector", "skewed projector with a picture"}) {
     const auto lights = std::make_shared<LightSampler>(cases.of(name));
     const V3f position(cases.of(name).punctual[0].position), axis(cases.of(name).punctual[0].direction);
     tests.push_back({name, axis, 0.6, [lights, position](const V3f& w) {

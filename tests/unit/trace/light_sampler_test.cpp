@@ -184,6 +184,45 @@ TEST(LightSampler, DensitiesIntegrateToTheShareOfSamples) {
   }
 }
 
+// The whole of it, selection and all, over the sphere of directions: lights that lie around the point, whose densities
+// have no edges. Deltas belong elsewhere.
+TEST(LightSampler, DirectionsFollowTheDensity) {
+  EveryKind scene;
+  LightSampler::Input input = scene.input(false);
+  input.areas = {test::sphere_emitter({0, 0, 0}, 40, 0.01f, true),
+                 test::ellipsoid_emitter({0.1f, 0, 0}, {5, 1, 0}, {-1, 4, 0}, {0, 0.5f, 6}, 0.4f, true),
+                 test::sphere_emitter({1, -1, 0.5f}, 3, 0.7f, true)};
+  const V3f point(0.4f, 0.3f, 0.8f);
+  int tests = 0;
+  for (const V3f& normal : {V3f(0, 0, 0), normalize(V3f(0.2f, 0.4f, 1))}) {
+    for (const bool use_tree : {false, true}) {
+      input.use_tree = use_tree;
+      const LightSampler lights(input);
+      test::SphereHistogram histogram({0, 1, 0}, 1);
+      Random random(std::uint64_t(81 + tests++));
+      for (int i = 0; i < test::kChiSquareSamples; ++i) {
+        const float u_select = random.next_float();
+        const LightSample s = lights.sample(point, normal, u_select, random.next_v2f());
+        s.pdf_w > 0 && !s.delta ? histogram.add(s.direction) : histogram.add_elsewhere();
+      }
+      double mass = 0;
+      const test::ChiSquareResult result = histogram.test(
+          [&](const V3f& w) {
+            double sum = lights.pdf_w_environment(point, normal, w);
+            for (std::uint32_t e = 0; e < lights.emitters().size(); ++e) {
+              const auto hit = test::hit_emitter(lights.emitters()[e], point, w);
+              if (hit) sum += lights.pdf_w_area(point, normal, w, e, hit->distance, hit->cos_light);
+            }
+            return sum;
+          },
+          &mass);
+      EXPECT_NEAR(mass, histogram.share(), 3e-3) << use_tree;
+      EXPECT_GT(mass, 0.3);
+      EXPECT_TRUE(result.passes(test::kSignificance, 4)) << use_tree << ' ' << normal << ": " << result.summary();
+    }
+  }
+}
+
 TEST(LightSampler, SingleQuadMatchesLambertsFormulaAndSelectsForFree) {
   LightSampler::Input in;
   const V3f a(0.213f, 0.5488f, 0.227f), e1(0.13f, 0, 0), e2(0, 0, 0.105f);

@@ -211,6 +211,44 @@ TEST(LightShapes, EllipsoidSamplesFollowTheirDensityInside) {
   EXPECT_TRUE(result.passes(test::kSignificance, 1)) << result.summary();
 }
 
+// From outside, in the space where the ellipsoid is the unit sphere and what is seen of it a round cone. With M the
+// inverse of the map, direction w goes to M w / |M w|, and solid angles grow by |det M| / |M w|^3.
+TEST(LightShapes, EllipsoidSamplesFollowTheirDensityOutside) {
+  const AreaShape shape = skewed_ellipsoid();
+  const V3d a(shape.e1), b(shape.e2), c(shape.e3);
+  const double determinant = dot(a, cross(b, c));
+  const auto into_sphere = [&](const V3d& v) {
+    return V3d(dot(cross(b, c), v), dot(cross(c, a), v), dot(cross(a, b), v)) * (1 / determinant);
+  };
+  const auto out_of_sphere = [&](const V3d& v) { return a * v.x + b * v.y + c * v.z; };
+  std::uint64_t seed = 35;
+  const std::vector<V3f> points = {{0.4f, -0.3f, -1.2f}, {4, 7, 1}, {0.1f, 0.2f, 0.85f}};
+  for (const V3f& point : points) {
+    const V3d to_center = into_sphere(V3d(shape.center) - V3d(point));
+    const V3d axis = normalize(to_center);
+    const double sine = 1 / length(to_center), rim = std::sqrt(1 - sine * sine);
+    ASSERT_LT(sine, 1);
+    test::SphereHistogram histogram(V3f(axis), 0.9 * sine);
+    Random random(seed++);
+    for (int i = 0; i < test::kChiSquareSamples; ++i) {
+      const ShapeSample s = sample_shape(shape, point, random.next_v2f());
+      s.pdf_w > 0 ? histogram.add(V3f(normalize(into_sphere(V3d(s.direction))))) : histogram.add_elsewhere();
+    }
+    double mass = 0;
+    const test::ChiSquareResult result = histogram.test(
+        [&](const V3f& inside) {
+          const V3d v = normalize(V3d(inside));
+          if (dot(v, axis) < rim) return 0.0;
+          const V3d w = out_of_sphere(v);
+          const double density = double(pdf_w_shape(shape, point, V3f(normalize(w)), 1, 1));
+          return density * std::abs(determinant) / std::pow(length(w), 3);
+        },
+        &mass);
+    EXPECT_NEAR(mass, 1, 2e-3) << point;
+    EXPECT_TRUE(result.passes(test::kSignificance, int(points.size()))) << point << ": " << result.summary();
+  }
+}
+
 // A spheroid with radii a, a, c seen along its axis from distance d fills a cone whose tangent is a / sqrt(d^2 - c^2):
 // the circle of the unit sphere's tangent cone, scaled. Irradiance pi sin^2, solid angle 2 pi (1 - cos).
 TEST(LightShapes, IrradianceMatchesTheSpheroidsCone) {
