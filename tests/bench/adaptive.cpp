@@ -82,9 +82,7 @@ double uniform_error_at(const Measured& a, const Measured& b, double seconds) {
 }
 
 Status measure(RenderEngine& engine, const ErrorScene& scene, const BenchOptions& options, Figures& figures) {
-  RenderSettings settings;
-  settings.width = scene.reference.width;
-  settings.height = scene.reference.height;
+  RenderSettings settings = scene.settings;
   const auto most = ceiling(scene, settings, options);
   if (!most) return most.error();
   const struct {

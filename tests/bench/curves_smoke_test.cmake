@@ -21,6 +21,23 @@ string(JSON floor GET "${json}" curves 0 reference_mse)
 if(NOT seconds GREATER 0 OR NOT floor GREATER 0 OR NOT coarse GREATER ${fine} OR NOT fine GREATER ${floor})
   message(FATAL_ERROR "mse ${coarse}, then ${fine} in ${seconds} s; of the reference ${floor}")
 endif()
+# In XML files the longest path and the filter are the file's: of a lamp that fills the view a path of one segment brings
+# its own light alone, in every sample.
+file(WRITE ${FOLDER}/lamp.xml "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='1'/>\
+</integrator><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='16'/><integer name='height' \
+value='16'/></film></sensor><shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/>\
+<scale value='9'/><translate z='3'/></transform><bsdf type='diffuse'/><emitter type='area'/></shape><shape type='sphere'>\
+<point name='center' x='0' y='0' z='-2'/><emitter type='area'/></shape></scene>")
+execute_process(COMMAND ${BENCH} modes ${FOLDER}/lamp.xml --samples 2 --seeds 1 --size 16 --cache ${FOLDER}/cache
+                        --output ${FOLDER}/lamp --json
+  OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "modes lamp.xml: exit code ${code}: ${notes}")
+endif()
+string(JSON error GET "${json}" curves 0 points 0 mse mean)
+if(error GREATER 1e-10)
+  message(FATAL_ERROR "modes lamp.xml: mse ${error} of a picture of one value")
+endif()
 # And that `adaptive` finds what an allocation could gain.
 execute_process(COMMAND ${BENCH} adaptive cornell-box --samples 32 --seeds 1 --size 32 --cache ${FOLDER}/cache --json
   OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)

@@ -10,6 +10,7 @@
 #include "generated_scenes.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/scene/scene_loader.h"
+#include "scene_settings.h"
 
 namespace helio::bench {
 
@@ -100,7 +101,7 @@ Result<fs::path> find_error_scene(const BenchOptions& options, const std::string
 }
 
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path& file, RenderEngine& engine,
-                                    std::uint32_t samples, const RenderSettings& how) {
+                                    std::uint32_t samples, const std::optional<RenderSettings>& how) {
   ErrorScene scene;
   scene.name = file.stem().string();
   scene.file = file;
@@ -119,9 +120,15 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   scene.view = camera_pose(scene.scene->description().cameras.at(0));
   const auto found = find_reference(scene);
   if (!found) return found.error();
-  if (*found) return scene;
-  RenderSettings settings = how;
-  const double aspect = scene.scene->description().cameras.at(0).aspect;
+  const SceneDescription& description = scene.scene->description();
+  scene.settings = scene_settings(description, description.cameras.at(0));
+  if (*found) {
+    scene.settings.width = scene.reference.width;
+    scene.settings.height = scene.reference.height;
+    return scene;
+  }
+  RenderSettings settings = how.value_or(scene.settings);
+  const double aspect = description.cameras.at(0).aspect;
   settings.height = options.size;
   settings.width = aspect > 0 ? std::max(1, int(std::lround(options.size * aspect))) : options.size;
   auto made = reference_picture(engine, options.cache,
@@ -129,6 +136,8 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   if (!made) return made.error();
   scene.reference = std::move(made->picture);
   scene.reference_variance = std::move(made->variance);
+  scene.settings.width = settings.width;
+  scene.settings.height = settings.height;
   return scene;
 }
 

@@ -17,6 +17,7 @@ struct ErrorScene {
   std::shared_ptr<const RenderScene> scene;
   std::uint64_t checksum = 0;  // of every byte the scene was read from
   CameraPose view;             // the scene's own
+  RenderSettings settings;     // as the file says (scene_settings.h), of the reference's size
   LoopPicture reference;       // of that view
   LoopPicture reference_variance;  // of its values; zeroes: not known
 };
@@ -35,10 +36,11 @@ Result<std::filesystem::path> find_error_scene(const BenchOptions& options, cons
 
 // The scene with its reference: STEM.reference.exr or STEM.mean.exr, with STEM.variance.exr, beside the file or in the
 // folder above it, made by another renderer; where there is none, a picture of `samples` samples a pixel of our own,
-// options.size pixels high, made with the path length and integrator of `how`, kept in options.cache
-// (reference_pictures.h).
+// options.size pixels high, made as the file says or, where it is given, with the path length and integrator of `how`,
+// kept in options.cache (reference_pictures.h).
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::filesystem::path& file,
-                                    RenderEngine& engine, std::uint32_t samples, const RenderSettings& how = {});
+                                    RenderEngine& engine, std::uint32_t samples,
+                                    const std::optional<RenderSettings>& how = std::nullopt);
 
 // The two in one, with references of kReferenceSamples. Nothing, and a note, where a scene that nobody asked for by
 // name (options.scenes is empty) is not there.

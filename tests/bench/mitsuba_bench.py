@@ -3,7 +3,7 @@
 usage: mitsuba_bench.py THREADS
   {"do": "load", "scene": NAME, "file": XML}             -> {"version", "variant"}
   {"do": "time", "scene": NAME, "samples": N, "seed": S}  -> {"seconds"}: one mi.render of N samples a pixel
-  {"do": "resize", "scene": NAME, "width": W, "height": H} -> {}: the film of the scene's sensor
+  {"do": "resize", "scene": NAME, "width": W, "height": H} -> {}: the film of the scene's sensor, all of it
   {"do": "picture", "scene": NAME, "samples": N, "seed": S, "file": EXR} -> {"seconds"}: the picture as float EXR, in passes
          of at most 16 samples with a seed each, to bound memory; writing is not part of the seconds
   {"do": "curve", "scene": NAME, "step": N, "seed": S, "target": E, "limit": M, "reference": EXR}
@@ -50,7 +50,12 @@ def resize(request):
     sizes = [key for key in parameters.keys() if key.endswith("film.size")]
     if len(sizes) != 1:
         raise ValueError(f"{len(sizes)} films instead of one")
-    parameters[sizes[0]] = [request["width"], request["height"]]
+    whole = [request["width"], request["height"]]
+    parameters[sizes[0]] = whole
+    for key, value in (("crop_size", whole), ("crop_offset", [0, 0])):
+        crop = sizes[0].removesuffix("size") + key
+        if crop in parameters:
+            parameters[crop] = value
     parameters.update()
     return {}
 

@@ -21,7 +21,7 @@ class MitsubaPeer {
 
   // Seconds for one picture of so many samples a pixel.
   Result<double> render_seconds(const std::string& scene, int samples, int seed);
-  // The film of the scene's sensor, in pixels.
+  // The film of the scene's sensor, in pixels; none of it cropped.
   Status resize(const std::string& scene, int width, int height);
   // The picture, by way of `file`, with the seconds that it took without writing it.
   Result<LoopPicture> render_picture(const std::string& scene, int samples, int seed, const std::string& file);

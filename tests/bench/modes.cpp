@@ -21,9 +21,7 @@ std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& sc
   std::vector<Contender> contenders;
   for (const ComparedMode& mode : kRenderModes) {
     contenders.push_back({"heliograph", mode.name, [&engine, &scene, &mode](int samples, std::uint64_t seed) {
-                            RenderSettings settings;
-                            settings.width = scene.reference.width;
-                            settings.height = scene.reference.height;
+                            RenderSettings settings = scene.settings;
                             mode.choose_in(settings);
                             settings.seed = seed;
                             return render_picture(engine, scene.scene, settings, std::uint32_t(samples));

@@ -204,9 +204,7 @@ struct Results {
 // Adds the scene's median gain to `gains`, one list for each motion.
 Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<Motion>& all,
                const BenchOptions& options, Figures& figures, std::vector<std::vector<double>>& gains) {
-  RenderSettings settings;
-  settings.width = scene.reference.width;
-  settings.height = scene.reference.height;
+  RenderSettings settings = scene.settings;
   const auto most = std::uint32_t(options.samples);
   std::vector<Results> results(all.size());
   for (int seed = 1; seed <= options.seeds; ++seed) {

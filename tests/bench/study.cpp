@@ -50,9 +50,7 @@ void add_adaptive(std::vector<StudyMode>& modes) {
 
 Contender contender_of(RenderEngine& engine, const ErrorScene& scene, const StudyMode& mode) {
   return {"heliograph", mode.setting.name, [&engine, &scene, mode](int samples, std::uint64_t seed) {
-            RenderSettings settings;
-            settings.width = scene.reference.width;
-            settings.height = scene.reference.height;
+            RenderSettings settings = scene.settings;
             settings.mode = mode.mode;
             settings.variant = mode.variant;
             settings.adaptive = mode.adaptive;

@@ -42,9 +42,7 @@ void add_paper_combinations(std::vector<StudyMode>& modes) {
 Result<std::vector<PictureError>> turn(RenderEngine& engine, const ErrorScene& scene, const StudyMode& mode,
                                        const std::vector<CameraPose>& views, std::uint32_t samples_per_step,
                                        const std::vector<int>& counts, std::uint64_t seed) {
-  RenderSettings settings;
-  settings.width = scene.reference.width;
-  settings.height = scene.reference.height;
+  RenderSettings settings = scene.settings;
   settings.mode = mode.mode;
   settings.variant = mode.variant;
   settings.adaptive = mode.adaptive;
