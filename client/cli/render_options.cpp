@@ -314,7 +314,10 @@ const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::S
 }
 
 void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, const pb::SceneCamera& camera) {
-  if (settings.max_segments() == 0) settings.set_max_segments(scene.max_segments());
+  const bool joins =
+      settings.integrator() != pb::INTEGRATOR_UNSPECIFIED && settings.integrator() != pb::INTEGRATOR_PATH;
+  const int longest = joins ? std::min(scene.max_segments(), kMostJoinedVertices - 1) : scene.max_segments();
+  if (settings.max_segments() == 0) settings.set_max_segments(longest);
   if (settings.roulette_from() == 0) settings.set_roulette_from(scene.roulette_from());
   if (settings.filter() == pb::PIXEL_FILTER_UNSPECIFIED) {
     settings.set_filter(camera.filter());

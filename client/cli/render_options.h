@@ -28,7 +28,7 @@ void check_against_server(const SettingsOptions& options, const heliograph::v1::
 const heliograph::v1::SceneCamera* choose_camera(const SettingsOptions& options, const heliograph::v1::SceneInfo& scene,
                                                  OptionReader& reader);
 // What was not asked for: the size and crop that the file gives the camera, else 720 rows at its aspect, 1280x720 when
-// it has none; filter, longest path and roulette as the file says.
+// it has none; filter, longest path and roulette as the file says, the longest path as far as the integrator allows.
 void set_defaults(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneInfo& scene,
                   const heliograph::v1::SceneCamera& camera);
 // A region that leaves the film is a problem; call it once the size is known.

@@ -25,15 +25,23 @@ Box3d object_bounds(const Object& object) {
 
 }  // namespace
 
-Box3d scene_bounds(const SceneDescription& scene) {
+std::vector<Box3d> instance_bounds(const SceneDescription& scene) {
   std::vector<Box3d> boxes;
   boxes.reserve(scene.objects.size());
   for (const Object& object : scene.objects) boxes.push_back(object_bounds(object));
-  Box3d bounds;
+  std::vector<Box3d> bounds;
+  bounds.reserve(scene.instances.size());
   for (const Instance& instance : scene.instances) {
     const Box3d& box = boxes[std::size_t(instance.object)];
-    if (!box.isEmpty()) extend_by_box(bounds, box, instance.to_world);
+    bounds.emplace_back();
+    if (!box.isEmpty()) extend_by_box(bounds.back(), box, instance.to_world);
   }
+  return bounds;
+}
+
+Box3d scene_bounds(const SceneDescription& scene) {
+  Box3d bounds;
+  for (const Box3d& box : instance_bounds(scene)) bounds.extendBy(box);
   return bounds;
 }
 

@@ -5,6 +5,9 @@
 
 namespace helio {
 
+// World bounds of each instance; empty (isEmpty()) where its object has no geometry.
+std::vector<Box3d> instance_bounds(const SceneDescription& scene);
+
 // World bounds of all instances; empty (isEmpty()) for a scene without geometry.
 Box3d scene_bounds(const SceneDescription& scene);
 

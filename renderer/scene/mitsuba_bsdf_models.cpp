@@ -17,7 +17,7 @@ double plain_number(const Plugin& plugin, const char* name, double fallback) {
 }
 
 void read_distribution(const Plugin& plugin, Material& m) {
-  const std::string distribution = plugin.text("distribution", "beckmann");
+  const std::string distribution = lower_case(plugin.text("distribution", "beckmann"));
   if (distribution == "ggx")
     m.distribution = MicrofacetDistribution::ggx;
   else if (distribution == "beckmann")
@@ -60,7 +60,10 @@ Material read_conductor(const Plugin& plugin, LoadContext& context) {
   m.one_sided = true;
   m.roughness = 0;
   if (plugin.type() == "roughconductor") read_roughness(plugin, context, m);
-  const std::string metal = plugin.text("material", plugin.has("eta") ? "none" : "Cu");
+  // Without any of the three a perfect mirror; eta alone has k = 1, k alone eta = 0.
+  const std::string metal = plugin.text("material", "none");
+  if (metal != "none" && (plugin.has("eta") || plugin.has("k")))
+    plugin.fail("has material and eta or k, allowed: material alone, or eta and k");
   ComplexIndex index = metal_index(plugin, metal);
   index.eta = read_plain_color(plugin, "eta", index.eta, SpectrumUse::index, context);
   index.k = read_plain_color(plugin, "k", index.k, SpectrumUse::index, context);

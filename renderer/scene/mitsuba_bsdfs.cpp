@@ -69,7 +69,7 @@ Material blend_of(const Plugin& plugin, Material first, Material second, LoadCon
           "holds a mask or null, allowed: one of constant opacity mixed by a constant weight, or a mask around "
           "the whole",
           ErrorCode::unimplemented);
-  if (context.reads_vertex_color)
+  if (!context.attribute.empty())
     plugin.fail("holds a bsdf with mesh_attribute, allowed: one that is not mixed", ErrorCode::unimplemented);
   const bool volume = bounds_volume(first) || bounds_volume(second);
   for (const Material* part : {&first, &second})
@@ -209,15 +209,18 @@ Material read_new_bsdf(const Plugin& plugin, LoadContext& context) {
 
 Material read_bsdf(const Element& element, LoadContext& context) {
   if (const auto known = context.materials.find(&element); known != context.materials.end()) {
-    context.reads_vertex_color |= context.vertex_colored.contains(&element);
+    if (const auto attribute = context.attributes.find(&element); attribute != context.attributes.end())
+      context.attribute = attribute->second;
     return known->second;
   }
   // An element that refers to itself finds this entry instead of starting again.
   context.materials[&element] = default_material();
-  const bool around = std::exchange(context.reads_vertex_color, false);
+  const std::string around = std::exchange(context.attribute, {});
   Material m = read_new_bsdf(Plugin(element, context.document, context.diagnostics), context);
-  if (context.reads_vertex_color) context.vertex_colored.insert(&element);
-  context.reads_vertex_color |= around;
+  if (context.attribute.empty())
+    context.attribute = around;
+  else
+    context.attributes[&element] = context.attribute;
   m.name = element.id.empty() ? element.type : element.id;
   return context.materials[&element] = m;
 }
@@ -225,6 +228,12 @@ Material read_bsdf(const Element& element, LoadContext& context) {
 Material default_material() {
   Material m = diffuse_material({Rgb(0.5f), {}});
   m.name = "default";
+  return m;
+}
+
+Material lamp_material() {
+  Material m = diffuse_material({Rgb(0), {}});
+  m.name = "lamp";
   return m;
 }
 

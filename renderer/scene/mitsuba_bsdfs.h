@@ -16,5 +16,7 @@ Material read_bsdf(const Element& element, LoadContext& context);
 
 // What a shape without a bsdf gets: diffuse, reflectance 0.5, one-sided.
 Material default_material();
+// And one that shines: black. Mitsuba 3 gives lamps a diffuse of reflectance 0.
+Material lamp_material();
 
 }  // namespace helio::mitsuba

@@ -162,12 +162,25 @@ class Reader {
     read_children(node, file, depth, include_depth, element);
     if (element.tag == "texture" && old_) upgrade_texture(element);
     if (element.tag == "bsdf" && element.type == "diffuse" && old_) upgrade_diffuse(element);
+    if (element.tag == "bsdf" && element.type.ends_with("conductor") && old_) check_conductor(element);
     parent.children.push_back(std::move(element));
   }
 
   static void upgrade_diffuse(Element& bsdf) {
     for (Element& child : bsdf.children)
       if (child.name == "diffuse_reflectance") child.name = "reflectance";
+  }
+
+  // Mitsuba 3 takes its own default for files of all versions.
+  void check_conductor(const Element& bsdf) {
+    const auto says_metal = [](const Element& child) {
+      return child.name == "material" || child.name == "eta" || child.name == "k";
+    };
+    if (std::none_of(bsdf.children.begin(), bsdf.children.end(), says_metal))
+      diagnostics_.warn(bsdf.place,
+                        "bsdf \"" + bsdf.type +
+                            "\" names no material: it is a perfect mirror, as in Mitsuba 3, where the file's "
+                            "own version took copper");
   }
 
   // uscale, vscale, uoffset and voffset became the transform to_uv, which offsets before it scales.

@@ -111,7 +111,7 @@ std::string names_of(const Table& table) {
 double read_ior(const Plugin& plugin, const char* name, double fallback) {
   const Element* element = plugin.find(name);
   if (!element || element->tag != "string") return plugin.number(name, fallback, {0, 100, true});
-  const std::string material = plugin.text(name, "");
+  const std::string material = lower_case(plugin.text(name, ""));
   for (const NamedIor& known : kIors)
     if (material == known.name) return known.ior;
   plugin.fail(std::string("has ") + name + " \"" + material + "\", allowed: a number or one of " + names_of(kIors));

@@ -28,16 +28,19 @@ void read_integrator(const Element& element, LoadContext& context) {
   for (const char* key :
        {"block_size", "samples_per_pass", "timeout", "emitter_samples", "bsdf_samples", "shading_samples"})
     plugin.number(key, 0);
-  if (plugin.has("max_depth")) {
+  // Those that trace whole paths have no longest one unless they say so.
+  const std::string& type = plugin.type();
+  const bool endless = type == "path" || type == "volpath" || type == "volpathmis" || type == "ptracer";
+  if (endless || plugin.has("max_depth")) {
     const int depth = depth_of("max_depth");
+    if (depth == 0) plugin.warn("ends paths before they begin, in a black picture: here after 1 segment");
     hints.max_segments = depth < 0 ? int(kMostSegments) : std::max(depth, 1);
     context.diagnostics.notice(depth < 0
                                    ? "the file's integrator has no longest path"
                                    : "the file's integrator ends paths after " + std::to_string(depth) + " segments");
   }
   if (plugin.boolean("hide_emitters", false)) plugin.warn("hides emitters: here the camera sees them");
-  if (plugin.type() != "path" && plugin.type() != "moment")
-    plugin.warn("is not used: scenes are path-traced");
+  if (type != "path" && type != "moment") plugin.warn("is not used: scenes are path-traced");
 }
 
 void read_scene(LoadContext& context, bool own_environment) {
@@ -79,8 +82,9 @@ Result<SceneDescription> load_mitsuba(std::span<const std::uint8_t> file, const 
   if (diagnostics.failed()) return diagnostics.to_error();
   SceneDescription scene;
   scene.name = path;
-  LoadContext context{document, source, budget, diagnostics, scene, {}, {}, {}};
+  LoadContext context{document, source, budget, diagnostics, scene, {}, {}, {}, {}, {}};
   read_scene(context, options.environment.empty());
+  report_clipping(context);
   if (diagnostics.failed()) return diagnostics.to_error();
   if (scene.materials.empty()) scene.materials.push_back(default_material());
   report_unread(document.root, diagnostics);

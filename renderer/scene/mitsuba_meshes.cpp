@@ -5,6 +5,30 @@
 
 namespace helio::mitsuba {
 
+namespace {
+
+Status check_colors(const std::vector<V4f>& colors, const char* of_what) {
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (!(colors[i][c] >= 0 && colors[i][c] <= 1))
+        return Error{ErrorCode::invalid_argument,
+                     std::string(of_what) + " " + std::to_string(i) + " has the colour value " +
+                         std::to_string(colors[i][c]) + ", allowed: [0, 1]",
+                     ""};
+  return ok_status();
+}
+
+template <class T>
+void spread(std::vector<T>& values, const std::vector<std::uint32_t>& indices) {
+  if (values.empty()) return;
+  std::vector<T> of_corners;
+  of_corners.reserve(indices.size());
+  for (const std::uint32_t i : indices) of_corners.push_back(values[i]);
+  values = std::move(of_corners);
+}
+
+}  // namespace
+
 Status check_mesh(TriangleMesh& mesh) {
   const std::size_t n = mesh.positions.size();
   for (std::size_t i = 0; i < mesh.indices.size(); ++i)
@@ -22,17 +46,26 @@ Status check_mesh(TriangleMesh& mesh) {
     normal = length_squared(unit) > 0.5f ? unit : V3f(0, 0, 1);
   }
   if (mesh.colors.size() != n) mesh.colors.clear();
-  for (std::size_t i = 0; i < mesh.colors.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (!(mesh.colors[i][c] >= 0 && mesh.colors[i][c] <= 1))
-        return Error{ErrorCode::invalid_argument,
-                     "vertex " + std::to_string(i) + " has the colour value " + std::to_string(mesh.colors[i][c]) +
-                         ", allowed: [0, 1]",
-                     ""};
+  if (Status s = check_colors(mesh.colors, "vertex"); !s.ok()) return s;
   std::vector<V2f>& uvs = mesh.texcoords[0];
   if (uvs.size() != n) uvs.clear();
   for (V2f& uv : uvs)
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = V2f(0, 0);
+  return ok_status();
+}
+
+Status color_faces(TriangleMesh& mesh, const std::vector<V4f>& colors, MemoryBudget& budget) {
+  if (Status s = check_colors(colors, "triangle"); !s.ok()) return s;
+  constexpr std::uint64_t kCorner = sizeof(V3f) * 2 + sizeof(V2f) + sizeof(V4f);
+  if (Status s = budget.reserve(mesh.indices.size(), kCorner, ""); !s.ok()) return s;
+  spread(mesh.positions, mesh.indices);
+  spread(mesh.normals, mesh.indices);
+  spread(mesh.texcoords[0], mesh.indices);
+  mesh.colors.clear();
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+    mesh.colors.push_back(colors[i / 3]);
+    mesh.indices[i] = std::uint32_t(i);
+  }
   return ok_status();
 }
 

@@ -1,5 +1,6 @@
-// PLY: elements vertex (x y z, nx ny nz, u v or s t, r g b) and face (vertex_indices); others are skipped. Colours of
-// integer type are divided by its largest value.
+// PLY: elements vertex (x y z, nx ny nz, u v or s t) and face (vertex_indices), and of either the attribute that was
+// asked for; others are skipped. Attributes of integer type are divided by its largest value.
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <string_view>
@@ -46,8 +47,12 @@ bool number_type(std::string_view name, Number& type) {
 
 class PlyParser {
  public:
-  PlyParser(std::span<const std::uint8_t> bytes, MemoryBudget& budget)
-      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), budget_(budget) {}
+  PlyParser(std::span<const std::uint8_t> bytes, MemoryBudget& budget, const std::string& attribute,
+            std::vector<V4f>* face_colors)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
+        budget_(budget),
+        attribute_(attribute),
+        face_colors_(face_colors) {}
 
   Result<TriangleMesh> parse() {
     if (!read_header()) return error();
@@ -167,15 +172,21 @@ class PlyParser {
       return fail("element " + element.name + " has more entries than the file has bytes");
     if (element.properties.empty()) return true;
     const bool vertex = element.name == "vertex", face = element.name == "face";
-    if (Status s = budget_.reserve(element.count, vertex ? 48 : 24, ""); !s.ok()) {
+    const std::vector<int> channels = attribute_channels(element);
+    const auto found = std::count_if(channels.begin(), channels.end(), [](int channel) { return channel >= 0; });
+    const bool colored = found == 1 || found == 3;
+    if (Status s = budget_.reserve(element.count, vertex ? 48 : colored ? 40 : 24, ""); !s.ok()) {
       refused_ = s.error();
       return false;
     }
     std::vector<double> list;
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      float values[11] = {};
+      float values[8] = {};
       unsigned present = 0;
-      for (const Property& p : element.properties) {
+      V4f color(0, 0, 0, 1);
+      const std::size_t triangles_before = mesh_.indices.size() / 3;
+      for (std::size_t property = 0; property < element.properties.size(); ++property) {
+        const Property& p = element.properties[property];
         list.clear();
         double count = 1, value = 0;
         if (p.list && !read_number(p.count_type, count)) return false;
@@ -184,17 +195,22 @@ class PlyParser {
           if (!read_number(p.type, value)) return false;
           if (p.list) list.push_back(value);
         }
+        if (colored && channels[property] >= 0) color[channels[property]] = float(value / largest_color(p.type));
         if (vertex && !p.list) {
           const int slot = vertex_slot(p.name);
           if (slot >= 0) {
-            values[slot] = float(slot >= 8 ? value / largest_color(p.type) : value);
+            values[slot] = float(value);
             present |= 1u << slot;
           }
         } else if (face && p.list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
           if (!add_face(list)) return false;
         }
       }
+      if (found == 1) color = V4f(color.x, color.x, color.x, 1);
       if (vertex) add_vertex(values, present);
+      if (vertex && colored) mesh_.colors.push_back(color);
+      if (face && colored && face_colors_)
+        face_colors_->insert(face_colors_->end(), mesh_.indices.size() / 3 - triangles_before, color);
     }
     return true;
   }
@@ -205,10 +221,44 @@ class PlyParser {
       if (name == kNames[i]) return i;
     if (name == "s" || name == "texture_u") return 6;
     if (name == "t" || name == "texture_v") return 7;
-    if (name == "r" || name == "red") return 8;
-    if (name == "g" || name == "green") return 9;
-    if (name == "b" || name == "blue") return 10;
     return -1;
+  }
+
+  // Of every property which channel of the attribute it is; -1: none.
+  std::vector<int> attribute_channels(const PlyElement& element) const {
+    std::vector<int> channels(element.properties.size(), -1);
+    const std::string kind = element.name + "_";
+    if ((kind != "vertex_" && kind != "face_") || !attribute_.starts_with(kind)) return channels;
+    const std::string_view wanted = std::string_view(attribute_).substr(kind.size());
+    if (wanted.empty()) return channels;
+    int next = 0;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      const Property& p = element.properties[i];
+      if (p.list || next == 4 || attribute_name(p.name) != wanted) continue;
+      const int plain = plain_channel(p.name);
+      channels[i] = plain >= 0 ? plain : next;
+      ++next;
+    }
+    return channels;
+  }
+
+  // Of a colour without a name.
+  static int plain_channel(const std::string& property) {
+    constexpr std::string_view kNames[] = {"r", "g", "b", "red", "green", "blue"};
+    for (int i = 0; i < 6; ++i)
+      if (property == kNames[i]) return i % 3;
+    return -1;
+  }
+
+  // What Mitsuba calls the attribute that the property is a channel of, less vertex_ or face_; empty: none.
+  static std::string attribute_name(const std::string& property) {
+    if (plain_channel(property) >= 0) return "color";
+    const std::size_t bar = property.rfind('_');
+    if (bar == std::string::npos || bar + 2 != property.size()) return {};
+    const char channel = property.back();
+    if (std::string_view("rgba").find(channel) != std::string_view::npos) return property.substr(0, bar) + "_color";
+    if (std::string_view("xyzw01234").find(channel) != std::string_view::npos) return property.substr(0, bar);
+    return {};
   }
 
   static double largest_color(Number type) {
@@ -220,7 +270,6 @@ class PlyParser {
     mesh_.positions.emplace_back(v[0], v[1], v[2]);
     if ((present & 0x38) == 0x38) mesh_.normals.emplace_back(v[3], v[4], v[5]);
     if ((present & 0xC0) == 0xC0) mesh_.texcoords[0].emplace_back(v[6], v[7]);
-    if ((present & 0x700) == 0x700) mesh_.colors.emplace_back(v[8], v[9], v[10], 1.0f);
   }
 
   bool add_face(const std::vector<double>& list) {
@@ -234,6 +283,8 @@ class PlyParser {
 
   std::string_view text_;
   MemoryBudget& budget_;
+  const std::string& attribute_;
+  std::vector<V4f>* face_colors_;  // may be null
   std::size_t at_ = 0;
   Encoding encoding_ = Encoding::ascii;
   std::vector<PlyElement> elements_;
@@ -244,8 +295,9 @@ class PlyParser {
 
 }  // namespace
 
-Result<TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, MemoryBudget& budget) {
-  return PlyParser(bytes, budget).parse();
+Result<TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, MemoryBudget& budget, const std::string& attribute,
+                               std::vector<V4f>* face_colors) {
+  return PlyParser(bytes, budget, attribute, face_colors).parse();
 }
 
 }  // namespace helio::mitsuba

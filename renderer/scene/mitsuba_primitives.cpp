@@ -14,9 +14,9 @@ void add_quad(TriangleMesh& mesh, const V3f& a, const V3f& b, const V3f& c, cons
   mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
 }
 
-// Cosine and sine of i turns / kSegments; the last equals the first exactly.
-Imath::V2d on_circle(int i) {
-  const double angle = 2 * std::numbers::pi * (i % kSegments) / kSegments;
+// Cosine and sine of i turns / segments; the last equals the first exactly.
+Imath::V2d on_circle(int i, int segments = kSegments) {
+  const double angle = 2 * std::numbers::pi * (i % segments) / segments;
   return {std::cos(angle), std::sin(angle)};
 }
 
@@ -88,6 +88,27 @@ TriangleMesh cylinder_mesh(const V3d& p0, const V3d& p1, double radius) {
                              {V2f(float(i) / kSegments, 0), V2f(float(i) / kSegments, 1)});
     const std::uint32_t k = std::uint32_t(2 * i);
     if (i < kSegments) mesh.indices.insert(mesh.indices.end(), {k, k + 2, k + 3, k, k + 3, k + 1});
+  }
+  return mesh;
+}
+
+TriangleMesh sphere_mesh(const V3d& center, double radius, int segments) {
+  const std::uint32_t columns = std::uint32_t(segments), rows = columns / 2;
+  TriangleMesh mesh;
+  for (std::uint32_t row = 0; row <= rows; ++row) {
+    const Imath::V2d tilt = on_circle(int(row), segments);
+    for (std::uint32_t column = 0; column <= columns; ++column) {
+      const Imath::V2d turn = on_circle(int(column), segments);
+      const V3d normal(turn.x * tilt.y, turn.y * tilt.y, tilt.x);
+      mesh.positions.push_back(V3f(center + normal * radius));
+      mesh.normals.push_back(V3f(normal));
+      mesh.texcoords[0].emplace_back(float(column) / float(columns), float(row) / float(rows));
+      if (row == rows || column == columns) continue;
+      const std::uint32_t k = row * (columns + 1) + column, below = k + columns + 1;
+      // At the poles one of the two has no area.
+      if (row > 0) mesh.indices.insert(mesh.indices.end(), {k, below + 1, k + 1});
+      if (row + 1 < rows) mesh.indices.insert(mesh.indices.end(), {k, below, below + 1});
+    }
   }
   return mesh;
 }

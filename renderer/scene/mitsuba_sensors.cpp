@@ -2,8 +2,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "renderer/scene/default_camera.h"
 #include "renderer/scene/mitsuba_fov.h"
 #include "renderer/scene/mitsuba_transform.h"
 
@@ -26,8 +29,7 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   size.width = film.integer("width", size.width, 1, 1 << 20);
   size.height = film.integer("height", size.height, 1, 1 << 20);
   for (const char* key : {"pixel_format", "component_format", "file_format"}) film.text(key, "");
-  for (const char* key : {"banner", "compensate", "sample_border", "attach_log", "high_quality_edges"})
-    film.boolean(key, false);
+  for (const char* key : {"banner", "compensate", "attach_log", "high_quality_edges"}) film.boolean(key, false);
   const int left = film.integer("crop_offset_x", 0, 0, size.width - 1);
   const int top = film.integer("crop_offset_y", 0, 0, size.height - 1);
   const int wide = film.integer("crop_width", size.width - left, 1, size.width - left);
@@ -48,6 +50,10 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
         film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
     }
   }
+  if (film.boolean("sample_border", false) && size.filter->kind != PixelFilterKind::box)
+    context.diagnostics.notice(film.place() + ": " + film.label() +
+                               " has sample_border: here pixels along the edges are means over that part of their "
+                               "filter that lies on the film");
   context.diagnostics.notice(fmt::format("the file's film has {} x {} pixels", size.width, size.height));
   return size;
 }
@@ -57,7 +63,53 @@ bool mirrors(const M44d& m) {
   return dot(cross(x, y), z) < 0;
 }
 
+struct Depths {
+  double nearest = 0, farthest = 0;
+};
+
+// Between which the box may be seen; a perspective camera inside of it has 0 as the nearest.
+Depths depths_of(const Box3d& box, const CameraDescription& camera) {
+  const M44d& m = camera.to_world;
+  const V3d eye(m[3][0], m[3][1], m[3][2]), axis = normalize(V3d(-m[2][0], -m[2][1], -m[2][2]));
+  Depths depths{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (int corner = 0; corner < 8; ++corner) {
+    const V3d p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                corner & 4 ? box.max.z : box.min.z);
+    depths.nearest = std::min(depths.nearest, dot(p - eye, axis));
+    depths.farthest = std::max(depths.farthest, dot(p - eye, axis));
+  }
+  if (camera.projection == Projection::orthographic) return depths;
+  // A floor below the camera has parts at depth 0 that no picture shows: what is seen at a depth lies at most so many
+  // times as far away.
+  const double high = std::tan(camera.vertical_fov / 2), wide = high * camera.aspect;
+  V3d closest;
+  for (int c = 0; c < 3; ++c) closest[c] = std::clamp(eye[c], box.min[c], box.max[c]);
+  depths.nearest = std::max(depths.nearest, length(closest - eye) / std::sqrt(1 + high * high + wide * wide));
+  return depths;
+}
+
 }  // namespace
+
+void report_clipping(LoadContext& context) {
+  if (context.clips.empty()) return;
+  const std::vector<Box3d> boxes = instance_bounds(context.scene);
+  for (const ClipPlanes& clip : context.clips) {
+    const CameraDescription& camera = context.scene.cameras[clip.camera];
+    bool near_hides = false, far_hides = false;
+    for (const Box3d& box : boxes) {
+      if (box.isEmpty()) continue;
+      const Depths depths = depths_of(box, camera);
+      near_hides |= clip.near_clip && depths.nearest < *clip.near_clip && depths.farthest > 0;
+      far_hides |= depths.farthest > clip.far_clip;
+    }
+    if (near_hides)
+      context.diagnostics.notice(
+          fmt::format("{} has near_clip {}: here shapes closer than that are seen", clip.sensor, *clip.near_clip));
+    if (far_hides)
+      context.diagnostics.notice(
+          fmt::format("{} has far_clip {}: here shapes beyond it are seen", clip.sensor, clip.far_clip));
+  }
+}
 
 void read_sensor(const Element& element, LoadContext& context) {
   const Plugin plugin(element, context.document, context.diagnostics);
@@ -82,8 +134,12 @@ void read_sensor(const Element& element, LoadContext& context) {
   const M44d to_world = plugin.transform("to_world");
   if (mirrors(to_world)) plugin.warn("has a transform that mirrors: the picture is not mirrored");
   camera.to_world = camera_to_world(to_world);
-  plugin.number("near_clip", 1e-2, {0, 1e30});
-  plugin.number("far_clip", 1e4, {0, 1e30});
+  ClipPlanes clip;
+  clip.sensor = plugin.place() + ": " + plugin.label();
+  clip.camera = context.scene.cameras.size();
+  if (plugin.has("near_clip")) clip.near_clip = plugin.number("near_clip", 1e-2, {0, 1e30});
+  clip.far_clip = plugin.number("far_clip", 1e4, {0, 1e30});
+  context.clips.push_back(clip);
   for (const char* key : {"shutter_open", "shutter_close"}) plugin.number(key, 0);  // nothing moves
   for (const char* key : {"principal_point_offset_x", "principal_point_offset_y"})
     if (plugin.number(key, 0) != 0)

@@ -53,7 +53,7 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   const Material material = read_material(plugin);
   const int index = int(context_.scene.materials.size());
   fill(plugin, material, object, placed.to_world);
-  use_vertex_colors(plugin, object);
+  check_attribute(plugin, object);
   if (object.meshes.empty() && object.spheres.empty()) return placed;
   for (TriangleMesh& mesh : object.meshes) mesh.material = index;
   for (Sphere& sphere : object.spheres) sphere.material = index;
@@ -63,15 +63,20 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   return placed;
 }
 
-// Colours of vertices show only through a bsdf that asks for them.
-void ShapeReader::use_vertex_colors(const Plugin& plugin, Object& object) {
+// The attribute of the mesh that the shape's bsdf asks for; empty: none.
+std::string ShapeReader::attribute_of(const Plugin& plugin) const {
   const std::vector<const Element*> bsdfs = plugin.children("bsdf");
-  const bool asked = !bsdfs.empty() && context_.vertex_colored.contains(bsdfs.front());
+  const auto found = bsdfs.empty() ? context_.attributes.end() : context_.attributes.find(bsdfs.front());
+  return found == context_.attributes.end() ? "" : found->second;
+}
+
+void ShapeReader::check_attribute(const Plugin& plugin, const Object& object) {
+  const std::string attribute = attribute_of(plugin);
   const auto colored = [](const TriangleMesh& mesh) { return !mesh.colors.empty(); };
-  if (!asked)
-    for (TriangleMesh& mesh : object.meshes) mesh.colors.clear();
-  else if (object.meshes.empty() || !std::all_of(object.meshes.begin(), object.meshes.end(), colored))
-    plugin.fail("has no attribute vertex_color (r, g and b of the vertices of a PLY file), which its bsdf names");
+  if (attribute.empty() || (!object.meshes.empty() && std::all_of(object.meshes.begin(), object.meshes.end(), colored)))
+    return;
+  plugin.fail("has no attribute " + attribute +
+              " (of the vertices or faces of a PLY file, with 1 or 3 values), which its bsdf names");
 }
 
 Material ShapeReader::read_material(const Plugin& plugin) {
@@ -81,7 +86,9 @@ Material ShapeReader::read_material(const Plugin& plugin) {
   for (const char* medium : {"interior", "exterior"})
     if (plugin.has(medium))
       plugin.fail(std::string("has an ") + medium + " medium, which is not supported", ErrorCode::unimplemented);
-  Material material = bsdfs.empty() ? default_material() : read_bsdf(*bsdfs.front(), context_);
+  Material material = !bsdfs.empty()     ? read_bsdf(*bsdfs.front(), context_)
+                      : emitters.empty() ? default_material()
+                                         : lamp_material();
   if (emitters.empty()) return material;
   const Plugin emitter = plugin.other(*emitters.front());
   if (emitter.type() != "area") {
@@ -131,9 +138,10 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
       find_file(context_.document, context_.source, plugin.text("filename", ""), context_.budget);
   if (!file.ok()) return context_.diagnostics.fail(plugin.place(), file.error());
   const std::string& type = plugin.type();
+  std::vector<V4f> face_colors;
   Result<TriangleMesh> parsed =
       type == "obj"   ? parse_obj(file->bytes, context_.budget)
-      : type == "ply" ? parse_ply(file->bytes, context_.budget)
+      : type == "ply" ? parse_ply(file->bytes, context_.budget, attribute_of(plugin), &face_colors)
                       : parse_serialized(file->bytes, plugin.integer("shape_index", 0, 0, 1 << 30), context_.budget);
   const auto refuse = [&](Error error) {
     error.where = file->path;
@@ -146,6 +154,8 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
   if (plugin.boolean("flip_tex_coords", type == "obj"))
     for (V2f& uv : mesh.texcoords[0]) uv.y = 1 - uv.y;
   set_shading(plugin, mesh);
+  if (face_colors.empty()) return;
+  if (Status s = color_faces(mesh, face_colors, context_.budget); !s.ok()) refuse(s.error());
 }
 
 // Our spheres have the pole of their texture coordinates on y, Mitsuba's on z: one that is not the same all
@@ -153,8 +163,13 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
 void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
   const V3d center = plugin.vector("center", {0, 0, 0});
   const double radius = plugin.number("radius", 1, {0, 1e12, true});
-  if (plugin.boolean("flip_normals", false))
-    return plugin.fail("has flip_normals, which is not supported for spheres", ErrorCode::unimplemented);
+  if (plugin.boolean("flip_normals", false)) {  // ours face outwards
+    const bool shines = luminance(material.emission) > 0;
+    TriangleMesh mesh = sphere_mesh(center, radius, shines ? kLampSegments : kSegments);
+    flip(mesh);
+    object.meshes.push_back(std::move(mesh));
+    return;
+  }
   if (!has_orientation(material)) {
     object.spheres.push_back({V3f(center), float(radius), 0});
     return;

@@ -24,7 +24,8 @@ class ShapeReader {
   void read_instance(const Plugin& plugin);
   Material read_material(const Plugin& plugin);
   bool is_bumped(const Material& material) const;
-  void use_vertex_colors(const Plugin& plugin, Object& object);
+  std::string attribute_of(const Plugin& plugin) const;
+  void check_attribute(const Plugin& plugin, const Object& object);
   void add_instance(const Plugin& plugin, const Placed& placed);
 
   LoadContext& context_;

@@ -106,9 +106,10 @@ ColorOrTexture read_base_color(const Plugin& plugin, const char* name, const Rgb
     return read_color(plugin, name, fallback, SpectrumUse::reflectance, context);
   const Plugin texture = plugin.other(*element);
   const std::string attribute = texture.text("name", "");
-  if (attribute != "vertex_color")
-    texture.fail("names the attribute \"" + attribute + "\", allowed: vertex_color", ErrorCode::unimplemented);
-  context.reads_vertex_color = true;
+  if (!attribute.starts_with("vertex_") && !attribute.starts_with("face_"))
+    texture.fail("has the name \"" + attribute + "\", allowed: one that begins with vertex_ or face_");
+  else
+    context.attribute = attribute;
   return {Rgb(float(texture.number("scale", 1, {0, 1}))), {}};
 }
 

@@ -36,8 +36,8 @@ TextureSlot read_texture(const Plugin& texture, SpectrumUse use, LoadContext& co
 Rgb read_plain_color(const Plugin& plugin, const char* name, const Rgb& fallback, SpectrumUse use,
                      LoadContext& context);
 
-// As read_color, of a bsdf's base colour, which may be the colours of the mesh's vertices: a mesh_attribute named
-// "vertex_color" gives white and sets context.reads_vertex_color.
+// As read_color, of a bsdf's base colour, which may be an attribute of the mesh: a mesh_attribute gives white and sets
+// context.attribute.
 ColorOrTexture read_base_color(const Plugin& plugin, const char* name, const Rgb& fallback, LoadContext& context);
 
 // The image of a file, decoded once; -1 after a reported failure.

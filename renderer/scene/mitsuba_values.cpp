@@ -11,6 +11,12 @@
 
 namespace helio::mitsuba {
 
+std::string lower_case(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  return text;
+}
+
 std::optional<std::vector<double>> parse_numbers(const std::string& text) {
   std::vector<double> numbers;
   const char* at = text.c_str();
@@ -151,12 +157,14 @@ std::optional<Rgb> color_of(const Element& e, SpectrumUse use, Diagnostics& diag
 }
 
 void report_unread(const Element& element, Diagnostics& diagnostics) {
+  // Children of the scene that have an id define something for others to refer to, or not.
+  const bool defines = element.tag == "scene";
   for (const Element& child : element.children) {
     const std::string what =
         "<" + child.tag + ">" + (child.name.empty() ? child.type.empty() ? "" : " " + child.type : " " + child.name);
     if (child.read)
       report_unread(child, diagnostics);
-    else if (child.id.empty() || child.tag == "ref")
+    else if (!defines || child.id.empty() || child.tag == "ref")
       diagnostics.unread(child.place + ": " + what);
   }
 }

@@ -54,6 +54,9 @@ class Plugin {
   Diagnostics* diagnostics_;
 };
 
+// Of ASCII: names that Mitsuba compares without regard to case.
+std::string lower_case(std::string text);
+
 // Numbers separated by blanks or commas; none when something else is among them, or one is not finite.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
 
@@ -64,7 +67,8 @@ enum class SpectrumUse { reflectance, emission, index };
 // <spectrum> is that of equal energy, in the others it is grey.
 std::optional<Rgb> color_of(const Element& element, SpectrumUse use, Diagnostics& diagnostics);
 
-// Lists as unread every property that nobody asked for; plugins that nothing refers to are only named.
+// Lists as unread everything below `element` that nobody asked for: of plugins, only their names. What the scene itself
+// defines with an id may go unread.
 void report_unread(const Element& element, Diagnostics& diagnostics);
 
 }  // namespace helio::mitsuba

@@ -74,6 +74,22 @@ TEST_F(CliRender, AMitsubaFileSaysItsSizeCropAndDepth) {
   EXPECT_GT(json["rays_per_path"], 1);
 }
 
+// The walls keep a path going for some twenty segments, of which nothing cuts it off; integrators with light paths cut
+// it at the longest that they can join.
+TEST_F(CliRender, AMitsubaFileThatLimitsNoPathIsNotCut) {
+  write_file(folder_ / "room.xml",
+             "<scene version='3.0.0'><integrator type='path'/><sensor type='perspective'><film type='hdrfilm'>"
+             "<integer name='width' value='16'/><integer name='height' value='16'/></film></sensor><shape type='cube'>"
+             "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.99'/></bsdf></bsdf></shape>"
+             "<shape type='sphere'><float name='radius' value='0.05'/><point name='center' x='0' y='0' z='-0.9'/>"
+             "<emitter type='area'/></shape></scene>");
+  const auto json = heliograph_json({"render", "room.xml", "--samples", "4", "--output", "room.exr"});
+  const auto cut = heliograph_json({"render", "room.xml", "--samples", "4", "--max-segments", "10"});
+  EXPECT_GT(json["rays_per_path"], 1.5 * double(cut["rays_per_path"]));
+  const auto joined = heliograph_json({"render", "room.xml", "--samples", "1", "--integrator", "bdpt"});
+  EXPECT_EQ(joined["ended_by"], "samples");
+}
+
 TEST_F(CliRender, AdaptiveCountsDifferAndTheirMeanIsTheBudget) {
   const auto json = heliograph_json({"render", "quad.gltf", "--environment", "0.1,0.1,0.1", "--size", "64x48", "--mode",
                                      "adaptive", "--samples", "64", "--output", "a.exr"});

@@ -47,6 +47,42 @@ TEST(MitsubaBsdf, RoughnessAlongAndAcross) {
   EXPECT_LT(material_of("<bsdf type='roughconductor'><float name='alpha' value='0.2'/></bsdf>").roughness_across, 0);
 }
 
+// Mitsuba 3: material "none", eta 0, k 1, each of which may be given alone; a material beside them is an error there
+// too.
+TEST(MitsubaBsdf, ConductorsAreMirrorsUnlessTheySayOtherwise) {
+  const auto index = [](const std::string& inner) {
+    const Material smooth = material_of("<bsdf type='conductor'>" + inner + "</bsdf>");
+    const Material rough = material_of("<bsdf type='roughconductor'>" + inner + "</bsdf>");
+    EXPECT_EQ(smooth.conductor_eta, rough.conductor_eta);
+    EXPECT_EQ(smooth.conductor_k, rough.conductor_k);
+    return std::pair(smooth.conductor_eta, smooth.conductor_k);
+  };
+  EXPECT_EQ(index(""), std::pair(Rgb(0), Rgb(1)));
+  EXPECT_EQ(index("<string name='material' value='none'/>"), std::pair(Rgb(0), Rgb(1)));
+  EXPECT_EQ(index("<float name='eta' value='2'/>"), std::pair(Rgb(2), Rgb(1)));
+  EXPECT_EQ(index("<float name='k' value='3'/>"), std::pair(Rgb(0), Rgb(3)));
+  EXPECT_EQ(index("<string name='material' value='Cu'/>").first, Rgb(0.20101f, 0.92375f, 1.1022f));
+  for (const char* property : {"eta", "k"})
+    expect_refused("<bsdf type='conductor'><string name='material' value='Cu'/><float name='" + std::string(property) +
+                       "' value='3'/></bsdf>",
+                   ErrorCode::invalid_argument, "has material and eta or k");
+}
+
+// As in Mitsuba 3: of distributions and of the names of dielectrics, but not of metals.
+TEST(MitsubaBsdf, SomeNamesMayBeCapitals) {
+  const auto rough = [](const std::string& type, const std::string& distribution) {
+    return material_of("<bsdf type='" + type + "'><string name='distribution' value='" + distribution + "'/></bsdf>")
+        .distribution;
+  };
+  for (const char* type : {"roughconductor", "roughdielectric", "roughplastic"}) {
+    EXPECT_EQ(rough(type, "GGX"), MicrofacetDistribution::ggx) << type;
+    EXPECT_EQ(rough(type, "Beckmann"), MicrofacetDistribution::beckmann) << type;
+  }
+  EXPECT_NEAR(material_of("<bsdf type='dielectric'><string name='int_ior' value='BK7'/></bsdf>").ior, 1.50418, 1e-5);
+  expect_refused("<bsdf type='conductor'><string name='material' value='cu'/></bsdf>", ErrorCode::unimplemented,
+                 "material \"cu\"");
+}
+
 TEST(MitsubaBsdf, PlasticHasItsDefaults) {
   const Material m = material_of("<bsdf type='plastic'/>");
   EXPECT_EQ(m.model, MaterialModel::plastic);

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "renderer/scene/mitsuba_meshes.h"
 #include "renderer/scene/scene_loader.h"
@@ -38,11 +41,28 @@ void expect_error(const std::string& body, ErrorCode code, const std::string& wh
   EXPECT_NE(result.error().message.find(part), std::string::npos) << result.error().to_string();
 }
 
+bool mentions(const std::vector<std::string>& messages, const std::string& part) {
+  return std::any_of(messages.begin(), messages.end(),
+                     [&](const std::string& message) { return message.find(part) != std::string::npos; });
+}
+
 TEST(MitsubaLoader, AreaLightsMayBeDefinedForShapesToReferTo) {
   const SceneDescription s = loaded(
       "<emitter type='area' id='lamp'><rgb name='radiance' value='3'/></emitter>"
       "<shape type='cube'><ref id='lamp'/></shape>");
   EXPECT_EQ(s.materials[0].emission, Rgb(3, 3, 3));
+}
+
+// Mitsuba 3 gives a shape that shines a diffuse of reflectance 0 where it names no bsdf, others one of 0.5.
+TEST(MitsubaLoader, LampsWithoutABsdfReflectNothing) {
+  const auto material = [](const std::string& inner) {
+    return loaded("<shape type='sphere'>" + inner + "</shape>").materials[0];
+  };
+  const std::string emitter = "<emitter type='area'/>";
+  EXPECT_EQ(material(emitter).base_color, Rgb(0, 0, 0));
+  EXPECT_EQ(material(emitter).specular, 0);
+  EXPECT_EQ(material("").base_color, Rgb(0.5f, 0.5f, 0.5f));
+  EXPECT_EQ(material(emitter + "<bsdf type='diffuse'/>").base_color, Rgb(0.5f, 0.5f, 0.5f));
 }
 
 TEST(MitsubaLoader, TransformsApplyInTheOrderWritten) {
@@ -107,6 +127,62 @@ TEST(MitsubaLoader, FilmAndDepthsAreDefaultsOfWhoRenders) {
   EXPECT_TRUE(loaded("<sensor type='perspective'/>").cameras[0].crop.empty());
 }
 
+// Mitsuba's max_depth is -1 by default, in those that trace whole paths.
+TEST(MitsubaLoader, IntegratorsHaveNoLongestPathUnlessTheySaySo) {
+  for (const char* type : {"path", "volpath", "volpathmis"}) {
+    const SceneDescription s = loaded("<integrator type='" + std::string(type) + "'/>");
+    EXPECT_EQ(s.hints.max_segments, 65535) << type;
+    EXPECT_TRUE(mentions(s.report.notices, "no longest path")) << type;
+  }
+  EXPECT_EQ(loaded("<integrator type='moment'><integrator type='path'/></integrator>").hints.max_segments, 65535);
+  EXPECT_EQ(loaded("<integrator type='direct'/>").hints.max_segments, 0);
+  EXPECT_EQ(loaded("").hints.max_segments, 0);
+  const SceneDescription black = loaded("<integrator type='path'><integer name='max_depth' value='0'/></integrator>");
+  EXPECT_EQ(black.hints.max_segments, 1);
+  EXPECT_TRUE(mentions(black.report.warnings, "ends paths before they begin"));
+}
+
+// Cameras see at all depths here: said where shapes lie nearer or farther than the sensor would see.
+TEST(MitsubaLoader, ClippingThatMayHideShapesIsNoticed) {
+  const auto notices = [](const std::string& type, const std::string& clip, const std::string& shape) {
+    return loaded("<sensor type='" + type + "'>" + clip + "</sensor>" + shape).report.notices;
+  };
+  const std::string ball = "<shape type='sphere'><point name='center' x='0' y='0' z='5'/></shape>";  // depths 4 to 6
+  const std::string behind = "<shape type='sphere'><point name='center' x='0' y='0' z='-500'/></shape>";
+  // Below a camera that looks along +z: some of it has the depth 0, but what is seen has 2 at least.
+  const std::string floor =
+      "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='100'/>"
+      "<translate y='-2'/></transform></shape>";
+  const auto near_clip = [](const char* value) {
+    return "<float name='near_clip' value='" + std::string(value) + "'/>";
+  };
+  const auto far_clip = [](const char* value) { return "<float name='far_clip' value='" + std::string(value) + "'/>"; };
+  for (const char* type : {"perspective", "orthographic"}) {
+    EXPECT_TRUE(mentions(notices(type, near_clip("4.5"), ball), "has near_clip 4.5")) << type;
+    EXPECT_FALSE(mentions(notices(type, near_clip("3"), ball), "near_clip")) << type;
+    EXPECT_TRUE(mentions(notices(type, far_clip("5.5"), ball), "has far_clip 5.5")) << type;
+    EXPECT_FALSE(mentions(notices(type, far_clip("6.5"), ball), "far_clip")) << type;
+    EXPECT_FALSE(mentions(notices(type, near_clip("4.5") + far_clip("5"), behind), "_clip")) << type;
+  }
+  EXPECT_FALSE(mentions(notices("perspective", near_clip("1"), floor), "near_clip"));
+  EXPECT_TRUE(mentions(notices("perspective", near_clip("3"), floor), "near_clip"));
+  // Mitsuba's own far_clip.
+  EXPECT_TRUE(
+      mentions(notices("perspective", "", "<shape type='sphere'><point name='center' x='0' y='0' z='20000'/></shape>"),
+               "has far_clip 10000"));
+}
+
+TEST(MitsubaLoader, SamplesBeyondTheBorderAreNoticed) {
+  const auto notices = [](const std::string& filter, const char* border) {
+    return loaded("<sensor type='perspective'><film type='hdrfilm'><boolean name='sample_border' value='" +
+                  std::string(border) + "'/><rfilter type='" + filter + "'/></film></sensor>")
+        .report.notices;
+  };
+  EXPECT_TRUE(mentions(notices("gaussian", "true"), "sample_border"));
+  EXPECT_FALSE(mentions(notices("gaussian", "false"), "sample_border"));
+  EXPECT_FALSE(mentions(notices("box", "true"), "sample_border"));
+}
+
 TEST(MitsubaLoader, DefaultsIncludesAndReferencesAreFollowed) {
   const SceneDescription s = loaded(
       "<default name='radius' value='3'/><default name='r' value='9'/><include filename='part.xml'/>"
@@ -169,6 +245,16 @@ TEST(MitsubaLoader, OldDiffuseReflectanceIsTheReflectanceOfDiffuseAlone) {
   EXPECT_EQ(colored("diffuse", "3.0.0").report.unread.size(), 1u);
 }
 
+TEST(MitsubaLoader, OldConductorsWithoutAMetalAreMirrorsAsMitsuba3HasThem) {
+  const auto warnings = [](const std::string& inner, const std::string& version) {
+    return loaded("<shape type='cube'><bsdf type='roughconductor'>" + inner + "</bsdf></shape>", version)
+        .report.warnings;
+  };
+  EXPECT_TRUE(mentions(warnings("", "0.6.0"), "names no material"));
+  EXPECT_TRUE(warnings("<string name='material' value='Cu'/>", "0.6.0").empty());
+  EXPECT_TRUE(warnings("", "3.0.0").empty());
+}
+
 TEST(MitsubaLoader, OldNamesKeepCapitalsThatFollowNoSmallLetter) {
   const SceneDescription s = loaded(
       "<sensor type='perspective'><float name='nearClip' value='0.1'/><film type='hdrfilm'><rfilter type='mitchell'>"
@@ -214,6 +300,16 @@ TEST(MitsubaLoader, UnreadPropertiesAreListed) {
   EXPECT_EQ(s.report.unread[0], "s.xml:3: <float> fuzziness");
 }
 
+// What the scene defines may be left alone; inside of others an id does not hide what nobody reads.
+TEST(MitsubaLoader, OnlyDefinitionsMayGoUnread) {
+  EXPECT_TRUE(loaded("<bsdf type='diffuse' id='a'/><texture type='checkerboard' id='b'/>").report.unread.empty());
+  const SceneDescription s = loaded(
+      "<shape type='cube'><bsdf type='diffuse'>\n<texture name='reflectance' type='checkerboard' id='read'/>\n"
+      "<texture name='colour' type='checkerboard' id='typo'/></bsdf>\n<texture name='other' type='checkerboard' "
+      "id='t'/></shape>");
+  EXPECT_EQ(s.report.unread, (std::vector<std::string>{"s.xml:4: <texture> colour", "s.xml:5: <texture> other"}));
+}
+
 TEST(MitsubaLoader, BadInputIsRefusedWithItsPlace) {
   const ErrorCode bad = ErrorCode::invalid_argument, unknown = ErrorCode::unimplemented;
   expect_error("<shape type='teapot'/>", unknown, "s.xml:2", "shape \"teapot\" is not supported");
@@ -236,7 +332,6 @@ TEST(MitsubaLoader, PropertiesThatAreNotSupportedAreRefusedByName) {
   const auto refused = [](const std::string& body, const std::string& part) {
     expect_error(body, ErrorCode::unimplemented, "s.xml:2", part);
   };
-  refused("<shape type='sphere'><boolean name='flip_normals' value='true'/></shape>", "flip_normals");
   refused("<emitter type='spot'><texture name='texture' type='checkerboard'/></emitter>", "has a texture");
   refused("<sensor type='perspective'><float name='principal_point_offset_x' value='0.1'/></sensor>",
           "principal_point_offset_x");
@@ -337,6 +432,33 @@ TEST(MitsubaLoader, SpectraGoThroughTheObserver) {
   EXPECT_GT(blue.z, 10 * std::max(blue.x, blue.y));
 }
 
+// A sphere that faces inwards is a mesh: ours as such face outwards.
+TEST(MitsubaLoader, FlippedSpheresFaceInwards) {
+  const SceneDescription s = loaded(
+      "<shape type='sphere'><boolean name='flip_normals' value='true'/><float name='radius' value='2'/>"
+      "<point name='center' x='1' y='0' z='0'/></shape>");
+  ASSERT_TRUE(s.objects[0].spheres.empty());
+  const TriangleMesh& mesh = s.objects[0].meshes.at(0);
+  double area = 0;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    V3d p[3];
+    for (int k = 0; k < 3; ++k) p[k] = V3d(mesh.positions[mesh.indices[i + std::size_t(k)]]);
+    const V3d normal = cross(p[1] - p[0], p[2] - p[0]), middle = (p[0] + p[1] + p[2]) / 3 - V3d(1, 0, 0);
+    ASSERT_LT(dot(normal, middle), 0) << i;
+    area += length(normal) / 2;
+  }
+  EXPECT_NEAR(area, 16 * std::numbers::pi, 16 * std::numbers::pi * 1e-4);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const V3f out = (mesh.positions[i] - V3f(1, 0, 0)) / 2;
+    ASSERT_LT(length(mesh.normals[i] + out), 1e-5f) << i;
+    const V2f uv = mesh.texcoords[0][i];
+    ASSERT_NEAR(std::cos(uv.y * std::numbers::pi), out.z, 1e-5) << i;
+    const double around = std::hypot(out.x, out.y);
+    ASSERT_NEAR(around * std::cos(2 * std::numbers::pi * uv.x), out.x, 1e-5) << i;
+    ASSERT_NEAR(around * std::sin(2 * std::numbers::pi * uv.x), out.y, 1e-5) << i;
+  }
+}
+
 // Rows of images go down, texture coordinates of rectangles go up from the lower left corner: to_uv is applied to the
 // latter, and a lookup at (u, v) finds row v x height from the top.
 TEST(MitsubaLoader, RectangleCoordinatesGrowRightAndUp) {
@@ -368,11 +490,58 @@ TEST(MitsubaLoader, VertexColoursShowOnlyWhereABsdfAsksForThem) {
                "no attribute vertex_color");
 }
 
+// Names as Mitsuba 3.9.1 lists them by traverse().
+TEST(MitsubaMeshes, PlyAttributesAreNamedAsInMitsuba) {
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float dirt_r\nproperty float dirt_g\nproperty float dirt_b\nproperty float worn_0\n"
+      "property float two_0\nproperty float two_1\nelement face 2\nproperty list uchar int vertex_indices\n"
+      "property uchar b\nproperty uchar g\nproperty uchar r\nproperty float worn_x\nend_header\n"
+      "0 0 0 0.1 0.2 0.3 0.7 0 0\n1 0 0 0.4 0.5 0.6 0.8 0 0\n1 1 0 0.1 0.1 0.1 0.9 0 0\n0 1 0 0 0 0 1 0 0\n"
+      "3 0 1 2 51 102 153 0.25\n3 0 2 3 255 0 0 0.5\n";
+  const auto colors = [&](const std::string& attribute) {
+    MemoryBudget budget(1 << 20);
+    std::vector<V4f> of_faces;
+    Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget, attribute, &of_faces);
+    EXPECT_TRUE(mesh.ok());
+    EXPECT_TRUE(mesh->colors.empty() || of_faces.empty());
+    return mesh->colors.empty() ? of_faces : mesh->colors;
+  };
+  EXPECT_EQ(colors("vertex_dirt_color").at(1), V4f(0.4f, 0.5f, 0.6f, 1));
+  EXPECT_EQ(colors("vertex_worn").at(2), V4f(0.9f, 0.9f, 0.9f, 1));
+  EXPECT_EQ(colors("face_color").at(0), V4f(0.6f, 0.4f, 0.2f, 1));  // by name, whatever their order
+  EXPECT_EQ(colors("face_worn").at(1), V4f(0.5f, 0.5f, 0.5f, 1));
+  for (const char* absent : {"vertex_color", "vertex_two", "vertex_dirt", "face_dirt_color", "vertex_", "face_", ""})
+    EXPECT_TRUE(colors(absent).empty()) << absent;
+}
+
+// Triangles in colours of their own stay smoothly shaded and keep their place in the texture.
+TEST(MitsubaLoader, ColoursOfFacesGiveEveryTriangleItsOwnVertices) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float u\nproperty float v\nelement face 2\nproperty list uchar int vertex_indices\n"
+      "property float r\nproperty float g\nproperty float b\nend_header\n"
+      "0 0 0 0 0\n1 0 0 1 0\n1 1 1 1 1\n0 1 0 0 1\n3 0 1 2 1 0 0\n3 0 2 3 0 1 0.5\n";
+  const SceneDescription s = loaded(
+      "<shape type='ply'><string name='filename' value='m.ply'/><bsdf type='diffuse'><texture name='reflectance' "
+      "type='mesh_attribute'><string name='name' value='face_color'/></texture></bsdf></shape>",
+      "3.0.0", {{"m.ply", bytes_of(ply)}});
+  ASSERT_EQ(s.objects.size(), 1u);
+  const TriangleMesh& mesh = s.objects[0].meshes[0];
+  ASSERT_EQ(mesh.positions.size(), 6u);
+  EXPECT_EQ(mesh.colors[2], V4f(1, 0, 0, 1));
+  EXPECT_EQ(mesh.colors[3], V4f(0, 1, 0.5f, 1));
+  EXPECT_EQ(mesh.positions[mesh.indices[4]], V3f(1, 1, 1));
+  EXPECT_EQ(mesh.texcoords[0][mesh.indices[5]], V2f(0, 1));
+  EXPECT_EQ(mesh.normals[0], mesh.normals[3]);  // of the vertex that both share
+  EXPECT_NE(mesh.normals[0], mesh.normals[1]);
+}
+
 TEST(MitsubaMeshes, PlyColoursMustBeShares) {
   std::string text = kColoredPly;
   text.replace(text.find("0.25"), 4, "2.25");
   MemoryBudget budget(1 << 20);
-  Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget);
+  Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget, "vertex_color");
   ASSERT_TRUE(mesh.ok());
   const Status status = mitsuba::check_mesh(*mesh);
   ASSERT_FALSE(status.ok());
