@@ -9,6 +9,7 @@
 
 #include "renderer/scene/mitsuba_meshes.h"
 #include "renderer/scene/scene_loader.h"
+#include "tests/unit/scene/image_encode.h"
 
 namespace helio {
 namespace {
@@ -375,6 +376,79 @@ TEST(MitsubaLoader, OrthographicFilmIsTwoWide) {
   ASSERT_EQ(s.cameras.size(), 1u);
   EXPECT_EQ(s.cameras[0].projection, Projection::orthographic);
   EXPECT_NEAR(s.cameras[0].half_height, 3.0 / 2, 1e-9);
+}
+
+// 60 degrees along one side of the film, or its diagonal.
+TEST(MitsubaLoader, FieldOfViewIsAlongItsAxis) {
+  const auto slope = [](const std::string& axis, int width, int height) {
+    const SceneDescription s = loaded(
+        "<sensor type='perspective'><float name='fov' value='60'/><string name='fov_axis' "
+        "value='" +
+        axis + "'/><film type='hdrfilm'><integer name='width' value='" + std::to_string(width) +
+        "'/><integer name='height' value='" + std::to_string(height) + "'/></film></sensor>");
+    return std::tan(s.cameras[0].vertical_fov / 2) / std::tan(std::numbers::pi / 6);
+  };
+  EXPECT_NEAR(slope("x", 200, 100), 0.5, 1e-9);
+  EXPECT_NEAR(slope("y", 200, 100), 1, 1e-9);
+  EXPECT_NEAR(slope("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-9);
+  EXPECT_NEAR(slope("smaller", 200, 100), 1, 1e-9);
+  EXPECT_NEAR(slope("larger", 200, 100), 0.5, 1e-9);
+  EXPECT_NEAR(slope("smaller", 100, 200), 2, 1e-9);
+  EXPECT_NEAR(slope("larger", 100, 200), 1, 1e-9);
+}
+
+TEST(MitsubaLoader, SpotsHaveDegrees) {
+  const auto spot = [](const std::string& inner) {
+    return loaded("<emitter type='spot'>" + inner + "</emitter>").lights.at(0);
+  };
+  const PunctualLight narrow = spot("<float name='cutoff_angle' value='40'/><float name='beam_width' value='10'/>");
+  EXPECT_NEAR(narrow.outer_cone_angle, 40 * std::numbers::pi / 180, 1e-6);
+  EXPECT_NEAR(narrow.inner_cone_angle, 10 * std::numbers::pi / 180, 1e-6);
+  EXPECT_NEAR(spot("").outer_cone_angle, 20 * std::numbers::pi / 180, 1e-6);
+  EXPECT_NEAR(spot("").inner_cone_angle, 15 * std::numbers::pi / 180, 1e-6);
+}
+
+// IEC 61966-2-1: 0.5 is 0.21404, 128 of 255 is 0.21586.
+TEST(MitsubaLoader, ColoursMayBeSrgb) {
+  const auto reflectance = [](const std::string& color) {
+    return loaded("<shape type='cube'><bsdf type='diffuse'>" + color + "</bsdf></shape>").materials[0].base_color;
+  };
+  EXPECT_NEAR(reflectance("<srgb name='reflectance' value='0.5, 0.5, 0.5'/>").y, 0.21404, 1e-5);
+  EXPECT_NEAR(reflectance("<rgb name='reflectance' value='0.5, 0.5, 0.5'/>").y, 0.5, 1e-6);
+  const Rgb hex = reflectance("<rgb name='reflectance' value='#ff8000'/>");
+  EXPECT_NEAR(hex.x, 1, 1e-6);
+  EXPECT_NEAR(hex.y, 0.21586, 1e-5);
+  EXPECT_EQ(hex.z, 0);
+}
+
+// Mitsuba 3.9.1 swaps the colours where it asks for a number.
+TEST(MitsubaLoader, CheckerboardsBeginWithTheirFirstColour) {
+  const std::string board =
+      "type='checkerboard'><float name='color0' value='0.25'/><float name='color1' value='0.75'/></texture>";
+  const auto first = [&](const std::string& bsdf, const std::string& name) {
+    const SceneDescription s = loaded("<shape type='rectangle'><bsdf type='" + bsdf + "'><texture name='" + name +
+                                      "' " + board + "</bsdf></shape>");
+    float value = 0;
+    std::memcpy(&value, s.images.at(0).texels.data(), sizeof value);
+    return value;
+  };
+  EXPECT_EQ(first("diffuse", "reflectance"), 0.25f);
+  EXPECT_EQ(first("roughconductor", "alpha"), 0.75f);
+}
+
+TEST(MitsubaLoader, BitmapsAreSrgbUnlessTheyAreRaw) {
+  const std::uint8_t texel[3] = {128, 128, 128};
+  const auto encoding = [&](const std::string& inner) {
+    return loaded(
+               "<shape type='rectangle'><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>"
+               "<string name='filename' value='t.png'/>" +
+                   inner + "</texture></bsdf></shape>",
+               "3.0.0", {{"t.png", test::encode_image("png", OIIO::ImageSpec(1, 1, 3, OIIO::TypeDesc::UINT8), texel)}})
+        .materials[0]
+        .base_color_texture.encoding;
+  };
+  EXPECT_EQ(encoding(""), TexelEncoding::srgb);
+  EXPECT_EQ(encoding("<boolean name='raw' value='true'/>"), TexelEncoding::linear);
 }
 
 // Mitsuba 3 does not bring the axis of a rotation to unit length: its matrix for 40 degrees about (1, 1, 0).

@@ -141,6 +141,15 @@ TEST(Pane, ReflectsTwice) {
   EXPECT_TRUE(is_pure_delta(pane(1.5f)));
 }
 
+TEST(Pane, TintsWhatItReflectsAndWhatItPasses) {
+  SurfaceParams params = pane(1.5f);
+  params.specular_color = Rgb(0.2f, 0.4f, 0.6f);
+  params.base_color = Rgb(0.9f, 0.8f, 0.7f);
+  const V3f wo = direction_at(50, 20);
+  EXPECT_EQ(sample_bsdf(params, wo, 0, V2f(0.5f, 0.5f)).weight, params.specular_color);
+  EXPECT_EQ(sample_bsdf(params, wo, kOneMinusEpsilon, V2f(0.5f, 0.5f)).weight, params.base_color);
+}
+
 TEST(Pane, DeltaProbabilities) {
   for (const float ior : {0.7f, 1.0f, 1.5f, 2.4f}) {
     for (const double angle : {0.0, 55.0, 80.0, 89.9}) {
@@ -166,6 +175,19 @@ TEST(Principled, GrazingRetroReflectionIsBurleys) {
   const float z = 1e-4f;
   const V3f w(std::sqrt(1 - z * z), 0, z);
   EXPECT_NEAR(evaluate_bsdf(params, w, w).f_cos.x / z, 2.25 / std::numbers::pi, 3e-3);
+}
+
+// Light that enters and leaves takes the root of the colour twice: what refracts in one channel is to that of another
+// as the roots of their colours.
+TEST(Principled, RefractionIsTintedByTheRoot) {
+  SurfaceParams params = principled(0.2f, 1.5f, Rgb(0.81f, 0.36f, 0.04f), {});
+  params.transmission = 1;
+  params.thin = false;
+  const V3f wo = direction_at(20, 0);
+  const Rgb f = evaluate_bsdf(params, wo, -direction_at(10, 180)).f_cos;
+  ASSERT_GT(f.x, 0);
+  EXPECT_NEAR(f.y / f.x, 0.6 / 0.9, 1e-5);
+  EXPECT_NEAR(f.z / f.x, 0.2 / 0.9, 1e-5);
 }
 
 // Metal: facets with Schlick's reflectance of the base colour; at the mirror direction of 60 degrees, where m is the

@@ -61,6 +61,46 @@ TEST(BumpMap, TiltsTheNormalAgainstTheSlope) {
   }
 }
 
+// u' = v and v' a constant: what rises along the picture rises along v.
+TEST(BumpMap, SlopesTurnWithThePicture) {
+  Material m = lambert(Rgb(0.5f));
+  m.bump_texture.image = 0;
+  m.bump_texture.uv_transform = {0, 1, 0, 0, 0, 0.5f};
+  m.bump_scale = 0.1f;
+  std::vector<V4f> texels;
+  for (int i = 0; i < 8; ++i) texels.push_back(V4f(0.5f * i, 0.5f * i, 0.5f * i, 1));
+  SceneDescription scene = square_of(m);
+  add_image(scene, 8, 1, texels);
+  const PixelFeatures f = features_of(std::move(scene));
+  EXPECT_NEAR(f.normal[0], 0, 1e-4);
+  EXPECT_NEAR(f.normal[1], -0.2 / std::sqrt(1.04), 5e-3);
+}
+
+// The texel's red is along u, its green along v. From behind, the normal is mirrored in the surface where that is asked
+// for, and turned around otherwise.
+TEST(NormalMap, IsInTheFrameOfTheTexture) {
+  for (const bool mirrored : {false, true}) {
+    Material m = lambert(Rgb(0.5f));
+    m.normal_texture.image = 0;
+    m.map_rule = MapRule::own_frame;
+    m.map_mirrored = mirrored;
+    const auto seen_from = [&](double z) {
+      SceneDescription scene = square_of(m);
+      add_image(scene, 1, 1, {V4f(0.8f, 0.62f, 0.884f, 1)});  // 0.6, 0.24, 0.768
+      return features_of(std::move(scene), V3d(0, 0, z));
+    };
+    const PixelFeatures from_front = seen_from(3), from_behind = seen_from(-3);
+    const auto &front = from_front.normal, &back = from_behind.normal;
+    constexpr double kLength = 1.0037;
+    EXPECT_NEAR(front[0], 0.6 / kLength, 2e-3);
+    EXPECT_NEAR(front[1], 0.24 / kLength, 2e-3);
+    EXPECT_NEAR(front[2], 0.768 / kLength, 2e-3);
+    EXPECT_NEAR(back[0], mirrored ? front[0] : -front[0], 2e-3) << mirrored;
+    EXPECT_NEAR(back[1], mirrored ? front[1] : -front[1], 2e-3) << mirrored;
+    EXPECT_NEAR(back[2], -front[2], 2e-3) << mirrored;
+  }
+}
+
 TEST(BumpMap, FlatHeightsChangeNothing) {
   Material m = lambert(Rgb(0.5f));
   m.bump_texture.image = 0;
