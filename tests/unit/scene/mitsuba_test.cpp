@@ -80,6 +80,7 @@ TEST(MitsubaLoader, MatrixIsInRows) {
   const SceneDescription s = loaded(
       "<shape type='cube'><transform name='to_world'><matrix value='0 -1 0 7  1 0 0 8  0 0 1 9  0 0 0 1'/></transform>"
       "</shape>");
+  ASSERT_EQ(s.instances.size(), 1u);
   EXPECT_LT(length(V3d(1, 0, 0) * s.instances[0].to_world - V3d(7, 9, 9)), 1e-12);
 }
 
@@ -603,8 +604,7 @@ TEST(MitsubaLoader, ColoursOfFacesGiveEveryTriangleItsOwnVertices) {
   ASSERT_EQ(s.objects.size(), 1u);
   const TriangleMesh& mesh = s.objects[0].meshes[0];
   ASSERT_EQ(mesh.positions.size(), 6u);
-  EXPECT_EQ(mesh.colors[2], V4f(1, 0, 0, 1));
-  EXPECT_EQ(mesh.colors[3], V4f(0, 1, 0.5f, 1));
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(mesh.colors[i], i < 3 ? V4f(1, 0, 0, 1) : V4f(0, 1, 0.5f, 1)) << i;
   EXPECT_EQ(mesh.positions[mesh.indices[4]], V3f(1, 1, 1));
   EXPECT_EQ(mesh.texcoords[0][mesh.indices[5]], V2f(0, 1));
   EXPECT_EQ(mesh.normals[0], mesh.normals[3]);  // of the vertex that both share
