@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "error_curves.h"
+#include "reuse_motions.h"
 #include "study.h"
 #include "study_turns.h"
 #include "subcommands.h"
@@ -90,6 +91,14 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
       ->capture_default_str();
 }
 
+void add_motion_option(CLI::App& command, BenchOptions& options) {
+  std::vector<std::string> known = reuse_motion_names();
+  known.push_back("all");
+  command.add_option("--motions", options.motions, "Camera motions, separated by commas; default: those with goals")
+      ->delimiter(',')
+      ->check(CLI::IsMember(known));
+}
+
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
   if (!std::filesystem::exists(std::filesystem::path(options.shared) / "scenes/bench/cornell.gltf")) {
     note("skipped: " + options.shared + "/scenes/bench is absent (--shared, HELIO_SHARED)");
@@ -152,6 +161,7 @@ int main(int argc, char** argv) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     if (subcommand.of_scenes) add_scene_options(*command, options);
+    if (std::string(subcommand.name) == "reuse") add_motion_option(*command, options);
   }
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);

@@ -11,11 +11,12 @@ namespace helio::bench {
 namespace {
 
 const char* to_string(Better better) {
-  return better == Better::lower ? "lower" : "higher";
+  return better == Better::lower ? "lower" : better == Better::higher ? "higher" : "within";
 }
 
 std::string goal_text(const Figure& figure) {
   if (!figure.goal) return "-";
+  if (figure.better == Better::within) return fmt::format("{:.4g} to {:.4g}", *figure.least, *figure.goal);
   return fmt::format("{} {:.4g}", figure.better == Better::lower ? "<=" : ">=", *figure.goal);
 }
 
@@ -26,6 +27,7 @@ std::string Figures::json() const {
   for (const Figure& f : items_) {
     figures[f.name] = {{"value", f.value}, {"unit", f.unit}, {"goal", nullptr}, {"better", to_string(f.better)}};
     if (f.goal) figures[f.name]["goal"] = *f.goal;
+    if (f.goal && f.least) figures[f.name]["least"] = *f.least;
   }
   return nlohmann::ordered_json({{"figures", figures}}).dump(2);
 }

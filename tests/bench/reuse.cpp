@@ -1,15 +1,19 @@
 // What reuse is worth after a camera move: time to the error that a restart has at a given number of samples.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <ctime>
 #include <numeric>
+#include <span>
 
-#include "camera_paths.h"
+#include "dark_half.h"
 #include "error_scenes.h"
 #include "newly_seen.h"
+#include "over_scenes.h"
 #include "renderer/metrics/error_metrics.h"
+#include "reuse_motions.h"
+#include "reuse_report.h"
 #include "scene_depth.h"
-#include "statistics.h"
+#include "study.h"
 #include "subcommands.h"
 #include "tests/support/loop_views.h"
 
@@ -20,31 +24,56 @@ namespace {
 using test::LoopViews;
 using test::ViewPicture;
 
-constexpr std::uint32_t kRest = 256, kSamplesPerStep = 64;
+// Where ours has not reached the restart's error it goes on to this many times the samples.
+constexpr std::uint32_t kFurther = 4;
+// Samples of the views before a frame whose cost is measured: what sources cost does not depend on how many they have.
+constexpr std::uint32_t kCostRest = 64;
 
-// What happens before the last view, which is the scene's own and the one that is measured.
-struct Motion {
-  std::string name;
-  std::vector<CameraPose> before;
-  std::uint32_t samples = kRest;  // of each of these
-  std::optional<double> goal;     // on the median over the scenes of restart's time over ours
-  std::optional<double> goal_of_ceiling;  // on the same as a share of what lossless reuse would gain, per cent
+// A scene with what the noise of its reference adds to errors.
+struct MeasuredScene {
+  const ErrorScene& scene;
+  double relmse = 0, dark_relmse = 0;  // of the reference's noise
+  double mean = 0;                     // of the reference
+
+  explicit MeasuredScene(const ErrorScene& of) : scene(of), relmse(reference_relmse(of)), mean(mean_of(of.reference)) {
+    LoopPicture off = scene.reference;  // by the standard error of each value
+    for (int c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < off.channels[c].size(); ++i)
+        off.channels[c][i] += std::sqrt(std::max(0.0f, scene.reference_variance.channels[c][i]));
+    }
+    dark_relmse = compare_dark_half(off.view(), scene.reference.view()).relmse;
+  }
 };
 
-struct Point {
-  double seconds = 0, relmse = 0, reported = 0, inside = 0, mean = 0, share = 0;
+// What kind of session renders the views.
+struct Kind {
+  RenderMode mode;
+  ModeVariant variant = ModeVariant::bounded;
 };
 
-// Cumulative points of the last view at 1, 2, 4, ... samples.
-struct Curve {
-  std::vector<Point> points;
-  double reproject_seconds = 0;  // processor time
-};
+RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, int seed) {
+  RenderSettings settings;
+  settings.width = scene.scene.reference.width;
+  settings.height = scene.scene.reference.height;
+  settings.mode = kind.mode;
+  settings.variant = kind.variant;
+  if (kind.variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
+  settings.seed = std::uint64_t(seed);
+  return settings;
+}
 
-double mean_of_picture(const ViewPicture& picture) {
-  double sum = 0;
-  for (const auto& channel : picture.radiance) sum = std::accumulate(channel.begin(), channel.end(), sum);
-  return sum / (3.0 * double(picture.samples.size()));
+// Those that history is made of; a restart has seen the last one, too, so that its memory is as warm.
+void render_earlier(LoopViews& views, const Kind& kind, std::span<const EarlierView> before) {
+  if (!reuses(kind.mode)) {
+    views.render(before.back().pose, 1);
+    return;
+  }
+  for (const EarlierView& view : before) views.render(view.pose, view.samples);
+}
+
+// Less what the reference's noise has added, as far as that leaves something.
+double without_noise(double error, double noise) {
+  return std::max(error - noise, 0.01 * error);
 }
 
 // Share of the pixels' channels that lie within three of the standard errors that they and the reference report.
@@ -59,183 +88,127 @@ double share_inside(const ViewPicture& picture, const ErrorScene& scene) {
   return double(inside) / (3.0 * double(picture.samples.size()));
 }
 
-Result<Curve> run(RenderEngine& engine, const ErrorScene& scene, RenderSettings settings, RenderMode mode,
-                  const Motion& motion, std::uint32_t most, ModeVariant variant = ModeVariant::bounded) {
-  settings.mode = mode;
-  settings.variant = variant;
-  if (variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
-  Curve curve;
-  LoopViews views(engine, scene.scene, settings);
-  if (reuses(mode)) {
-    for (const CameraPose& pose : motion.before) views.render(pose, motion.samples);
-  }
-  const double noise = reference_relmse(scene);
+Result<ReusePoint> point_of(const ViewPicture& picture, const MeasuredScene& of) {
+  const ErrorScene& scene = of.scene;
+  if (picture.end.reason != FrameEndReason::samples)
+    return Error{ErrorCode::internal, std::string("a frame ended by ") + to_string(picture.end.reason), scene.name};
+  const auto error = relative_error(picture.view(), scene.reference.view());
+  if (!error) return error.error();
+  const DarkHalf dark = compare_dark_half(picture.view(), scene.reference.view());
+  ReusePoint point;
+  point.relmse = without_noise(error->relmse, of.relmse);
+  point.dark_relmse = without_noise(dark.relmse, of.dark_relmse);
+  point.reported = picture.end.progress.error.relmse;
+  point.inside = share_inside(picture, scene);
+  point.bias = test::mean_radiance(picture) / of.mean - 1;
+  point.dark_bias = dark.bias;
+  point.bound =
+      std::accumulate(picture.bound.begin(), picture.bound.end(), 0.0) / (double(picture.bound.size()) * of.mean);
+  point.carried = picture.end.progress.reuse_share;
+  return point;
+}
+
+// The last view at 1, 2, 4, ... `most` samples, and on to `further` of them while errors are above `goal`'s.
+Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, int seed,
+                       const ReuseMotion& motion, std::uint32_t most, std::uint32_t further = 0,
+                       const ReusePoint& goal = {}) {
+  RenderLoopOptions with_bound;  // which ours alone have to pay for
+  with_bound.channels |= kResolveHistory;
+  LoopViews views(engine, scene.scene.scene, settings_of(scene, kind, seed), with_bound);
+  render_earlier(views, kind, motion.before);
+  ReuseCurve curve;
   double seconds = 0;
-  for (std::uint32_t n = 1; n <= most; n *= 2) {
-    const ViewPicture& picture = views.render(scene.view, n);
-    if (picture.end.reason != FrameEndReason::samples)
-      return Error{ErrorCode::internal, std::string("a frame ended by ") + to_string(picture.end.reason), scene.name};
+  for (std::uint32_t n = 1; n <= std::max(most, further); n *= 2) {
+    if (n > most && curve.points.back().relmse <= goal.relmse && !(curve.points.back().dark_relmse > goal.dark_relmse))
+      break;
+    const ViewPicture& picture = views.render(scene.scene.view, n);
+    auto point = point_of(picture, scene);
+    if (!point) return point.error();
     seconds += picture.seconds;
-    const auto error = relative_error(picture.view(), scene.reference.view());
-    if (!error) return error.error();
-    // Less what the reference's noise has added, as far as that leaves something.
-    const double relmse = std::max(error->relmse - noise, 0.01 * error->relmse);
-    curve.points.push_back({seconds, relmse, picture.end.progress.error.relmse, share_inside(picture, scene),
-                            mean_of_picture(picture), picture.end.progress.reuse_share});
-    if (n > 1) continue;
-    for (const PassTime& pass : picture.end.passes) {
-      if (pass.pass == "reproject") curve.reproject_seconds = pass.seconds;
-    }
+    point->seconds = seconds;
+    curve.points.push_back(*point);
   }
   return curve;
 }
 
-// Seconds until the curve's error is `relmse`, between its points as a power of time; its last time where that is not
-// reached, its first where it begins below.
-double seconds_to(const Curve& curve, double relmse) {
-  const std::vector<Point>& points = curve.points;
-  if (points.front().relmse <= relmse) return points.front().seconds;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const Point &a = points[i - 1], &b = points[i];
-    if (b.relmse > relmse) continue;
-    const double t = std::log(a.relmse / relmse) / std::log(a.relmse / b.relmse);
-    return a.seconds * std::pow(b.seconds / a.seconds, t);
+// Of a frame of `samples` after the last two of the earlier views, which sources are made of.
+FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, int seed,
+                  const ReuseMotion& motion, std::uint32_t samples) {
+  LoopViews views(engine, scene.scene.scene, settings_of(scene, kind, seed));
+  std::vector<EarlierView> before(motion.before.end() - std::ptrdiff_t(std::min<std::size_t>(2, motion.before.size())),
+                                  motion.before.end());
+  for (EarlierView& view : before) view.samples = std::min(view.samples, kCostRest);
+  render_earlier(views, kind, before);
+  const std::clock_t began = std::clock();
+  const ViewPicture& picture = views.render(scene.scene.view, samples);
+  FrameCost cost;
+  cost.all = double(std::clock() - began) / CLOCKS_PER_SEC;
+  for (const PassTime& pass : picture.end.passes) {
+    if (pass.pass == "reproject" || pass.pass == "review" || pass.pass == "allocate") cost.reuse += pass.seconds;
   }
-  return points.back().seconds;
+  return cost;
 }
 
-// Error of a curve at a time, as above; beyond its ends that of the end.
-double error_at(const Curve& curve, double seconds) {
-  const std::vector<Point>& points = curve.points;
-  if (seconds <= points.front().seconds) return points.front().relmse;
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const Point &a = points[i - 1], &b = points[i];
-    if (b.seconds < seconds) continue;
-    const double t = std::log(seconds / a.seconds) / std::log(b.seconds / a.seconds);
-    return a.relmse * std::pow(b.relmse / a.relmse, t);
+// One entry for each motion.
+Result<std::vector<ReuseSeed>> measure_seed(RenderEngine& engine, const MeasuredScene& scene,
+                                            const std::vector<ReuseMotion>& motions, std::uint32_t most, int seed) {
+  const Kind pt{RenderMode::pt}, ours{RenderMode::combined}, reproject{RenderMode::reproject};
+  const Kind paper_ours{RenderMode::combined, ModeVariant::paper};
+  const Kind paper_reproject{RenderMode::reproject, ModeVariant::paper};
+  const auto restart = run(engine, scene, pt, seed, motions.front(), 2 * most);
+  if (!restart) return restart.error();
+  const ReusePoint& goal = restart->points[restart->points.size() - 2];
+  std::vector<ReuseSeed> all(motions.size());
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    ReuseSeed& result = all[m];
+    result.restart = *restart;
+    for (int k = 0; k < 2; ++k) {
+      const auto samples = std::uint32_t(kCostCounts[k]);
+      result.restart_cost[k] = cost_of(engine, scene, pt, seed, motions[m], samples);
+      result.combined_cost[k] = cost_of(engine, scene, ours, seed, motions[m], samples);
+    }
+    const struct {
+      const Kind& kind;
+      ReuseCurve& curve;
+      std::uint32_t further;
+    } runs[] = {{ours, result.combined, kFurther * most},
+                {reproject, result.reproject, kFurther * most},
+                {paper_ours, result.paper_combined, 0},
+                {paper_reproject, result.paper_reproject, 0}};
+    for (const auto& [kind, curve, further] : runs) {
+      auto measured = run(engine, scene, kind, seed, motions[m], most, further, goal);
+      if (!measured) return measured.error();
+      curve = std::move(*measured);
+    }
   }
-  return points.back().relmse;
-}
-
-std::vector<Motion> motions(const ErrorScene& scene, double depth) {
-  std::vector<Motion> all;
-  const auto along = [&](const char* path, const char* name, std::size_t steps, std::uint32_t samples,
-                         std::optional<double> goal, std::optional<double> goal_of_ceiling = std::nullopt) {
-    std::vector<CameraPose> views = views_of(*find_camera_path(path, depth), scene.view);
-    views.pop_back();
-    if (views.size() > steps) views.erase(views.begin(), views.end() - std::ptrdiff_t(steps));
-    all.push_back({name, std::move(views), samples, goal, goal_of_ceiling});
-  };
-  along("turn-5", "turn_5", 1, kRest, 8.0);
-  along("turn-5", "path_5", 20, kSamplesPerStep, std::nullopt, 70.0);
-  along("translate", "translate", 1, kRest, 5.0);
-  along("jump", "jump", 1, kRest, std::nullopt);
   return all;
 }
 
-// Of one motion, an entry for each seed.
-struct Results {
-  std::vector<double> paper_combined, paper_reproject, paper_worst, paper_bias;
-  std::vector<double> combined, reproject, worst, cost_one, cost_four, calibration[2], inside[2], bias, share;
-
-  // The restart goes on to twice the samples, so that ours, if slower, is not held against an earlier picture of it.
-  void add(const Curve& ours, const Curve& restart, int threads) {
-    const Point &goal = restart.points[ours.points.size() - 1], &last = ours.points.back();
-    combined.push_back(goal.seconds / seconds_to(ours, goal.relmse));
-    double over = 0;
-    for (const Point& point : ours.points) over = std::max(over, point.relmse / error_at(restart, point.seconds));
-    worst.push_back(over);
-    // Processor time, of a frame of one sample and of four.
-    cost_one.push_back(100 * ours.reproject_seconds / (threads * restart.points[0].seconds));
-    cost_four.push_back(100 * ours.reproject_seconds / (threads * restart.points[2].seconds));
-    for (int k = 0; k < 2; ++k) {
-      const Point& point = k == 0 ? ours.points[1] : last;  // a single sample has no second half everywhere
-      calibration[k].push_back(std::sqrt(point.reported / point.relmse));
-      inside[k].push_back(100 * point.inside);
-    }
-    bias.push_back(100 * (last.mean / goal.mean - 1));
-    share.push_back(100 * ours.points.front().share);
-  }
-  // As published: its reported error knows nothing of reuse, so it is not held against the true one.
-  void add_paper(const Curve& combined_curve, const Curve& reproject_curve, const Curve& restart) {
-    const Point& goal = restart.points[combined_curve.points.size() - 1];
-    paper_combined.push_back(goal.seconds / seconds_to(combined_curve, goal.relmse));
-    paper_reproject.push_back(goal.seconds / seconds_to(reproject_curve, goal.relmse));
-    double over = 0, bias_of_worse = 0;
-    for (const Curve* curve : {&combined_curve, &reproject_curve}) {
-      for (const Point& point : curve->points) over = std::max(over, point.relmse / error_at(restart, point.seconds));
-      const double off = 100 * (curve->points.back().mean / goal.mean - 1);
-      if (std::abs(off) > std::abs(bias_of_worse)) bias_of_worse = off;
-    }
-    paper_worst.push_back(over);
-    paper_bias.push_back(bias_of_worse);
-  }
-  // Of ours over the better one of the two published ones, seed by seed.
-  std::vector<double> over_paper() const {
-    std::vector<double> ratios;
-    for (std::size_t i = 0; i < combined.size(); ++i)
-      ratios.push_back(combined[i] / std::max(paper_combined[i], paper_reproject[i]));
-    return ratios;
-  }
-  void publish(const std::string& name, bool with_cost, Figures& figures) const {
-    figures.add({name + ".combined_over_restart", median(combined), "x", std::nullopt, Better::higher});
-    figures.add({name + ".reproject_over_restart", median(reproject), "x", std::nullopt, Better::higher});
-    figures.add({name + ".worst_error_over_restart", median(worst), "x", 1.10, Better::lower});
-    figures.add({name + ".paper_combined_over_restart", median(paper_combined), "x", std::nullopt, Better::higher});
-    figures.add({name + ".paper_reproject_over_restart", median(paper_reproject), "x", std::nullopt, Better::higher});
-    figures.add({name + ".paper_worst_error_over_restart", median(paper_worst), "x", std::nullopt, Better::lower});
-    figures.add({name + ".paper_mean_over_restart", median(paper_bias), "%", std::nullopt, Better::lower});
-    // The goal is of turn_5 alone, which is the motion with costs.
-    figures.add({name + ".combined_over_paper", median(over_paper()), "x",
-                 with_cost ? std::optional(2.0) : std::nullopt, Better::higher});
-    for (int k = 0; k < 2; ++k) {
-      const std::string at = k == 0 ? ".at_two" : ".at_last";
-      figures.add({name + at + ".reported_over_true", median(calibration[k]), "x", std::nullopt, Better::lower});
-      figures.add({name + at + ".within_three", median(inside[k]), "%", 99.0, Better::higher});
-    }
-    figures.add({name + ".mean_over_restart", median(bias), "%", std::nullopt, Better::lower});
-    figures.add({name + ".carried", median(share), "%", std::nullopt, Better::higher});
-    if (!with_cost) return;
-    figures.add({name + ".cost_of_one_sample", median(cost_one), "%", 25.0, Better::lower});
-    figures.add({name + ".cost_of_four_samples", median(cost_four), "%", 8.0, Better::lower});
-  }
-};
-
-// Adds the scene's median gain to `gains`, one list for each motion.
-Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<Motion>& all,
-               const BenchOptions& options, Figures& figures, std::vector<std::vector<double>>& gains) {
-  RenderSettings settings = scene.settings;
+Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<ReuseMotion>& motions,
+               const BenchOptions& options, Figures& figures, OverScenes& over_scenes) {
+  const MeasuredScene measured(scene);
   const auto most = std::uint32_t(options.samples);
-  std::vector<Results> results(all.size());
+  std::vector<std::vector<ReuseSeed>> seeds(motions.size());
   for (int seed = 1; seed <= options.seeds; ++seed) {
-    settings.seed = std::uint64_t(seed);
-    const auto restart = run(engine, scene, settings, RenderMode::pt, {}, 2 * most);
-    if (!restart) return restart.error();
-    for (std::size_t m = 0; m < all.size(); ++m) {
-      const auto combined = run(engine, scene, settings, RenderMode::combined, all[m], most);
-      if (!combined) return combined.error();
-      const auto reproject = run(engine, scene, settings, RenderMode::reproject, all[m], most);
-      if (!reproject) return reproject.error();
-      const auto paper_combined = run(engine, scene, settings, RenderMode::combined, all[m], most, ModeVariant::paper);
-      if (!paper_combined) return paper_combined.error();
-      const auto paper_reproject =
-          run(engine, scene, settings, RenderMode::reproject, all[m], most, ModeVariant::paper);
-      if (!paper_reproject) return paper_reproject.error();
-      results[m].add(*combined, *restart, options.threads);
-      results[m].add_paper(*paper_combined, *paper_reproject, *restart);
-      const Point& goal = restart->points[restart->points.size() - 2];
-      results[m].reproject.push_back(goal.seconds / seconds_to(*reproject, goal.relmse));
-    }
+    auto of_seed = measure_seed(engine, measured, motions, most, seed);
+    if (!of_seed) return of_seed.error();
+    for (std::size_t m = 0; m < motions.size(); ++m) seeds[m].push_back(std::move((*of_seed)[m]));
   }
-  for (std::size_t m = 0; m < all.size(); ++m) {
-    const std::string name = scene.name + "." + all[m].name;
-    results[m].publish(name, m == 0, figures);
-    const double gain = median(results[m].combined);
-    gains[m].push_back(gain);
-    const double share = newly_seen_share(*scene.scene, all[m].before, scene.view, settings.width, settings.height);
-    if (share == 1) continue;
-    figures.add({name + ".newly_seen", 100 * share, "%", std::nullopt, Better::lower});
-    figures.add({name + ".share_of_ceiling", 100 * gain * share, "%", all[m].goal_of_ceiling, Better::higher});
+  const std::size_t points = seeds.front().front().restart.points.size() - 1;
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    std::vector<CameraPose> poses;
+    for (const EarlierView& view : motions[m].before) poses.push_back(view.pose);
+    const double newly_seen =
+        newly_seen_share(*scene.scene, poses, scene.view, scene.reference.width, scene.reference.height);
+    const ReuseReport report = report_reuse(seeds[m], points, newly_seen, motions[m].goals);
+    for (const ReuseFigure& reported : report.figures) {
+      Figure figure = reported.figure;
+      figure.name = motions[m].name + "." + reported.figure.name;
+      over_scenes.add(figure, reported.median_goal);
+      figure.name = scene.name + "." + figure.name;
+      figures.add(figure);
+    }
+    for (const std::string& text : report.notes) note(scene.name + "." + motions[m].name + ": " + text);
   }
   return ok_status();
 }
@@ -246,28 +219,28 @@ Status run_reuse(BenchContext& context, Figures& figures) {
   const BenchOptions& options = context.options();
   if (options.samples < 4)
     return Error{ErrorCode::invalid_argument, std::to_string(options.samples) + " is below 4", "--samples"};
+  const bool all_motions = options.motions == std::vector<std::string>{"all"};
+  const std::vector<std::string>& names = options.motions.empty() ? default_reuse_motions()
+                                          : all_motions           ? reuse_motion_names()
+                                                                  : options.motions;
   RenderEngine engine(options.threads);
-  const std::vector<std::string> defaults = {"cornell",        "covered",         "glass",
-                                             "cornell-glossy", "sponza-dabrovic", "breakfast-room"};
-  std::vector<std::vector<double>> gains;
-  std::vector<Motion> all;
-  for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
+  OverScenes over_scenes;
+  for (const std::string& name : options.scenes.empty() ? default_mode_scenes() : options.scenes) {
     const auto opened = open_error_scene(options, name, engine);
     if (!opened) return opened.error();
     const std::optional<ErrorScene>& scene = *opened;
     if (!scene) continue;
     const auto depth = scene_depth(*scene->scene, scene->view);
     if (!depth) return depth.error();
-    all = motions(*scene, *depth);
-    gains.resize(all.size());
-    if (const Status done = measure(engine, *scene, all, options, figures, gains); !done) return done;
+    std::vector<ReuseMotion> motions;
+    for (const std::string& motion : names) {
+      auto made = reuse_motion(motion, scene->view, *depth);
+      if (!made) return made.error();
+      motions.push_back(std::move(*made));
+    }
+    if (const Status done = measure(engine, *scene, motions, options, figures, over_scenes); !done) return done;
   }
-  for (std::size_t m = 0; m < gains.size(); ++m) {
-    const std::string name = "all." + all[m].name;
-    figures.add({name + ".median", median(gains[m]), "x", all[m].goal, Better::higher});
-    figures.add({name + ".worst", *std::min_element(gains[m].begin(), gains[m].end()), "x",
-                 m == 0 ? std::optional(2.0) : std::nullopt, Better::higher});
-  }
+  over_scenes.publish(figures);
   return ok_status();
 }
 

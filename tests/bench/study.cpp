@@ -88,6 +88,16 @@ const std::vector<StudyScene>& study_scenes() {
   return scenes;
 }
 
+const std::vector<std::string>& default_mode_scenes() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const StudyScene& scene : study_scenes()) all.push_back(scene.name);
+    for (const char* name : {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"}) all.push_back(name);
+    return all;
+  }();
+  return names;
+}
+
 std::vector<StudyScene> chosen_scenes(const BenchOptions& options) {
   if (options.scenes.empty()) return study_scenes();
   std::vector<StudyScene> scenes;

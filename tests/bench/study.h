@@ -10,6 +10,9 @@ namespace helio::bench {
 // The scenes that are measured when none is named.
 const std::vector<StudyScene>& study_scenes();
 
+// What `adaptive` and `reuse` measure when no scene is named: those of the study, then those of the error curves.
+const std::vector<std::string>& default_mode_scenes();
+
 // A setting with what it sets.
 struct StudyMode {
   StudySetting setting;

@@ -106,6 +106,12 @@ std::string words_of_paper(const std::string& scene) {
 std::vector<StudyMode> turn_modes() {
   std::vector<StudyMode> modes = {{{"plain", {}, {}, {}}, RenderMode::pt, ModeVariant::bounded, {}, {}}};
   for (const int stored_hits : {1, 4}) modes.push_back(paper_mode(RenderMode::reproject, stored_hits));
+  for (const int bound : {4, 8}) {  // of eq. 15; 1/256 is what the others have
+    StudyMode mode = paper_mode(RenderMode::reproject, 4);
+    mode.reprojection.max_error = bound / 256.0;
+    mode.setting.name += fmt::format(", {}/256", bound);
+    modes.push_back(mode);
+  }
   add_paper_combinations(modes);
   for (const RenderMode mode : {RenderMode::reproject, RenderMode::combined})
     modes.push_back({{fmt::format("ours {}", to_string(mode)), {}, {}, {}}, mode, ModeVariant::bounded, {}, {}});

@@ -7,7 +7,8 @@
 
 namespace helio::bench {
 
-// Plain path tracing first; reprojection as published with one and four stored hits; its combination with adaptive
+// Plain path tracing first; reprojection as published with one and four stored hits, with four also by the two larger
+// bounds of chapter 4.3; its combination with adaptive
 // sampling by the settings that chapter 4.4 takes; ours.
 std::vector<StudyMode> turn_modes();
 
