@@ -20,8 +20,7 @@ inline std::string test_name_of(std::string scene) {
 
 // Null, with a failure of the test, where scenes/NAME/NAME.gltf cannot be loaded or is complained about.
 inline std::shared_ptr<const RenderScene> load_own_scene(const std::string& name) {
-  const std::unique_ptr<FileSource> source =
-      make_directory_source(std::string(HELIO_SOURCE_DIR) + "/scenes/" + name);
+  const std::unique_ptr<FileSource> source = make_directory_source(HELIO_SOURCE_DIR "/scenes/" + name);
   Result<SceneDescription> scene = load_scene(*source, name + ".gltf", {});
   if (!scene) {
     ADD_FAILURE() << scene.error().to_string();

@@ -248,5 +248,13 @@ TEST(BidirectionalMis, ExtremesGiveWeights) {
   }
 }
 
+// What no camera path finds is worth more than any noise: a thousandth of the light weighs as an error of one.
+TEST(PathTracerSquare, CountsWhatThePathTracerLeavesOut) {
+  EXPECT_DOUBLE_EQ(path_tracer_square(2, 0.5, 4, 0), 2 * 2 / (0.5 * 2));
+  EXPECT_EQ(path_tracer_square(2, 0.5, 4, 3), 0) << "not rare";
+  EXPECT_EQ(path_tracer_square(2, 0, 4, 0), 0);
+  EXPECT_GE(path_tracer_square(1e-3, 1, 0, 30), 1);
+}
+
 }  // namespace
 }  // namespace helio
