@@ -519,6 +519,7 @@ pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id
   pb::FrameBegin message;
   *message.mutable_tag() = to_message(begin.tag, session_id);
   *message.mutable_settings() = to_message(begin.settings);
+  message.mutable_unsampled()->Assign(begin.unsampled.begin(), begin.unsampled.end());
   return message;
 }
 

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "renderer/trace/unsampled_light.h"
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -91,6 +92,10 @@ Status JobReactor::start(grpc::ByteBuffer bytes) {
   greeting.mutable_accepted()->set_job_id(job_id_);
   *greeting.mutable_accepted()->mutable_settings() = to_message(settings);
   greeting.mutable_accepted()->set_views(static_cast<std::uint32_t>(job_->views().size()));
+  const SceneFeatures& features = job_->rendering().scene().snapshot->features();
+  for (std::string& line : unsampled_light(settings.integrator, features)) {
+    greeting.mutable_accepted()->add_unsampled(std::move(line));
+  }
   stream_->queue().limit_rate(budget.bytes_per_second);
   stream_->push(Greeting{greeting.SerializeAsString()});
   Rendering& rendering_of_job = job_->rendering();

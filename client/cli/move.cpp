@@ -167,7 +167,7 @@ Status keep_view(PlayedView& view, const FileNames& names, Json& json) {
   json["samples"] = view.picture.samples_per_pixel();
   const auto picture = view.picture.picture();
   if (!picture) return picture.error();
-  return write_files(names, **picture, json);
+  return write_files(names, **picture, view.unsampled, json);
 }
 
 // What the pictures are played with.
@@ -192,6 +192,8 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
     Json json;
     json["view"] = number;
     json["partial"] = !awaited;
+    // Of the scene, and so the same of all views.
+    for (const std::string& text : i == 0 ? view.unsampled : Unsampled()) terminal.say("notice: " + single_line(text));
     const bool any = awaited || view.picture.complete();
     const Status kept = any ? keep_view(view, names, json) : ok_status();
     if (any) frames.push_back(json);

@@ -29,6 +29,7 @@ FrameCallbacks MovePlayer::callbacks() {
     if (done_ || frame.tag().view_id() != view_id_) return;
     const Status begun = current_.picture.begin(frame);
     if (!begun) fail(begun.error());
+    current_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
   };
   callbacks.tile = [this](pb::Tile tile) {
     std::lock_guard lock(mutex_);

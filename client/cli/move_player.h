@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/camera_path.h"
 #include "client/cli/terminal.h"
@@ -17,6 +18,7 @@ namespace helio::cli {
 // One view's picture.
 struct PlayedView {
   FrameAssembler picture;
+  std::vector<std::string> unsampled;           // FrameBegin.unsampled
   std::optional<heliograph::v1::FrameEnd> end;  // none: the stream was lost, or the play cancelled, before its end
   double first_tile_seconds = 0;                // from sending the view to its first tile here; 0: none came
 };

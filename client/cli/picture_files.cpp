@@ -14,12 +14,13 @@ namespace helio::cli {
 
 namespace {
 
-Status write_picture(const std::string& path, const Picture& picture) {
+Status write_picture(const std::string& path, const Picture& picture, const Unsampled& unsampled) {
   std::vector<TileChannel> channels;
   for (std::size_t i = 0; i < picture.names.size(); ++i) {
     channels.push_back({picture.names[i], picture.planes[i].data(), true});
   }
-  const TileHeader header{picture.window, picture.frame_width, picture.frame_height};
+  const TileHeader header{picture.window, picture.frame_width, picture.frame_height,
+                          fmt::format("{}", fmt::join(unsampled, "\n"))};
   const auto bytes = encode_tile(header, channels, {TilePixelType::float32, TileCompression::zip});
   if (!bytes) return bytes.error();
   return write_file_atomically(path, *bytes);
@@ -82,10 +83,11 @@ FileNames numbered(const FileNames& patterns, int number) {
   return names;
 }
 
-Status write_files(const FileNames& names, const Picture& picture, Json& json) {
-  Status written = write_picture(names.exr, picture);
+Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json) {
+  Status written = write_picture(names.exr, picture, unsampled);
   if (!written) return written;
   json["output"] = names.exr;
+  json["unsampled"] = unsampled;
 
   const std::vector<float>* const radiance[] = {picture.find("R"), picture.find("G"), picture.find("B")};
   if (!names.png.empty() && radiance[0] && radiance[1] && radiance[2]) {

@@ -33,8 +33,12 @@ FileNames read_files(const FileOptions& options, const std::string& default_exr,
 std::string numbered_name(const std::string& pattern, int number);
 FileNames numbered(const FileNames& patterns, int number);
 
-// Writes what `names` asks for and adds "output", "png" and what write_heat_maps() adds to `json`. The EXR holds float
-// channels, zip, with the picture's window as its data window. The PNG is exposed for the eye.
-Status write_files(const FileNames& names, const Picture& picture, Json& json);
+// FrameBegin.unsampled.
+using Unsampled = std::vector<std::string>;
+
+// Writes what `names` asks for and adds "output", "png", "unsampled" and what write_heat_maps() adds to `json`. The EXR
+// holds float channels, zip, with the picture's window as its data window, and `unsampled` as its comments. The PNG is
+// exposed for the eye.
+Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json);
 
 }  // namespace helio::cli

@@ -38,6 +38,7 @@ constexpr const char* kHelp =
     "(and density_map, reuse_map, each with its ..._range), reuse_share (of the samples, from earlier pictures),\n"
     "bias and bias_error (of the mean luminance, by merging light paths), verification_rays, pass_seconds (processor "
     "time of each pass),\n"
+    "unsampled (light that the integrator leaves out of a picture of this scene; also the comments of the EXR),\n"
     "partial, warnings, notices, unread, camera, scene_id, triangles, decode_seconds, build_seconds,\n"
     "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"
     "failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also where a region ends\n"
@@ -78,6 +79,7 @@ class CancellableJob {
 struct Outcome {
   Result<pb::FrameEnd> end = Error{};
   FrameAssembler picture;
+  Unsampled unsampled;
   std::optional<pb::Progress> progress;
   std::optional<Error> broken_tile;
 };
@@ -93,6 +95,8 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& t
     job.accepted(client, accepted.job_id());
     const Status begun = outcome.picture.begin(accepted.settings());
     if (!begun) note(begun.error());
+    outcome.unsampled.assign(accepted.unsampled().begin(), accepted.unsampled().end());
+    for (const std::string& text : outcome.unsampled) terminal.say("notice: " + single_line(text));
   };
   callbacks.progress = [&](const pb::Progress& progress) {
     outcome.progress = progress;
@@ -112,7 +116,7 @@ Result<std::string> keep_picture(Outcome& outcome, const FileNames& names, Json&
   if (!outcome.picture.complete()) return std::string("nothing was rendered yet");
   const auto picture = outcome.picture.picture();
   if (!picture) return picture.error();
-  const Status written = write_files(names, **picture, json);
+  const Status written = write_files(names, **picture, outcome.unsampled, json);
   if (!written) return written.error();
   // The tiles tell what the file holds; reports may be ahead of them.
   json["samples"] = outcome.picture.samples_per_pixel();

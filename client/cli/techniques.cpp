@@ -175,7 +175,7 @@ class TechniqueRenders {
     FileNames names;
     names.exr = file;
     Json ignored;
-    return write_files(names, picture, ignored);
+    return write_files(names, picture, {}, ignored);
   }
 
   static std::string invalid_caution(const pb::Technique& technique, const Shown& shown) {

@@ -2,6 +2,7 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
+#include <ImfStringAttribute.h>
 
 #include "renderer/codec/dwa_scan.h"
 #include "renderer/codec/exr_header_scan.h"
@@ -38,6 +39,8 @@ Result<TileHeader> check_windows(const Imf::Header& header, std::uint64_t max_pi
                       data.max.y - display.min.y + 1};
   tile.frame_width = display.max.x - display.min.x + 1;
   tile.frame_height = display.max.y - display.min.y + 1;
+  if (const auto* comments = header.findTypedAttribute<Imf::StringAttribute>("comments"))
+    tile.comments = comments->value();
   const std::uint64_t pixels = std::uint64_t(tile.data_window.area());
   if (pixels > max_pixels) {
     return refuse("data window of " + std::to_string(tile.data_window.width()) + " x " +

@@ -89,6 +89,7 @@ Status encode_compressed(const TileHeader& tile, std::span<const StoredChannel> 
     Imf::Header header(Imath::Box2i({0, 0}, {tile.frame_width - 1, tile.frame_height - 1}), data);
     header.compression() = to_exr(compression);
     header.insert("software", Imf::StringAttribute(kExrSoftware));
+    if (!tile.comments.empty()) header.insert("comments", Imf::StringAttribute(tile.comments));
     Imf::FrameBuffer frame;
     const std::size_t values = std::size_t(w.area());
     std::vector<std::vector<char>> planes;
@@ -120,7 +121,7 @@ Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::spa
   const std::vector<StoredChannel> stored = store(channels, encoding.pixel_type);
 
   // Room for the whole uncompressed file: header, one offset and one chunk header per row, values.
-  std::size_t room = 512 + 16 * std::size_t(header.data_window.height());
+  std::size_t room = 512 + header.comments.size() + 16 * std::size_t(header.data_window.height());
   for (const StoredChannel& channel : stored) room += std::strlen(channel.name) + 32 + values * channel.value_bytes;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(room);

@@ -27,6 +27,7 @@ struct TileChannel {
 struct TileHeader {
   PixelRect data_window;                  // in pixels of the frame
   int frame_width = 0, frame_height = 0;  // display window [0, width) x [0, height)
+  std::string comments{};                 // the attribute of that name, for people to read; empty: none
 };
 
 struct TileEncoding {

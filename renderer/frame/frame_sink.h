@@ -32,6 +32,7 @@ struct FrameBegin {
   PixelRect region;  // rendered part of the film
   CameraPose camera;
   std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
+  std::vector<std::string> unsampled;      // unsampled_light() of the two
 };
 
 struct FrameTile {

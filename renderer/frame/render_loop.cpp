@@ -20,6 +20,7 @@
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
 #include "renderer/trace/scene_difference.h"
+#include "renderer/trace/unsampled_light.h"
 
 namespace helio {
 
@@ -400,7 +401,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     retired.lights = std::move(lights);
   } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
     retired.lights = std::move(lights);
-    lights = std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()));
+    lights = std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()), options.keep_light_vertices);
   }
   // A plan may have been cut short after it had chosen, or before it could.
   state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
@@ -414,6 +415,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = view->camera;
   frame->begin.scene = scene;
+  if (scene) frame->begin.unsampled = unsampled_light(settings.integrator, scene->features());
   frame->accepted_s = accepted_s;
   frame->begun_s = now_s();
   waiting.push({frame, frame->begin});

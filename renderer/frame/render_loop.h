@@ -42,6 +42,7 @@ struct RenderLoopOptions {
   std::optional<bool> publish_passes;
   double publish_interval_s = 0.25;
   double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per channel
+  bool keep_light_vertices = true;  // from view to view (passes/trace_lights.h); false tells what that saves
 };
 
 // Thread safe. No member blocks on rendering, except the destructor, which cancels and waits for the pieces in flight

@@ -185,6 +185,25 @@ TEST_F(CliRender, ADaemonGivesTheSameBits) {
   EXPECT_EQ(a->channels, b->channels);
 }
 
+TEST_F(CliRender, WhatIsNotSampledIsSaidAndLeftInTheFile) {
+  write_file(folder_ / "mirror.gltf", spotlit_mirror_gltf());
+  const std::vector<std::string> arguments = {"render", "mirror.gltf", "--size", "16x16", "--samples", "2"};
+  const auto json = heliograph_json(arguments);
+  ASSERT_GT(json["unsampled"].size(), 0u);
+  const std::string text = json["unsampled"][0];
+  EXPECT_EQ(text.rfind("missing: ", 0), 0u) << text;
+  const auto picture = read_exr(folder_ / "mirror.exr", kMaxPixels);
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->header.comments.substr(0, text.size()), text);
+  const ProcessResult result = heliograph(arguments);
+  EXPECT_NE(result.out.find("notice: " + text), std::string::npos) << result.out;
+  const auto moved = heliograph_json({"move", "mirror.gltf", "--turn", "5", "--steps", "1", "--size", "16x16",
+                                      "--samples", "2", "--output", "m.#.exr"});
+  for (const auto& frame : moved["frames"]) EXPECT_EQ(frame["unsampled"], json["unsampled"]);
+  EXPECT_EQ(heliograph_json({"render", "quad.gltf", "--size", "16x16", "--samples", "2"})["unsampled"],
+            nlohmann::json::array());
+}
+
 TEST_F(CliRender, WithoutJsonItSaysWhereThePictureIs) {
   const ProcessResult result = heliograph({"render", "quad.gltf", "--size", "16x16", "--samples", "2"});
   EXPECT_EQ(result.exit_code, 0);

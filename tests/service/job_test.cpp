@@ -1,5 +1,6 @@
 // RunJob and CancelJob.
 #include <algorithm>
+#include <set>
 
 #include "renderer/base/clock.h"
 #include "service_fixture.h"
@@ -62,6 +63,42 @@ TEST_F(JobTest, AcceptedTilesResult) {
     pixels += std::int64_t(w.x1() - w.x0()) * (w.y1() - w.y0());
   }
   EXPECT_EQ(pixels, 200 * 100);
+}
+
+// A stream's frames and a job alike say what the integrator leaves out of the scene.
+TEST_F(JobTest, WhatIsNotSampledIsToldWithThePicture) {
+  start_with_scene();
+  EXPECT_EQ(run(request(8, 8, 2)).messages.front().accepted().unsampled_size(), 0);
+  Upload upload;
+  upload.bytes = spotlit_mirror_gltf();
+  pb::LoadSceneResponse loaded;
+  ASSERT_TRUE(load(upload.messages(), &loaded).ok());
+  scene_ = loaded.scene().scene_id();
+  std::set<std::string> first;
+  for (const auto integrator : {pb::INTEGRATOR_PATH, pb::INTEGRATOR_BDPT, pb::INTEGRATOR_VCM}) {
+    pb::RunJobRequest job = request(8, 8, 2);
+    job.mutable_settings()->set_integrator(integrator);
+    const Outcome outcome = run(job);
+    ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+    const auto& accepted = outcome.messages.front().accepted();
+    ASSERT_GT(accepted.unsampled_size(), 0);
+    EXPECT_TRUE(first.insert(accepted.unsampled(0)).second) << accepted.unsampled(0);
+
+    pb::CreateSessionRequest create_request;
+    create_request.set_scene_id(scene_);
+    *create_request.mutable_settings() = job.settings();
+    create_request.mutable_budget()->set_samples(2);
+    pb::CreateSessionResponse session;
+    ASSERT_TRUE(create(create_request, &session).ok());
+    StreamClient client(stub(), session.session_id());
+    client.send(view(1));
+    ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+    const auto messages = client.reader().messages();
+    ASSERT_TRUE(messages[1].has_frame_begin());
+    const auto& begin = messages[1].frame_begin();
+    EXPECT_EQ(std::vector<std::string>(begin.unsampled().begin(), begin.unsampled().end()),
+              std::vector<std::string>(accepted.unsampled().begin(), accepted.unsampled().end()));
+  }
 }
 
 TEST_F(JobTest, PreviewTilesComeOnTheWay) {

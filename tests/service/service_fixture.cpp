@@ -111,6 +111,13 @@ std::string overflowing_gltf() {
   return gltf.dump();
 }
 
+std::string spotlit_mirror_gltf() {
+  auto gltf = nlohmann::json::parse(overflowing_gltf());
+  gltf["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 0;
+  gltf["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 1;
+  return gltf.dump();
+}
+
 std::string sha256_of(const std::string& bytes) {
   Sha256 hash;
   hash.update(bytes);

@@ -26,6 +26,8 @@ std::string quad_gltf(double radiance = 1);
 // The square of radiance 2, a rough mirror, with a spotlight before its middle that irradiates a disk of radius 0.02 by
 // 3e38, the most that a float holds: the mirror's lobe makes more of it, and most samples that see the disk are infinite.
 std::string overflowing_gltf();
+// The square of radiance 2, a smooth mirror, with a spotlight before it.
+std::string spotlit_mirror_gltf();
 
 // One file as LoadScene takes it. Each field can be made wrong.
 struct Upload {

@@ -87,7 +87,7 @@ void LightVertexSource::aim(const Camera& camera, std::shared_ptr<const CancelTo
 std::shared_ptr<LightVertexWork> LightVertexSource::set_aside() {
   if (current_ && current_->complete()) {
     vertices_per_path_ = current_->vertices_per_path();
-    if (current_->sample() == 0) first_[current_->half()] = current_->cache();
+    if (keep_ && current_->sample() == 0) first_[current_->half()] = current_->cache();
   }
   return std::exchange(current_, nullptr);
 }

@@ -71,8 +71,9 @@ class LightVertexWork {
 // The passes of a picture, in the order of their samples. Not thread safe: the owner's lock guards it.
 class LightVertexSource {
  public:
-  LightVertexSource(std::shared_ptr<const RenderScene> scene, const PathSettings& settings)
-      : scene_(std::move(scene)), settings_(settings) {}
+  // keep: the first pass of each half serves later cameras.
+  LightVertexSource(std::shared_ptr<const RenderScene> scene, const PathSettings& settings, bool keep = true)
+      : scene_(std::move(scene)), settings_(settings), keep_(keep) {}
 
   bool suits(const std::shared_ptr<const RenderScene>& scene, const PathSettings& settings) const {
     return scene == scene_ && settings == settings_;
@@ -93,6 +94,7 @@ class LightVertexSource {
  private:
   std::shared_ptr<const RenderScene> scene_;
   PathSettings settings_;
+  bool keep_;
   std::optional<Camera> camera_;
   std::shared_ptr<const CancelToken> cancel_;
   Film* film_ = nullptr;

@@ -65,6 +65,13 @@ TEST_P(LightCacheFrame, LightVerticesSurviveACameraMove) {
   const TraceStats &with = moved.end.progress.trace, &without = fresh.end.progress.trace;
   EXPECT_LT(with.rays - with.shadow_rays, without.rays - without.shadow_rays) << "no light path is traced again";
   EXPECT_EQ(with.shadow_rays, without.shadow_rays);
+  RenderLoopOptions forgetful;
+  forgetful.keep_light_vertices = false;
+  LoopViews others(engine, scene_, settings_, forgetful);
+  others.render(here_, 5);
+  const ViewPicture anew = others.render(there_, 2);
+  EXPECT_TRUE(same_pixels(anew, fresh));
+  EXPECT_GT(anew.end.progress.trace.rays, with.rays) << "what is not kept is traced again";
   // And back, past what was kept.
   const ViewPicture back = views.render(here_, 5), again = render(here_, 5);
   EXPECT_TRUE(same_pixels(back, again));
