@@ -110,6 +110,7 @@ std::string to_json(std::span<const CurveReport> curves) {
       points.push_back({{"samples", p.samples},
                         {"seeds", p.seeds},
                         {"seconds", to_json(p.seconds)},
+                        {"samples_per_second", number(p.samples / p.seconds.mean)},
                         {"mse", to_json(p.mse)},
                         {"relmse", to_json(p.relmse)},
                         {"dssim", to_json(p.dssim)},
@@ -119,11 +120,19 @@ std::string to_json(std::span<const CurveReport> curves) {
                         {"bias", number(p.bias)},
                         {"bias_standard_error", number(p.bias_standard_error)}});
     }
+    ordered_json rates = ordered_json::array();
+    for (const FrameRate& rate : curve.frame_rates) {
+      rates.push_back({{"width", rate.width},
+                       {"height", rate.height},
+                       {"frames_per_second", number(rate.per_second)},
+                       {"standard_deviation", number(rate.deviation)}});
+    }
     list.push_back({{"scene", curve.scene},
                     {"renderer", curve.renderer},
                     {"mode", curve.mode},
                     {"reference_mse", number(curve.reference_mse)},
-                    {"points", points}});
+                    {"points", points},
+                    {"frame_rates", rates}});
   }
   return ordered_json({{"curves", list}}).dump(2);
 }
@@ -154,13 +163,19 @@ std::string to_table(std::span<const CurveReport> curves) {
     text += fmt::format("{}, {} {}", curve.scene, curve.renderer, curve.mode);
     if (curve.reference_mse > 0)
       text += fmt::format(" (the reference's noise adds {:.3g} to mse)", curve.reference_mse);
-    text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds", "seconds",
-                        "mse", "relmse", "95 % of relmse", "dssim", "bias +- its error");
+    for (const FrameRate& rate : curve.frame_rates) {
+      text += fmt::format("\n{:.4g} frames a second at {}x{}, one sample a pixel each", rate.per_second, rate.width,
+                          rate.height);
+      if (std::isfinite(rate.deviation)) text += fmt::format(" (standard deviation {:.2g})", rate.deviation);
+    }
+    text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds",
+                        "seconds", "samples/s", "mse", "relmse", "95 % of relmse", "dssim", "bias +- its error");
     for (const CurvePointReport& p : curve.points) {
-      text +=
-          fmt::format("{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>+11.3g} {:>10.2g}\n",
-                      p.samples, p.seeds, p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low, p.relmse.high,
-                      p.dssim.mean, p.bias, p.bias_standard_error);
+      text += fmt::format(
+          "{:>8} {:>6} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} "
+          "{:>+11.3g} {:>10.2g}\n",
+          p.samples, p.seeds, p.seconds.mean, p.samples / p.seconds.mean, p.mse.mean, p.relmse.mean, p.relmse.low,
+          p.relmse.high, p.dssim.mean, p.bias, p.bias_standard_error);
     }
     text += "\n";
   }

@@ -28,12 +28,19 @@ struct CurvePointReport {
   double bias = 0, bias_standard_error = 0;  // over seeds; infinity for one seed
 };
 
+// Of a camera at rest: a frame adds one sample to every pixel of the picture and shows it.
+struct FrameRate {
+  int width = 0, height = 0;
+  double per_second = 0, deviation = 0;  // mean and standard deviation over frames; NaN: not told
+};
+
 struct CurveReport {
   std::string scene;
   std::string renderer;      // "heliograph" or a peer with its version
   std::string mode;          // of our renderer: "pt", ...; of a peer: the name of its integrator
   double reference_mse = 0;  // what noise of the reference adds to mse, on average; 0: not known
   std::vector<CurvePointReport> points;
+  std::vector<FrameRate> frame_rates{};  // none: not asked for
 };
 
 // Two-sided 95 % quantile of Student's t with `freedom` >= 1 degrees of freedom, relative error below 1e-6: the density
@@ -50,10 +57,11 @@ CurvePointReport summarise(int samples, std::span<const PictureError> seeds);
 // a power of time. NaN unless it has two points and the values used are positive.
 double value_at(const CurveReport& curve, Interval CurvePointReport::*measure, double seconds);
 
-// {"curves": [{scene, renderer, mode, reference_mse, points: [{samples, seeds, seconds: {mean, low, high}, ...}]}]};
-// what is not finite is null.
+// {"curves": [{scene, renderer, mode, reference_mse, points: [{samples, seeds, seconds: {mean, low, high},
+// samples_per_second, ...}], frame_rates: [{width, height, frames_per_second, standard_deviation}]}]}; what is not
+// finite is null.
 std::string to_json(std::span<const CurveReport> curves);
-// One line a point, with a header; what is not finite is an empty field. Quoted as RFC 4180 wants it.
+// One line a point, with a header; what is not finite is an empty field. Without rates. Quoted as RFC 4180 wants it.
 std::string to_csv(std::span<const CurveReport> curves);
 std::string to_table(std::span<const CurveReport> curves);
 

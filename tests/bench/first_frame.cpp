@@ -32,15 +32,18 @@ Status add_first_frames(BenchContext& context, RenderEngine& engine, Figures& fi
     const std::shared_ptr<const RenderScene> built = *scene;
     const CameraPose here = camera_pose(built->description().cameras.at(0));
     for (const Integrator integrator : {Integrator::lvc, Integrator::vcm, Integrator::photon}) {
-      RenderSettings settings = settings_of(integrator);
-      test::LoopViews views(engine, built, settings);
-      Budget one;
-      one.samples = 1;
+      // Two loops that differ in this alone, through the same moves in turns.
+      RenderLoopOptions forgetful;
+      forgetful.keep_light_vertices = false;
+      test::LoopViews keeping(engine, built, settings_of(integrator));
+      test::LoopViews rebuilding(engine, built, settings_of(integrator), forgetful);
+      keeping.render(here, 1);
+      rebuilding.render(here, 1);
       std::vector<double> kept, anew;
       for (int i = -1; i < options.repeat; ++i) {
-        settings.seed = std::uint64_t(i + 2);  // other light paths
-        const double rebuilt = views.render(here, one, settings).seconds;
-        const double reused = views.render(test::turned_and_shifted(here, 5, 0), one).seconds;
+        const CameraPose there = test::turned_and_shifted(here, i % 2 == 0 ? 5 : -5, 0);
+        const double rebuilt = rebuilding.render(there, 1).seconds;
+        const double reused = keeping.render(there, 1).seconds;
         if (i < 0) continue;
         anew.push_back(rebuilt);
         kept.push_back(reused);

@@ -8,7 +8,7 @@
 namespace helio::bench {
 
 // KIND.first_frame.INTEGRATOR: seconds of a first frame (one sample a pixel) that traces its light paths over those of
-// one that draws on the light paths of the view before. In turns, in one loop.
+// the same one that draws on the light paths of the view before. Medians, in turns.
 Status add_first_frames(BenchContext& context, RenderEngine& engine, Figures& figures);
 
 // cornell.bdpt.samples_per_second, and over what pbrt-v4 and SmallVCM do on such machines.
