@@ -510,6 +510,31 @@ constexpr NamedBidirectionalScene kScenes[] = {
 
 }  // namespace
 
+BidirectionalScene half_covered() {
+  BidirectionalScene s;
+  SceneDescription& scene = s.description;
+  scene.materials = {lambert(Rgb(0.6f, 0.5f, 0.4f)), lambert(Rgb(0, 0, 0), Rgb(60, 54, 48))};
+  scene.materials[kLamp].double_sided = false;
+  Material open_lamp = lambert(Rgb(0, 0, 0), Rgb(9, 8, 7));
+  open_lamp.double_sided = false;
+  const int open = add_material(scene, open_lamp), speck = add_material(scene, lambert(Rgb(0, 0, 0), Rgb(60, 60, 60)));
+  add_mesh(scene, box({-3, -1, -1}, {1, 1, 1}, kWalls, true));
+  add_mesh(scene, quad({0, -1, -1}, {0, 0, 1.7f}, {0, 2, 0}, kWalls));
+  add_mesh(scene, quad({-1.8f, 0.98f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, open));
+  add_mesh(scene, quad({0.35f, 0.9f, 0.15f}, {0.3f, 0, 0}, {0, 0, -0.3f}, kLamp));  // shines up
+  add_mesh(scene, quad({0.2f, 0.89f, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, kWalls));  // its cover
+  // Much smaller than a pixel: what is as noisy one way as the other.
+  for (int x = 0; x < 60; ++x) {
+    for (int y = 0; y < 40; ++y) {
+      const V3f corner(-2.9f + 2.8f * float(x) / 60, -0.95f + 1.9f * float(y) / 40, -0.99f);
+      add_mesh(scene, quad(corner, {0.0013f, 0, 0}, {0, 0.0013f, 0}, speck));
+    }
+  }
+  s.pose = camera_at({0, 0, 0.95}, {-1, -0.1, -1}, 45);
+  s.largest_error = 0.01;
+  return s;
+}
+
 std::span<const NamedBidirectionalScene> bidirectional_scenes() {
   return kScenes;
 }

@@ -16,6 +16,7 @@
 #include "tests/statistical/batch_comparison.h"
 #include "tests/statistical/bidirectional_scenes.h"
 #include "tests/support/light_cache.h"
+#include "tests/support/loop_picture.h"
 
 namespace helio::test {
 namespace {
@@ -178,6 +179,78 @@ TEST(BidirectionalFireflies, APointInAClosedBoxLeavesNone) {
     brightest = std::max(brightest, largest(picture));
   std::printf("  brightest pixel %.4g, converged %.4g\n", brightest, largest(converged));
   EXPECT_LE(brightest, 2 * largest(converged));
+}
+
+// Through the render loop, a picture a batch: counts and tiles are as a frame chooses them for itself.
+struct LoopBatches {
+  Batches pictures;
+  int mixed = 0;  // pictures in which some samples came with a light path, and others did not
+};
+
+LoopBatches make_in_loop(const BidirectionalScene& scene, const std::shared_ptr<const RenderScene>& built,
+                         RenderSettings settings, int first_seed, int seeds, std::uint32_t samples) {
+  RenderEngine engine(2);
+  settings.max_segments = scene.max_segments;
+  settings.filter = scene.filter;
+  Budget budget;
+  budget.samples = samples;
+  LoopBatches made{{settings.width, settings.height, {}}};
+  for (int seed = first_seed; seed < first_seed + seeds; ++seed) {
+    settings.seed = std::uint64_t(seed);
+    const LoopPicture picture = render_through_loop(engine, built, settings, budget, scene.pose);
+    EXPECT_EQ(picture.end.reason, FrameEndReason::samples);
+    std::vector<V3d> pixels(picture.channels[0].size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      for (int c = 0; c < 3; ++c) pixels[i][c] = double(picture.channels[c][i]);
+    }
+    made.pictures.pictures.push_back(std::move(pixels));
+    const TraceStats& trace = picture.end.progress.trace;
+    made.mixed += trace.light_paths > 0 && trace.light_paths < trace.paths;
+  }
+  return made;
+}
+
+void expect_agreement(const BatchComparison& comparison, const char* name, double largest_error) {
+  std::printf("  %-10s %s\n", name, comparison.to_string().c_str());
+  EXPECT_TRUE(comparison.passed()) << name << ": " << comparison.to_string();
+  EXPECT_LE(comparison.standard_error, largest_error) << name << " is too noisy to tell";
+}
+
+// Each picture chooses its tiles by its own probe. A choice that followed the samples of the picture, or tiles whose
+// light paths counted twice where they border on others, would show.
+TEST(BidirectionalChoice, TilesThatAPictureChoosesForItselfAgree) {
+  const BidirectionalScene scene = half_covered();
+  const auto built = build(scene.description);
+  ASSERT_TRUE(built);
+  RenderSettings settings;
+  settings.width = 8 * kLightTile;
+  settings.height = 4 * kLightTile;
+  settings.integrator = Integrator::path_bdpt;
+  constexpr int kPictures = 12;
+  const LoopBatches mixed = make_in_loop(scene, built, settings, kSeed, kPictures, 8);
+  std::printf("  %d of %d pictures are mixed\n", mixed.mixed, kPictures);
+  EXPECT_GE(3 * mixed.mixed, kPictures) << "else little is tested here";
+  settings.integrator = Integrator::path;
+  const LoopBatches reference = make_in_loop(scene, built, settings, kReferenceSeed, kPictures, 12);
+  expect_agreement(compare(mixed.pictures, reference.pictures), "own choice", scene.largest_error);
+}
+
+// Counts follow the variance of samples and splats together; the pilots of the halves are crossed, so that the mean
+// stays where it is.
+TEST(BidirectionalAdaptive, CountsThatDifferAgree) {
+  const BidirectionalScene scene = scene_named("LampBehindFrostedGlass");
+  const auto built = build(scene.description);
+  ASSERT_TRUE(built);
+  RenderSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.integrator = Integrator::bdpt;
+  settings.mode = RenderMode::adaptive;
+  const LoopBatches adaptive = make_in_loop(scene, built, settings, kSeed, 24, 64);
+  settings.mode = RenderMode::pt;
+  settings.integrator = Integrator::path;
+  const LoopBatches reference = make_in_loop(scene, built, settings, kReferenceSeed, 24, 256);
+  expect_agreement(compare(adaptive.pictures, reference.pictures), "adaptive", 0.005);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Bidirectional,
