@@ -52,9 +52,7 @@ struct Kind {
 };
 
 RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, int seed) {
-  RenderSettings settings;
-  settings.width = scene.scene.reference.width;
-  settings.height = scene.scene.reference.height;
+  RenderSettings settings = scene.scene.settings;
   settings.mode = kind.mode;
   settings.variant = kind.variant;
   if (kind.variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
