@@ -162,7 +162,7 @@ pb::ReplaySampleResponse to_replay_response(const Replay& replay, const RenderSc
   *response.mutable_sample() = replay.message;
   response.set_note(replay_note(replay.message));
   write(trace.radiance, *response.mutable_radiance());
-  response.set_finite(trace.finite());
+  response.set_finite(trace.valid());
   if (const auto first = first_not_finite(trace)) {
     response.set_first_not_finite_vertex(std::uint32_t(first->vertex));
     response.set_first_not_finite(first->quantity);

@@ -61,12 +61,17 @@ struct SplatBuffer::Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
+// P.
+static double rounded_pixels(int width, int height) {
+  return double(std::bit_ceil(std::size_t(width) * std::size_t(height)));
+}
+
 SplatBuffer::SplatBuffer(int width, int height, bool directions)
     : width_(width), height_(height), stripes_((height + kStripeRows - 1) / kStripeRows) {
   assert(width > 0 && height > 0);
   static_assert(kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
-  pixels_ = double(std::bit_ceil(pixels));
+  pixels_ = rounded_pixels(width, height);
   locks_ = std::make_unique<Stripe[]>(std::size_t(stripes_));
   for (std::unique_ptr<Pixel[]>& half : halves_) half = std::make_unique_for_overwrite<Pixel[]>(pixels);
   for (std::unique_ptr<std::uint64_t[]>& half : directions_) {
@@ -102,6 +107,10 @@ void SplatBuffer::prepare(int stripe) {
   }
   std::fill(&invalid_[begin], &invalid_[begin] + (end - begin), 0u);
   lock.era = era_;
+}
+
+double SplatBuffer::most_radiance(int width, int height) {
+  return kLargest * rounded_pixels(width, height);
 }
 
 bool SplatBuffer::takes(const Splat& splat) const {

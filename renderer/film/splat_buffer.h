@@ -45,6 +45,8 @@ class SplatBuffer {
   std::uint64_t add(int half, std::span<const Splat> splats, std::uint64_t light_paths);
   // Whether it would enter.
   bool takes(const Splat& splat) const;
+  // The largest value of a channel that enters a film of this size.
+  static double most_radiance(int width, int height);
 
   std::uint64_t light_paths(int half) const { return light_paths_[half].load(std::memory_order_relaxed); }
 

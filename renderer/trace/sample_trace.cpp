@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "renderer/film/splat_buffer.h"
+#include "renderer/trace/camera_importance.h"
 #include "renderer/trace/light_vertex_cache.h"
 #include "renderer/trace/path_kernel.h"
 
@@ -18,6 +20,9 @@ class Search {
   }
   void look(const V3f& value, const char* what) {
     if (found_.empty() && !is_finite(value)) found_ = what;
+  }
+  void name(const char* what) {
+    if (found_.empty()) found_ = what;
   }
   const std::string& found() const { return found_; }
 
@@ -70,11 +75,24 @@ std::shared_ptr<LightVertexCache> trace_pass(const std::shared_ptr<const RenderS
   return pass;
 }
 
+// Which splats a film of the trace's size takes.
+void judge_splats(const Camera& camera, SampleTrace& trace) {
+  const CameraImportance importance(camera);
+  const double most = SplatBuffer::most_radiance(trace.width, trace.height);
+  for (LightVertexTrace& v : trace.light_vertices) {
+    if (!v.splat || v.splat->occluded) continue;
+    importance.for_each_pixel(v.splat->film_x, v.splat->film_y, [&](int, int, double share) {
+      const Rgb brought = v.splat->contribution * float(share);
+      for (int c = 0; c < 3; ++c) v.splat->taken &= std::abs(double(brought[c])) <= most;
+    });
+  }
+}
+
 }  // namespace
 
-bool SampleTrace::finite() const {
+bool SampleTrace::valid() const {
   return is_finite(radiance) && std::all_of(light_vertices.begin(), light_vertices.end(),
-                                            [](const auto& v) { return !v.splat || is_finite(v.splat->contribution); });
+                                            [](const auto& v) { return !v.splat || v.splat->taken; });
 }
 
 bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
@@ -100,13 +118,18 @@ bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSett
     if (sample.light_path > 0) {
       const LightVertexCache pass(borrowed, settings, sample.half, sample.index, sample.light_paths,
                                   mean_light_vertices(scene, settings));
-      return pass.tell(sample.light_path - 1, camera, cancel, trace);
+      const bool told = pass.tell(sample.light_path - 1, camera, cancel, trace);
+      judge_splats(camera, trace);
+      return told;
     }
     const auto pass = trace_pass(borrowed, settings, sample, cancel, none);
     task.lights = pass.get();
     return pass && run_watched_cached_kernel(task);
   }
-  return sample.light_paths > 0 ? run_watched_bidirectional_kernel(task) : run_watched_kernel(task);
+  if (sample.light_paths == 0) return run_watched_kernel(task);
+  const bool told = run_watched_bidirectional_kernel(task);
+  judge_splats(camera, trace);
+  return told;
 }
 
 std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
@@ -115,9 +138,10 @@ std::optional<NotFinite> first_not_finite(const SampleTrace& trace) {
     search.look(v.position, "the position");
     search.look(v.geometric_normal, "the geometric normal");
     search.look(v.throughput, "the light that arrives");
-    if (v.splat) {
+    if (v.splat && !v.splat->occluded) {
       search.look(float(v.splat->mis_weight), "the weight of what the camera sees of it");
       search.look(v.splat->contribution, "what the camera sees of it");
+      if (!v.splat->taken) search.name("what the camera sees of it, which is more than splats can be");
     }
     if (!search.found().empty()) return NotFinite{v.number, search.found(), true};
   }

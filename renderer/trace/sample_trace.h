@@ -78,6 +78,7 @@ struct SplatTrace {
   double mis_weight = 0;
   bool occluded = true;
   Rgb contribution{0, 0, 0};  // what its light path alone would make of the pixel's radiance where nothing lies between
+  bool taken = true;          // by the film: not where that is more than it holds
 };
 
 // A vertex of the light path that goes with the sample, of those that can be joined: surfaces that only mirror are left
@@ -101,8 +102,8 @@ struct SampleTrace {
   std::vector<VertexTrace> vertices;
   Rgb radiance{0, 0, 0};       // what the film was offered
 
-  // What the sample and its light path brought to the film.
-  bool finite() const;
+  // Whether the film took all that the sample and its light path brought.
+  bool valid() const;
 };
 
 // Traces one sample with the kernel that trace_window() takes for the scene, together with the rest of its group, so

@@ -157,7 +157,7 @@ TEST(FaultInjection, ALightPathThatIsInvalidAtTheCameraIsReplayed) {
     trace.width = trace.height = 16;
     trace.sample = stats.first_invalid;
     ASSERT_TRUE(trace_sample(*built, camera, path, CancelToken(), trace));
-    EXPECT_FALSE(trace.finite());
+    EXPECT_FALSE(trace.valid());
     const auto first = first_not_finite(trace);
     ASSERT_TRUE(first.has_value());
     EXPECT_TRUE(first->on_light_path);
