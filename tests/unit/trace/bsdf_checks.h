@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/trace/bsdf.h"
@@ -107,26 +109,33 @@ inline void check_samples_follow_density(const NamedMaterial& material, std::ini
   }
 }
 
-// The probability that a delta sample reports is the frequency with which it comes; the rest is the density's.
+// The probability that a delta sample reports is the frequency with which it comes, each lobe's its own where several
+// are mixed; the rest is the density's, and what is missing from 1 that of invalid samples.
 inline void check_delta_probabilities(const NamedMaterial& material, double angle, int samples, std::uint64_t seed) {
   V3f wo = direction_at(angle, 25);
   if (material.from_inside) wo.z = -wo.z;
-  double reflected = 0, transmitted = 0, p_reflected = 0, p_transmitted = 0;
+  std::map<std::pair<bool, float>, int> deltas;  // by side and probability
+  double diffuse = 0, invalid = 0;
   Random random(seed);
   for (int i = 0; i < samples; ++i) {
     const float u_lobe = random.next_float();
     const BsdfSample sample = sample_bsdf(material.params, wo, u_lobe, random.next_v2f());
-    if (!sample.delta) continue;
-    (sample.transmitted ? transmitted : reflected) += 1;
-    (sample.transmitted ? p_transmitted : p_reflected) = sample.pdf_w;
+    if (!sample.delta) {
+      ++(sample.valid() ? diffuse : invalid);
+      continue;
+    }
+    ++deltas[{sample.transmitted, sample.pdf_w}];
   }
-  const double diffuse = samples - reflected - transmitted;
   const double p_diffuse = integrate_sphere(
       SphereMap(V3f(0, 0, 1), 1), [&](const V3f& wi) { return evaluate_bsdf(material.params, wo, wi).pdf_w; });
-  EXPECT_NEAR(p_diffuse + p_reflected + p_transmitted, 1, 1e-4);
   const auto five_sigma = [&](double p) { return 5 * std::sqrt(p * (1 - p) / samples) + 1e-4; };
-  EXPECT_NEAR(reflected / samples, p_reflected, five_sigma(p_reflected));
-  EXPECT_NEAR(transmitted / samples, p_transmitted, five_sigma(p_transmitted));
+  double p_all = p_diffuse;
+  for (const auto& [lobe, count] : deltas) {
+    const double p = double(lobe.second);
+    EXPECT_NEAR(double(count) / samples, p, five_sigma(p)) << (lobe.first ? "transmitted" : "reflected");
+    p_all += p;
+  }
+  EXPECT_NEAR(p_all, 1 - invalid / samples, five_sigma(invalid / samples));
   EXPECT_NEAR(diffuse / samples, p_diffuse, five_sigma(p_diffuse));
 }
 
