@@ -8,6 +8,7 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/sample_targets.h"
+#include "tests/support/allocation_rounds.h"
 
 namespace helio {
 namespace {
@@ -29,19 +30,7 @@ void allocate(Film& film, double mean) {
   AllocationRequest request;
   request.mean = mean;
   request.fill = true;
-  const auto work = make_allocation(film, film.bounds(), {}, request);
-  for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
-    for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
-    work->finish_sweep(sweep);
-  }
-}
-
-double mean_target(const Film& film, int h, const PixelRect& window) {
-  double sum = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) sum += film.targets()->target(h, x, y);
-  }
-  return sum / double(window.area());
+  test::allocate_round(film, {}, request);
 }
 
 constexpr PixelRect kLeft = {0, 0, kWidth / 2, kHeight}, kRight = {kWidth / 2, 0, kWidth, kHeight};
@@ -56,9 +45,9 @@ TEST(FillAllocation, GivesToThoseThatLack) {
   allocate(film, 16);
   for (int h = 0; h < kHalves; ++h) {
     // Of 16 a pixel the richer half of the picture needs nothing, but for the least share of 1/8.
-    EXPECT_EQ(mean_target(film, h, kLeft), 2);
-    EXPECT_LE(mean_target(film, h, film.bounds()), 16);
-    EXPECT_GT(mean_target(film, h, film.bounds()), 14);
+    EXPECT_EQ(test::mean_target(film, h, kLeft), 2);
+    EXPECT_LE(test::mean_target(film, h, film.bounds()), 16);
+    EXPECT_GT(test::mean_target(film, h, film.bounds()), 14);
   }
 }
 
@@ -73,7 +62,7 @@ TEST(FillAllocation, GivesByDeviation) {
   allocate(film, 64);
   for (int h = 0; h < kHalves; ++h) {
     const PixelRect left = {0, 0, kWidth / 2 - 4, kHeight}, right = {kWidth / 2 + 4, 0, kWidth, kHeight};
-    const double ratio = (16 + mean_target(film, h, right)) / (16 + mean_target(film, h, left));
+    const double ratio = (16 + test::mean_target(film, h, right)) / (16 + test::mean_target(film, h, left));
     EXPECT_NEAR(ratio, 3, 0.5);
   }
 }
@@ -87,8 +76,8 @@ TEST(FillAllocation, PixelsWithoutHistoryGetAtLeastOneSample) {
   }
   allocate(film, 0.51);
   for (int h = 0; h < kHalves; ++h) {
-    EXPECT_EQ(mean_target(film, h, kLeft), 0);
-    EXPECT_LT(mean_target(film, h, kRight), 1.1);
+    EXPECT_EQ(test::mean_target(film, h, kLeft), 0);
+    EXPECT_LT(test::mean_target(film, h, kRight), 1.1);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = kRight.x0; x < kWidth; ++x) EXPECT_GE(film.targets()->target(h, x, y), 1u);
     }
@@ -118,7 +107,8 @@ TEST(FillAllocation, PixelsWithoutHistoryAreLookedAtBeforeTheyAreLeftAlone) {
     }
   }
   EXPECT_TRUE(film.targets()->fresh_demand_known);
-  for (int h = 0; h < kHalves; ++h) EXPECT_GT(mean_target(film, h, kRight), 8 * mean_target(film, h, kLeft));
+  for (int h = 0; h < kHalves; ++h)
+    EXPECT_GT(test::mean_target(film, h, kRight), 8 * test::mean_target(film, h, kLeft));
 }
 
 // Targets of both halves in two rounds, when half 0's samples are noisy between the columns [from, to): history's, and

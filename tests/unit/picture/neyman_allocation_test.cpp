@@ -9,6 +9,7 @@
 
 #include "renderer/film/sample_demand.h"
 #include "renderer/film/sample_targets.h"
+#include "tests/support/allocation_rounds.h"
 
 namespace helio {
 namespace {
@@ -45,19 +46,7 @@ void allocate(Film& film, double mean, std::uint64_t seed = 0) {
   settings.seed = seed;
   AllocationRequest request;
   request.mean = mean;
-  const auto work = make_allocation(film, film.bounds(), settings, request);
-  for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
-    for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
-    work->finish_sweep(sweep);
-  }
-}
-
-double mean_target(const Film& film, int h, const PixelRect& window) {
-  double sum = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) sum += film.targets()->target(h, x, y);
-  }
-  return sum / double(window.area());
+  test::allocate_round(film, settings, request);
 }
 
 OfPixel constant(float value) {
@@ -108,10 +97,10 @@ TEST(NeymanAllocation, CountsFollowTheDeviationOverTheRootOfTheCost) {
     Film film = pilot(right_half(deviation[0], deviation[1]), right_half(rays[0], rays[1]));
     allocate(film, 256);
     for (int h = 0; h < kHalves; ++h) {
-      EXPECT_NEAR(mean_target(film, h, kRight) / mean_target(film, h, kLeft), ratio, 0.05 * ratio)
+      EXPECT_NEAR(test::mean_target(film, h, kRight) / test::mean_target(film, h, kLeft), ratio, 0.05 * ratio)
           << deviation[1] << " " << rays[1];
-      EXPECT_LE(mean_target(film, h, film.bounds()), 256);
-      EXPECT_GT(mean_target(film, h, film.bounds()), 250);
+      EXPECT_LE(test::mean_target(film, h, film.bounds()), 256);
+      EXPECT_GT(test::mean_target(film, h, film.bounds()), 250);
     }
   }
 }
@@ -149,7 +138,7 @@ TEST(SampleDemand, OfAHalfComesFromTheOtherOne) {
 TEST(NeymanAllocation, LaterRoundsOnlyScale) {
   Film film = pilot(right_half(0.1f, 0.4f), constant(2));
   allocate(film, 64);
-  const double first = mean_target(film, 0, kRight) / mean_target(film, 0, kLeft);
+  const double first = test::mean_target(film, 0, kRight) / test::mean_target(film, 0, kLeft);
   for (int h = 0; h < kHalves; ++h) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {  // noise where there was none
@@ -159,8 +148,8 @@ TEST(NeymanAllocation, LaterRoundsOnlyScale) {
     }
   }
   allocate(film, 512);
-  EXPECT_NEAR(mean_target(film, 0, kRight) / mean_target(film, 0, kLeft), first, 0.05 * first);
-  EXPECT_NEAR(mean_target(film, 0, film.bounds()), 512, 6);
+  EXPECT_NEAR(test::mean_target(film, 0, kRight) / test::mean_target(film, 0, kLeft), first, 0.05 * first);
+  EXPECT_NEAR(test::mean_target(film, 0, film.bounds()), 512, 6);
 }
 
 }  // namespace
