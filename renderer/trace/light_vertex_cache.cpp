@@ -109,7 +109,7 @@ bool LightVertexCache::trace(std::size_t b, const Camera* camera, const CancelTo
     batch.paths.push_back(paths.path_of(v));
   }
   own.light_paths += std::uint64_t(numbers.count);
-  if (camera) add_splats(b, paths.vertices(), batch.paths, *camera, film, own);
+  if (camera) add_splats(b, numbers, paths.vertices(), batch.paths, *camera, film, own);
   stats.add(own);
   return true;
 }
@@ -121,15 +121,14 @@ bool LightVertexCache::splat(std::size_t b, const Camera& camera, const CancelTo
   std::vector<LightVertex> vertices;
   vertices.reserve(batch.paths.size());
   for (std::size_t k = 0; k < batch.paths.size(); ++k) vertices.push_back(load(records_[order_[batch.begin + k]]));
-  add_splats(b, vertices, batch.paths, camera, film, stats);
+  add_splats(b, numbers_of(b), vertices, batch.paths, camera, film, stats);
   return true;
 }
 
 // t = 1.
-void LightVertexCache::add_splats(std::size_t b, const std::vector<LightVertex>& vertices,
+void LightVertexCache::add_splats(std::size_t b, const LightBatch& batch, const std::vector<LightVertex>& vertices,
                                   const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film,
                                   TraceStats& stats) const {
-  const LightBatch batch = numbers_of(b);
   const CameraImportance importance(camera);
   ConnectionRays& rays = thread_rays();
   rays.clear();  // what an exception may have left

@@ -90,8 +90,9 @@ class LightVertexCache {
   // The light path of a batch, as what was invalid.
   InvalidSample sample_of(std::size_t batch, std::uint32_t path) const;
   LightVertex load(const Record& record) const;
-  void add_splats(std::size_t batch, const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& paths,
-                  const Camera& camera, Film& film, TraceStats& stats) const;
+  // batch: numbers_of(b).
+  void add_splats(std::size_t b, const LightBatch& batch, const std::vector<LightVertex>& vertices,
+                  const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film, TraceStats& stats) const;
 
   std::shared_ptr<const RenderScene> scene_;
   PathSettings settings_;
