@@ -143,7 +143,7 @@ CentreHit CentreHits::at(int x, int y) {
   const ShadingPoint& shading = b.shading.emplace(scene_, camera_, ray, hit);
   b.wo = shading.frame.to_local(-ray.direction);
   b.key = pixel_key(x, y, 0, 0);
-  const auto cell = [](int at) { return at % kPathGroupSize / Block::kCell; };
+  const auto cell = [](int at) { return (at & (kPathGroupSize - 1)) / Block::kCell; };
   b.cell = &b.changes[cell(y)][cell(x)];
   centre.normal = pack_direction(facing(shading.surface));
   if (shading.black) {

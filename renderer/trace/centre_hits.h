@@ -39,8 +39,8 @@ class CentreHits {
   CentreHits(const CentreHits&) = delete;
   CentreHits& operator=(const CentreHits&) = delete;
 
-  // Traces the pixels of `window`, which lies in one of the film's blocks or, for material() alone, is as large as one,
-  // as one packet after the other.
+  // Traces the pixels of `window`, as one packet after the other. It is at most as large as a block of the film, and
+  // lies in one where change_from() is asked; outside the film there are pixels, too.
   void trace(const PixelRect& window);
 
   // Of the pixel, which lies in the window that was traced last. The pixel in hand from now on.

@@ -4,8 +4,9 @@
 // camera saw that point, the four pixels around it are looked up, those that show the same surface (same instance,
 // similar normal, the point within half a pixel of the plane through what the pixel's centre met), bilinearly, their
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
-// anything, for Sobol points find out about edges sooner than interpolation is right about them. The rays of the new
-// picture are the verification: a point that another surface hid from the earlier camera finds no pixel that shows it.
+// anything, for Sobol points find out about edges sooner than interpolation is right about them; what lies just outside
+// the region counts there. The rays of the new picture are the verification: a point that another surface hid from the
+// earlier camera finds no pixel that shows it.
 // A camera that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it
 // pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed.
 //

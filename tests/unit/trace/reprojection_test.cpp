@@ -166,6 +166,36 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
   }
 }
 
+// A plate covers the left 0.4 of the first column of pixels, and what is beside the picture.
+TEST(Reprojection, SurfacesBesideThePictureHaveBordersInIt) {
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  const double left = -kWidth / 2 / 16.0;
+  Object plate;
+  plate.meshes = {quad(V3f(V3d(left - 2, -20, 1)), V3f(V3d(2 + 0.4 / 16, 0, 0)), {0, 40, 0}, 0)};
+  add_instance(description, add_object(description, std::move(plate)));
+  const auto scene = build(description);
+  const CameraPose before = orthographic_before_wall();
+  const HistorySource source = picture(scene, before, 0, [](const Film& film, int x, int, int) {
+    EXPECT_EQ(film.history()->centre(x, 3).border, x == 0) << x;
+    return HalfSamples{x == 0 ? 1e4 : 1.0, 16, 0.25f};
+  });
+  // Of pixels half as large, one between the plate and the middle of what was the first pixel shows neither.
+  const CameraPose after = orthographic_before_wall(-19.8, 0, 2);
+  const Film film = film_of(scene, after, {{before, &source, 0, false}});
+  EXPECT_EQ(film.history()->centre(15, 9).border, 1u);
+  EXPECT_EQ(film.history()->centre(17, 9).border, 0u);
+  int carried_pixels = 0;
+  for (int x = 0; x < kWidth; ++x) {
+    const CarriedPixel& carried = film.history()->carried(x, 9);
+    if (carried.count[0] == 0) continue;
+    EXPECT_FLOAT_EQ(carried.means.mean(0)[1], 1) << x;
+    ++carried_pixels;
+  }
+  EXPECT_EQ(carried_pixels, kWidth - 17);
+}
+
 TEST(Reprojection, LooksUpBetweenPixels) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const auto ramp = [](double x, double y) { return 3 + 0.1 * x + 0.04 * y; };
