@@ -7,6 +7,7 @@
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/passes/trace_lights.h"
+#include "renderer/trace/light_vertex_cache.h"
 #include "renderer/trace/sample_trace.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -36,6 +37,17 @@ Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& 
   const std::uint64_t pass = caches_light_vertices(settings.integrator) ? LightVertexSource::most_bytes(settings) : 0;
   const auto memory = account.reserve(pass, "the light paths of a replay");
   if (!memory) return memory.error();
+  if (pass > 0) {
+    // Passes are as large as the film and what their paths leave behind allow; how much that is varies with the seed.
+    const std::uint64_t most =
+        2 * pass_paths(std::uint64_t(settings.region.area()), mean_light_vertices(scene, settings));
+    if (replay.sample.light_paths > most) {
+      return Error{ErrorCode::invalid_argument,
+                   fmt::format("{} in a film of {}x{}; allowed: [1, {}]", replay.sample.light_paths,
+                               replay.settings.width, replay.settings.height, most),
+                   "token.light_paths"};
+    }
+  }
   SampleTrace told;
   told.width = replay.settings.width;
   told.height = replay.settings.height;

@@ -55,6 +55,12 @@ Status check_mesh(TriangleMesh& mesh) {
 }
 
 Status color_faces(TriangleMesh& mesh, const std::vector<V4f>& colors, MemoryBudget& budget) {
+  if (const std::size_t triangles = mesh.indices.size() / 3; colors.size() != triangles) {
+    return Error{ErrorCode::invalid_argument,
+                 "has colours for " + std::to_string(colors.size()) + " of its " + std::to_string(triangles) +
+                     " triangles; allowed: for all of them",
+                 ""};
+  }
   if (Status s = check_colors(colors, "triangle"); !s.ok()) return s;
   constexpr std::uint64_t kCorner = sizeof(V3f) * 2 + sizeof(V2f) + sizeof(V4f);
   if (Status s = budget.reserve(mesh.indices.size(), kCorner, ""); !s.ok()) return s;

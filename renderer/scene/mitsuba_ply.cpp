@@ -1,11 +1,12 @@
 // PLY: elements vertex (x y z, nx ny nz, u v or s t) and face (vertex_indices), and of either the attribute that was
-// asked for; others are skipped. Attributes of integer type are divided by its largest value.
+// asked for; others are skipped. Attributes of integer type are sRGB, their largest value is white.
 #include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <string_view>
 
 #include "renderer/scene/mitsuba_meshes.h"
+#include "renderer/scene/texture.h"
 
 namespace helio::mitsuba {
 
@@ -174,7 +175,7 @@ class PlyParser {
     const bool vertex = element.name == "vertex", face = element.name == "face";
     const std::vector<int> channels = attribute_channels(element);
     const auto found = std::count_if(channels.begin(), channels.end(), [](int channel) { return channel >= 0; });
-    const bool colored = found == 1 || found == 3;
+    const bool colored = found == 3 || (found == 1 && attribute_ != element.name + "_color");
     if (Status s = budget_.reserve(element.count, vertex ? 48 : colored ? 40 : 24, ""); !s.ok()) {
       refused_ = s.error();
       return false;
@@ -195,7 +196,7 @@ class PlyParser {
           if (!read_number(p.type, value)) return false;
           if (p.list) list.push_back(value);
         }
-        if (colored && channels[property] >= 0) color[channels[property]] = float(value / largest_color(p.type));
+        if (colored && channels[property] >= 0) color[channels[property]] = linear_color(p.type, value);
         if (vertex && !p.list) {
           const int slot = vertex_slot(p.name);
           if (slot >= 0) {
@@ -261,9 +262,10 @@ class PlyParser {
     return {};
   }
 
-  static double largest_color(Number type) {
-    if (type == Number::u8) return 255;
-    return type == Number::u16 ? 65535 : 1;
+  // As Mitsuba 3.9 reads integers, but for bytes, which it takes as they are, with 255 as a reflectance.
+  static float linear_color(Number type, double value) {
+    constexpr double kLargest[] = {127, 255, 32767, 65535, 2147483647, 4294967295};
+    return type < Number::f32 ? srgb_to_linear(float(value / kLargest[int(type)])) : float(value);
   }
 
   void add_vertex(const float* v, unsigned present) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "renderer/scene/default_camera.h"
 #include "renderer/scene/mitsuba_fov.h"
@@ -92,11 +93,18 @@ Depths depths_of(const Box3d& box, const CameraDescription& camera) {
 
 void report_clipping(LoadContext& context) {
   if (context.clips.empty()) return;
+  constexpr std::size_t kMostLooks = 10'000'000;  // at a shape, about a second of them
   const std::vector<Box3d> boxes = instance_bounds(context.scene);
-  for (const ClipPlanes& clip : context.clips) {
+  const std::size_t sensors = std::max<std::size_t>(1, kMostLooks / std::max<std::size_t>(1, boxes.size()));
+  if (sensors < context.clips.size())
+    context.diagnostics.notice(
+        fmt::format("near_clip and far_clip of {} sensors beyond the first {} are not looked at: too many shapes",
+                    context.clips.size() - sensors, sensors));
+  for (const ClipPlanes& clip : std::span(context.clips).first(std::min(sensors, context.clips.size()))) {
     const CameraDescription& camera = context.scene.cameras[clip.camera];
     bool near_hides = false, far_hides = false;
     for (const Box3d& box : boxes) {
+      if (near_hides && far_hides) break;
       if (box.isEmpty()) continue;
       const Depths depths = depths_of(box, camera);
       near_hides |= clip.near_clip && depths.nearest < *clip.near_clip && depths.farthest > 0;

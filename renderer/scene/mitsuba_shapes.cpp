@@ -130,6 +130,19 @@ void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& o
   }
   if (mesh.indices.empty()) return;
   if (plugin.boolean("flip_normals", false)) flip(mesh);
+  if (is_mesh_file(type)) {
+    object.meshes.push_back(std::move(mesh));
+  } else {
+    keep_primitive(plugin, std::move(mesh), object);
+  }
+}
+
+// One at a time its size is no matter; a short file may name many.
+void ShapeReader::keep_primitive(const Plugin& plugin, TriangleMesh mesh, Object& object) {
+  const std::uint64_t bytes = mesh.positions.size() * sizeof(V3f) + mesh.normals.size() * sizeof(V3f) +
+                              mesh.texcoords[0].size() * sizeof(V2f) + mesh.indices.size() * sizeof(std::uint32_t);
+  if (Status s = context_.budget.reserve(bytes, plugin.place()); !s.ok())
+    return context_.diagnostics.fail(plugin.place(), s.error());
   object.meshes.push_back(std::move(mesh));
 }
 
@@ -167,8 +180,7 @@ void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Ob
     const bool shines = luminance(material.emission) > 0;
     TriangleMesh mesh = sphere_mesh(center, radius, shines ? kLampSegments : kSegments);
     flip(mesh);
-    object.meshes.push_back(std::move(mesh));
-    return;
+    return keep_primitive(plugin, std::move(mesh), object);
   }
   if (!has_orientation(material)) {
     object.spheres.push_back({V3f(center), float(radius), 0});

@@ -19,6 +19,7 @@ class ShapeReader {
 
   Placed read_object(const Element& element);
   void fill(const Plugin& plugin, const Material& material, Object& object, M44d& to_world);
+  void keep_primitive(const Plugin& plugin, TriangleMesh mesh, Object& object);
   void read_mesh_file(const Plugin& plugin, TriangleMesh& mesh);
   void read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world);
   void read_instance(const Plugin& plugin);

@@ -101,10 +101,15 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     watch_.rays_traced();
   }
 
+  // The picture of squares has an end, and what lies beyond it is no less rare.
+  float that_enters(double square) const {
+    return float(std::min(square, SplatBuffer::most_radiance(task_.film.width(), task_.film.height())));
+  }
+
   // Of the pixel that the path is a sample of.
   void add_square(std::uint32_t path, double square) {
     const int x = group_.pixel_x[path], y = group_.pixel_y[path];
-    if (task_.window.contains(x, y)) squares_.push_back({x, y, Rgb(float(square * counts_.light_paths))});
+    if (task_.window.contains(x, y)) squares_.push_back({x, y, Rgb(that_enters(square * counts_.light_paths))});
   }
 
   float environment_weight(int vertex, std::uint32_t i) {

@@ -137,7 +137,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       arrivals_.push_back({at, radiance, group_.pixel_x[path], group_.pixel_y[path], reverse_bits(reversed_index_)});
       if (task_.squares)
         camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
-          squares_.push_back({x, y, Rgb(float(squares_of_rays_[ray] * share))});
+          squares_.push_back({x, y, Rgb(Base::that_enters(squares_of_rays_[ray] * share))});
         });
     });
     watch_.rays_traced();

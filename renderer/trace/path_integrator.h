@@ -44,8 +44,8 @@ struct SampleRange {
   std::uint32_t first = 0, count = 0;
 };
 
-// The sample whose radiance, or whose light path's at the camera, was not finite. With the scene, the camera and the
-// settings, enough to trace it again (trace_sample).
+// The sample whose radiance, or whose light path's at the camera, was not finite or more than splats can be. With the
+// scene, the camera and the settings, enough to trace it again (trace_sample).
 struct InvalidSample {
   int x = 0, y = 0, half = 0;
   std::uint32_t index = 0;

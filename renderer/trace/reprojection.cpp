@@ -338,6 +338,7 @@ class Outside {
         for (int x0 = strip.x0; x0 < strip.x1; x0 += kPathGroupSize) {
           const PixelRect part = intersect({x0, y0, x0 + kPathGroupSize, y0 + kPathGroupSize}, strip);
           centres.trace(part);
+          rays_ += std::uint64_t(part.area());
           for (int y = part.y0; y < part.y1; ++y) {
             for (int x = part.x0; x < part.x1; ++x) hits_[index(x, y)] = centres.at(x, y);
           }
@@ -345,6 +346,8 @@ class Outside {
       }
     }
   }
+
+  std::uint64_t rays() const { return rays_; }
 
   // Whether something there that the filter of the window's pixel (x, y) reaches shows another surface than `here`.
   bool on_border(const CentreHit& here, int x, int y) const {
@@ -366,6 +369,7 @@ class Outside {
   int reach_;
   PixelRect region_, bounds_;    // bounds: of the window and what its filters reach
   std::vector<CentreHit> hits_;  // those outside the region; empty: there are none
+  std::uint64_t rays_ = 0;
 };
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
@@ -498,10 +502,16 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   stats.rays += std::uint64_t(window.area());
 }
 
+// Whether the pixel's filter reaches what lies outside the region.
+bool Reprojection::at_edge(int x, int y) const {
+  return x - border_ < region_.x0 || y - border_ < region_.y0 || x + border_ >= region_.x1 || y + border_ >= region_.y1;
+}
+
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
   const Outside outside(*scene_, camera_, pose_.forward, window, border_, region_);
+  stats.rays += outside.rays();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       CentreHit& here = history.centre(x, y);
@@ -510,6 +520,7 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
       if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
+        if (sources_[i].edited && at_edge(x, y)) continue;
         const Lookup lookup = views[i].keep(history, x, y, border_);
         if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
           fill(lookup, sources_[i].swap, film_, x, y);

@@ -8,7 +8,8 @@
 // the region counts there. The rays of the new picture are the verification: a point that another surface hid from the
 // earlier camera finds no pixel that shows it.
 // A camera that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it
-// pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed.
+// pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from
+// before an edit those at the edge do not come back: nobody knows what was beside them).
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
@@ -49,6 +50,8 @@ struct PictureSource {
   // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
   float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
+  // The scene was edited since: nobody knows what was beside the picture then.
+  bool edited = false;
 };
 
 struct ReprojectionStats {
@@ -84,6 +87,8 @@ class Reprojection {
   void settle(const PixelRect& window, ReprojectionStats& stats);
 
  private:
+  bool at_edge(int x, int y) const;
+
   std::shared_ptr<const RenderScene> scene_;
   Film& film_;
   PixelRect region_;

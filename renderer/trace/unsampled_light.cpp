@@ -22,6 +22,12 @@ std::vector<std::string> unsampled_light(Integrator integrator, const SceneFeatu
           "the smaller the light");
     }
   }
+  if (integrator == Integrator::path_bdpt && never_hit) {
+    missing.push_back(
+        "missing: where a tile was given no light paths, light of lights without extent (point, spot, directional, "
+        "projector) that arrives by way of smooth mirrors or smooth glass (faint caustics, and what lies behind "
+        "panes)");
+  }
   if (connects) {
     if (never_hit) {
       missing.push_back(

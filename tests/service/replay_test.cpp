@@ -3,6 +3,7 @@
 #include <map>
 
 #include "renderer/base/clock.h"
+#include "server/replay_token.h"
 #include "service_fixture.h"
 
 namespace helio::test {
@@ -161,6 +162,32 @@ TEST_F(ReplayTest, ASampleWithALightPathIsReplayedInItsBits) {
     }
     EXPECT_FALSE(told.finite());
     EXPECT_NE(told.first_not_finite(), "");
+  }
+}
+
+// Tokens are not signed: one that asks for more light paths than its film ever had would take memory that nobody
+// reserved.
+TEST_F(ReplayTest, APassOfMoreLightPathsThanTheFilmHadIsRefused) {
+  ASSERT_NO_FATAL_FAILURE(start_with_overflow());
+  LoadedScene scene;
+  scene.id = scene_;
+  FrameBegin begin;
+  begin.camera = *look_at({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.7);
+  begin.settings.width = 40;
+  begin.settings.height = 30;
+  for (const Integrator integrator : {Integrator::lvc, Integrator::vcm, Integrator::photon}) {
+    begin.settings.integrator = integrator;
+    InvalidSample sample{20, 15, 0, 3};
+    pb::ReplaySampleResponse told;
+    sample.light_paths = 40 * 30;
+    EXPECT_TRUE(replay(make_replay_token(scene, begin, sample), &told).ok()) << to_string(integrator);
+    for (const std::uint64_t paths : {std::uint64_t(2 * 40 * 30 + 1), std::uint64_t(1) << 18}) {
+      sample.light_paths = paths;
+      const grpc::Status status = replay(make_replay_token(scene, begin, sample), &told);
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+      EXPECT_NE(status.error_message().find("token.light_paths: " + std::to_string(paths)), std::string::npos)
+          << status.error_message();
+    }
   }
 }
 

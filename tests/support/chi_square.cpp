@@ -255,10 +255,10 @@ ChiSquareResult SphereHistogram::test(const SphereDensity& density, double* mass
   if (mass != nullptr) *mass = sum;
   // Integration error alone may bring the mass a little above 1: such a remainder is none.
   const double rest = 1 - sum;
-  constexpr double kMassTolerance = 2e-4;
-  expected.push_back(std::fabs(rest) < kMassTolerance && elsewhere_ == 0 ? 0 : std::max(0.0, rest) * samples);
+  const double mass_tolerance = std::max(2e-4, tolerance * static_cast<double>(counts_.size()));
+  expected.push_back(std::fabs(rest) < mass_tolerance && elsewhere_ == 0 ? 0 : std::max(0.0, rest) * samples);
   ChiSquareResult result = chi_square_test(observed, expected);
-  if (rest < -kMassTolerance) {
+  if (rest < -mass_tolerance) {
     std::ostringstream out;
     out << "the density integrates to " << sum << ", above 1";
     result.impossible += (result.impossible.empty() ? "" : "; ") + out.str();

@@ -85,7 +85,8 @@ void HistoryTransfer::prepare_reprojection() {
     const PictureHistory::Slot& slot = history_.slot(i);
     if (!slot.valid) continue;
     const auto enough = float(kEnough * slot.samples);
-    sources.push_back({slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped()});
+    sources.push_back(
+        {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
   sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::settle});

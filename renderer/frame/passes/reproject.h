@@ -28,6 +28,7 @@ class PictureHistory {
     CameraPose pose;
     double samples = 0;    // fresh ones, per pixel, both halves
     bool swapped = false;  // its first half is of the second lineage
+    bool edited = false;   // the scene was, since
   };
 
   // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
@@ -51,6 +52,7 @@ class PictureHistory {
   void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene) {
     slots_[slot].valid = true;
     slots_[slot].scene = scene;
+    slots_[slot].edited = true;
   }
   void film_overwritten() { film_ = {}; }
   // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).

@@ -60,33 +60,36 @@ TEST_F(BidirectionalFrame, AndNotWhereItIsSeen) {
 // A point light's light that a mirror throws back is found by light paths alone. The path tracer shows no noise for the
 // lack of it.
 TEST_F(BidirectionalFrame, LightThatThePathTracerCannotFindIsNotLeftOut) {
-  SceneDescription scene;
-  Material mirror = test::lambert(Rgb(0.9f, 0.9f, 0.9f));
-  mirror.metallic = mirror.specular = 1;
-  mirror.roughness = 0;
-  scene.materials = {test::lambert(Rgb(0.5f, 0.5f, 0.5f)), mirror};
-  test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
-  test::add_mesh(scene, test::quad({-0.99f, -0.9f, -0.9f}, {0, 1.8f, 0}, {0, 0, 1.8f}, 1));
-  PunctualLight light;
-  light.position = V3d(0, 0.3, 0);
-  scene.lights.push_back(light);
-  RenderSettings settings;
-  settings.width = settings.height = 64;
-  Budget budget;
-  budget.samples = 32;
   RenderEngine engine(2);
-  const auto built = test::build(std::move(scene));
-  double means[3];
-  for (const Integrator integrator : {Integrator::path, Integrator::bdpt, Integrator::path_bdpt}) {
-    settings.integrator = integrator;
-    const test::LoopPicture picture =
-        test::render_through_loop(engine, built, settings, budget, test::camera_at({0, 0, 0.9}, {0, 0, -1}, 70));
-    double sum = 0;
-    for (const float value : picture.channels[1]) sum += value;
-    means[integrator == Integrator::path ? 0 : integrator == Integrator::bdpt ? 1 : 2] = sum;
+  for (const float intensity : {1.0f, 1e9f}) {
+    SceneDescription scene;
+    Material mirror = test::lambert(Rgb(0.9f, 0.9f, 0.9f));
+    mirror.metallic = mirror.specular = 1;
+    mirror.roughness = 0;
+    scene.materials = {test::lambert(Rgb(0.5f, 0.5f, 0.5f)), mirror};
+    test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
+    test::add_mesh(scene, test::quad({-0.99f, -0.9f, -0.9f}, {0, 1.8f, 0}, {0, 0, 1.8f}, 1));
+    PunctualLight light;
+    light.position = V3d(0, 0.3, 0);
+    light.intensity = Rgb(intensity, intensity, intensity);
+    scene.lights.push_back(light);
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    Budget budget;
+    budget.samples = 32;
+    const auto built = test::build(std::move(scene));
+    double means[3];
+    for (const Integrator integrator : {Integrator::path, Integrator::bdpt, Integrator::path_bdpt}) {
+      settings.integrator = integrator;
+      const test::LoopPicture picture =
+          test::render_through_loop(engine, built, settings, budget, test::camera_at({0, 0, 0.9}, {0, 0, -1}, 70));
+      double sum = 0;
+      for (const float value : picture.channels[1]) sum += value;
+      means[integrator == Integrator::path ? 0 : integrator == Integrator::bdpt ? 1 : 2] = sum;
+    }
+    EXPECT_LT(means[0], 0.95 * means[1]) << "else the test would not tell";
+    EXPECT_NEAR(means[2] / means[1], 1, 0.01) << intensity;
   }
-  EXPECT_LT(means[0], 0.95 * means[1]) << "else the test would not tell";
-  EXPECT_NEAR(means[2] / means[1], 1, 0.01);
 }
 
 // A region's light paths are those of its own samples: neither those of the blocks that it cuts, nor those of the film.

@@ -9,6 +9,7 @@
 
 #include "renderer/scene/mitsuba_meshes.h"
 #include "renderer/scene/scene_loader.h"
+#include "renderer/scene/texture.h"
 #include "tests/unit/scene/image_encode.h"
 
 namespace helio {
@@ -584,10 +585,81 @@ TEST(MitsubaMeshes, PlyAttributesAreNamedAsInMitsuba) {
   };
   EXPECT_EQ(colors("vertex_dirt_color").at(1), V4f(0.4f, 0.5f, 0.6f, 1));
   EXPECT_EQ(colors("vertex_worn").at(2), V4f(0.9f, 0.9f, 0.9f, 1));
-  EXPECT_EQ(colors("face_color").at(0), V4f(0.6f, 0.4f, 0.2f, 1));  // by name, whatever their order
+  // By name, whatever their order.
+  EXPECT_EQ(colors("face_color").at(0), V4f(srgb_to_linear(0.6f), srgb_to_linear(0.4f), srgb_to_linear(0.2f), 1));
   EXPECT_EQ(colors("face_worn").at(1), V4f(0.5f, 0.5f, 0.5f, 1));
   for (const char* absent : {"vertex_color", "vertex_two", "vertex_dirt", "face_dirt_color", "vertex_", "face_", ""})
     EXPECT_TRUE(colors(absent).empty()) << absent;
+}
+
+// What traverse() of Mitsuba 3.9.1 lists; bytes alone it takes as they are.
+TEST(MitsubaMeshes, PlyAttributesOfIntegersAreSrgb) {
+  struct Case {
+    const char* type;
+    const char* values;
+    Rgb color;
+  };
+  for (const Case& c :
+       {Case{"char", "127 64 0", {1, 0.21770316f, 0}}, Case{"short", "32767 10000 5", {1, 0.07583262f, 1.181057e-5f}},
+        Case{"ushort", "65535 39321 13107", {1, 0.31854674f, 0.033104725f}},
+        Case{"int", "2147483647 1000000000 0", {1, 0.18362284f, 0}},
+        Case{"uint", "4294967295 2147483648 0", {1, 0.21404107f, 0}},
+        Case{"uchar", "255 153 51", {1, 0.31854674f, 0.033104725f}}, Case{"float", "1 0.6 0.2", {1, 0.6f, 0.2f}}}) {
+    std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+    for (const char* channel : {"r", "g", "b"}) text += "property " + std::string(c.type) + " " + channel + "\n";
+    text += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 " + std::string(c.values) +
+            "\n3 0 0 0\n";
+    MemoryBudget budget(1 << 20);
+    const Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget, "vertex_color");
+    ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+    ASSERT_EQ(mesh->colors.size(), 1u) << c.type;
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(mesh->colors[0][k], c.color[k], 1e-6f) << c.type;
+  }
+  // One of three is no colour.
+  const std::string one =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float g\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0.5\n3 0 0 0\n";
+  MemoryBudget budget(1 << 20);
+  const Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(one), budget, "vertex_color");
+  ASSERT_TRUE(mesh.ok());
+  EXPECT_TRUE(mesh->colors.empty());
+}
+
+TEST(MitsubaLoader, ColoursOfSomeFacesAreRefused) {
+  const std::string vertices =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string ply = vertices + faces + "property float r\nproperty float g\nproperty float b\n" + faces +
+                          "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1 0 0\n3 0 2 1\n";
+  const std::string body =
+      "<shape type='ply'><string name='filename' value='m.ply'/><bsdf type='diffuse'><texture name='reflectance' "
+      "type='mesh_attribute'><string name='name' value='face_color'/></texture></bsdf></shape>";
+  const Result<SceneDescription> made = load(scene(body, "3.0.0"), {{"m.ply", bytes_of(ply)}});
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(made.error().message.find("colours for 1 of its 2 triangles"), std::string::npos) << made.error().message;
+}
+
+// A short file names many spheres that are meshes here: 131,841 vertices each.
+TEST(MitsubaLoader, PrimitivesCountAgainstTheMemoryOfALoad) {
+  std::string shapes;
+  for (int i = 0; i < 60; ++i) shapes += "<shape type='sphere'><boolean name='flip_normals' value='true'/></shape>\n";
+  const Result<SceneDescription> made = load(scene(shapes, "3.0.0"));
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.error().code, ErrorCode::resource_exhausted);
+  EXPECT_TRUE(made.error().where.starts_with("s.xml:")) << made.error().where;
+}
+
+TEST(MitsubaLoader, ClippingOfVeryManySensorsIsNotLookedAt) {
+  std::string text;
+  for (int i = 0; i < 3500; ++i) {
+    text +=
+        "<sensor type='perspective'><float name='far_clip' value='1'/></sensor>\n"
+        "<shape type='sphere'><point name='center' x='0' y='0' z='5'/></shape>\n";
+  }
+  const SceneDescription scene = loaded(text);
+  EXPECT_TRUE(mentions(scene.report.notices, "of 643 sensors beyond the first 2857 are not looked at"));
 }
 
 // Triangles in colours of their own stay smoothly shaded and keep their place in the texture.

@@ -196,6 +196,32 @@ TEST(Reprojection, SurfacesBesideThePictureHaveBordersInIt) {
   EXPECT_EQ(carried_pixels, kWidth - 17);
 }
 
+// A camera at rest: of what was on a border at the picture's edge nobody knows whether what was beside it still is.
+TEST(Reprojection, EdgesOfPicturesFromBeforeAnEditDoNotComeBack) {
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  const auto bare = build(description);
+  Object plate;
+  const double left = -kWidth / 2 / 16.0;
+  plate.meshes = {quad(V3f(V3d(left - 2, -20, 1)), V3f(V3d(2 + 0.4 / 16, 0, 0)), {0, 40, 0}, 0)};
+  add_instance(description, add_object(description, std::move(plate)));
+  const auto covered = build(description);
+  const CameraPose pose = orthographic_before_wall();
+  for (const auto& [before, after] : {std::pair(bare, covered), std::pair(covered, bare)}) {
+    const HistorySource source =
+        picture(before, pose, 0, [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+    for (const bool edited : {false, true}) {
+      PictureSource of{pose, &source, 0, false};
+      of.edited = edited;
+      const Film film = film_of(after, pose, {of});
+      EXPECT_EQ(film.history()->carried(0, 9).count[0], edited ? 0u : 16u);
+      EXPECT_EQ(film.history()->carried(1, 9).count[0], 16u);
+      EXPECT_EQ(film.history()->carried(kWidth - 1, 9).count[0], 16u);
+    }
+  }
+}
+
 TEST(Reprojection, LooksUpBetweenPixels) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const auto ramp = [](double x, double y) { return 3 + 0.1 * x + 0.04 * y; };

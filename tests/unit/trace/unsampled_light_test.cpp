@@ -71,7 +71,9 @@ TEST(UnsampledLight, GlossySurfacesHideNothing) {
 
 TEST(UnsampledLight, CausticsInMirrorsAreJoinedToNothing) {
   for (const Integrator integrator : kConnecting) {
-    EXPECT_EQ(missing(integrator, with_glass(diffuse(true, false))), 1) << to_string(integrator);
+    // Tiles without light paths miss what the path tracer misses.
+    const int expected = integrator == Integrator::path_bdpt ? 2 : 1;
+    EXPECT_EQ(missing(integrator, with_glass(diffuse(true, false))), expected) << to_string(integrator);
     EXPECT_EQ(missing(integrator, with_glass(diffuse(false, true))), 0) << to_string(integrator);
     EXPECT_EQ(by_chance(integrator, with_glass(diffuse(false, true))), 1) << to_string(integrator);
     EXPECT_NE(unsampled_light(integrator, with_glass(diffuse(true, false)))[0],
