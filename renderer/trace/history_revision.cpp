@@ -107,6 +107,11 @@ bool HistoryRevision::scales(std::size_t picture) const {
   return difference && difference->brightness.has_value();
 }
 
+bool HistoryRevision::edits_surfaces(std::size_t picture) const {
+  const std::optional<SceneDifference>& difference = items_[picture].difference;
+  return !difference || !difference->surfaces.empty();
+}
+
 std::size_t HistoryRevision::measure_parts() const {
   std::size_t parts = 0;
   for (const auto& changes : changes_) parts += changes->trace_parts();

@@ -50,7 +50,7 @@ struct PictureSource {
   // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
   float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
-  // The scene was edited since: nobody knows what was beside the picture then.
+  // Surfaces of the scene were edited since: nobody knows what was beside the picture then.
   bool edited = false;
 };
 

@@ -154,7 +154,8 @@ void HistoryTransfer::finish_sweep(int sweep) {
       revision_->finish_collecting();
       return;
     case Sweep::revise:
-      for (const int i : revised_slots_) history_.slot_revised(i, scene_);
+      for (std::size_t k = 0; k < revised_slots_.size(); ++k)
+        history_.slot_revised(revised_slots_[k], scene_, revision_->edits_surfaces(k));
       prepare_reprojection();
       return;
     case Sweep::measure:
