@@ -13,6 +13,7 @@
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
+#include "renderer/trace/outside_hits.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 
@@ -316,62 +317,6 @@ class SourceView {
   Normal normal_;
 };
 
-// What is next to the pixels of a window outside the region: a picture ends there, the light of its pixels does not.
-class Outside {
- public:
-  // reach: of the pixels' filter.
-  Outside(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
-          const PixelRect& region)
-      : reach_(reach),
-        region_(region),
-        bounds_{window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach} {
-    const PixelRect inside = intersect(bounds_, region);
-    if (inside.area() == bounds_.area()) return;
-    hits_.resize(std::size_t(bounds_.area()));
-    CentreHits centres(scene, camera, axis);
-    const PixelRect strips[] = {{bounds_.x0, bounds_.y0, bounds_.x1, inside.y0},
-                                {bounds_.x0, inside.y0, inside.x0, inside.y1},
-                                {inside.x1, inside.y0, bounds_.x1, inside.y1},
-                                {bounds_.x0, inside.y1, bounds_.x1, bounds_.y1}};
-    for (const PixelRect& strip : strips) {
-      for (int y0 = strip.y0; y0 < strip.y1; y0 += kPathGroupSize) {
-        for (int x0 = strip.x0; x0 < strip.x1; x0 += kPathGroupSize) {
-          const PixelRect part = intersect({x0, y0, x0 + kPathGroupSize, y0 + kPathGroupSize}, strip);
-          centres.trace(part);
-          rays_ += std::uint64_t(part.area());
-          for (int y = part.y0; y < part.y1; ++y) {
-            for (int x = part.x0; x < part.x1; ++x) hits_[index(x, y)] = centres.at(x, y);
-          }
-        }
-      }
-    }
-  }
-
-  std::uint64_t rays() const { return rays_; }
-
-  // Whether something there that the filter of the window's pixel (x, y) reaches shows another surface than `here`.
-  bool on_border(const CentreHit& here, int x, int y) const {
-    const PixelRect around = {x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1};
-    if (intersect(around, region_).area() == around.area()) return false;
-    for (int py = around.y0; py < around.y1; ++py) {
-      for (int px = around.x0; px < around.x1; ++px) {
-        if (!region_.contains(px, py) && !same_surface(here, hits_[index(px, py)])) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  std::size_t index(int x, int y) const {
-    return std::size_t(y - bounds_.y0) * std::size_t(bounds_.width()) + std::size_t(x - bounds_.x0);
-  }
-
-  int reach_;
-  PixelRect region_, bounds_;    // bounds: of the window and what its filters reach
-  std::vector<CentreHit> hits_;  // those outside the region; empty: there are none
-  std::uint64_t rays_ = 0;
-};
-
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
 std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& now, const RenderScene& scene) {
   const bool far_away = source.projection == Projection::orthographic;
@@ -510,7 +455,7 @@ bool Reprojection::at_edge(int x, int y) const {
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
-  const Outside outside(*scene_, camera_, pose_.forward, window, border_, region_);
+  const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
   stats.rays += outside.rays();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {

@@ -1,0 +1,34 @@
+// What is beside a picture: it ends there, the light of the pixels at its edge does not.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/trace/centre_hits.h"
+
+namespace helio {
+
+// Centre hits outside a region, as far as the filters of a window's pixels reach. Thread safe once it is made.
+class OutsideHits {
+ public:
+  // window: inside the region. reach: of the filter, in pixels, at least 1. axis: the camera's, unit.
+  OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
+              const PixelRect& region);
+
+  // Whether something out there that the filter of the window's pixel (x, y) reaches shows another surface than `here`.
+  bool on_border(const CentreHit& here, int x, int y) const;
+  // That were traced; 0: the window is not at the region's edge.
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  std::size_t index(int x, int y) const {
+    return std::size_t(y - bounds_.y0) * std::size_t(bounds_.width()) + std::size_t(x - bounds_.x0);
+  }
+
+  int reach_;
+  PixelRect region_, bounds_;    // bounds: of the window and what its filters reach
+  std::vector<CentreHit> hits_;  // those outside the region; empty: there are none
+  std::uint64_t rays_ = 0;
+};
+
+}  // namespace helio
