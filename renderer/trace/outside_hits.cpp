@@ -30,8 +30,8 @@ OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V
 }
 
 bool OutsideHits::on_border(const CentreHit& here, int x, int y) const {
+  if (!reached_from(x, y)) return false;
   const PixelRect around = {x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1};
-  if (intersect(around, region_).area() == around.area()) return false;
   for (int py = around.y0; py < around.y1; ++py) {
     for (int px = around.x0; px < around.x1; ++px) {
       if (!region_.contains(px, py) && !same_surface(here, hits_[index(px, py)])) return true;

@@ -15,6 +15,10 @@ class OutsideHits {
   OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
               const PixelRect& region);
 
+  // Whether the filter of the window's pixel (x, y) reaches out there.
+  bool reached_from(int x, int y) const {
+    return x - reach_ < region_.x0 || y - reach_ < region_.y0 || x + reach_ >= region_.x1 || y + reach_ >= region_.y1;
+  }
   // Whether something out there that the filter of the window's pixel (x, y) reaches shows another surface than `here`.
   bool on_border(const CentreHit& here, int x, int y) const;
   // That were traced; 0: the window is not at the region's edge.

@@ -447,11 +447,6 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   stats.rays += std::uint64_t(window.area());
 }
 
-// Whether the pixel's filter reaches what lies outside the region.
-bool Reprojection::at_edge(int x, int y) const {
-  return x - border_ < region_.x0 || y - border_ < region_.y0 || x + border_ >= region_.x1 || y + border_ >= region_.y1;
-}
-
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
@@ -465,7 +460,7 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
       if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
-        if (sources_[i].edited && at_edge(x, y)) continue;
+        if (sources_[i].edited && outside.reached_from(x, y)) continue;
         const Lookup lookup = views[i].keep(history, x, y, border_);
         if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
           fill(lookup, sources_[i].swap, film_, x, y);

@@ -87,8 +87,6 @@ class Reprojection {
   void settle(const PixelRect& window, ReprojectionStats& stats);
 
  private:
-  bool at_edge(int x, int y) const;
-
   std::shared_ptr<const RenderScene> scene_;
   Film& film_;
   PixelRect region_;

@@ -166,16 +166,23 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
   }
 }
 
-// A plate covers the left 0.4 of the first column of pixels, and what is beside the picture.
+// Before the wall a plate, or none, that covers the left 0.4 of the first column of pixels, and what is beside the
+// picture.
+std::shared_ptr<const RenderScene> wall_with_plate(bool with_plate) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(scene, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  if (with_plate) {
+    const double left = -kWidth / 2 / 16.0;
+    Object plate;
+    plate.meshes = {quad(V3f(V3d(left - 2, -20, 1)), V3f(V3d(2 + 0.4 / 16, 0, 0)), {0, 40, 0}, 0)};
+    add_instance(scene, add_object(scene, std::move(plate)));
+  }
+  return build(scene);
+}
+
 TEST(Reprojection, SurfacesBesideThePictureHaveBordersInIt) {
-  SceneDescription description;
-  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
-  const double left = -kWidth / 2 / 16.0;
-  Object plate;
-  plate.meshes = {quad(V3f(V3d(left - 2, -20, 1)), V3f(V3d(2 + 0.4 / 16, 0, 0)), {0, 40, 0}, 0)};
-  add_instance(description, add_object(description, std::move(plate)));
-  const auto scene = build(description);
+  const auto scene = wall_with_plate(true);
   const CameraPose before = orthographic_before_wall();
   const HistorySource source = picture(scene, before, 0, [](const Film& film, int x, int, int) {
     EXPECT_EQ(film.history()->centre(x, 3).border, x == 0) << x;
@@ -198,15 +205,7 @@ TEST(Reprojection, SurfacesBesideThePictureHaveBordersInIt) {
 
 // A camera at rest: of what was on a border at the picture's edge nobody knows whether what was beside it still is.
 TEST(Reprojection, EdgesOfPicturesFromBeforeAnEditDoNotComeBack) {
-  SceneDescription description;
-  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
-  const auto bare = build(description);
-  Object plate;
-  const double left = -kWidth / 2 / 16.0;
-  plate.meshes = {quad(V3f(V3d(left - 2, -20, 1)), V3f(V3d(2 + 0.4 / 16, 0, 0)), {0, 40, 0}, 0)};
-  add_instance(description, add_object(description, std::move(plate)));
-  const auto covered = build(description);
+  const auto bare = wall_with_plate(false), covered = wall_with_plate(true);
   const CameraPose pose = orthographic_before_wall();
   for (const auto& [before, after] : {std::pair(bare, covered), std::pair(covered, bare)}) {
     const HistorySource source =
