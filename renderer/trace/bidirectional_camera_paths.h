@@ -101,9 +101,10 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     watch_.rays_traced();
   }
 
-  // The picture of squares has an end, and what lies beyond it is no less rare.
+  // The picture of squares has an end, and what lies beyond it is no less rare. A sum holds 2^32 of the largest.
   float that_enters(double square) const {
-    return float(std::min(square, SplatBuffer::most_radiance(task_.film.width(), task_.film.height())));
+    const double most = 0x1p-20 * SplatBuffer::most_radiance(task_.film.width(), task_.film.height());
+    return float(std::min(square / unit_of_squares(task_.rare), most));
   }
 
   // Of the pixel that the path is a sample of.

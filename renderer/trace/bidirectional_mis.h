@@ -175,4 +175,9 @@ inline double path_tracer_square(double radiance, double weight, double ratio, d
   return found > rare ? radiance * found : 0;
 }
 
+// Pictures of such squares are kept in units of this: their finds are relative to the picture, however bright it is.
+inline double unit_of_squares(double rare) {
+  return rare > 0 ? 0x1p20 * rare * rare : 1;
+}
+
 }  // namespace helio

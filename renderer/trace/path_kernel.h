@@ -39,7 +39,8 @@ struct WindowTask {
   // The range is that one sample, the window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
   // run_bidirectional_kernel() alone. Of the film's size: the mean square of what the path tracer would find in a
-  // sample of each pixel, of finds with a luminance above `rare` alone (path_tracer_square()). Null: nobody asks.
+  // sample of each pixel, of finds with a luminance above `rare` alone (path_tracer_square()), in unit_of_squares().
+  // Null: nobody asks.
   SplatBuffer* squares = nullptr;
   float rare = 0;
   const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own

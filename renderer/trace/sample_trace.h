@@ -92,7 +92,7 @@ struct LightVertexTrace {
   V3f position{0, 0, 0}, geometric_normal{0, 0, 0};
   std::uint32_t material = 0;  // index in the scene's description
   Rgb throughput{0, 0, 0};     // of the light that arrives
-  std::optional<SplatTrace> splat;  // nothing: the camera does not see it
+  std::optional<SplatTrace> splat;  // nothing: the camera does not see it, or does not ask (photon)
 };
 
 struct SampleTrace {

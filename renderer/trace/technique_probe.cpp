@@ -5,6 +5,7 @@
 
 #include "renderer/film/resolve.h"
 #include "renderer/film/splat_buffer.h"
+#include "renderer/trace/bidirectional_mis.h"
 #include "renderer/trace/path_kernel.h"
 #include "renderer/trace/tile_choice.h"
 
@@ -21,6 +22,8 @@ constexpr std::uint64_t kProbeSeed = 0x6a09e667f3bcc909u;
 constexpr double kRayCost = 1.3, kRayCostOverPlain = 1.8;
 // Finds this many times as bright as the mean of the picture are too rare for differences of halves to tell of them.
 constexpr double kRare = 30;
+// Light this many times as bright as such finds is none that the path tracer sees at all: squares in their units end.
+constexpr double kUnseen = 1e6;
 
 int probe_scale(int width, int height) {
   return std::clamp(std::min(width, height) / 24, 1, kLargestScale);
@@ -232,7 +235,8 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   // Of a mean of one sample.
   constexpr double kMost = 1e30;
   TileEstimate found;
-  found.path.error = std::min((differences[0] * kHalves * samples_[0] + rare) / scale, kMost);
+  found.path.error = std::min((differences[0] * kHalves * samples_[0] + rare * unit_of_squares(rare_)) / scale, kMost);
+  if (level > kUnseen * double(rare_)) found.path.error = kMost;
   found.bdpt.error = std::min(differences[1] * kHalves * taken_ / scale, kMost);
   return found;
 }

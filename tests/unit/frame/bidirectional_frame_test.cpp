@@ -61,18 +61,36 @@ TEST_F(BidirectionalFrame, AndNotWhereItIsSeen) {
 // lack of it.
 TEST_F(BidirectionalFrame, LightThatThePathTracerCannotFindIsNotLeftOut) {
   RenderEngine engine(2);
-  for (const float intensity : {1.0f, 1e9f}) {
+  // Hidden: a black tube around the light lets it out towards the mirror alone, so that the path tracer finds nothing
+  // but the glow of the walls.
+  struct Case {
+    float intensity;
+    bool hidden;
+    float glow;
+  };
+  for (const auto& [intensity, hidden, glow] :
+       {Case{1, false, 0}, Case{1e9f, false, 0}, Case{1e14f, false, 0}, Case{1e-9f, true, 0}, Case{1, true, 0},
+        Case{1e14f, true, 0}, Case{1e9f, true, 1}, Case{1e14f, true, 1e-6f}}) {
     SceneDescription scene;
     Material mirror = test::lambert(Rgb(0.9f, 0.9f, 0.9f));
     mirror.metallic = mirror.specular = 1;
     mirror.roughness = 0;
-    scene.materials = {test::lambert(Rgb(0.5f, 0.5f, 0.5f)), mirror};
+    scene.materials = {test::lambert(Rgb(0.5f, 0.5f, 0.5f), Rgb(glow, glow, glow)), mirror,
+                       test::lambert(Rgb(0, 0, 0))};
     test::add_mesh(scene, test::box({-1, -1, -1}, {1, 1, 1}, 0, true));
     test::add_mesh(scene, test::quad({-0.99f, -0.9f, -0.9f}, {0, 1.8f, 0}, {0, 0, 1.8f}, 1));
     PunctualLight light;
     light.position = V3d(0, 0.3, 0);
     light.intensity = Rgb(intensity, intensity, intensity);
     scene.lights.push_back(light);
+    if (hidden) {
+      const float r = 0.1f, x0 = -0.3f, x1 = 0.1f, y = 0.3f;
+      test::add_mesh(scene, test::quad({x0, y - r, -r}, {x1 - x0, 0, 0}, {0, 2 * r, 0}, 2));
+      test::add_mesh(scene, test::quad({x0, y - r, r}, {x1 - x0, 0, 0}, {0, 2 * r, 0}, 2));
+      test::add_mesh(scene, test::quad({x0, y - r, -r}, {x1 - x0, 0, 0}, {0, 0, 2 * r}, 2));
+      test::add_mesh(scene, test::quad({x0, y + r, -r}, {x1 - x0, 0, 0}, {0, 0, 2 * r}, 2));
+      test::add_mesh(scene, test::quad({x1, y - r, -r}, {0, 2 * r, 0}, {0, 0, 2 * r}, 2));
+    }
     RenderSettings settings;
     settings.width = settings.height = 64;
     Budget budget;
@@ -87,8 +105,8 @@ TEST_F(BidirectionalFrame, LightThatThePathTracerCannotFindIsNotLeftOut) {
       for (const float value : picture.channels[1]) sum += value;
       means[integrator == Integrator::path ? 0 : integrator == Integrator::bdpt ? 1 : 2] = sum;
     }
-    EXPECT_LT(means[0], 0.95 * means[1]) << "else the test would not tell";
-    EXPECT_NEAR(means[2] / means[1], 1, 0.01) << intensity;
+    EXPECT_LT(means[0], (hidden ? 1e-3 : 0.95) * means[1]) << "else the test would not tell";
+    EXPECT_NEAR(means[2] / means[1], 1, 0.01) << intensity << (hidden ? ", hidden, " : ", ") << glow;
   }
 }
 
