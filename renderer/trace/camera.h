@@ -50,6 +50,8 @@ class Camera {
   bool pinhole() const { return lens_radius_ == 0; }
   // A pixel's cone, the lens taken as a point.
   const RayCone& cone() const { return cone_; }
+  int width() const { return width_; }  // of the film, in pixels
+  int height() const { return height_; }
 
  private:
   friend class CameraImportance;

@@ -107,9 +107,9 @@ bool HistoryRevision::scales(std::size_t picture) const {
   return difference && difference->brightness.has_value();
 }
 
-bool HistoryRevision::edits_surfaces(std::size_t picture) const {
+bool HistoryRevision::edits_what_shows(std::size_t picture) const {
   const std::optional<SceneDifference>& difference = items_[picture].difference;
-  return !difference || !difference->surfaces.empty();
+  return !difference || difference->edits_what_shows();
 }
 
 std::size_t HistoryRevision::measure_parts() const {

@@ -40,8 +40,8 @@ class HistoryRevision {
   void compare();  // one part
   // After compare(): revise() multiplies the pixels of this picture, and must not stop on the way.
   bool scales(std::size_t picture) const;
-  // After compare(): some surface looks different or stands elsewhere.
-  bool edits_surfaces(std::size_t picture) const;
+  // After compare(): surfaces or the environment were edited, and not merely all light scaled alike.
+  bool edits_what_shows(std::size_t picture) const;
   // 0 parts where nothing has to be measured.
   std::size_t measure_parts() const;
   void measure(std::size_t part, ReprojectionStats& stats);

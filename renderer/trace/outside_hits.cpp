@@ -6,7 +6,8 @@ OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V
                          int reach, const PixelRect& region)
     : reach_(reach),
       region_(region),
-      bounds_{window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach} {
+      bounds_(intersect({window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach},
+                        {-1, -1, camera.width() + 1, camera.height() + 1})) {
   const PixelRect inside = intersect(bounds_, region);
   if (inside.area() == bounds_.area()) return;
   hits_.resize(std::size_t(bounds_.area()));
@@ -31,7 +32,7 @@ OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V
 
 bool OutsideHits::on_border(const CentreHit& here, int x, int y) const {
   if (!reached_from(x, y)) return false;
-  const PixelRect around = {x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1};
+  const PixelRect around = intersect({x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1}, bounds_);
   for (int py = around.y0; py < around.y1; ++py) {
     for (int px = around.x0; px < around.x1; ++px) {
       if (!region_.contains(px, py) && !same_surface(here, hits_[index(px, py)])) return true;

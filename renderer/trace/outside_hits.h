@@ -1,4 +1,6 @@
-// What is beside a picture: it ends there, the light of the pixels at its edge does not.
+// What is beside a picture: it ends there, the light of the pixels at its edge does not. Beside a region that is what
+// the filters of its pixels reach. Beside the film, where filters are cut off, it is what the first centres out there
+// show: surfaces that end between them and the outermost ones inside are seen by those pixels.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +10,18 @@
 
 namespace helio {
 
-// Centre hits outside a region, as far as the filters of a window's pixels reach. Thread safe once it is made.
+// Centre hits outside a region, as far as a window's pixels have to know them. Thread safe once it is made.
 class OutsideHits {
  public:
   // window: inside the region. reach: of the filter, in pixels, at least 1. axis: the camera's, unit.
   OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
               const PixelRect& region);
 
-  // Whether the filter of the window's pixel (x, y) reaches out there.
+  // Whether something out there counts for the window's pixel (x, y).
   bool reached_from(int x, int y) const {
     return x - reach_ < region_.x0 || y - reach_ < region_.y0 || x + reach_ >= region_.x1 || y + reach_ >= region_.y1;
   }
-  // Whether something out there that the filter of the window's pixel (x, y) reaches shows another surface than `here`.
+  // Whether something out there that counts for the window's pixel (x, y) shows another surface than `here`.
   bool on_border(const CentreHit& here, int x, int y) const;
   // That were traced; 0: the window is not at the region's edge.
   std::uint64_t rays() const { return rays_; }
@@ -30,7 +32,7 @@ class OutsideHits {
   }
 
   int reach_;
-  PixelRect region_, bounds_;    // bounds: of the window and what its filters reach
+  PixelRect region_, bounds_;    // bounds: of the window and what counts for it
   std::vector<CentreHit> hits_;  // those outside the region; empty: there are none
   std::uint64_t rays_ = 0;
 };

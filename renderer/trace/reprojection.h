@@ -9,7 +9,7 @@
 // earlier camera finds no pixel that shows it.
 // A camera that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it
 // pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from
-// before an edit those at the edge do not come back: nobody knows what was beside them).
+// before an edit of what shows those at the edge do not come back: nobody knows what was beside them).
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
@@ -50,7 +50,7 @@ struct PictureSource {
   // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
   float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
-  // Surfaces of the scene were edited since: nobody knows what was beside the picture then.
+  // Surfaces or the environment were edited since (HistoryRevision): nobody knows what was beside the picture then.
   bool edited = false;
 };
 

@@ -25,6 +25,8 @@ struct SceneDifference {
   // pictures differ by just this factor.
   std::optional<Rgb> brightness;
 
+  // Whether centres of pixels may meet something else, or what looks different.
+  bool edits_what_shows() const { return !brightness && (!surfaces.empty() || environment); }
   bool empty() const { return surfaces.empty() && materials.empty() && !environment && !lights; }
 };
 

@@ -155,7 +155,7 @@ void HistoryTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::revise:
       for (std::size_t k = 0; k < revised_slots_.size(); ++k)
-        history_.slot_revised(revised_slots_[k], scene_, revision_->edits_surfaces(k));
+        history_.slot_revised(revised_slots_[k], scene_, revision_->edits_what_shows(k));
       prepare_reprojection();
       return;
     case Sweep::measure:

@@ -28,7 +28,7 @@ class PictureHistory {
     CameraPose pose;
     double samples = 0;    // fresh ones, per pixel, both halves
     bool swapped = false;  // its first half is of the second lineage
-    bool edited = false;   // surfaces of the scene were, since
+    bool edited = false;   // what the scene shows was, since
   };
 
   // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
@@ -49,10 +49,10 @@ class PictureHistory {
   void slot_complete(int slot);
   // Until slot_revised() the slot's pixels are of neither scene.
   void slot_in_revision(int slot) { slots_[slot].valid = false; }
-  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene, bool surfaces_edited) {
+  void slot_revised(int slot, const std::shared_ptr<const RenderScene>& scene, bool what_shows_edited) {
     slots_[slot].valid = true;
     slots_[slot].scene = scene;
-    slots_[slot].edited |= surfaces_edited;
+    slots_[slot].edited |= what_shows_edited;
   }
   void film_overwritten() { film_ = {}; }
   // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).

@@ -48,6 +48,7 @@ TEST_F(SceneDifferenceTest, MovesAreOfOneInstance) {
   EXPECT_EQ(d.surfaces, (std::vector<SurfaceChange>{none, all, none, none, none}));
   EXPECT_TRUE(d.materials.empty());
   EXPECT_FALSE(d.environment || d.lights || d.brightness);
+  EXPECT_TRUE(d.edits_what_shows());
 }
 
 TEST_F(SceneDifferenceTest, MaterialsAreOfAllThatShowThem) {
@@ -74,8 +75,10 @@ TEST_F(SceneDifferenceTest, ABlendChangesWithWhatItMixes) {
 TEST_F(SceneDifferenceTest, LightsAndEnvironment) {
   const SceneDifference sun = of({LightEdit{0u, std::nullopt, 2}});
   EXPECT_TRUE(sun.lights && sun.surfaces.empty() && !sun.environment && !sun.brightness);
+  EXPECT_FALSE(sun.edits_what_shows());
   const SceneDifference sky = of({EnvironmentEdit{std::nullopt, 2}});
   EXPECT_TRUE(sky.environment && sky.surfaces.empty() && !sky.lights && !sky.brightness);
+  EXPECT_TRUE(sky.edits_what_shows());
 }
 
 TEST_F(SceneDifferenceTest, AllLightsScaledAlikeScaleThePicture) {
@@ -84,6 +87,7 @@ TEST_F(SceneDifferenceTest, AllLightsScaledAlikeScaleThePicture) {
                                         shining(3, Rgb(8, 2.5f, 0))};
   const SceneDifference d = of(alike);
   ASSERT_TRUE(d.brightness.has_value());
+  EXPECT_FALSE(d.edits_what_shows()) << "scaled exactly";
   for (int c = 0; c < 3; ++c) EXPECT_NEAR((*d.brightness)[c], factor[c], 1e-6f);
   // And nothing else may change, nor one of them otherwise or to nothing.
   auto also = alike;
