@@ -7,7 +7,7 @@ namespace helio::mitsuba {
 
 // fov is the angle along fov_axis; ours is the vertical one. Both come from the same focal length.
 double vertical_fov(const Plugin& plugin, double aspect) {
-  const std::string axis = plugin.text("fov_axis", "x");
+  const std::string axis = lower_case(plugin.text("fov_axis", "x"));
   double across = 1;  // extent along the axis over the height
   if (axis == "x")
     across = aspect;

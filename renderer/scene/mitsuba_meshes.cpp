@@ -7,6 +7,9 @@ namespace helio::mitsuba {
 
 namespace {
 
+// At the most.
+constexpr std::uint64_t kVertexBytes = sizeof(V3f) * 2 + sizeof(V2f) + sizeof(V4f);
+
 Status check_colors(const std::vector<V4f>& colors, const char* of_what) {
   for (std::size_t i = 0; i < colors.size(); ++i)
     for (int c = 0; c < 3; ++c)
@@ -27,9 +30,39 @@ void spread(std::vector<T>& values, const std::vector<std::uint32_t>& indices) {
   values = std::move(of_corners);
 }
 
+template <class T>
+void repeat(std::vector<T>& values, std::size_t i) {
+  if (!values.empty()) values.push_back(T(values[i]));
+}
+
+const V3f kAnyNormal(0, 0, 1);  // of what has no area
+
+// Corners whose normal is 0.
+Status give_face_normals(TriangleMesh& mesh, MemoryBudget& budget) {
+  const auto lacks = [&](std::uint32_t vertex) { return mesh.normals[vertex] == V3f(0, 0, 0); };
+  const auto corners = std::count_if(mesh.indices.begin(), mesh.indices.end(), lacks);
+  if (Status s = budget.reserve(std::uint64_t(corners), kVertexBytes, ""); !s.ok()) return s;
+  for (std::size_t t = 0; corners > 0 && t + 2 < mesh.indices.size(); t += 3) {
+    std::uint32_t* i = &mesh.indices[t];
+    const V3d p(mesh.positions[i[0]]);
+    const V3d normal = cross(V3d(mesh.positions[i[1]]) - p, V3d(mesh.positions[i[2]]) - p);
+    for (int k = 0; k < 3; ++k) {
+      if (!lacks(i[k])) continue;
+      repeat(mesh.positions, i[k]);
+      repeat(mesh.texcoords[0], i[k]);
+      repeat(mesh.colors, i[k]);
+      mesh.normals.push_back(length(normal) > 0 ? V3f(normalize(normal)) : kAnyNormal);
+      i[k] = std::uint32_t(mesh.positions.size() - 1);
+    }
+  }
+  // Nothing names the others any more.
+  std::replace(mesh.normals.begin(), mesh.normals.end(), V3f(0, 0, 0), kAnyNormal);
+  return ok_status();
+}
+
 }  // namespace
 
-Status check_mesh(TriangleMesh& mesh) {
+Status check_mesh(TriangleMesh& mesh, MemoryBudget& budget) {
   const std::size_t n = mesh.positions.size();
   for (std::size_t i = 0; i < mesh.indices.size(); ++i)
     if (mesh.indices[i] >= n)
@@ -43,7 +76,7 @@ Status check_mesh(TriangleMesh& mesh) {
   if (mesh.normals.size() != n) mesh.normals.clear();
   for (V3f& normal : mesh.normals) {
     const V3f unit = is_finite(normal) ? normalize_any(normal) : V3f(0, 0, 0);
-    normal = length_squared(unit) > 0.5f ? unit : V3f(0, 0, 1);
+    normal = length_squared(unit) > 0.5f ? unit : V3f(0, 0, 0);
   }
   if (mesh.colors.size() != n) mesh.colors.clear();
   if (Status s = check_colors(mesh.colors, "vertex"); !s.ok()) return s;
@@ -51,7 +84,7 @@ Status check_mesh(TriangleMesh& mesh) {
   if (uvs.size() != n) uvs.clear();
   for (V2f& uv : uvs)
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = V2f(0, 0);
-  return ok_status();
+  return mesh.normals.empty() ? ok_status() : give_face_normals(mesh, budget);
 }
 
 Status color_faces(TriangleMesh& mesh, const std::vector<V4f>& colors, MemoryBudget& budget) {
@@ -62,8 +95,7 @@ Status color_faces(TriangleMesh& mesh, const std::vector<V4f>& colors, MemoryBud
                  ""};
   }
   if (Status s = check_colors(colors, "triangle"); !s.ok()) return s;
-  constexpr std::uint64_t kCorner = sizeof(V3f) * 2 + sizeof(V2f) + sizeof(V4f);
-  if (Status s = budget.reserve(mesh.indices.size(), kCorner, ""); !s.ok()) return s;
+  if (Status s = budget.reserve(mesh.indices.size(), kVertexBytes, ""); !s.ok()) return s;
   spread(mesh.positions, mesh.indices);
   spread(mesh.normals, mesh.indices);
   spread(mesh.texcoords[0], mesh.indices);
@@ -89,7 +121,7 @@ void add_vertex_normals(TriangleMesh& mesh) {
     }
   }
   mesh.normals.clear();
-  for (const V3d& sum : sums) mesh.normals.push_back(length(sum) > 0 ? V3f(normalize(sum)) : V3f(0, 0, 1));
+  for (const V3d& sum : sums) mesh.normals.push_back(length(sum) > 0 ? V3f(normalize(sum)) : kAnyNormal);
 }
 
 }  // namespace helio::mitsuba

@@ -24,8 +24,9 @@ Result<TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, MemoryBudget
 Result<TriangleMesh> parse_serialized(std::span<const std::uint8_t> bytes, int shape_index, MemoryBudget& budget);
 
 // What every mesh goes through: indices in range, finite positions, normals of unit length (all or none), colours
-// in [0, 1] (all or none). Meshes may hold triangles without area.
-Status check_mesh(TriangleMesh& mesh);
+// in [0, 1] (all or none). Corners whose normal has no direction get a vertex of their own with their triangle's
+// normal. Meshes may hold triangles without area.
+Status check_mesh(TriangleMesh& mesh, MemoryBudget& budget);
 
 // Gives every triangle three vertices of its own in its colour, which must lie in [0, 1]. Errors: invalid_argument,
 // resource_exhausted.

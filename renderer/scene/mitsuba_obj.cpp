@@ -103,7 +103,7 @@ class ObjParser {
     const auto [found, added] = vertices_.try_emplace(corner, std::uint32_t(mesh_.positions.size()));
     if (!added) return found->second;
     mesh_.positions.push_back(positions_[std::size_t(corner[0])]);
-    // Faces without texture coordinates or normals beside others that have them count as (0, 0) and as flat.
+    // Corners without texture coordinates or normals beside others that have them: (0, 0), and flat (check_mesh).
     mesh_.texcoords[0].push_back(corner[1] < 0 ? V2f(0, 0) : uvs_[std::size_t(corner[1])]);
     mesh_.normals.push_back(corner[2] < 0 ? V3f(0, 0, 0) : normals_[std::size_t(corner[2])]);
     has_uvs_ |= corner[1] >= 0;

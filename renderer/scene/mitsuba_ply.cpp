@@ -192,6 +192,7 @@ class PlyParser {
         double count = 1, value = 0;
         if (p.list && !read_number(p.count_type, count)) return false;
         if (!(count >= 0) || count > double(text_.size() - at_)) return fail("a list is longer than the file");
+        if (p.list && !reserve_list(std::uint64_t(count), colored)) return false;
         for (std::uint64_t k = 0; k < std::uint64_t(count); ++k) {
           if (!read_number(p.type, value)) return false;
           if (p.list) list.push_back(value);
@@ -214,6 +215,15 @@ class PlyParser {
         face_colors_->insert(face_colors_->end(), mesh_.indices.size() / 3 - triangles_before, color);
     }
     return true;
+  }
+
+  // Beyond the triangle that has been reserved with its face: what the list itself takes, and what it makes.
+  bool reserve_list(std::uint64_t count, bool colored) {
+    constexpr std::uint64_t kUsual = 4;
+    if (count <= kUsual) return true;
+    Status s = budget_.reserve(count - kUsual, colored ? 36 : 20, "");
+    if (!s.ok()) refused_ = s.error();
+    return s.ok();
   }
 
   static int vertex_slot(const std::string& name) {

@@ -15,10 +15,15 @@ namespace helio::mitsuba {
 
 namespace {
 
+constexpr double kNearestFocus = 1e-12, kFarthestFocus = 1e12;
+// Scales apart by less are rounded numbers of a file.
+constexpr double kAlike = 1e-4;
+
 struct FilmSize {
-  int width = 768, height = 576;  // Mitsuba's defaults
-  PixelRect crop;                 // empty: all of it
-  std::optional<PixelFilter> filter;
+  // Mitsuba's defaults.
+  int width = 768, height = 576;
+  PixelRect crop;  // empty: all of it
+  PixelFilter filter{PixelFilterKind::gaussian, default_pixel_filter_scale(PixelFilterKind::gaussian)};
   double aspect() const { return double(width) / height; }
 };
 
@@ -36,32 +41,30 @@ FilmSize read_film(const Plugin& sensor, LoadContext& context) {
   const int wide = film.integer("crop_width", size.width - left, 1, size.width - left);
   const int high = film.integer("crop_height", size.height - top, 1, size.height - top);
   if (wide < size.width || high < size.height) size.crop = {left, top, left + wide, top + high};
-  size.filter = {PixelFilterKind::gaussian,
-                 default_pixel_filter_scale(PixelFilterKind::gaussian)};  // Mitsuba's default
   for (const Element* filter : film.children("rfilter")) {
     const Plugin p = film.other(*filter);
     if (filter->type == "tent") {
       size.filter = {PixelFilterKind::tent, p.number("radius", 1, {0, kMaxPixelFilterScale, true})};
     } else if (filter->type == "gaussian") {
       size.filter = {PixelFilterKind::gaussian, p.number("stddev", 0.5, {0, kMaxPixelFilterScale, true})};
+    } else if (filter->type == "box") {
+      size.filter = PixelFilter{};
+      // Of 0.5 and 0.6; a box of any other size stays unread.
+      for (const Element& child : filter->children)
+        if (child.name == "radius" && parse_numbers(child.attribute("value")) == std::vector<double>{0.5})
+          p.number("radius", 0.5);
     } else {
       for (const char* key : {"radius", "lobes", "B", "C"}) p.number(key, 0);
       size.filter = PixelFilter{};
-      if (filter->type != "box")
-        film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
+      film.warn("asks for the reconstruction filter " + filter->type + ": pixels are box-filtered");
     }
   }
-  if (film.boolean("sample_border", false) && size.filter->kind != PixelFilterKind::box)
+  if (film.boolean("sample_border", false) && size.filter.kind != PixelFilterKind::box)
     context.diagnostics.notice(film.place() + ": " + film.label() +
                                " has sample_border: here pixels along the edges are means over that part of their "
                                "filter that lies on the film");
   context.diagnostics.notice(fmt::format("the file's film has {} x {} pixels", size.width, size.height));
   return size;
-}
-
-bool mirrors(const M44d& m) {
-  const V3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
-  return dot(cross(x, y), z) < 0;
 }
 
 struct Depths {
@@ -156,11 +159,18 @@ void read_sensor(const Element& element, LoadContext& context) {
     camera.projection = Projection::orthographic;
     // The film is 2 wide, before the transform's scale along x.
     const double scale = length(V3d(to_world[0][0], to_world[0][1], to_world[0][2]));
+    const double scale_y = length(V3d(to_world[1][0], to_world[1][1], to_world[1][2]));
     camera.half_height = scale / film.aspect();
-    if (!(camera.half_height > 0)) plugin.fail("has a transform without extent along x");
+    if (!(camera.half_height > 0))
+      plugin.fail("has a transform without extent along x");
+    else if (!(std::abs(scale_y / scale - 1) <= kAlike))
+      plugin.fail(fmt::format("has a transform that scales x by {} and y by {}, allowed: both alike", scale, scale_y),
+                  ErrorCode::unimplemented);
   } else {
     camera.vertical_fov = vertical_fov(plugin, film.aspect());
-    const double focus = plugin.number("focus_distance", 1, {0, 1e12, true});
+    // Mitsuba's default is the far plane.
+    const double focus = plugin.number("focus_distance", std::clamp(clip.far_clip, kNearestFocus, kFarthestFocus),
+                                       {0, kFarthestFocus, true});
     if (type == "thinlens") {
       camera.lens_radius = plugin.number("aperture_radius", 0, {0, 1e12});
       camera.focus_distance = focus;

@@ -7,6 +7,7 @@
 #include "renderer/scene/mitsuba_meshes.h"
 #include "renderer/scene/mitsuba_primitives.h"
 #include "renderer/scene/mitsuba_textures.h"
+#include "renderer/scene/mitsuba_transform.h"
 
 namespace helio::mitsuba {
 
@@ -18,12 +19,22 @@ bool is_mesh_file(const std::string& type) {
   return type == "obj" || type == "ply" || type == "serialized";
 }
 
-// Flat shading: every triangle its own vertices would do; without normals our meshes are flat already.
-void set_shading(const Plugin& plugin, TriangleMesh& mesh) {
-  if (plugin.boolean("face_normals", false))
-    mesh.normals.clear();
-  else if (mesh.normals.empty())
-    add_vertex_normals(mesh);
+// Flat shading: every triangle its own vertices would do; without normals our meshes are flat already. As in Mitsuba
+// 3.9.1 the normals of the file tell the front; without them the triangles as they are placed do, so that mirroring
+// turns it.
+void set_shading(const Plugin& plugin, bool mirrored, TriangleMesh& mesh) {
+  const bool flat = plugin.boolean("face_normals", false);
+  if (flat) mesh.normals.clear();
+  const bool own_normals = !mesh.normals.empty();
+  if (!flat && !own_normals) add_vertex_normals(mesh);
+  if (mirrored && !own_normals) flip(mesh);
+}
+
+// Of a shape that shines.
+void warn_about_opacity(const Plugin& plugin, const Material& m) {
+  if (m.alpha_mode == AlphaMode::opaque || (m.base_alpha == 1 && !m.opacity_texture.present())) return;
+  plugin.warn(m.base_alpha > 0 ? "shines by the opacity of its bsdf, where Mitsuba 3 has its emission in full"
+                               : "does not shine, as its bsdf lets all light pass; in Mitsuba 3 it does");
 }
 
 }  // namespace
@@ -54,6 +65,7 @@ ShapeReader::Placed ShapeReader::read_object(const Element& element) {
   const int index = int(context_.scene.materials.size());
   fill(plugin, material, object, placed.to_world);
   check_attribute(plugin, object);
+  check_coordinates(plugin, material, object);
   if (object.meshes.empty() && object.spheres.empty()) return placed;
   for (TriangleMesh& mesh : object.meshes) mesh.material = index;
   for (Sphere& sphere : object.spheres) sphere.material = index;
@@ -99,13 +111,29 @@ Material ShapeReader::read_material(const Plugin& plugin) {
   const ColorOrTexture radiance = read_color(emitter, "radiance", Rgb(1, 1, 1), SpectrumUse::emission, context_);
   material.emission = radiance.color;
   material.emission_texture = radiance.texture;
+  warn_about_opacity(plugin, material);
   return material;
 }
 
-bool ShapeReader::is_bumped(const Material& m) const {
-  if (m.model != MaterialModel::blend) return m.bump_texture.present();
-  return m.bump_texture.present() || is_bumped(context_.scene.materials[std::size_t(m.blend.first)]) ||
-         is_bumped(context_.scene.materials[std::size_t(m.blend.second)]);
+template <class Has>
+bool ShapeReader::any_part(const Material& m, const Has& has) const {
+  if (has(m)) return true;
+  if (m.model != MaterialModel::blend) return false;
+  return any_part(context_.scene.materials[std::size_t(m.blend.first)], has) ||
+         any_part(context_.scene.materials[std::size_t(m.blend.second)], has);
+}
+
+bool ShapeReader::is_bumped(const Material& material) const {
+  return any_part(material, [](const Material& m) { return m.bump_texture.present(); });
+}
+
+void ShapeReader::check_coordinates(const Plugin& plugin, const Material& material, const Object& object) const {
+  const bool bare = std::any_of(object.meshes.begin(), object.meshes.end(),
+                                [](const TriangleMesh& mesh) { return mesh.texcoords[0].empty(); });
+  if (bare && any_part(material, [](const Material& m) { return has_any_texture(m); }))
+    plugin.warn(
+        "has textures but no texture coordinates: all of it shows what they have at (0, 0), where Mitsuba 3 gives "
+        "every triangle coordinates of its own");
 }
 
 void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
@@ -124,7 +152,7 @@ void ShapeReader::fill(const Plugin& plugin, const Material& material, Object& o
     if (!(length(p1 - p0) > 0)) return plugin.fail("has p0 equal to p1");
     mesh = cylinder_mesh(p0, p1, radius);
   } else if (is_mesh_file(type)) {
-    read_mesh_file(plugin, mesh);
+    read_mesh_file(plugin, mirrors(to_world), mesh);
   } else {
     return plugin.fail(std::string("is not supported; shapes that are: ") + kShapes, ErrorCode::unimplemented);
   }
@@ -146,7 +174,7 @@ void ShapeReader::keep_primitive(const Plugin& plugin, TriangleMesh mesh, Object
   object.meshes.push_back(std::move(mesh));
 }
 
-void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
+void ShapeReader::read_mesh_file(const Plugin& plugin, bool mirrored, TriangleMesh& mesh) {
   Result<FoundFile> file =
       find_file(context_.document, context_.source, plugin.text("filename", ""), context_.budget);
   if (!file.ok()) return context_.diagnostics.fail(plugin.place(), file.error());
@@ -161,12 +189,12 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
     context_.diagnostics.fail(plugin.place(), error);
   };
   if (!parsed.ok()) return refuse(parsed.error());
-  if (Status s = check_mesh(*parsed); !s.ok()) return refuse(s.error());
+  if (Status s = check_mesh(*parsed, context_.budget); !s.ok()) return refuse(s.error());
   mesh = std::move(*parsed);
   // Texture coordinates of OBJ files grow upwards.
   if (plugin.boolean("flip_tex_coords", type == "obj"))
     for (V2f& uv : mesh.texcoords[0]) uv.y = 1 - uv.y;
-  set_shading(plugin, mesh);
+  set_shading(plugin, mirrored, mesh);
   if (face_colors.empty()) return;
   if (Status s = color_faces(mesh, face_colors, context_.budget); !s.ok()) refuse(s.error());
 }
@@ -176,7 +204,8 @@ void ShapeReader::read_mesh_file(const Plugin& plugin, TriangleMesh& mesh) {
 void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world) {
   const V3d center = plugin.vector("center", {0, 0, 0});
   const double radius = plugin.number("radius", 1, {0, 1e12, true});
-  if (plugin.boolean("flip_normals", false)) {  // ours face outwards
+  // Ours face outwards; those of Mitsuba 3.9.1 turn inside out where they are mirrored.
+  if (plugin.boolean("flip_normals", false) != mirrors(to_world)) {
     const bool shines = luminance(material.emission) > 0;
     TriangleMesh mesh = sphere_mesh(center, radius, shines ? kLampSegments : kSegments);
     flip(mesh);
@@ -199,6 +228,7 @@ void ShapeReader::read_instance(const Plugin& plugin) {
   if (added) {
     const Plugin group = plugin.other(*shapes.front());
     for (const Element* member : group.children("shape")) {
+      if (context_.diagnostics.crowded()) return;
       if (member->type == "instance" || member->type == "shapegroup")
         group.other(*member).fail("inside of a shapegroup is not allowed");
       else

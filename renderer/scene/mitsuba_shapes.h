@@ -20,11 +20,15 @@ class ShapeReader {
   Placed read_object(const Element& element);
   void fill(const Plugin& plugin, const Material& material, Object& object, M44d& to_world);
   void keep_primitive(const Plugin& plugin, TriangleMesh mesh, Object& object);
-  void read_mesh_file(const Plugin& plugin, TriangleMesh& mesh);
+  void read_mesh_file(const Plugin& plugin, bool mirrored, TriangleMesh& mesh);
   void read_sphere(const Plugin& plugin, const Material& material, Object& object, M44d& to_world);
   void read_instance(const Plugin& plugin);
   Material read_material(const Plugin& plugin);
+  // Whether the material or a part that it blends is such a one.
+  template <class Has>
+  bool any_part(const Material& material, const Has& has) const;
   bool is_bumped(const Material& material) const;
+  void check_coordinates(const Plugin& plugin, const Material& material, const Object& object) const;
   std::string attribute_of(const Plugin& plugin) const;
   void check_attribute(const Plugin& plugin, const Object& object);
   void add_instance(const Plugin& plugin, const Placed& placed);

@@ -1,5 +1,7 @@
 #include "renderer/scene/mitsuba_textures.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cstring>
 #include <utility>
 
@@ -28,13 +30,24 @@ int add_image(Image image, LoadContext& context) {
   return int(context.scene.images.size()) - 1;
 }
 
+// Of 0.5 and 0.6: 1 is raw, -1 what the image says.
+double read_gamma(const Plugin& plugin) {
+  const double gamma = plugin.number("gamma", -1);
+  if (gamma != 1 && gamma != -1)
+    plugin.warn(
+        fmt::format("has gamma {}, which is ignored; allowed: 1 (raw), -1 (as the image's format has it)", gamma));
+  return gamma;
+}
+
 TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
   TextureSlot slot;
   slot.image = load_image(plugin, plugin.text("filename", ""), context);
   const std::string filter = plugin.text("filter_type", "bilinear");
   if (filter == "nearest")
     slot.filter = FilterMode::nearest;
-  else if (filter != "bilinear" && filter != "trilinear" && filter != "ewa")
+  else if (filter == "trilinear" || filter == "ewa")  // of 0.5 and 0.6
+    plugin.warn("has filter_type \"" + filter + "\": lookups are bilinear, or mip where the session asks for it");
+  else if (filter != "bilinear")
     plugin.fail("has filter_type \"" + filter + "\", allowed: bilinear, nearest");
   const std::string wrap = plugin.text("wrap_mode", "repeat");
   if (wrap == "clamp")
@@ -46,7 +59,7 @@ TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
   slot.uv_transform = uv_rows(plugin.transform("to_uv"));
   plugin.text("format", "");      // how Mitsuba keeps the texels
   plugin.boolean("accel", true);  // and looks them up
-  const bool raw = plugin.boolean("raw", false) || plugin.number("gamma", 0) == 1;
+  const bool raw = plugin.boolean("raw", false) || read_gamma(plugin) == 1;
   if (slot.image >= 0) {
     const TexelFormat format = context.scene.images[std::size_t(slot.image)].format;
     const bool integer = format == TexelFormat::u8 || format == TexelFormat::u16;

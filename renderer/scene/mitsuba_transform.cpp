@@ -131,6 +131,11 @@ M44d read_transform(const Element& element, Diagnostics& diagnostics) {
   return all;
 }
 
+bool mirrors(const M44d& m) {
+  const V3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
+  return dot(cross(x, y), z) < 0;
+}
+
 M44d camera_to_world(const M44d& mitsuba_to_world) {
   M44d turn;
   turn.setScale(V3d(-1, 1, -1));

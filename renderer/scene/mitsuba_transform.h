@@ -13,6 +13,8 @@ std::optional<V3d> vector_of(const Element& element, double missing);
 // Row vectors. Degenerate or malformed steps are reported; the identity stands for them.
 M44d read_transform(const Element& element, Diagnostics& diagnostics);
 
+bool mirrors(const M44d& to_world);
+
 // Mitsuba's cameras look along +z with +x to the left; ours along -z with +x to the right.
 M44d camera_to_world(const M44d& mitsuba_to_world);
 

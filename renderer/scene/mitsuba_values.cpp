@@ -88,10 +88,10 @@ int Plugin::integer(const char* name, int fallback, int low, int high) const {
 bool Plugin::boolean(const char* name, bool fallback) const {
   const Element* e = find(name);
   if (!e) return fallback;
-  const std::string& value = e->attribute("value");
+  const std::string value = lower_case(e->attribute("value"));
   if (e->tag == "boolean" && (value == "true" || value == "false")) return value == "true";
   diagnostics_->fail(e->place, fmt::format("{} of {} is <{} value=\"{}\">, allowed: <boolean> true or false", name,
-                                           label(), e->tag, value));
+                                           label(), e->tag, e->attribute("value")));
   return fallback;
 }
 

@@ -67,6 +67,25 @@ TEST(MitsubaLoader, LampsWithoutABsdfReflectNothing) {
   EXPECT_EQ(material(emitter + "<bsdf type='diffuse'/>").base_color, Rgb(0.5f, 0.5f, 0.5f));
 }
 
+// Alpha counts as cover here, whatever the bsdf; Mitsuba 3.9.1 shows the emission in full, that of null too.
+TEST(MitsubaLoader, LampsThatLetLightPassAreWarnedAbout) {
+  const auto warnings = [](const std::string& bsdf) {
+    return loaded("<shape type='rectangle'>\n" + bsdf + "<emitter type='area'/></shape>").report.warnings;
+  };
+  const auto mask = [](const std::string& opacity) {
+    return "<bsdf type='mask'>" + opacity + "<bsdf type='diffuse'/></bsdf>";
+  };
+  const std::string by_opacity = "s.xml:2: shape \"rectangle\" shines by the opacity of its bsdf";
+  EXPECT_TRUE(mentions(warnings(mask("<float name='opacity' value='0.25'/>")), by_opacity));
+  EXPECT_TRUE(mentions(warnings(mask("<texture name='opacity' type='checkerboard'/>")), by_opacity));
+  EXPECT_TRUE(
+      mentions(warnings("<bsdf type='blendbsdf'><bsdf type='null'/><bsdf type='diffuse'/></bsdf>"), by_opacity));
+  EXPECT_TRUE(mentions(warnings("<bsdf type='null'/>"), "s.xml:2: shape \"rectangle\" does not shine"));
+  EXPECT_TRUE(warnings("<bsdf type='diffuse'/>").empty());
+  EXPECT_TRUE(warnings(mask("<float name='opacity' value='1'/>")).empty());
+  EXPECT_TRUE(loaded("<shape type='rectangle'><bsdf type='null'/></shape>").report.warnings.empty());
+}
+
 TEST(MitsubaLoader, TransformsApplyInTheOrderWritten) {
   // (1, 0, 0) scaled to (2, 0, 0), turned about z to (0, 2, 0), moved to (0, 2, 5).
   const SceneDescription s = loaded(
@@ -123,11 +142,39 @@ TEST(MitsubaLoader, FilmAndDepthsAreDefaultsOfWhoRenders) {
   EXPECT_EQ(filter("type='gaussian'><float name='stddev' value='0.7'/></rfilter>"),
             (PixelFilter{PixelFilterKind::gaussian, 0.7}));
   EXPECT_EQ(filter("type='mitchell'/>"), PixelFilter{});
+  EXPECT_EQ(loaded("<sensor type='perspective'/>").cameras[0].filter, (PixelFilter{PixelFilterKind::gaussian, 0.5}));
   const SceneDescription endless =
       loaded("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>");
   EXPECT_EQ(endless.hints.max_segments, 65535);
   EXPECT_EQ(endless.hints.roulette_from, 0);
   EXPECT_TRUE(loaded("<sensor type='perspective'/>").cameras[0].crop.empty());
+}
+
+// Mitsuba 3 has one box, half a pixel on each side.
+TEST(MitsubaLoader, BoxesOfOtherSizesAreUnread) {
+  const auto unread = [](const std::string& inner) {
+    const SceneDescription s = loaded(
+        "<sensor type='perspective'><film type='hdrfilm'><rfilter type='box'>" + inner + "</rfilter></film></sensor>",
+        "0.6.0");
+    EXPECT_EQ(s.cameras[0].filter, PixelFilter{});
+    return s.report.unread;
+  };
+  EXPECT_TRUE(unread("<float name='radius' value='0.5'/>").empty());
+  EXPECT_EQ(unread("<float name='radius' value='2'/>"), std::vector<std::string>{"s.xml:2: <float> radius"});
+  EXPECT_EQ(unread("<float name='B' value='0.3'/>"), std::vector<std::string>{"s.xml:2: <float> B"});
+}
+
+// As Mitsuba 3.9.1 prints it.
+TEST(MitsubaLoader, LensesFocusOnTheFarPlaneUnlessTheySayWhere) {
+  const auto focus = [](const std::string& inner) {
+    return loaded("<sensor type='thinlens'><float name='aperture_radius' value='0.1'/>" + inner + "</sensor>")
+        .cameras[0]
+        .focus_distance;
+  };
+  EXPECT_EQ(focus(""), 1e4);
+  EXPECT_EQ(focus("<float name='far_clip' value='50'/>"), 50);
+  EXPECT_EQ(focus("<float name='far_clip' value='1e30'/>"), 1e12);  // the farthest of ours
+  EXPECT_EQ(focus("<float name='far_clip' value='50'/><float name='focus_distance' value='3'/>"), 3);
 }
 
 // Mitsuba's max_depth is -1 by default, in those that trace whole paths.
@@ -328,6 +375,8 @@ TEST(MitsubaLoader, BadInputIsRefusedWithItsPlace) {
                "s.xml:2", "[0, 1]");
   expect_error("<shape type='obj'><string name='filename' value='gone.obj'/></shape>", ErrorCode::not_found, "s.xml:2", "gone.obj");
   expect_error("<shape type='cube'><bsdf type='mask'/></shape>", bad, "s.xml:2", "holds 0 bsdfs");
+  expect_error("<shape type='sphere'><boolean name='flip_normals' value='1'/></shape>", bad, "s.xml:2",
+               "true or false");
   expect_error("<include filename='s.xml'/>", bad, "s.xml:2", "includes deeper than 8");
 }
 
@@ -338,6 +387,8 @@ TEST(MitsubaLoader, PropertiesThatAreNotSupportedAreRefusedByName) {
   refused("<emitter type='spot'><texture name='texture' type='checkerboard'/></emitter>", "has a texture");
   refused("<sensor type='perspective'><float name='principal_point_offset_x' value='0.1'/></sensor>",
           "principal_point_offset_x");
+  refused("<sensor type='orthographic'><transform name='to_world'><scale x='2' y='3' z='1'/></transform></sensor>",
+          "scales x by 2 and y by 3, allowed: both alike");
   refused(
       "<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>"
       "<texture name='color1' type='checkerboard'/></texture></bsdf></shape>",
@@ -397,6 +448,22 @@ TEST(MitsubaLoader, FieldOfViewIsAlongItsAxis) {
   EXPECT_NEAR(slope("larger", 200, 100), 0.5, 1e-9);
   EXPECT_NEAR(slope("smaller", 100, 200), 2, 1e-9);
   EXPECT_NEAR(slope("larger", 100, 200), 1, 1e-9);
+  // In capitals too, as in Mitsuba 3.9.1.
+  EXPECT_NEAR(slope("X", 200, 100), 0.5, 1e-9);
+  EXPECT_NEAR(slope("Larger", 200, 100), 0.5, 1e-9);
+}
+
+// As in Mitsuba 3.9.1, which takes neither 1 nor yes.
+TEST(MitsubaLoader, SwitchesMayBeCapitals) {
+  const auto flipped = [](const std::string& value) {
+    return loaded("<shape type='rectangle'><boolean name='flip_normals' value='" + value + "'/></shape>")
+               .objects[0]
+               .meshes[0]
+               .indices != loaded("<shape type='rectangle'/>").objects[0].meshes[0].indices;
+  };
+  EXPECT_TRUE(flipped("True"));
+  EXPECT_TRUE(flipped("TRUE"));
+  EXPECT_FALSE(flipped("False"));
 }
 
 TEST(MitsubaLoader, SpotsHaveDegrees) {
@@ -438,19 +505,37 @@ TEST(MitsubaLoader, CheckerboardsBeginWithTheirFirstColour) {
   EXPECT_EQ(first("roughconductor", "alpha"), 0.75f);
 }
 
-TEST(MitsubaLoader, BitmapsAreSrgbUnlessTheyAreRaw) {
+// A rectangle that wears a bitmap of one texel as its first material.
+SceneDescription with_bitmap(const std::string& inner) {
   const std::uint8_t texel[3] = {128, 128, 128};
-  const auto encoding = [&](const std::string& inner) {
-    return loaded(
-               "<shape type='rectangle'><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>"
-               "<string name='filename' value='t.png'/>" +
-                   inner + "</texture></bsdf></shape>",
-               "3.0.0", {{"t.png", test::encode_image("png", OIIO::ImageSpec(1, 1, 3, OIIO::TypeDesc::UINT8), texel)}})
-        .materials[0]
-        .base_color_texture.encoding;
+  return loaded(
+      "<shape type='rectangle'><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>"
+      "<string name='filename' value='t.png'/>" +
+          inner + "</texture></bsdf></shape>",
+      "0.6.0", {{"t.png", test::encode_image("png", OIIO::ImageSpec(1, 1, 3, OIIO::TypeDesc::UINT8), texel)}});
+}
+
+TEST(MitsubaLoader, BitmapsAreSrgbUnlessTheyAreRaw) {
+  const auto encoding = [](const std::string& inner) {
+    return with_bitmap(inner).materials[0].base_color_texture.encoding;
   };
   EXPECT_EQ(encoding(""), TexelEncoding::srgb);
   EXPECT_EQ(encoding("<boolean name='raw' value='true'/>"), TexelEncoding::linear);
+  EXPECT_EQ(encoding("<float name='gamma' value='1'/>"), TexelEncoding::linear);
+  EXPECT_EQ(encoding("<float name='gamma' value='-1'/>"), TexelEncoding::srgb);
+  EXPECT_EQ(encoding("<float name='gamma' value='2.2'/>"), TexelEncoding::srgb);
+}
+
+// What 0.5 and 0.6 could and Mitsuba 3 cannot.
+TEST(MitsubaLoader, OldLookupsOfBitmapsAreWarnedAbout) {
+  const auto warnings = [](const std::string& inner) { return with_bitmap(inner).report.warnings; };
+  EXPECT_TRUE(mentions(warnings("<float name='gamma' value='2.2'/>"), "s.xml:2: texture \"bitmap\" has gamma 2.2"));
+  for (const char* taken : {"1", "-1"})
+    EXPECT_TRUE(warnings("<float name='gamma' value='" + std::string(taken) + "'/>").empty()) << taken;
+  for (const char* filter : {"trilinear", "ewa"})
+    EXPECT_TRUE(mentions(warnings("<string name='filter_type' value='" + std::string(filter) + "'/>"),
+                         "filter_type \"" + std::string(filter) + "\": lookups are bilinear"));
+  EXPECT_TRUE(warnings("<string name='filter_type' value='bilinear'/>").empty());
 }
 
 // Mitsuba 3 does not bring the axis of a rotation to unit length: its matrix for 40 degrees about (1, 1, 0).
@@ -533,6 +618,57 @@ TEST(MitsubaLoader, FlippedSpheresFaceInwards) {
     ASSERT_NEAR(around * std::cos(2 * std::numbers::pi * uv.x), out.x, 1e-5) << i;
     ASSERT_NEAR(around * std::sin(2 * std::numbers::pi * uv.x), out.y, 1e-5) << i;
   }
+}
+
+// Which side Mitsuba 3.9.1 shows as the front: a mirroring transform turns it where triangles alone tell it. Ours keep
+// theirs under the transform.
+TEST(MitsubaLoader, MirroredMeshesFaceAsInMitsuba) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const std::vector<NamedFile> files = {{"flat.obj", bytes_of(corners + "f 1 2 3\n")},
+                                        {"smooth.obj", bytes_of(corners + "vn 0 0 1\nf 1//1 2//1 3//1\n")}};
+  const auto up = [&](const std::string& file, const std::string& inner) {
+    const SceneDescription s =
+        loaded("<shape type='obj'><string name='filename' value='" + file + "'/>" + inner + "</shape>", "3.0.0", files);
+    const TriangleMesh& mesh = s.objects.at(0).meshes.at(0);
+    const V3f a = mesh.positions[mesh.indices[0]];
+    const float z = cross(mesh.positions[mesh.indices[1]] - a, mesh.positions[mesh.indices[2]] - a).z;
+    for (const V3f& n : mesh.normals) EXPECT_GT(n.z * z, 0) << file << inner;
+    return z > 0;
+  };
+  const std::string mirrored = "<transform name='to_world'><scale x='-1'/></transform>";
+  const std::string face_normals = "<boolean name='face_normals' value='true'/>";
+  const std::string flipped = "<boolean name='flip_normals' value='true'/>";
+  EXPECT_TRUE(up("flat.obj", ""));
+  EXPECT_FALSE(up("flat.obj", mirrored));
+  EXPECT_FALSE(up("flat.obj", mirrored + face_normals));
+  EXPECT_TRUE(up("flat.obj", mirrored + flipped));
+  EXPECT_TRUE(up("smooth.obj", mirrored));
+  EXPECT_FALSE(up("smooth.obj", mirrored + face_normals));
+  EXPECT_FALSE(up("smooth.obj", mirrored + flipped));
+  // Of a sphere, the inside is the front; ours as such face outwards.
+  const auto is_mesh = [](const std::string& inner) {
+    return loaded("<shape type='sphere'>" + inner + "</shape>").objects.at(0).spheres.empty();
+  };
+  EXPECT_TRUE(is_mesh(mirrored));
+  EXPECT_FALSE(is_mesh(mirrored + flipped));
+}
+
+// The texture is of whichever part of a bsdf; spheres and shapes of the loader's own have coordinates.
+TEST(MitsubaLoader, TexturesOnMeshesWithoutCoordinatesAreWarnedAbout) {
+  const std::vector<NamedFile> files = {
+      {"bare.obj", bytes_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")},
+      {"full.obj", bytes_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")}};
+  const auto warns = [&](const std::string& shape, const std::string& bsdf) {
+    return mentions(loaded("<shape " + shape + bsdf + "</shape>", "3.0.0", files).report.warnings,
+                    "has textures but no texture coordinates");
+  };
+  const auto obj = [](const std::string& file) { return "type='obj'><string name='filename' value='" + file + "'/>"; };
+  const std::string board = "<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'/></bsdf>";
+  EXPECT_TRUE(warns(obj("bare.obj"), board));
+  EXPECT_TRUE(warns(obj("bare.obj"), "<bsdf type='blendbsdf'>" + board + "<bsdf type='diffuse'/></bsdf>"));
+  EXPECT_FALSE(warns(obj("bare.obj"), ""));
+  EXPECT_FALSE(warns(obj("full.obj"), board));
+  EXPECT_FALSE(warns("type='sphere'>", board));
 }
 
 // Rows of images go down, texture coordinates of rectangles go up from the lower left corner: to_uv is applied to the
@@ -689,7 +825,7 @@ TEST(MitsubaMeshes, PlyColoursMustBeShares) {
   MemoryBudget budget(1 << 20);
   Result<TriangleMesh> mesh = mitsuba::parse_ply(bytes_of(text), budget, "vertex_color");
   ASSERT_TRUE(mesh.ok());
-  const Status status = mitsuba::check_mesh(*mesh);
+  const Status status = mitsuba::check_mesh(*mesh, budget);
   ASSERT_FALSE(status.ok());
   EXPECT_NE(status.error().message.find("allowed: [0, 1]"), std::string::npos);
 }
@@ -705,6 +841,25 @@ TEST(MitsubaMeshes, ObjMakesFansAndSharesCorners) {
   EXPECT_EQ(mesh->positions.size(), 7u);  // four with texture coordinates, three without
   EXPECT_EQ(mitsuba::parse_obj(bytes_of("v 0 0 0\nf 1 2 3\n"), budget).error().message,
             "line 2: a face's index is outside of what came before it");
+}
+
+// Two triangles at a right angle; of the first one corner has a normal, of the second none. Those without are as flat
+// as their triangle, also where both share a vertex.
+TEST(MitsubaMeshes, CornersWithoutANormalHaveThatOfTheirTriangle) {
+  MemoryBudget budget(1 << 20);
+  Result<TriangleMesh> mesh =
+      mitsuba::parse_obj(bytes_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0.6 0 0.8\nf 1//1 2 3\nf 1 3 4\n"), budget);
+  ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+  ASSERT_TRUE(mitsuba::check_mesh(*mesh, budget).ok());
+  ASSERT_EQ(mesh->indices.size(), 6u);
+  const V3f expected[6] = {{0.6f, 0, 0.8f}, {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}};
+  const V3f corners[6] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (std::size_t i = 0; i < 6; ++i) {
+    ASSERT_LT(mesh->indices[i], mesh->normals.size());
+    EXPECT_LT(length(mesh->normals[mesh->indices[i]] - expected[i]), 1e-6f) << i;
+    EXPECT_EQ(mesh->positions[mesh->indices[i]], corners[i]) << i;
+  }
+  for (const V3f& n : mesh->normals) EXPECT_NEAR(length(n), 1, 1e-6);
 }
 
 TEST(MitsubaMeshes, PlyReadsBothByteOrdersAndText) {
@@ -738,6 +893,22 @@ TEST(MitsubaMeshes, PlyReadsBothByteOrdersAndText) {
   std::string huge = "ply\nformat ascii 1.0\n" + head;
   huge.replace(huge.find("vertex 3"), 8, "vertex 3000000000");
   EXPECT_FALSE(mitsuba::parse_ply(bytes_of(huge), budget).ok());
+}
+
+// A face of a hundred thousand corners is a byte for each in the file, and far more in memory.
+TEST(MitsubaMeshes, PlyPolygonsCountAgainstTheBudget) {
+  const std::string head =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nelement face 1\n"
+      "property list uint uchar vertex_indices\nend_header\n";
+  const std::uint32_t corners = 100000;
+  std::string file = head + '\0';
+  file.append(reinterpret_cast<const char*>(&corners), sizeof corners);
+  file.append(corners, '\0');
+  MemoryBudget small(1 << 20), large(1 << 24);
+  const Result<TriangleMesh> refused = mitsuba::parse_ply(bytes_of(file), small);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::resource_exhausted);
+  EXPECT_TRUE(mitsuba::parse_ply(bytes_of(file), large).ok());
 }
 
 TEST(MitsubaMeshes, SerializedIsInflatedAndChecked) {
