@@ -2,6 +2,8 @@
 // bytes. tests/fuzz/corpus holds what it wrote; what fuzzing found since lies beside it.
 //
 // usage: helio_fuzz_corpus DIR
+#include <zlib.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -60,6 +62,18 @@ std::string u32(std::size_t value) {
   std::string bytes;
   for (int i = 0; i < 4; ++i) bytes += char(value >> (8 * i));
   return bytes;
+}
+
+// One triangle, stored rather than compressed, so that mutations of its numbers reach the parser.
+std::string serialized_mesh() {
+  const std::string plain = u32(0x1000) + std::string("m\0", 2) + u32(3) + u32(0) + u32(1) + u32(0) + corner_bytes() +
+                            u32(0) + u32(1) + u32(2);
+  std::string stored(compressBound(uLong(plain.size())), '\0');
+  uLongf size = uLongf(stored.size());
+  compress2(reinterpret_cast<Bytef*>(stored.data()), &size, reinterpret_cast<const Bytef*>(plain.data()),
+            uLong(plain.size()), Z_NO_COMPRESSION);
+  stored.resize(size);
+  return u32(0x0004041C) + stored + u32(0) + u32(0) + u32(1);
 }
 
 std::string glb(const json& root) {
@@ -155,6 +169,7 @@ void write_mitsuba(const std::filesystem::path& folder) {
   write(folder / "binary.ply", scene("<shape type=\"ply\"><string name=\"filename\" value=\"mesh.ply\"/></shape>") +
                                    std::string(1, '\0') + "ply\nformat binary_little_endian" + head + corner_bytes() +
                                    "\x03" + u32(0) + u32(1) + u32(2));
+  mesh("serialized", serialized_mesh());
 }
 
 // ---- messages ------------------------------------------------------------------------------------------------------
