@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/bench/render_modes.h"
 #include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
 
@@ -28,6 +29,7 @@ constexpr int kSeeds = 20, kSide = 192;
 struct Case {
   const char* scene;
   double target;  // radiance units
+  bench::ComparedMode mode = bench::kRenderModes[0];
 };
 
 constexpr Case kCases[] = {{"cornell-box", 0.02},    {"cornell-box", 0.015},    {"cornell-box", 0.012},
@@ -48,6 +50,7 @@ void run(const Case& c, RenderEngine& engine, Outcome& outcome) {
     RenderSettings settings;
     settings.width = settings.height = kSide;
     settings.seed = 500 + std::uint64_t(s);
+    c.mode.choose_in(settings);
     Budget budget;
     budget.error = target;
     budget.samples = 65536;
@@ -81,11 +84,11 @@ void run(const Case& c, RenderEngine& engine, Outcome& outcome) {
     needed += samples[std::size_t(s)] * ratio * ratio;  // error falls at least as the root of the samples
   }
   std::printf(
-      "%s at %.3f: true error over target %.3f to %.3f, %d of %d within [0.8, 1.1]; %.0f samples, %.2f x what is "
+      "%s, %s at %.3f: true error over target %.3f to %.3f, %d of %d within [0.8, 1.1]; %.0f samples, %.2f x what is "
       "needed\n",
-      c.scene, target, lowest, highest, good, kSeeds, work / kSeeds, work / needed);
-  EXPECT_GE(good, 0.75 * kSeeds) << c.scene << " " << target;
-  EXPECT_LE(work, 1.5 * needed) << c.scene << " " << target;
+      c.scene, c.mode.name, target, lowest, highest, good, kSeeds, work / kSeeds, work / needed);
+  EXPECT_GE(good, 0.75 * kSeeds) << c.scene << " " << c.mode.name << " " << target;
+  EXPECT_LE(work, 1.5 * needed) << c.scene << " " << c.mode.name << " " << target;
   outcome.good += good;
   outcome.work += work;
   outcome.needed += needed;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <string>
 
@@ -14,7 +15,7 @@ namespace helio::test {
 
 // A scene's name as part of a test's: letters, digits and underscores.
 inline std::string test_name_of(std::string scene) {
-  std::replace(scene.begin(), scene.end(), '-', '_');
+  std::replace_if(scene.begin(), scene.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
   return scene;
 }
 

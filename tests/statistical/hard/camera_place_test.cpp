@@ -33,6 +33,20 @@ TEST(CameraPlace, NarrowestAndWidestFieldsOfView) {
   }
 }
 
+// A lamp across 0.37 of the width and height of what a lens is to see.
+TEST(CameraPlace, FieldsOfViewAreAsWideAsTheySay) {
+  for (const double fov : {0.1, 1.0, 60.0, 170.0, 179.0}) {
+    const auto side = float(0.37 * std::tan(0.5 * fov * 3.14159265358979 / 180));
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0, 0, 0), Rgb(1, 1, 1))};
+    add_mesh(scene, quad({-side, -side, -1}, {2 * side, 0, 0}, {0, 2 * side, 0}, 0));
+    TraceStats stats;
+    const MeanEstimate e = seen(*build(std::move(scene)), camera_at({0, 0, 0}, {0, 0, -1}, fov), stats);
+    EXPECT_NEAR(e.mean.x, 0.37 * 0.37, 5e-4) << fov;
+    EXPECT_EQ(stats.invalid_samples, 0u);
+  }
+}
+
 // On the wall, which here is a light, and in its corners, rays start in the plane of what they may hit: they see that
 // at once (1, and less than the room reflects) or the room. No sample is invalid; the mean lies between the two.
 TEST(CameraPlace, OnALightAndInACorner) {
