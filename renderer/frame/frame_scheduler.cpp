@@ -18,8 +18,10 @@ constexpr double kLongestPlanSeconds = 1.0;
 // less than a sample, but a step too far overshoots.
 constexpr double kFastestDecay = 3.0;
 constexpr double kSmallestErrorStep = 1.0 / 32;
-// A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n.
+// A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n, n: mean count.
 constexpr double kRoundMargin = 1.02;
+// Of the first rounds n^-8, n^-4 and n^-2: all that is beyond the even counts of the pilot goes to the few noisy pixels.
+constexpr double kFirstRoundDecay = 8;
 
 // Of a time budget, what choosing between techniques may take.
 constexpr double kChoiceShare = 0.25;
@@ -121,8 +123,11 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
                                             : 0.5 * double(state.total());
   const double mean = std::max(has, state.round.mean);
   double growth = 2;
-  if (error_usable(state.measured) && state.measured_now())
-    growth = std::clamp(variance_over_target(state.measured.error) * kRoundMargin, 1 + kSmallestErrorStep, growth);
+  if (error_usable(state.measured) && state.measured_now()) {
+    const double decay = std::max(1.0, std::ldexp(kFirstRoundDecay, -int(std::min(state.round.number, 8u))));
+    const double wanted = std::pow(variance_over_target(state.measured.error) * kRoundMargin, 1 / decay);
+    growth = std::clamp(wanted, 1 + kSmallestErrorStep, growth);
+  }
   double goal = std::min(mean * growth, double(sample_limit()) / kHalves);
   if (budget_.time_s && state.sample_seconds > 0) {
     const double left = std::max(0.0, deadline_s(state) - now_s);

@@ -403,12 +403,25 @@ TEST(AdaptiveScheduler, ARoundStopsAtTheBudget) {
   FrameState state = at(8, 8);
   state.sample_seconds = 1;
   EXPECT_EQ(FrameScheduler(time, {.passes = false}, pilot_of(16)).plan_next(state, 0, 0, 16).allocate->mean, 10);
-  // The error has to come down by a tenth in variance.
+}
+
+TEST(AdaptiveScheduler, TheFirstRoundsTowardsAnErrorAreShort) {
   Budget error;
   error.error = 1;
-  const FrameState close = with_error(at(8, 8), std::sqrt(1.1), 0);
-  EXPECT_NEAR(FrameScheduler(error, {.passes = false}, pilot_of(16)).plan_next(close, 0, 0, 0).allocate->mean,
-              8 * 1.1 * 1.02, 1e-9);
+  const FrameScheduler scheduler(error, {.passes = false}, pilot_of(16));
+  // The variance has to come down to a fourth; then by a tenth.
+  EXPECT_NEAR(scheduler.plan_next(with_error(at(8, 8), 2, 0), 0, 0, 0).allocate->mean, 8 * std::pow(4 * 1.02, 0.125),
+              1e-9);
+  const double decay[] = {8, 4, 2, 1, 1};
+  for (std::uint32_t round = 1; round < std::size(decay); ++round) {
+    FrameState state = in_round(64);
+    state.round.number = round;
+    state.round.samples = state.round.measured = state.round.published = 2 * 100 * 40;
+    state = with_error(state, std::sqrt(1.1), 0);
+    EXPECT_NEAR(scheduler.plan_next(state, 0, 0, 0).allocate->mean,
+                40 * std::max(1 + 1.0 / 32, std::pow(1.1 * 1.02, 1 / decay[round])), 1e-9)
+        << round;
+  }
 }
 
 TEST(AdaptiveScheduler, LevelsOfARoundAreCutByTime) {
