@@ -180,6 +180,9 @@ class PlyParser {
       refused_ = s.error();
       return false;
     }
+    const auto corners = std::count_if(element.properties.begin(), element.properties.end(), names_corners);
+    if (face && corners > 1)
+      return fail("element face has " + std::to_string(corners) + " lists of vertices, allowed: 1");
     std::vector<double> list;
     for (std::uint64_t i = 0; i < element.count; ++i) {
       float values[8] = {};
@@ -204,7 +207,7 @@ class PlyParser {
             values[slot] = float(value);
             present |= 1u << slot;
           }
-        } else if (face && p.list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+        } else if (face && names_corners(p)) {
           if (!add_face(list)) return false;
         }
       }
@@ -217,13 +220,18 @@ class PlyParser {
     return true;
   }
 
-  // Beyond the triangle that has been reserved with its face: what the list itself takes, and what it makes.
+  // Beyond a list's first three entries and the triangle that they make, which have been reserved with the face: what
+  // the list itself takes, and further triangles with their colours.
   bool reserve_list(std::uint64_t count, bool colored) {
-    constexpr std::uint64_t kUsual = 4;
-    if (count <= kUsual) return true;
-    Status s = budget_.reserve(count - kUsual, colored ? 36 : 20, "");
+    constexpr std::uint64_t kFirst = 3;
+    if (count <= kFirst) return true;
+    Status s = budget_.reserve(count - kFirst, sizeof(double) + (colored ? 28 : 12), "");
     if (!s.ok()) refused_ = s.error();
     return s.ok();
+  }
+
+  static bool names_corners(const Property& p) {
+    return p.list && (p.name == "vertex_indices" || p.name == "vertex_index");
   }
 
   static int vertex_slot(const std::string& name) {

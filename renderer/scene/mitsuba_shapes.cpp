@@ -127,6 +127,13 @@ bool ShapeReader::is_bumped(const Material& material) const {
   return any_part(material, [](const Material& m) { return m.bump_texture.present(); });
 }
 
+bool ShapeReader::has_front(const Material& material) const {
+  return any_part(material, [](const Material& m) {
+    return m.one_sided || m.transmission > 0 || m.numbers.transmission.present() || m.bump_texture.present() ||
+           m.normal_texture.present() || (m.model == MaterialModel::blend && m.blend.by_side);
+  });
+}
+
 void ShapeReader::check_coordinates(const Plugin& plugin, const Material& material, const Object& object) const {
   const bool bare = std::any_of(object.meshes.begin(), object.meshes.end(),
                                 [](const TriangleMesh& mesh) { return mesh.texcoords[0].empty(); });
@@ -175,8 +182,7 @@ void ShapeReader::keep_primitive(const Plugin& plugin, TriangleMesh mesh, Object
 }
 
 void ShapeReader::read_mesh_file(const Plugin& plugin, bool mirrored, TriangleMesh& mesh) {
-  Result<FoundFile> file =
-      find_file(context_.document, context_.source, plugin.text("filename", ""), context_.budget);
+  Result<FoundFile> file = find_file(context_.document, context_.source, plugin.text("filename", ""), context_.budget);
   if (!file.ok()) return context_.diagnostics.fail(plugin.place(), file.error());
   const std::string& type = plugin.type();
   std::vector<V4f> face_colors;
@@ -205,8 +211,9 @@ void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Ob
   const V3d center = plugin.vector("center", {0, 0, 0});
   const double radius = plugin.number("radius", 1, {0, 1e12, true});
   // Ours face outwards; those of Mitsuba 3.9.1 turn inside out where they are mirrored.
-  if (plugin.boolean("flip_normals", false) != mirrors(to_world)) {
-    const bool shines = luminance(material.emission) > 0;
+  const bool flipped = plugin.boolean("flip_normals", false) != mirrors(to_world);
+  const bool shines = luminance(material.emission) > 0;
+  if (flipped && (shines || has_front(material))) {
     TriangleMesh mesh = sphere_mesh(center, radius, shines ? kLampSegments : kSegments);
     flip(mesh);
     return keep_primitive(plugin, std::move(mesh), object);
@@ -222,8 +229,7 @@ void ShapeReader::read_sphere(const Plugin& plugin, const Material& material, Ob
 
 void ShapeReader::read_instance(const Plugin& plugin) {
   const std::vector<const Element*> shapes = plugin.children("shape");
-  if (shapes.size() != 1 || shapes.front()->type != "shapegroup")
-    return plugin.fail("needs one <ref> to a shapegroup");
+  if (shapes.size() != 1 || shapes.front()->type != "shapegroup") return plugin.fail("needs one <ref> to a shapegroup");
   const auto [found, added] = groups_.try_emplace(shapes.front());
   if (added) {
     const Plugin group = plugin.other(*shapes.front());

@@ -28,6 +28,8 @@ class ShapeReader {
   template <class Has>
   bool any_part(const Material& material, const Has& has) const;
   bool is_bumped(const Material& material) const;
+  // Whether its sides differ.
+  bool has_front(const Material& material) const;
   void check_coordinates(const Plugin& plugin, const Material& material, const Object& object) const;
   std::string attribute_of(const Plugin& plugin) const;
   void check_attribute(const Plugin& plugin, const Object& object);

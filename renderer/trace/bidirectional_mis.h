@@ -168,10 +168,10 @@ inline double weight_of_merging(const MisState& camera, const MisState& light, d
 // it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being
 // the technique's own density, number of tries included. Below `rare` 0. What the path tracer cannot find at all (a
 // point light's caustic) is no noise of its picture, but missing from it: as if it were found once in a million tries.
+inline constexpr double kTriesToNever = 1e6;
 inline double path_tracer_square(double radiance, double weight, double ratio, double rare) {
-  constexpr double kNever = 1e6;
   if (!(weight > 0)) return 0;
-  const double found = ratio > 0 ? radiance / (weight * std::sqrt(ratio)) : kNever * radiance;
+  const double found = ratio > 0 ? radiance / (weight * std::sqrt(ratio)) : kTriesToNever * radiance;
   return found > rare ? radiance * found : 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "renderer/film/resolve.h"
 #include "renderer/film/splat_buffer.h"
@@ -147,7 +148,8 @@ void TechniqueProbe::finish_sweep(int sweep) {
   if (sweep == kRecall) {
     find_unknown();
   } else if (sweep == kProbePaths) {
-    if (!jobs_.empty()) rare_ = float(kRare * mean_luminance(pictures_->films[0], picture_));
+    constexpr double kMost = std::numeric_limits<float>::max();
+    if (!jobs_.empty()) rare_ = float(std::min(kRare * mean_luminance(pictures_->films[0], picture_), kMost));
   } else if (sweep == kProbeLightPaths) {
     taken_ = first_light_samples();
     choose();
@@ -232,11 +234,13 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   level /= n;
   const double scale = n * (level * level + floor);
   if (!(scale > 0) || !std::isfinite(scale)) return std::nullopt;
-  // Of a mean of one sample.
-  constexpr double kMost = 1e30;
+  // Of a mean of one sample. Sums over tiles are not to lose the errors of others beside it.
+  constexpr double kMost = 1e12;
   TileEstimate found;
   found.path.error = std::min((differences[0] * kHalves * samples_[0] + rare * unit_of_squares(rare_)) / scale, kMost);
-  if (level > kUnseen * double(rare_)) found.path.error = kMost;
+  // Mean squares are at least squared means.
+  if (level > kUnseen * double(rare_))
+    found.path.error = std::max(found.path.error, kTriesToNever * n * level * level / scale);
   found.bdpt.error = std::min(differences[1] * kHalves * taken_ / scale, kMost);
   return found;
 }
