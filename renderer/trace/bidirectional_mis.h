@@ -163,12 +163,14 @@ inline double weight_of_merging(const MisState& camera, const MisState& light, d
   return 1 / (1 + others / (counts.merging * counts.merging));
 }
 
+// Of light that the path tracer cannot find at all: as if it were found once in so many tries.
+inline constexpr double kTriesToNever = 1e6;
+
 // What the path tracer would make of a path that some technique has found, times what that brought: the mean over all
 // finds is the path tracer's mean square (the change of measure of Grittmann et al. 2022, eq. 11). `radiance` is what
 // it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being
 // the technique's own density, number of tries included. Below `rare` 0. What the path tracer cannot find at all (a
-// point light's caustic) is no noise of its picture, but missing from it: as if it were found once in a million tries.
-inline constexpr double kTriesToNever = 1e6;
+// point light's caustic) is no noise of its picture, but missing from it (kTriesToNever).
 inline double path_tracer_square(double radiance, double weight, double ratio, double rare) {
   if (!(weight > 0)) return 0;
   const double found = ratio > 0 ? radiance / (weight * std::sqrt(ratio)) : kTriesToNever * radiance;

@@ -148,8 +148,8 @@ void TechniqueProbe::finish_sweep(int sweep) {
   if (sweep == kRecall) {
     find_unknown();
   } else if (sweep == kProbePaths) {
-    constexpr double kMost = std::numeric_limits<float>::max();
-    if (!jobs_.empty()) rare_ = float(std::min(kRare * mean_luminance(pictures_->films[0], picture_), kMost));
+    constexpr double kLargestFloat = std::numeric_limits<float>::max();
+    if (!jobs_.empty()) rare_ = float(std::min(kRare * mean_luminance(pictures_->films[0], picture_), kLargestFloat));
   } else if (sweep == kProbeLightPaths) {
     taken_ = first_light_samples();
     choose();

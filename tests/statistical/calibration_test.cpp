@@ -88,13 +88,18 @@ TEST_P(Calibration, ReportedErrorIsTheTrueError) {
         const double x = p.radiance[c][i], others = (sum - x) / (kSeeds - 1);
         const double squared = (x - others) * (x - others) * (kSeeds - 1) / kSeeds;
         tile.truth += squared;
-        whole.truth += squared;
         tile.reported += double(p.variance[c][i]);
-        whole.reported += double(p.variance[c][i]);
         of_pictures[s].truth += squared;
         of_pictures[s].reported += double(p.variance[c][i]);
       }
     }
+  }
+  double least = 1e9, most = 0;
+  for (const Errors& picture : of_pictures) {
+    whole.truth += picture.truth;
+    whole.reported += picture.reported;
+    least = std::min(least, picture.ratio());
+    most = std::max(most, picture.ratio());
   }
   double lowest = 1e9, highest = 0;
   int good = 0, count = 0;
@@ -110,11 +115,6 @@ TEST_P(Calibration, ReportedErrorIsTheTrueError) {
       lowest = std::min(lowest, tile.ratio());
       highest = std::max(highest, tile.ratio());
     }
-  }
-  double least = 1e9, most = 0;
-  for (const Errors& picture : of_pictures) {
-    least = std::min(least, picture.ratio());
-    most = std::max(most, picture.ratio());
   }
   std::printf(
       "%s: reported over true error %.3f, of single pictures %.3f to %.3f; tiles %.3f to %.3f, %d of %d within "
