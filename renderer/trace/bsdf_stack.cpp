@@ -108,11 +108,6 @@ Stack::Stack(const SurfaceParams& params, bool inside)
     film_.dielectric_f0 = {std::min(1.0f, tinted.x), std::min(1.0f, tinted.y), std::min(1.0f, tinted.z)};
     film_.glass_weight = params.specular;
     base_.film = &film_;
-    if (!is_black(base_.diffuse) || !is_black(far_diffuse_)) {
-      filmed_base_.emplace(film_, base_.coat_f0, params.specular, base_.microfacet.distribution,
-                           base_.microfacet.alpha);
-      base_.filmed_base = &*filmed_base_;
-    }
   }
 }
 
@@ -140,6 +135,11 @@ Stack::Passing Stack::shared(const V3f& wi) const {
 }
 
 void Stack::look_from(const V3f& wo) {
+  if (base_.film && (!is_black(base_.diffuse) || !is_black(far_diffuse_))) {
+    filmed_base_ = FilmedBase::recent(film_, base_.coat_f0, film_.glass_weight, base_.microfacet.distribution,
+                                      base_.microfacet.alpha);
+    base_.filmed_base = &*filmed_base_;
+  }
   from_ = inside_ ? Passing{} : passing(wo);
   const float coat = coated() ? coat_ * coat_albedo(wo) : 0.0f;
   const float sheen = has_sheen() ? from_.coat * mean(sheen_) * std::min(1.0f, sheen_albedo(sheen_alpha_, wo.z)) : 0.0f;

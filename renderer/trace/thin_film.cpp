@@ -1,6 +1,7 @@
 #include "renderer/trace/thin_film.h"
 
 #include "renderer/trace/fresnel.h"
+#include "renderer/trace/recent_values.h"
 
 namespace helio {
 
@@ -17,10 +18,13 @@ Rgb spectral_response(float path_nm, const Rgb& shift) {
   constexpr float kCenter[4] = {1.6810e6f, 1.7953e6f, 2.2084e6f, 2.2399e6f};
   constexpr float kWidth[4] = {4.3278e9f, 9.3046e9f, 6.6121e9f, 4.5282e9f};
   constexpr float kNorm = 1.0685e-7f;
+  constexpr float kLeastExponent = -87;  // below it exp() is denormal, or 0
   const float phase = kTwoPi * path_nm * 1e-9f;
   const auto lobe = [&](int i, float offset) {
+    const float exponent = -kWidth[i] * phase * phase;
+    if (!(exponent > kLeastExponent)) return 0.0f;
     return kHeight[i] / kNorm * std::sqrt(kTwoPi * kWidth[i]) * std::cos(kCenter[i] * phase + offset) *
-           std::exp(-kWidth[i] * phase * phase);
+           std::exp(exponent);
   };
   const float x = lobe(0, shift.x) + lobe(3, shift.x), y = lobe(1, shift.y), z = lobe(2, shift.z);
   // CIE XYZ to linear sRGB (IEC 61966-2-1).
@@ -70,10 +74,14 @@ Rgb ThinFilm::over_opaque(const Rgb& bare, float cos_i) const {
 
 Rgb ThinFilm::mean_over_metal() const {
   constexpr int kPoints = 16;
-  Rgb covered(0, 0, 0);
-  for (int i = 0; i < kPoints; ++i) {
-    covered += thin_film_reflectance(std::sqrt((float(i) + 0.5f) / kPoints), ior, thickness, metal_f0);
-  }
+  static thread_local RecentValues<Rgb, 5> sums;
+  const Rgb covered = sums.get({ior, thickness, metal_f0.x, metal_f0.y, metal_f0.z}, [this] {
+    Rgb sum(0, 0, 0);
+    for (int i = 0; i < kPoints; ++i) {
+      sum += thin_film_reflectance(std::sqrt((float(i) + 0.5f) / kPoints), ior, thickness, metal_f0);
+    }
+    return sum;
+  });
   return mean_schlick(metal_f0) * (1 - cover) + covered * (cover / kPoints);
 }
 

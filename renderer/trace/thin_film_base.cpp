@@ -1,6 +1,7 @@
 #include "renderer/trace/thin_film_base.h"
 
 #include "renderer/trace/fresnel.h"
+#include "renderer/trace/recent_values.h"
 
 namespace helio {
 
@@ -28,6 +29,14 @@ FilmedBase::FilmedBase(const ThinFilm& film, float bare_f0, float f90, Microface
   }
   const Rgb mean = entering(mean_albedo(distribution, alpha), mean_weights(distribution, alpha));
   for (int c = 0; c < 3; ++c) per_mean_[c] = mean[c] > 0 ? 1 / mean[c] : 0.0f;
+}
+
+FilmedBase FilmedBase::recent(const ThinFilm& film, float bare_f0, float f90, MicrofacetDistribution distribution,
+                              float alpha) {
+  static thread_local RecentValues<FilmedBase, 10> bases;
+  const Rgb& f0 = film.dielectric_f0;
+  return bases.get({film.cover, film.ior, film.thickness, f0.x, f0.y, f0.z, bare_f0, f90, float(distribution), alpha},
+                   [&] { return FilmedBase(film, bare_f0, f90, distribution, alpha); });
 }
 
 Rgb FilmedBase::entering(const AlbedoTerms& terms, const CosineWeights& weights) const {

@@ -19,6 +19,10 @@ class FilmedBase {
   // KHR_materials_specular weight.
   FilmedBase(const ThinFilm& film, float bare_f0, float f90, MicrofacetDistribution distribution, float alpha);
 
+  // The same; the thread remembers the last few, for one takes microseconds to make.
+  static FilmedBase recent(const ThinFilm& film, float bare_f0, float f90, MicrofacetDistribution distribution,
+                           float alpha);
+
   // T(w), of the cosine mu in [0, 1]. In [0, 1].
   Rgb entering(float mu) const;
   // T(wi) / T_mean: 0 where nothing enters.

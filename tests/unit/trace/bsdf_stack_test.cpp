@@ -5,14 +5,17 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <map>
+#include <thread>
 
 #include "renderer/trace/bsdf_sheen.h"
 #include "renderer/trace/fresnel.h"
 #include "renderer/trace/microfacet.h"
 #include "renderer/trace/microfacet_albedo.h"
 #include "renderer/trace/thin_film.h"
+#include "renderer/trace/thin_film_base.h"
 #include "renderer/trace/warp.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
@@ -172,6 +175,59 @@ TEST(ThinFilm, MeanOverMetalIsTheIntegral) {
         }
       }
     }
+  }
+}
+
+// Films that differ in one number each, in an order in which some come again at once, some late and some never did.
+TEST(ThinFilm, WhatAThreadRemembersIsWhatAnotherWorksOut) {
+  struct Asked {
+    ThinFilm film;
+    float bare_f0 = 0.04f, f90 = 0.9f, alpha = 0.3f;
+    MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
+  };
+  Asked plain;
+  plain.film.cover = 0.7f;
+  plain.film.thickness = 400;
+  plain.film.metal_f0 = {0.9f, 0.5f, 0.2f};
+  plain.film.dielectric_f0 = {0.04f, 0.05f, 0.06f};
+  std::vector<Asked> all;
+  for (int step = 0; step < 40; ++step) {
+    for (int number = 0; number < 13; ++number) {
+      Asked asked = plain;
+      float* const numbers[] = {&asked.film.cover,
+                                &asked.film.ior,
+                                &asked.film.thickness,
+                                &asked.film.metal_f0.x,
+                                &asked.film.metal_f0.y,
+                                &asked.film.metal_f0.z,
+                                &asked.film.dielectric_f0.x,
+                                &asked.film.dielectric_f0.y,
+                                &asked.film.dielectric_f0.z,
+                                &asked.bare_f0,
+                                &asked.f90,
+                                &asked.alpha};
+      if (number < 12)
+        *numbers[number] *= 1 + 0.002f * float(step);
+      else
+        asked.distribution = step % 2 ? MicrofacetDistribution::beckmann : MicrofacetDistribution::ggx;
+      all.push_back(asked);
+    }
+  }
+  const auto answer = [](const Asked& asked) {
+    const FilmedBase base = FilmedBase::recent(asked.film, asked.bare_f0, asked.f90, asked.distribution, asked.alpha);
+    return std::array<Rgb, 3>{base.entering(0.6f), base.leaving(0.3f), asked.film.mean_over_metal()};
+  };
+  Random random(91);
+  for (int i = 0; i < 2000; ++i) {
+    const Asked& asked =
+        all[std::min(all.size() - 1, std::size_t(random.next_float() * float(i % 3 ? 40 : all.size())))];
+    const std::array<Rgb, 3> here = answer(asked);
+    std::array<Rgb, 3> elsewhere;
+    std::thread([&] { elsewhere = answer(asked); }).join();
+    const FilmedBase made(asked.film, asked.bare_f0, asked.f90, asked.distribution, asked.alpha);
+    ASSERT_EQ(here, elsewhere) << i;
+    ASSERT_EQ(here[0], made.entering(0.6f)) << i;
+    ASSERT_EQ(here[1], made.leaving(0.3f)) << i;
   }
 }
 
