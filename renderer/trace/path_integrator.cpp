@@ -25,9 +25,10 @@ void TraceStats::note_invalid(const InvalidSample& sample) {
   ++invalid_samples;
 }
 
-void TraceStats::note_invalid_splats(std::uint64_t count, const InvalidSample& sample) {
+void TraceStats::note_invalid_splat(bool finite, const InvalidSample& sample) {
   note_first(sample, *this);
-  invalid_splats += count;
+  ++invalid_splats;
+  bright_splats += finite;
 }
 
 void TraceStats::add(const TraceStats& other) {
@@ -38,6 +39,7 @@ void TraceStats::add(const TraceStats& other) {
   shadow_rays += other.shadow_rays;
   invalid_samples += other.invalid_samples;
   invalid_splats += other.invalid_splats;
+  bright_splats += other.bright_splats;
 }
 
 void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion) {

@@ -65,14 +65,15 @@ struct TraceStats {
   std::uint64_t shadow_rays = 0;  // of these
   std::uint64_t invalid_samples = 0;
   std::uint64_t invalid_splats = 0;  // of light paths: not among those
+  std::uint64_t bright_splats = 0;   // of these: finite, but more than a film holds (SplatBuffer)
   // Meaningful when invalid() > 0: the one of the lowest index, of these of the first half, then of the topmost and
   // leftmost pixel, so that it does not depend on how the work was cut.
   InvalidSample first_invalid;
 
   std::uint64_t invalid() const { return invalid_samples + invalid_splats; }
   void note_invalid(const InvalidSample& sample);
-  // That so many splats of light paths were, the first of them with this sample.
-  void note_invalid_splats(std::uint64_t count, const InvalidSample& sample);
+  // That a splat was, of a light path that goes with the sample.
+  void note_invalid_splat(bool finite, const InvalidSample& sample);
   void add(const TraceStats& other);
 };
 

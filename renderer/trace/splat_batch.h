@@ -16,7 +16,7 @@ class SplatBatch {
 
   // `sample`: that the splat's light path goes with.
   void add(const Splat& splat, const InvalidSample& sample) {
-    if (!buffer_.takes(splat)) stats_.note_invalid_splats(1, sample);
+    if (!buffer_.takes(splat)) stats_.note_invalid_splat(is_finite(splat.radiance), sample);
     splats_.push_back(splat);
     if (splats_.size() >= kMost) hand_over(0);
   }
