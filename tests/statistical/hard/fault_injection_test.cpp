@@ -123,44 +123,82 @@ TEST(FaultInjection, ASampleWithALightPathIsReplayed) {
   EXPECT_TRUE(is_finite(trace.radiance));
 }
 
-// A light path that brings the camera more than any float says is told as well, whether it goes with one sample or is
-// shared by all.
-TEST(FaultInjection, ALightPathThatIsInvalidAtTheCameraIsReplayed) {
+constexpr int kFloorSide = 16;
+
+const CameraPose kOverFloor = camera_at({0, 1, 2}, {0, 0, 0}, 40);
+
+// A floor under a point light.
+std::shared_ptr<const RenderScene> lit_floor(float intensity) {
   SceneDescription scene;
   scene.materials = {lambert(Rgb(0.5f))};
   add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
   PunctualLight light;
   light.position = {0, 0.5, 0};
-  light.intensity = Rgb(3e37f);
+  light.intensity = Rgb(intensity);
   scene.lights = {light};
-  const auto built = build(std::move(scene));
-  const CameraPose pose = camera_at({0, 1, 2}, {0, 0, 0}, 40);
-  const Camera camera(pose, 16, 16, built->origin());
+  return build(std::move(scene));
+}
+
+// One light path for each pixel of the floor's picture.
+TraceStats trace_splats(const std::shared_ptr<const RenderScene>& scene, const PathSettings& path) {
+  const Camera camera(kOverFloor, kFloorSide, kFloorSide, scene->origin());
+  FilmState state;
+  state.splats = true;
+  Film film(kFloorSide, kFloorSide, state);
+  TraceStats stats;
+  if (caches_light_vertices(path.integrator)) {
+    make_light_cache(scene, path, 1, 4, kFloorSide * kFloorSide, &camera, film, stats);
+  } else {
+    EXPECT_TRUE(trace_window(*scene, camera, path, {1, 4, 1}, film.bounds(), CancelToken(), film, stats));
+  }
+  return stats;
+}
+
+SampleTrace first_traced_again(const std::shared_ptr<const RenderScene>& scene, const PathSettings& path,
+                               const TraceStats& stats) {
+  SampleTrace trace;
+  trace.width = trace.height = kFloorSide;
+  trace.sample = stats.first_invalid;
+  const Camera camera(kOverFloor, kFloorSide, kFloorSide, scene->origin());
+  EXPECT_TRUE(trace_sample(*scene, camera, path, CancelToken(), trace));
+  return trace;
+}
+
+// A light path that brings the camera more than any float says is told as well, whether it goes with one sample or is
+// shared by all.
+TEST(FaultInjection, ALightPathThatIsInvalidAtTheCameraIsReplayed) {
+  const auto scene = lit_floor(3e37f);
   for (const Integrator integrator : {Integrator::light, Integrator::lvc}) {
     SCOPED_TRACE(to_string(integrator));
     PathSettings path;
     path.integrator = integrator;
-    FilmState state;
-    state.splats = true;
-    Film film(16, 16, state);
-    TraceStats stats;
-    if (integrator == Integrator::lvc) {
-      make_light_cache(built, path, 1, 4, 256, &camera, film, stats);
-    } else {
-      ASSERT_TRUE(trace_window(*built, camera, path, {1, 4, 1}, film.bounds(), CancelToken(), film, stats));
-    }
-    ASSERT_GT(stats.invalid_splats, 0u);
+    const TraceStats stats = trace_splats(scene, path);
+    ASSERT_GT(stats.invalid_splats, stats.bright_splats);
     EXPECT_EQ(stats.invalid_samples, 0u);
     EXPECT_EQ(stats.first_invalid.light_path > 0, integrator == Integrator::lvc);
     EXPECT_EQ(stats.first_invalid.light_paths, 256u);
-    SampleTrace trace;
-    trace.width = trace.height = 16;
-    trace.sample = stats.first_invalid;
-    ASSERT_TRUE(trace_sample(*built, camera, path, CancelToken(), trace));
+    const SampleTrace trace = first_traced_again(scene, path, stats);
     EXPECT_FALSE(trace.valid());
     const auto first = first_not_finite(trace);
     ASSERT_TRUE(first.has_value());
     EXPECT_TRUE(first->on_light_path);
+  }
+}
+
+TEST(FaultInjection, ALightPathThatIsTooBrightForTheFilmIsToldFromOneThatIsNotFinite) {
+  const auto scene = lit_floor(1e25f);
+  for (const Integrator integrator : {Integrator::light, Integrator::lvc}) {
+    SCOPED_TRACE(to_string(integrator));
+    PathSettings path;
+    path.integrator = integrator;
+    const TraceStats stats = trace_splats(scene, path);
+    ASSERT_GT(stats.bright_splats, 0u);
+    EXPECT_EQ(stats.bright_splats, stats.invalid_splats);
+    const SampleTrace trace = first_traced_again(scene, path, stats);
+    EXPECT_FALSE(trace.valid());
+    const auto first = first_not_finite(trace);
+    ASSERT_TRUE(first.has_value());
+    EXPECT_NE(first->quantity.find("more than splats can be"), std::string::npos) << first->quantity;
   }
 }
 
