@@ -156,7 +156,9 @@ TEST(TracedFrame, AThousandTinyMovesAndAZoomLeaveNoTrace) {
     CameraPose pose = kPose;
     pose.position.x += 1e-5 * (i <= 500 ? i : 1000 - i);
     const std::uint64_t revision = look_from(pose);
-    if (i % 100 == 50) ASSERT_TRUE(sink->wait_for_end(revision)) << i;  // the others are superseded at any point
+    if (i % 100 == 50) {  // the others are superseded at any point
+      ASSERT_TRUE(sink->wait_for_end(revision)) << i;
+    }
   }
   ASSERT_TRUE(sink->wait_for_end(loop.revision()));
   EXPECT_TRUE(test::same_bits(expected, **tracer.film));

@@ -99,7 +99,9 @@ TEST(FillAllocation, PixelsWithoutHistoryAreLookedAtBeforeTheyAreLeftAlone) {
       for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
           const std::uint32_t target = film.targets()->target(h, x, y);
-          if (x >= kWidth / 2) EXPECT_GE(target, std::min(mean, 4.0));
+          if (x >= kWidth / 2) {
+            EXPECT_GE(target, std::min(mean, 4.0));
+          }
           const std::uint32_t missing = target - film.attempted(h, x, y);
           add(film, h, x, y, missing, x < kWidth / 2 ? 0.05f : 0.9f, false);
         }
