@@ -133,8 +133,9 @@ inline double weight_of_light_sample(const MisState& camera, double pdf_direct, 
                                      double distance, double cos_light, double cosine, double pdf_forward,
                                      double pdf_reverse, const TechniqueCounts& counts) {
   const double hit = delta ? 0 : mis_ratio(pdf_forward, pdf_direct);
-  const double measure = light_measure(distance, delta, cos_light);
-  const double pdf_area = pdf_emission * cosine / (pdf_direct * measure);
+  // 0: a light seen exactly edge-on, whose light paths do not start that way.
+  const double direct = pdf_direct * light_measure(distance, delta, cos_light);
+  const double pdf_area = direct > 0 ? pdf_emission * cosine / direct : 0;
   return 1 / (1 + hit + camera.behind(pdf_area, pdf_reverse, counts.merging));
 }
 

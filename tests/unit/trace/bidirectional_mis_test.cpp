@@ -256,5 +256,21 @@ TEST(PathTracerSquare, CountsWhatThePathTracerLeavesOut) {
   EXPECT_GE(path_tracer_square(1e-3, 1, 0, 30), 1);
 }
 
+// No light path leaves along its light's surface: none of the techniques that begin with one could have made the path,
+// whose cosine at the light is rounded to 0.
+TEST(BidirectionalMis, ALightSeenEdgeOnIsWeighedAgainstHitsAlone) {
+  RandomPaths random;
+  for (int i = 0; i < 1000; ++i) {
+    const MadeUpPath path = random.make(2 + i % 4);
+    TechniqueCounts counts = path.counts;
+    if (i % 2) counts.merging = 3.6e9;
+    const double forward = path.vertices[1].reverse, reverse = path.vertices[1].forward;
+    const double weight =
+        weight_of_light_sample(path.camera_state(1), path.pdf_direct, 0, false, path.edges[0].distance, 0,
+                               path.edges[0].cos_to, forward, reverse, counts);
+    EXPECT_DOUBLE_EQ(weight, 1 / (1 + mis_ratio(forward, path.pdf_direct))) << i;
+  }
+}
+
 }  // namespace
 }  // namespace helio
