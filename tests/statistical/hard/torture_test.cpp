@@ -1,8 +1,8 @@
 // No NaN and no Inf: the torture set, scenes thrown together at random from what is allowed but extreme. A short run of
 // it here; HELIO_TORTURE_SAMPLES=1e9 for the long one, whose outcome tests/README.md tells, HELIO_TORTURE_FIRST for the
 // number of its first scene, so that it may be cut into several. Half of the scenes are rendered with light paths, of
-// which no splat may be NaN or Inf either. One scene in several hundred is brighter than splats may be (pixels of 1e16
-// and more): what the film leaves out there is counted.
+// which no splat may be NaN or Inf either. One scene in two thousand is brighter than splats may be (pixels of 1e16 and
+// more): what the film leaves out there is counted.
 #include <gtest/gtest.h>
 
 #include <cmath>
