@@ -17,18 +17,25 @@ __extension__ using Int128 = __int128;
 __extension__ using Unsigned128 = unsigned __int128;
 
 constexpr double kQuantum = 0x1p-60, kLargest = 0x1p55;
+constexpr std::uint32_t kFetchedAhead = 8;  // splats land on pixels far apart
 constexpr double kSquareQuantum = 0x1p-48, kLargestSquare = 0x1p79;
+
+// Of a whole number. The compiler's own conversion is a call of a library's, and most numbers are small.
+template <typename Wide>
+Wide to_wide(double whole) {
+  return std::abs(whole) < 0x1p63 ? Wide(std::int64_t(whole)) : Wide(whole);
+}
 
 // Neither depends on anything but the value.
 Int128 to_fixed(double value) {
   const double quanta = value * (1 / kQuantum);
   const double rounded = std::nearbyint(quanta);
   if (rounded == 0 && quanta != 0) return quanta > 0 ? 1 : -1;
-  return Int128(rounded);
+  return to_wide<Int128>(rounded);
 }
 Unsigned128 to_fixed_square(double value) {
   const double square = std::min(value * value, kLargestSquare);
-  return Unsigned128(std::ceil(square * (1 / kSquareQuantum)));
+  return to_wide<Unsigned128>(std::ceil(square * (1 / kSquareQuantum)));
 }
 
 // min(a + b, largest) of terms that are not negative is the same in any order.
@@ -153,6 +160,14 @@ std::uint64_t SplatBuffer::add(int half, std::span<const Splat> splats, std::uin
   for (std::size_t i = 0; i < splats.size(); ++i) {
     if (is_inside(splats[i])) order[ends[std::size_t(splats[i].y / kStripeRows)]++] = std::uint32_t(i);
   }
+  const auto fetch = [&](std::uint32_t i) {
+    const Splat& splat = splats[order[i]];
+    const char* pixel = reinterpret_cast<const char*>(&halves_[half][index(splat.x, splat.y)]);
+    for (const std::size_t at : {std::size_t(0), sizeof(Pixel) / 2, sizeof(Pixel) - 1})
+      __builtin_prefetch(pixel + at, 1);
+  };
+  const std::uint32_t inside = ends[std::size_t(stripes_)];
+  for (std::uint32_t i = 0; i < std::min(inside, kFetchedAhead); ++i) fetch(i);
   std::uint32_t next = 0;
   for (int stripe = 0; stripe < stripes_; ++stripe) {
     const std::uint32_t end = ends[std::size_t(stripe)];
@@ -160,6 +175,7 @@ std::uint64_t SplatBuffer::add(int half, std::span<const Splat> splats, std::uin
     const std::lock_guard lock(locks_[std::size_t(stripe)].mutex);
     prepare(stripe);
     for (; next < end; ++next) {
+      if (next + kFetchedAhead < inside) fetch(next + kFetchedAhead);
       const Splat& splat = splats[order[next]];
       if (add(half, splat)) continue;
       ++invalid_[index(splat.x, splat.y)];
