@@ -54,10 +54,16 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
                                task_.settings.seed) ^
                          0x13198a2eu,
                      reversed_index_);
+    const auto draw = [&](std::size_t k) {
+      const double u = unit_float(combine_hash(key, std::uint32_t(k)));
+      return std::min(std::size_t((double(k) + u) / double(count) * double(all)), all - 1);
+    };
+    constexpr std::size_t kAhead = 16;
+    for (std::size_t k = 0; k < std::min(kAhead, count); ++k) cache_.expect_vertex(draw(k));
     partners_.clear();
     for (std::size_t k = 0; k < count; ++k) {
-      const double u = unit_float(combine_hash(key, std::uint32_t(k)));
-      partners_.push_back(cache_.load(std::min(std::size_t((double(k) + u) / double(count) * double(all)), all - 1)));
+      if (k + kAhead < count) cache_.expect_vertex(draw(k + kAhead));
+      partners_.push_back(cache_.load(draw(k)));
     }
   }
 

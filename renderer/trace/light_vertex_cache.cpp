@@ -120,7 +120,11 @@ bool LightVertexCache::splat(std::size_t b, const Camera& camera, const CancelTo
   const Batch& batch = batches_[b];
   std::vector<LightVertex> vertices;
   vertices.reserve(batch.paths.size());
-  for (std::size_t k = 0; k < batch.paths.size(); ++k) vertices.push_back(load(records_[order_[batch.begin + k]]));
+  constexpr std::size_t kAhead = 16;
+  for (std::size_t k = 0; k < batch.paths.size(); ++k) {
+    if (k + kAhead < batch.paths.size()) expect_vertex(order_[batch.begin + k + kAhead]);
+    vertices.push_back(load(records_[order_[batch.begin + k]]));
+  }
   add_splats(b, numbers_of(b), vertices, batch.paths, camera, film, stats);
   return true;
 }

@@ -54,6 +54,12 @@ class LightVertexCache {
   std::size_t vertices() const { return order_.size(); }
   // The vertex as it was traced, in every bit but MisState::path_tracer. v < vertices().
   LightVertex load(std::size_t v) const;
+  // Before load(v), to have it fetched.
+  void expect_vertex(std::size_t v) const {
+    const char* record = reinterpret_cast<const char*>(&records_[v]);
+    __builtin_prefetch(record);
+    __builtin_prefetch(record + sizeof(Record) - 1);
+  }
   // Calls visit(const Record&) for those within radius() of the point.
   template <typename Function>
   void for_each_near(const V3f& point, Function&& visit) const {
