@@ -96,21 +96,22 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       watch_.joined(path, paths_.rays.rays()[ray].direction, radiance);
       watch_.ray_arrived(ray);
       group_.paths[path].radiance += radiance;
-      if (task_.squares) add_square(path, squares_of_rays_[ray]);
+      if (task_.squares) add_squares(path, squares_of_rays_[ray]);
     });
     watch_.rays_traced();
   }
 
   // The picture of squares has an end, and what lies beyond it is no less rare. A sum holds 2^32 of the largest.
-  float that_enters(double square) const {
+  Rgb that_enters(const RareSquares& squares) const {
     const double most = 0x1p-20 * SplatBuffer::most_radiance(task_.film.width(), task_.film.height());
-    return float(std::min(square / unit_of_squares(task_.rare), most));
+    const auto entering = [&](double square) { return float(std::min(square / unit_of_squares(task_.rare), most)); };
+    return {entering(squares.path), entering(squares.bdpt), 0};
   }
 
   // Of the pixel that the path is a sample of.
-  void add_square(std::uint32_t path, double square) {
+  void add_squares(std::uint32_t path, const RareSquares& squares) {
     const int x = group_.pixel_x[path], y = group_.pixel_y[path];
-    if (task_.window.contains(x, y)) squares_.push_back({x, y, Rgb(that_enters(square * counts_.light_paths))});
+    if (task_.window.contains(x, y)) squares_.push_back({x, y, that_enters(squares * counts_.light_paths)});
   }
 
   float environment_weight(int vertex, std::uint32_t i) {
@@ -120,13 +121,13 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const Ray& ray = group_.rays[i];
     const double pdf_w = lights_.pdf_w_environment(ray.origin, path.normal, ray.direction);
     const double weight = weight_of_hit(paths_.mis[i], pdf_w, lights_.pdf_emission_environment(ray.direction), counts_);
-    if (task_.squares) add_hit_square(i, lights_.environment_radiance(ray.direction), weight, pdf_w);
+    if (task_.squares) add_hit_squares(i, lights_.environment_radiance(ray.direction), weight, pdf_w);
     return float(counting(weight));
   }
 
-  void add_hit_square(std::uint32_t i, const Rgb& radiance, double weight, double pdf_direct) {
+  void add_hit_squares(std::uint32_t i, const Rgb& radiance, double weight, double pdf_direct) {
     const double brought = weight * luminance(group_.paths[i].beta * radiance);
-    add_square(i, path_tracer_square(brought, weight, 1 + pdf_direct * pdf_direct * paths_.mis[i].vcm, task_.rare));
+    add_squares(i, rare_squares(brought, weight, 1 + pdf_direct * pdf_direct * paths_.mis[i].vcm, task_.rare));
   }
 
   float emission_weight(int vertex, std::uint32_t i, std::uint32_t emitter, const Rgb& radiance, float distance,
@@ -138,7 +139,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const double pdf_area = pdf_w * std::fabs(cos_light) / (double(distance) * distance);
     const double weight =
         weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light), counts_);
-    if (task_.squares) add_hit_square(i, radiance, weight, pdf_area);
+    if (task_.squares) add_hit_squares(i, radiance, weight, pdf_area);
     return float(counting(weight));
   }
 
@@ -259,7 +260,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     if (paths_.rays.full()) trace_connections();
     if (task_.squares) {
       const double hit = light.delta ? 0 : mis_ratio(value.pdf_w, light.pdf_w);
-      squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, 1 + hit, task_.rare);
+      squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, 1 + hit, task_.rare);
     }
     watch_.shadow_ray(i, t_max, radiance);
     watch_.light_ray(i, paths_.rays.count(), counting(weight));
@@ -302,7 +303,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     if (paths_.rays.full()) trace_connections();
     if (task_.squares) {
       const double ratio = light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
-      squares_of_rays_[paths_.rays.count()] = path_tracer_square(luminance(radiance), weight, ratio, task_.rare);
+      squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, ratio, task_.rare);
     }
     watch_.connection(i, paths_.rays.count(), light, distance, counting(weight), radiance);
     paths_.rays.add_between(at.start(direction), light.start(back),
@@ -314,7 +315,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   const bool light_only_;
   const Technique* technique_;  // null: all together
   BidirectionalGroup& paths_;
-  double squares_of_rays_[ConnectionRays::kCapacity];  // by ray
+  RareSquares squares_of_rays_[ConnectionRays::kCapacity];  // by ray
   std::vector<Splat> squares_;
 };
 

@@ -114,7 +114,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
         // A light path's share of the pixel is its try's, of which there are so many.
         const double tries = counts_.light_paths, brought = luminance(splat->radiance) / tries;
         squares_of_rays_[paths_.rays.count()] =
-            path_tracer_square(brought, splat->weight, splat->path_tracer, task_.rare) * tries;
+            rare_squares(brought, splat->weight, splat->path_tracer, task_.rare) * tries;
       }
       watch_.splat(i, paths_.rays.count(), vertex, *splat);
       add_splat_ray(vertex, *splat, key, index, i, paths_.rays);
@@ -137,7 +137,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       arrivals_.push_back({at, radiance, group_.pixel_x[path], group_.pixel_y[path], reverse_bits(reversed_index_)});
       if (task_.squares)
         camera_.for_each_pixel(at.x, at.y, [&](int x, int y, double share) {
-          squares_.push_back({x, y, Rgb(Base::that_enters(squares_of_rays_[ray] * share))});
+          squares_.push_back({x, y, Base::that_enters(squares_of_rays_[ray] * share)});
         });
     });
     watch_.rays_traced();

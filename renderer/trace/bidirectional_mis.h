@@ -167,15 +167,22 @@ inline double weight_of_merging(const MisState& camera, const MisState& light, d
 // Of light that the path tracer cannot find at all: as if it were found once in so many tries.
 inline constexpr double kTriesToNever = 1e6;
 
-// What the path tracer would make of a path that some technique has found, times what that brought: the mean over all
-// finds is the path tracer's mean square (the change of measure of Grittmann et al. 2022, eq. 11). `radiance` is what
-// it brought, weighted by `weight`; `ratio`: the sum of (p_j / p)^2 over the path tracer's two techniques j, p being
-// the technique's own density, number of tries included. Below `rare` 0. What the path tracer cannot find at all (a
-// point light's caustic) is no noise of its picture, but missing from it (kTriesToNever).
-inline double path_tracer_square(double radiance, double weight, double ratio, double rare) {
-  if (!(weight > 0)) return 0;
-  const double found = ratio > 0 ? radiance / (weight * std::sqrt(ratio)) : kTriesToNever * radiance;
-  return found > rare ? radiance * found : 0;
+// What a rare find adds to the mean square of a sample, beyond that of one as bright as `rare`: each technique's own.
+struct RareSquares {
+  double path = 0, bdpt = 0;
+  RareSquares operator*(double times) const { return {path * times, bdpt * times}; }
+};
+
+// Of a path that some technique of bdpt has found, brighter than `rare` as either technique would have it. The path
+// tracer's is what it would make of the path, times what that brought: the mean over all finds is its mean square (the
+// change of measure of Grittmann et al. 2022, eq. 11). `radiance` is what it brought, weighted by `weight`; `ratio`:
+// the sum of (p_j / p)^2 over the path tracer's two techniques j, p being the technique's own density, number of tries
+// included. What the path tracer cannot find at all (a point light's caustic) is no noise of its picture, but missing
+// from it (kTriesToNever).
+inline RareSquares rare_squares(double radiance, double weight, double ratio, double rare) {
+  if (!(weight > 0)) return {};
+  const auto beyond = [&](double found) { return found > rare ? radiance * (found - rare * (rare / found)) : 0; };
+  return {beyond(ratio > 0 ? radiance / (weight * std::sqrt(ratio)) : kTriesToNever * radiance), beyond(radiance)};
 }
 
 // Pictures of such squares are kept in units of this: their finds are relative to the picture, however bright it is.

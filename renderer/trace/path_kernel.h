@@ -38,9 +38,8 @@ struct WindowTask {
   // Of those that watch alone: what becomes of the sample, and the film's size.
   // The range is that one sample, the window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
-  // run_bidirectional_kernel() alone. Of the film's size: the mean square of what the path tracer would find in a
-  // sample of each pixel, of finds with a luminance above `rare` alone (path_tracer_square()), in unit_of_squares().
-  // Null: nobody asks.
+  // run_bidirectional_kernel() alone. Of the film's size, of each pixel: rare_squares() of a sample's finds, x the path
+  // tracer's and y its own, in unit_of_squares(). Null: nobody asks.
   SplatBuffer* squares = nullptr;
   float rare = 0;
   const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own

@@ -13,7 +13,7 @@ struct SplatConnection {
   CameraConnection camera;
   Rgb radiance;       // what its light path alone would make of the pixel's, weighted; if nothing lies between
   double weight = 1;  // which that is
-  // The sum of (p_j / p)^2 over the path tracer's techniques j, p being this one's density (path_tracer_square()).
+  // The sum of (p_j / p)^2 over the path tracer's techniques j, p being this one's density (rare_squares()).
   double path_tracer = 0;
 };
 

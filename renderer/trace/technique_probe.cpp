@@ -82,6 +82,14 @@ double mean_luminance(const Film& film, const PixelRect& window) {
   return sum / double(window.area());
 }
 
+// What is known of a pixel of the small pictures.
+struct PixelFinds {
+  // Of one sample, by technique: as the halves differ, where no find counts for more than a rare one, and by what rare
+  // ones are beyond that.
+  double variances[2], rare[2];
+  double confirmed2;  // as bright as both techniques have it, squared: what one of them alone has is noise
+};
+
 FilmState probe_state(bool splats) {
   FilmState state;
   state.splats = splats;
@@ -218,30 +226,45 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   // A tile and its neighbours: a tile has few pixels in the small picture.
   const PixelRect window = intersect(small(grown(tiles_.window(t)), scale_), picture_);
   if (window.empty()) return std::nullopt;
-  double level = 0, rare = 0, differences[kTechniques] = {0, 0};
+  double level = 0;
+  std::vector<PixelFinds> pixels;
+  pixels.reserve(std::size_t(window.area()));
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
+      PixelFinds& pixel = pixels.emplace_back();
+      double means[kTechniques];
       for (int k = 0; k < kTechniques; ++k) {
         const double a = luminance(half_mean(pictures_->films[k], 0, x, y)),
                      b = luminance(half_mean(pictures_->films[k], 1, x, y));
-        differences[k] += 0.25 * (a - b) * (a - b);
-        if (k == 1) level += 0.5 * (a + b);
+        const double count = k == 0 ? samples_[0] : taken_, off = std::min(std::abs(a - b), double(rare_) / count);
+        pixel.variances[k] = 0.25 * off * off * kHalves * count;
+        means[k] = 0.5 * (a + b);
       }
-      rare += 0.5 * (double(pictures_->squares.mean(0, x, y).x) + double(pictures_->squares.mean(1, x, y).x));
+      const double confirmed = std::max(0.0, std::min(means[0], means[1]));
+      pixel.confirmed2 = confirmed * confirmed;
+      const Rgb first = pictures_->squares.mean(0, x, y), second = pictures_->squares.mean(1, x, y);
+      for (int k = 0; k < kTechniques; ++k)
+        pixel.rare[k] = 0.5 * (double(first[k]) + double(second[k])) * unit_of_squares(rare_);
+      level += means[1];
     }
   }
   const double n = double(window.area());
   level /= n;
-  const double scale = n * (level * level + floor);
+  const double scale = level * level + floor;
   if (!(scale > 0) || !std::isfinite(scale)) return std::nullopt;
+  TileEstimate found;
+  for (const PixelFinds& pixel : pixels) {
+    const double own = std::max(scale, pixel.confirmed2 + floor) * n;
+    found.path.error += (pixel.variances[0] + pixel.rare[0]) / own;
+    found.bdpt.error += (pixel.variances[1] + pixel.rare[1]) / own;
+  }
   // Of a mean of one sample. Sums over tiles are not to lose the errors of others beside it.
   constexpr double kMost = 1e12;
-  TileEstimate found;
-  found.path.error = std::min((differences[0] * kHalves * samples_[0] + rare * unit_of_squares(rare_)) / scale, kMost);
+  found.path.error = std::min(found.path.error, kMost);
+  found.bdpt.error = std::min(found.bdpt.error, kMost);
   // Mean squares are at least squared means.
   if (level > kUnseen * double(rare_))
-    found.path.error = std::max(found.path.error, kTriesToNever * n * level * level / scale);
-  found.bdpt.error = std::min(differences[1] * kHalves * taken_ / scale, kMost);
+    found.path.error = std::max(found.path.error, kTriesToNever * level * level / scale);
   return found;
 }
 

@@ -4,10 +4,13 @@
 // All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum
 // c_t, and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware
 // Multiple Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision,
-// not counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), and
-// come from differences of halves. They cannot tell of light that the path tracer finds once in a thousand samples,
-// which may be what makes its error: to it is added what it would make of such paths as the bidirectional one has found
-// (path_tracer_square()).
+// not counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), r
+// being the mean of a tile and its neighbours, or that of a pixel where both techniques show it brighter (a lamp's
+// mirror image in a dark tile). They come from differences of halves, in which no find counts for more than one that is
+// rare_: whether a picture this small has a brighter one is chance. What those add is told by the finds of the
+// bidirectional samples for both techniques (rare_squares()), so that what both find alike weighs alike, and light that
+// the path tracer finds once in a thousand samples, which may be what makes its error, is known from light paths that
+// find it always.
 //
 // The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
 // choice must be the same on every machine.

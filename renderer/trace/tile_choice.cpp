@@ -12,6 +12,8 @@ namespace {
 constexpr double kSplatShare = 0.5;
 // What a choice between tiles must gain over doing the same everywhere, for it is made from few samples a tile.
 constexpr double kLeastGain = 0.3;
+// And light paths for all tiles: they cost memory, and hold back the tiles until the picture is whole.
+constexpr double kLeastGainOfAll = 0.1;
 // By what factor one way for all tiles must beat the other for the choice to be clear.
 constexpr double kClearly = 2;
 
@@ -46,7 +48,7 @@ TileChoice choose_tiles(const std::vector<TileEstimate>& tiles) {
     product.push_back((std::max(rest, 0.0) + with * fewer) * cost);
   }
   std::size_t best = std::size_t(std::min_element(product.begin(), product.end()) - product.begin());
-  const std::size_t alike = product.back() < product.front() ? count : 0;
+  const std::size_t alike = product.back() < (1 - kLeastGainOfAll) * product.front() ? count : 0;
   if (product[best] > (1 - kLeastGain) * product[alike]) best = alike;
   TileChoice choice{std::vector<bool>(count, false), false};
   for (std::size_t k = 0; k < best; ++k) choice.on[order[k]] = true;

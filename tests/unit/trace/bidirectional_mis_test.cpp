@@ -249,11 +249,20 @@ TEST(BidirectionalMis, ExtremesGiveWeights) {
 }
 
 // What no camera path finds is worth more than any noise: a thousandth of the light weighs as an error of one.
-TEST(PathTracerSquare, CountsWhatThePathTracerLeavesOut) {
-  EXPECT_DOUBLE_EQ(path_tracer_square(2, 0.5, 4, 0), 2 * 2 / (0.5 * 2));
-  EXPECT_EQ(path_tracer_square(2, 0.5, 4, 3), 0) << "not rare";
-  EXPECT_EQ(path_tracer_square(2, 0, 4, 0), 0);
-  EXPECT_GE(path_tracer_square(1e-3, 1, 0, 30), 1);
+TEST(RareSquares, CountWhatThePathTracerLeavesOut) {
+  EXPECT_DOUBLE_EQ(rare_squares(2, 0.5, 4, 0).path, 2 * 2 / (0.5 * 2));
+  EXPECT_EQ(rare_squares(2, 0.5, 4, 3).path, 0) << "not rare";
+  EXPECT_EQ(rare_squares(2, 0, 4, 0).path, 0);
+  EXPECT_GE(rare_squares(1e-3, 1, 0, 30).path, 0.99);
+}
+
+// What is found by the path tracer's own techniques is as rare in either picture; squares begin at that of `rare`.
+TEST(RareSquares, AreAlikeWhereBothTechniquesFindAlike) {
+  const RareSquares found = rare_squares(5, 1, 1, 3);
+  EXPECT_DOUBLE_EQ(found.path, 5 * 5 - 3 * 3);
+  EXPECT_DOUBLE_EQ(found.bdpt, found.path);
+  EXPECT_EQ(rare_squares(2, 0.01, 1, 3).bdpt, 0) << "a small weight takes away what is rare";
+  EXPECT_GT(rare_squares(2, 0.01, 1, 3).path, 100);
 }
 
 // No light path leaves along its light's surface: none of the techniques that begin with one could have made the path,
