@@ -27,8 +27,8 @@ struct NamedBidirectionalScene {
 
 std::span<const NamedBidirectionalScene> bidirectional_scenes();
 
-// Two rooms before one camera: the left one is lit by a lamp in the open and glitters, the right one, a part of the
-// picture, by a lamp that is covered from below. Light paths pay in that part alone.
+// Two rooms before one camera: of the left one a screen is seen that glitters, the right one, a part of the picture, is
+// lit by a lamp that is covered from below. Light paths pay in that part alone.
 BidirectionalScene half_covered();
 
 void PrintTo(const NamedBidirectionalScene& scene, std::ostream* out);
