@@ -80,7 +80,7 @@ TextureSlot slot(int image, FilterMode filter = FilterMode::bilinear) {
 
 // Normals up to 45 degrees off, at random.
 int add_normal_map(SceneDescription& scene) {
-  return add_picture(scene, 5, [random = Random(3)](int, int) mutable {
+  return add_picture(scene, 4, [random = Random(3)](int, int) mutable {
     const float x = random.next_float() - 0.5f, y = random.next_float() - 0.5f;
     const V3f n = normalize(V3f(x, y, 0.7f));
     return std::array<float, 4>{0.5f + 0.5f * n.x, 0.5f + 0.5f * n.y, 0.5f + 0.5f * n.z, 1};
