@@ -25,22 +25,25 @@ Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
   check_id(request.scene_id(), "scene_id", problems);
   auto edits = std::make_shared<const std::vector<SceneEdit>>(read_scene_edits(request, problems));
   if (!problems.empty()) return problems.to_error();
-  // Kept until the task has run, so that the scene is not unloaded meanwhile.
+  // Kept until the task has run, so that the scene is not unloaded meanwhile; not longer, for who has the answer may
+  // unload it.
   auto base = core_.scenes.acquire(request.scene_id(), "scene_id");
   if (!base) return base.error();
-  auto scene = std::make_shared<const SceneLease>(std::move(*base));
+  auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
-  const bool taken = core_.loader.submit([outcome = outcome(), scene, edits, &core] {
+  const bool taken = core_.loader.submit([outcome = outcome(), lease, edits, &core] {
+    SceneLease scene = std::move(*lease);
     if (const Status accepting = core.check_accepting(); !accepting.ok()) {
       return outcome->fail(to_grpc_status(accepting));
     }
-    const auto edit = guarded([&] { return core.scenes.edit(*scene, *edits, outcome->cancel); });
+    const auto edit = guarded([&] { return core.scenes.edit(scene, *edits, outcome->cancel); });
+    const std::string from = scene->id.substr(0, 12);
+    scene = {};
     if (!edit) return outcome->fail(to_grpc_status(edit.error()));
     const LoadedScene& edited = *edit->scene;
     spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
-                 edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12),
-                 (*scene)->id.substr(0, 12), edited.snapshot->stats().own_bytes,
-                 edited.snapshot->stats().build_seconds);
+                 edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), from,
+                 edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
     outcome->finish(to_edit_response(edited, edit->already_loaded));
   });
   if (taken) return ok_status();

@@ -80,9 +80,11 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
   auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
   const bool taken = core_.loader.submit([outcome = outcome(), task, &core = core_] {
     const auto answer = guarded([&] { return trace(task->replay, *task->scene, core.memory, outcome->cancel); });
+    const std::string scene = task->scene->id.substr(0, 12);
+    task->scene = {};  // who has the answer may unload it
     if (!answer) return outcome->fail(to_grpc_status(answer.error()));
-    spdlog::info("sample replayed scene={} x={} y={} half={} index={}", task->scene->id.substr(0, 12),
-                 task->replay.sample.x, task->replay.sample.y, task->replay.sample.half, task->replay.sample.index);
+    spdlog::info("sample replayed scene={} x={} y={} half={} index={}", scene, task->replay.sample.x,
+                 task->replay.sample.y, task->replay.sample.half, task->replay.sample.index);
     outcome->finish(*answer);
   });
   if (taken) return ok_status();

@@ -143,6 +143,17 @@ TEST_F(EditSceneTest, BadEditsAreRefused) {
   expect_status(answer.status, StatusCode::INVALID_ARGUMENT, {"field number 15"});
 }
 
+TEST_F(EditSceneTest, TheSceneIsFreeOnceItsEditIsAnswered) {
+  start();
+  std::string scene = load_quad(0.25);
+  for (int i = 0; i < 200; ++i) {
+    const std::string next = edited(scene, {emission(1 + float(i))}).scene().scene_id();
+    const auto status = unload(scene);
+    ASSERT_TRUE(status.ok()) << "edit " << i << ": " << status.error_message();
+    scene = next;
+  }
+}
+
 TEST_F(EditSceneTest, AStreamSwitchesToTheEditedScene) {
   start();
   const std::string base = load_quad(0.25);
