@@ -14,12 +14,16 @@
 namespace helio {
 namespace {
 
-// Pixels that the solution looks at: their mean count is the picture's to half a percent.
-constexpr std::int64_t kLookedAt = 1 << 15;
+// Pixels that the solution looks at: their mean count is the picture's to one percent.
+constexpr std::int64_t kLookedAt = 1 << 13;
 
-// Samples of each half that pixels which carry nothing get at first, as far as others do; then what they have seen
-// themselves takes the place of a guess.
+// Samples of each half that pixels which carry nothing get at first, as far as others do; then what fresh samples have
+// seen takes the place of what history alone did, and what they cost is known.
 constexpr double kPilot = 4;
+
+// Of the mean count: samples that pixels which carry something get at least as long as that is less than one, so that
+// wrong history is seen to be wrong. Later DemandAllocation::kLeastShare is more.
+constexpr double kCheckedShare = 0.5 / kHalfCheckedMean;
 
 // Written as the demand of a pixel of which nothing is known; finish_sweep() knows the others' mean.
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
@@ -35,18 +39,15 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
   if (first_) film.targets()->fresh_demand_known = false;
   sweeps_ = first_ || fresh_ ? 3 : 1;
   for (std::vector<Known>& known : part_known_) known.resize(parts());
-  least_ = std::bit_floor(std::uint32_t(std::min(request.mean * kLeastShare, double(1u << 30))));
   most_ = power_of_two_below(request.mean * kMostShare);
-  fresh_least_ = std::max(least_, power_of_two_below(std::min(request.mean, kPilot)));
-  if (sweeps_ == 1) {
-    for (int h = 0; h < kHalves; ++h) solve(h);
-  }
+  for (std::uint32_t& least : fresh_least_)
+    least = power_of_two_below(std::max(request.mean * kLeastShare, std::min(request.mean, kPilot)));
+  if (sweeps_ == 1) solve();
 }
 
 FillAllocation::Sweep FillAllocation::kind(int sweep) const {
   if (sweep + 1 == sweeps_) return Sweep::assign;
-  if (sweep == 0) return Sweep::means;
-  return first_ ? Sweep::demand : Sweep::fresh_demand;
+  return sweep == 0 ? Sweep::means : Sweep::demand;
 }
 
 void FillAllocation::run(int sweep, std::size_t part) {
@@ -54,9 +55,9 @@ void FillAllocation::run(int sweep, std::size_t part) {
     case Sweep::means:
       return add_means(part);
     case Sweep::demand:
-      return find_demand(part);
-    case Sweep::fresh_demand:
-      return find_fresh_demand(part);
+      find_demand(part);
+      if (fresh_) find_fresh_demand(part);
+      return;
     case Sweep::assign:
       return assign(part);
   }
@@ -74,13 +75,10 @@ void FillAllocation::finish_sweep(int sweep) {
           total.pixels += part.pixels;
         }
         film_.targets()->usual_demand[h] = total.pixels > 0 ? float(total.sum / double(total.pixels)) : 0.0f;
-        solve(h);
       }
+      solve();
       film_.targets()->demand_known = true;
-      return;
-    case Sweep::fresh_demand:
-      for (int h = 0; h < kHalves; ++h) solve(h);
-      film_.targets()->fresh_demand_known = true;
+      film_.targets()->fresh_demand_known = fresh_;
       return;
     case Sweep::assign:
       return finish_round();
@@ -125,7 +123,7 @@ FillAllocation::Pixel FillAllocation::pixel(int h, int x, int y) const {
 
 // Fresh samples that bring the pixel to its share of `level`, a power of two; between 0 and 1 and between two powers
 // chance decides.
-std::uint32_t FillAllocation::count_of(const Pixel& pixel, double level) const {
+std::uint32_t FillAllocation::count_of(int h, const Pixel& pixel, double level) const {
   const double missing = level * pixel.demand - pixel.carried;
   std::uint32_t count = 0;
   if (missing >= 1) {
@@ -133,12 +131,25 @@ std::uint32_t FillAllocation::count_of(const Pixel& pixel, double level) const {
   } else if (missing > double(pixel.chance)) {
     count = 1;
   }
-  const std::uint32_t least = pixel.carried > 0 ? least_ : fresh_least_;
+  const double checks = request_.mean * kCheckedShare;
+  std::uint32_t least = fresh_least_[h];
+  if (pixel.carried > 0)
+    least =
+        checks >= 1 ? power_of_two_below(request_.mean * kLeastShare) : std::uint32_t(checks > double(pixel.chance));
   return std::max(std::clamp(count, least, std::max(least, most_)), pixel.has);
 }
 
-// The largest level whose mean count is not above the one asked for.
-void FillAllocation::solve(int h) {
+// What the least counts bring one half above its share the other goes without.
+void FillAllocation::solve() {
+  const double looks = double(std::min(region_.area(), kLookedAt)), share = request_.mean * looks;
+  const double used = solve(0, share);
+  solve(1, std::max(0.0, 2 * share - std::max(used, share)));
+  film_.targets()->fresh_least = fresh_least_[1];
+}
+
+// The largest level under which the pixels that are looked at get no more samples than allowed, or those that they get
+// at least. Returns how many that is.
+double FillAllocation::solve(int h, double allowed) {
   const std::int64_t area = region_.area(), looks = std::min(area, kLookedAt);
   std::vector<Pixel> pixels;
   for (std::int64_t k = 0; k < looks; ++k) {
@@ -147,16 +158,20 @@ void FillAllocation::solve(int h) {
     const std::int64_t i = looks == area ? k : std::int64_t(part * double(area));
     pixels.push_back(pixel(h, region_.x0 + int(i % region_.width()), region_.y0 + int(i / region_.width())));
   }
-  const double allowed = request_.mean * double(pixels.size());
+  const auto samples = [&](double level) {
+    double sum = 0;
+    for (const Pixel& pixel : pixels) sum += count_of(h, pixel, level);
+    return sum;
+  };
+  // One half is enough to show something.
+  if (h > 0 && request_.mean < 1 && samples(0) > allowed) fresh_least_[h] = 0;
   double low = -100, high = 100;  // log2 of the level
   for (int step = 0; step < 16; ++step) {
-    const double middle = 0.5 * (low + high), level = std::exp2(middle);
-    double sum = 0;
-    for (const Pixel& pixel : pixels) sum += count_of(pixel, level);
-    (sum <= allowed ? low : high) = middle;
+    const double middle = 0.5 * (low + high);
+    (samples(std::exp2(middle)) <= allowed ? low : high) = middle;
   }
   level_[h] = std::exp2(low);
-  film_.targets()->fresh_least = fresh_least_;
+  return samples(level_[h]);
 }
 
 void FillAllocation::assign(std::size_t part) {
@@ -164,7 +179,7 @@ void FillAllocation::assign(std::size_t part) {
   const PixelRect& w = windows_[part];
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
-      for (int x = w.x0; x < w.x1; ++x) targets.target(h, x, y) = count_of(pixel(h, x, y), level_[h]);
+      for (int x = w.x0; x < w.x1; ++x) targets.target(h, x, y) = count_of(h, pixel(h, x, y), level_[h]);
     }
   }
   note_targets(part);

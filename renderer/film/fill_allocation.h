@@ -18,7 +18,7 @@ class FillAllocation final : public DemandAllocation {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { means, demand, fresh_demand, assign };
+  enum class Sweep { means, demand, assign };
   Sweep kind(int sweep) const;
 
   struct Known {
@@ -35,12 +35,13 @@ class FillAllocation final : public DemandAllocation {
   void find_demand(std::size_t part);
   void find_fresh_demand(std::size_t part);
   void assign(std::size_t part);
-  void solve(int h);
+  void solve();
+  double solve(int h, double allowed);
   Pixel pixel(int h, int x, int y) const;
-  std::uint32_t count_of(const Pixel& pixel, double level) const;
+  std::uint32_t count_of(int h, const Pixel& pixel, double level) const;
 
-  bool first_, fresh_;  // the first round | the one that looks at pixels that carry nothing
-  std::uint32_t least_ = 0, most_ = 1, fresh_least_ = 1;
+  bool first_, fresh_;  // the first round | the one that looks at fresh samples
+  std::uint32_t most_ = 1, fresh_least_[kHalves] = {1, 1};
   double level_[kHalves] = {0, 0};  // effective samples of a pixel whose demand is 1
   std::vector<Known> part_known_[kHalves];
 };

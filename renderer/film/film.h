@@ -53,7 +53,8 @@ struct HalfPixel {
 };
 
 // First-hit features. Albedo, normal and hits are over all samples of half A; the others are those of its first sample,
-// which is what reprojection needs: one consistent surface point.
+// which is what reprojection needs: one consistent surface point. Before that sample a pixel that was carried has those
+// of its centre.
 struct PixelFeatures {
   float albedo[3] = {0, 0, 0};   // mean hemispherical reflectance of the first hit, environment: 0
   float normal[3] = {0, 0, 0};   // mean of world-space shading normals, environment: 0

@@ -145,9 +145,10 @@ double HistoryReview::take_back(const PixelRect& window) {
         if (carried.count[h] == 0) continue;
         const double n = carried.count[h], v = variance[1 - h];
         const double more = double(bias2) - double(carried.bias2);
-        const auto keep = std::uint32_t(v > 0 ? n / (1 + n * more / v) : 0.0);
-        const std::uint32_t drop = carried.count[h] - keep;
         HalfPixel& half = film_.half(h, x, y);
+        const std::uint32_t least = half.count > carried.count[h] ? 0 : 1;  // there is nothing else to show
+        const std::uint32_t keep = std::max(std::uint32_t(v > 0 ? n / (1 + n * more / v) : 0.0), least);
+        const std::uint32_t drop = carried.count[h] - keep;
         const double before = half.count;
         half.count -= drop;
         const double left = half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0;

@@ -16,11 +16,13 @@
 // picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the mean
 // count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean smooth).
 //
-// FillAllocation (ours, with history). Pixels hold N samples of earlier pictures, and get n = max(1/8 of the mean,
-// l s / sqrt(c) - N), as a power of two; l is what the round can afford. s comes from history, at once; where nothing
-// is known in 7x7 pixels, s / sqrt(c) is the geometric mean of the picture's. Once pixels that carry nothing have four
-// samples of each half, these say what s is there: edges between surfaces, which nothing is carried over, are noisier
-// than both.
+// FillAllocation (ours, with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a
+// power of two; l is what the round can afford. There is no pilot: the first round gives as many samples as there are
+// pixels to those that need them. Of pixels that carry something a share gets one all the same, a quarter of the mean
+// count as long as that is below one, the same pixels in both halves, so that wrong history is seen to be wrong; later
+// each gets 1/8 of the mean. s comes from history alone; where nothing is known in 7x7 pixels, s is the geometric mean
+// of the picture's. Once pixels that carry nothing have four samples of each half, fresh samples are looked at, once:
+// they say what c is, and s where nothing was carried, for edges between surfaces are noisier than both.
 //
 // ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
 // is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
@@ -36,6 +38,9 @@
 #include "renderer/film/sample_targets.h"
 
 namespace helio {
+
+// FillAllocation: from this mean count per half on, half of the pixels that carry something have fresh samples.
+inline constexpr double kHalfCheckedMean = 2;
 
 // Whose mean square the allocation makes small: x - r, or (x - r) / sqrt(r^2 + 1e-2 (image mean)^2), quality.md's
 // relMSE.
@@ -95,7 +100,7 @@ class SampleAllocation {
 
 // The film, which must have targets, outlives the allocation; nobody else writes to it meanwhile. `region` meets it.
 // Precondition: every pixel of the region has settings.min_samples / 2 samples of each half at the first request (with
-// `fill` one, paper none), and what the round before asked for at every later one.
+// `fill` none), and what the round before asked for at every later one.
 std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
                                                   const AllocationSettings& settings, const AllocationRequest& request);
 

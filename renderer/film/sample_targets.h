@@ -64,7 +64,7 @@ class SampleTargets {
   bool demand_known = false;
   float exponent = 1;  // bounded variant: counts follow demand to this power, [0, 1]
   // With history: demand of pixels of which nothing is known, the samples that each of these has been given at least,
-  // and whether their own samples have had their say.
+  // and whether fresh samples have had their say.
   float usual_demand[kHalves] = {0, 0};
   std::uint32_t fresh_least = 0;
   bool fresh_demand_known = false;

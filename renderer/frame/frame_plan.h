@@ -38,7 +38,7 @@ struct FramePlan {
   // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
   double deadline_s = std::numeric_limits<double>::infinity();
 
-  std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves, rounded down
+  std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves (FrameState::told())
 
   bool review = false;   // take back history that the samples contradict (passes/review.h)
   bool measure = false;  // estimate the picture's error afterwards

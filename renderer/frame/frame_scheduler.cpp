@@ -72,9 +72,8 @@ std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, d
 
 bool FrameScheduler::publication_due(const FrameState& state, double view_age_s, std::size_t backlog,
                                      double now_s) const {
-  // After one iteration of Algorithm 2 every pixel has something, though fewer than one fresh sample on average.
-  const bool shows_carried =
-      allocation_ && allocation_->paper && state.fill && state.round.number > 0 && state.round_done();
+  // After one round on top of history every pixel has something, though fewer than one fresh sample on average.
+  const bool shows_carried = allocation_ && state.fill && state.round.number > 0 && state.round_done();
   if (state.total() == 0 && !shows_carried) return false;
   if (state.republish) return true;
   if (!policy_.passes) return false;
@@ -94,12 +93,10 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
   return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
 }
 
-// With history every pixel gets one sample of each half, for its features and so that wrong history is seen to be
-// wrong; the rest is for the rounds.
+// History is one.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  if (allocation_ && state.fill && (allocation_->paper || (state.done[0] > 0 && state.done[1] > 0))) return true;
-  return allocation_ &&
-         (state.round.number > 0 || std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
+  return allocation_ && (state.fill || state.round.number > 0 ||
+                         std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
 
 // Where rounds are the algorithm's iterations: which one comes next, or is in hand.
@@ -122,13 +119,18 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   const double has = state.round.number > 0 ? double(state.round.samples) / double(kHalves * state.round.pixels)
                                             : 0.5 * double(state.total());
   const double mean = std::max(has, state.round.mean);
-  double growth = 2;
-  if (error_usable(state.measured) && state.measured_now()) {
-    const double decay = std::max(1.0, std::ldexp(kFirstRoundDecay, -int(std::min(state.round.number, 8u))));
-    const double wanted = std::pow(variance_over_target(state.measured.error) * kRoundMargin, 1 / decay);
-    growth = std::clamp(wanted, 1 + kSmallestErrorStep, growth);
+  // The first one on top of history: as many samples as there are pixels, where they are needed.
+  double goal = 1.0 / kHalves;
+  if (mean > 0) {
+    double growth = 2;
+    if (error_usable(state.measured) && state.measured_now()) {
+      const double decay = std::max(1.0, std::ldexp(kFirstRoundDecay, -int(std::min(state.round.number, 8u))));
+      const double wanted = std::pow(variance_over_target(state.measured.error) * kRoundMargin, 1 / decay);
+      growth = std::clamp(wanted, 1 + kSmallestErrorStep, growth);
+    }
+    goal = mean * growth;
   }
-  double goal = std::min(mean * growth, double(sample_limit()) / kHalves);
+  goal = std::min(goal, double(sample_limit()) / kHalves);
   if (budget_.time_s && state.sample_seconds > 0) {
     const double left = std::max(0.0, deadline_s(state) - now_s);
     goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
@@ -176,7 +178,8 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   for (int h = 0; h < kHalves; ++h) plan.target[h] = level;
   const bool ends_round = level >= top;
   const std::uint32_t iteration = paper_iteration(state);
-  plan.review = ends_round && state.carried;
+  // Of fewer pixels a single bright sample would be taken for what history lacks.
+  plan.review = ends_round && state.carried && (!state.fill || state.round.mean >= kHalfCheckedMean);
   plan.measure = ends_round && (!allocation_->paper || budget_.error || std::has_single_bit(iteration));
   return plan;
 }
@@ -199,18 +202,14 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     return plan;
   }
   if (state.reproject_due) {
-    // What it finds decides what comes next. Algorithm 2 gives pixels that came with a probability nothing at first.
-    if (allocation_ && allocation_->paper) return plan;
+    // What it finds decides what comes next: where counts fill up what is missing, most pixels get nothing at first.
+    if (allocation_) return plan;
     if (policy_.passes) plan.target[0] = 1;
     if (policy_.passes) plan.publish = state.tiles_alone ? Publish::early : Publish::round;
     plan.final = policy_.passes && sample_limit() == 1;
     return plan;
   }
 
-  if (state.done[0] == 0 && state.fill && allocation_) {
-    plan.target[0] = 1;
-    return plan;
-  }
   if (state.done[0] == 0 && policy_.passes) {
     plan.target[0] = 1;
     plan.publish = state.tiles_alone ? Publish::early : Publish::round;
@@ -257,7 +256,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
                                     double now_s) const {
   FramePlan plan;
   plan.revision = state.revision;
-  plan.mean_samples = state.round.number > 0 ? state.total() : 0;
+  plan.mean_samples = state.round.number > 0 ? state.told() : 0;
   if (const auto reason = reached(state, now_s)) {
     plan.measure = !state.measured_now() && state.done[0] > 0 && state.done[1] > 0;
     plan.publish = state.published_final ? Publish::none : Publish::round;

@@ -77,6 +77,11 @@ struct FrameState {
     return round.number == 0 ? done[0] + done[1]
                              : std::uint32_t(round.samples / std::max<std::uint64_t>(round.pixels, 1));
   }
+  // The same as it is told: of a round the mean, rounded, and not nothing where there are samples.
+  std::uint32_t told() const {
+    if (round.number == 0 || round.samples == 0 || round.pixels == 0) return total();
+    return std::max(1u, std::uint32_t((round.samples + round.pixels / 2) / round.pixels));
+  }
   // Whether the newest estimate is of all samples that there are.
   bool measured_now() const {
     return round.number == 0 ? measured.samples == total() : round.measured == round.samples;

@@ -39,7 +39,7 @@ struct FrameTile {
   FrameTag tag;
   std::uint32_t pass = 0;               // publication round within the frame
   bool final = false;                   // last publication of this tile in the frame
-  std::uint32_t samples_per_pixel = 0;  // both halves; where counts differ the picture's mean, rounded down
+  std::uint32_t samples_per_pixel = 0;  // both halves; where counts differ the picture's mean, rounded
   ResolvedTile pixels;
 };
 

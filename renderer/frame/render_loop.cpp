@@ -299,7 +299,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   FrameProgress p;
   p.tag = frame->begin.tag;
   p.seconds = now - frame->begun_s;
-  p.samples_per_pixel = state.total();
+  p.samples_per_pixel = state.told();
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
   if (transfer && !state.reproject_due && transfer->stats().samples > 0) {

@@ -67,6 +67,7 @@ struct CentreHits::Block {
   std::uint32_t slot[kMostPixels];      // of a pixel of the window, row-major: its ray
   std::optional<ShadingPoint> shading;  // of the pixel in hand; none: it looks alike from everywhere
   V3f wo;                               // local
+  PixelFeatures features;               // of the pixel in hand
   std::uint32_t key = 0;
 
   // view_change() of the pixel that asked last in a cell: others there that show the like take it over.
@@ -127,16 +128,33 @@ CentreHit CentreHits::at(int x, int y) {
   const Ray& ray = b.rays[i];
   const Hit& hit = b.hits[i];
   b.shading.reset();
+  b.features = {};
+  b.features.depth = hit.valid() ? hit.t : std::numeric_limits<float>::infinity();
+  b.features.add(Rgb(0), V3f(0), hit.valid());
   CentreHit centre;
   if (!hit.valid()) return centre;
+  b.features.primitive = hit.primitive;
+  const auto see = [&b](const Rgb& albedo, const V3f& normal) {
+    for (int c = 0; c < 3; ++c) {
+      b.features.albedo[c] = albedo[c];
+      b.features.normal[c] = normal[c];
+    }
+  };
   centre.depth = hit.t * dot(ray.direction, axis_);
   centre.instance = hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
+  b.features.instance = centre.instance;
   const auto facing = [](const Surface& s) { return s.front ? s.geometric_normal : -s.geometric_normal; };
   if (only_lambert_) {
-    const Surface surface = make_surface<true>(scene_, ray, hit);
+    Surface surface = make_surface<true>(scene_, ray, hit);
     if (!surface.material->textured) {
+      const Rgb& albedo = surface.material->params.base_color;
       centre.normal = pack_direction(facing(surface));
-      centre.albedo = pack_reflectance(surface.material->params.base_color);
+      centre.albedo = pack_reflectance(albedo);
+      surface.shading_normal = surface.geometric_normal;
+      if (surface.part->smooth || surface.material->normal_mapped)
+        interpolate_normal(scene_, hit, -ray.direction, 0.0f, surface);
+      const bool black = surface.material->one_sided && !surface.front;
+      see(black ? Rgb(0) : albedo, shading_frame(surface).n);
       return centre;
     }
   }
@@ -146,18 +164,26 @@ CentreHit CentreHits::at(int x, int y) {
   const auto cell = [](int at) { return (at & (kPathGroupSize - 1)) / Block::kCell; };
   b.cell = &b.changes[cell(y)][cell(x)];
   centre.normal = pack_direction(facing(shading.surface));
+  const SurfaceParams& params = shading.params;
+  const V3f seen = params.mapped ? shading.frame.to_world(params.map_normal) : shading.frame.n;
   if (shading.black) {
+    see(Rgb(0), seen);
     b.shading.reset();
     return centre;
   }
   // A point of a texture is not the mean over a pixel, and the mean of ratios of points not that of their means (+1.5 %
   // in Sponza): only where textures are filtered does their albedo count.
   const bool point_of_texture = shading.surface.material->textured && !scene_.mip_mapped;
-  const Rgb albedo = point_of_texture ? Rgb(1, 1, 1) : surface_albedo(shading.params, b.wo);
-  centre.albedo = pack_reflectance(albedo);
-  const SurfaceParams& params = shading.params;
-  if (params.model == LobeModel::none || (params.model == LobeModel::lambert && !params.mapped)) b.shading.reset();
+  const bool lambert = params.model == LobeModel::lambert && !params.mapped;
+  const Rgb albedo = lambert ? params.base_color : surface_albedo(params, b.wo);
+  see(albedo, seen);
+  centre.albedo = pack_reflectance(point_of_texture ? Rgb(1, 1, 1) : albedo);
+  if (params.model == LobeModel::none || lambert) b.shading.reset();
   return centre;
+}
+
+const PixelFeatures& CentreHits::features() const {
+  return block_->features;
 }
 
 bool CentreHits::depends_on_view() const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "renderer/film/film.h"
 #include "renderer/film/film_history.h"
 #include "renderer/trace/bsdf.h"
 #include "renderer/trace/camera.h"
@@ -45,6 +46,9 @@ class CentreHits {
 
   // Of the pixel, which lies in the window that was traced last. The pixel in hand from now on.
   CentreHit at(int x, int y);
+
+  // Of the pixel in hand, as a path's first hit there would have them.
+  const PixelFeatures& features() const;
 
   // Whether the surface of the pixel in hand may look different from elsewhere.
   bool depends_on_view() const;

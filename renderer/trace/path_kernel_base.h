@@ -373,7 +373,10 @@ class PathKernelBase {
             if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.
-          if (range.half == 0) add_features(features, film_first_[slot], sample == 0);
+          if (range.half != 0) continue;
+          // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
+          if (sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
+          add_features(features, film_first_[slot], sample == 0);
         }
       }
     }

@@ -421,6 +421,7 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
         const CentreHit& here = history.centre(x, y) = centres.at(x, y);
+        film_.features(x, y) = centres.features();  // until the first fresh sample has its own
         const V3d position =
             here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
         const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));

@@ -498,5 +498,60 @@ TEST(AdaptiveScheduler, ThePaperVariantBeginsAtIterationNoughtWithWhatWasCarried
   EXPECT_EQ(plan.allocate->iteration, 1u);
 }
 
+TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
+  Budget budget;
+  budget.samples = 4;
+  const FrameScheduler scheduler(budget, {.passes = true}, pilot_of(16));
+  FrameState state = at(0, 0);
+  state.reproject_due = true;
+  FramePlan plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_TRUE(plan.reproject);
+  EXPECT_EQ(plan.target[0], 0u);  // most pixels may have all that they need
+  state.reproject_due = false;
+  state.carried = true;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), first_look()) << "nearly nothing was carried";
+
+  state.fill = true;
+  state.round.pixels = 100;
+  for (const double mean : {0.5, 1.0, 2.0}) {
+    plan = scheduler.plan_next(state, 0, 0, 0);
+    ASSERT_TRUE(plan.allocate.has_value()) << mean;
+    EXPECT_TRUE(plan.allocate->fill);
+    EXPECT_EQ(plan.allocate->mean, mean);
+    state.round.number += 1;
+    state.round.mean = mean;
+    state.round.summary.top[0] = state.round.summary.top[1] = std::uint32_t(8 * mean);
+    plan = scheduler.plan_next(state, 0, 0, 0);
+    EXPECT_TRUE(plan.round);
+    EXPECT_EQ(plan.review, mean >= kHalfCheckedMean) << mean;
+    state.done[0] = state.done[1] = state.round.summary.top[0];
+    state.round.samples = std::uint64_t(200 * mean) - 1;
+    state.round.measured = state.round.samples;
+    // The first round may have given fewer samples than there are pixels, and shows what was carried with them.
+    if (mean < 1) {
+      EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).publish, Publish::round);
+    }
+    state.published = true;
+    state.round.published = state.round.samples;
+  }
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).end, FrameEndReason::samples);
+}
+
+TEST(AdaptiveScheduler, OneSampleOnTopOfHistoryIsOneRound) {
+  Budget budget;
+  budget.samples = 1;
+  FrameState state = at(0, 0);
+  state.fill = true;
+  state.round.pixels = 100;
+  const FrameScheduler scheduler(budget, {.passes = false}, pilot_of(16));
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).allocate->mean, 0.5);
+  state.round.number = 1;
+  state.round.mean = 0.5;
+  state.round.samples = 99;
+  const FramePlan plan = scheduler.plan_next(state, 0, 0, 0);
+  EXPECT_EQ(plan.end, FrameEndReason::samples);
+  EXPECT_EQ(plan.mean_samples, 1u);
+}
+
 }  // namespace
 }  // namespace helio

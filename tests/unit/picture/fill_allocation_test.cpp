@@ -67,21 +67,59 @@ TEST(FillAllocation, GivesByDeviation) {
   }
 }
 
-TEST(FillAllocation, PixelsWithoutHistoryGetAtLeastOneSample) {
+// `share` of the picture's columns, from the left, carry rich history; the mean is that of its first picture.
+Film first_round(double share) {
   Film film(kWidth, kHeight, {.targets = true, .history = true});
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth / 2; ++x) {
+    for (int x = 0; x < int(share * kWidth); ++x) {
       for (int h = 0; h < kHalves; ++h) add(film, h, x, y, 1000, 0.5f, true);
     }
   }
-  allocate(film, 0.51);
+  allocate(film, 0.5);
+  return film;
+}
+
+TEST(FillAllocation, TheFirstSamplesGoToPixelsWithoutHistory) {
+  const Film film = first_round(0.5);
   for (int h = 0; h < kHalves; ++h) {
-    EXPECT_EQ(test::mean_target(film, h, kLeft), 0);
-    EXPECT_LT(test::mean_target(film, h, kRight), 1.1);
+    // Of the others an eighth is looked at.
+    EXPECT_NEAR(test::mean_target(film, h, kLeft), 0.125, 0.04);
     for (int y = 0; y < kHeight; ++y) {
-      for (int x = kRight.x0; x < kWidth; ++x) EXPECT_GE(film.targets()->target(h, x, y), 1u);
+      for (int x = kRight.x0; x < kWidth; ++x) EXPECT_GE(film.targets()->target(h, x, y), h == 0 ? 1u : 0u);
     }
   }
+  EXPECT_NEAR(test::mean_target(film, 0, film.bounds()) + test::mean_target(film, 1, film.bounds()), 1, 0.07);
+  // Of a few, each gets as many as it may.
+  const Film mostly_known = first_round(7.0 / 8);
+  for (int h = 0; h < kHalves; ++h)
+    EXPECT_GE(test::mean_target(mostly_known, h, {kWidth * 7 / 8, 0, kWidth, kHeight}), 2);
+}
+
+TEST(FillAllocation, WithLittleHistoryTheFirstHalfComesFirst) {
+  const Film film = first_round(0.25);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth / 4; x < kWidth; ++x) EXPECT_EQ(film.targets()->target(0, x, y), 1u);
+  }
+  EXPECT_LE(test::mean_target(film, 0, film.bounds()) + test::mean_target(film, 1, film.bounds()), 1.02);
+}
+
+TEST(FillAllocation, HalfOfThePixelsIsLookedAtFromTheMeanThatSaysSo) {
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int h = 0; h < kHalves; ++h) add(film, h, x, y, 1000, x < 4 ? 2.0f : 0.1f, true);
+    }
+  }
+  allocate(film, kHalfCheckedMean);
+  std::size_t looked_at = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 16; x < kWidth; ++x) {
+      // The same pixels in both halves: only these are held against their history (film/history_review.h).
+      EXPECT_EQ(film.targets()->target(0, x, y) > 0, film.targets()->target(1, x, y) > 0);
+      looked_at += film.targets()->target(0, x, y) > 0;
+    }
+  }
+  EXPECT_NEAR(double(looked_at) / (kHeight * (kWidth - 16)), 0.5, 0.04);
 }
 
 TEST(FillAllocation, PixelsWithoutHistoryAreLookedAtBeforeTheyAreLeftAlone) {

@@ -123,5 +123,22 @@ TEST(HistoryReview, PixelsWithoutFreshSamplesOfBothHalvesHaveNoSay) {
   EXPECT_EQ(film.history()->carried(5, 5).count[0], kCarried);
 }
 
+TEST(HistoryReview, PixelsWithoutFreshSamplesKeepSomethingToShow) {
+  // Three pixels in four have fresh samples, which say that history is wrong altogether; its own variance is nothing.
+  Film film = film_with(1, 1e-9f, 0, [](int, int, int, std::uint32_t) { return 0.0f; });
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int h = 0; h < kHalves && (x + 2 * y) % 4 > 0; ++h) film.half(h, x, y).add(Rgb(1000, 1000, 1000));
+    }
+  }
+  review(film);
+  for (int h = 0; h < kHalves; ++h) {
+    EXPECT_EQ(film.half(h, 12, 12).count, 1u);  // a carried one
+    EXPECT_NEAR(film.half(h, 12, 12).sum[1], 1, 1e-3);
+    EXPECT_EQ(film.history()->carried(12, 12).count[h], 1u);
+    EXPECT_LT(film.half(h, 13, 12).count, 4u);
+  }
+}
+
 }  // namespace
 }  // namespace helio

@@ -117,6 +117,50 @@ TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
   EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.1);
 }
 
+TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
+  // Of pixels that see one flat surface, or nothing: two walls side by side fill the lower half.
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.2f, 0.4f, 0.8f)), metal(0.2f)};
+  add_mesh(description, quad({-4, -4, 0}, {4, 0, 0}, {0, 4, 0}, 0));
+  add_mesh(description, quad({0, -4, 0}, {4, 0, 0}, {0, 4, 0}, 1));
+  const auto scene = build(description);
+  const CameraPose pose = camera_at({0, 0, 3}, {0, 0, 0});
+  const Camera camera(pose, kSide, kSide, scene->origin());
+  CentreHits centres(*scene, camera, pose.forward);
+  centres.trace({0, 0, kSide, kSide});
+  Film film(kSide, kSide);
+  TraceStats stats;
+  ASSERT_TRUE(trace_window(*scene, camera, {}, {0, 0, 1}, film.bounds(), {}, film, stats));
+  int hits = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      centres.at(x, y);
+      const PixelFeatures &centre = centres.features(), &sample = film.features(x, y);
+      EXPECT_EQ(centre.count, 1u);
+      EXPECT_EQ(centre.instance, sample.instance);
+      EXPECT_EQ(centre.hits, sample.hits);
+      hits += int(centre.hits);
+      EXPECT_EQ(std::isinf(centre.depth), std::isinf(sample.depth));
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(centre.normal[c], sample.normal[c], 1e-6f);
+        EXPECT_NEAR(centre.albedo[c], sample.albedo[c], 0.05f);
+      }
+    }
+  }
+  EXPECT_EQ(hits, kSide * kSide / 2);
+
+  // Where a picture was carried they stand until the first sample.
+  Film carried(kSide, kSide, {.history = true});
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      centres.at(x, y);
+      carried.features(x, y) = centres.features();
+    }
+  }
+  ASSERT_TRUE(trace_window(*scene, camera, {}, {0, 0, 2}, film.bounds(), {}, carried, stats));
+  EXPECT_EQ(carried.features(3, 6).count, 2u);
+}
+
 TEST(CentreHits, LikeNeighboursShareWhatNoDirectionHasMet) {
   // 4x4 pixels: (4, 4) and (6, 5) are of one cell, (3, 4) of another, which asks other samples.
   AFloor floor(metal(0.2f));

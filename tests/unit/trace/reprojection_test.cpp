@@ -147,6 +147,8 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
         const CentreHit& centre = film.history()->centre(x, y);
         const CarriedPixel& carried = film.history()->carried(x, y);
         const V3d position = position_of(new_view, centre, x, y);
+        EXPECT_EQ(film.features(x, y).count, 1u);  // its centre's, as long as there is no fresh sample
+        EXPECT_EQ(film.features(x, y).instance, centre.instance);
         if (meets_another(film, x, y)) {
           EXPECT_EQ(carried.count[0] + carried.count[1], 0u) << x << ", " << y;
           ++borders;
