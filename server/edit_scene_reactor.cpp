@@ -34,6 +34,7 @@ Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
   const bool taken = core_.loader.submit([outcome = outcome(), lease, edits, &core] {
     SceneLease scene = std::move(*lease);
     if (const Status accepting = core.check_accepting(); !accepting.ok()) {
+      scene = {};
       return outcome->fail(to_grpc_status(accepting));
     }
     const auto edit = guarded([&] { return core.scenes.edit(scene, *edits, outcome->cancel); });

@@ -78,7 +78,7 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(
       app, options.adaptive_min, "--adaptive-min", "N",
       "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, [4, 65536]; paper: "
-      "[2, 65536]. Default: 16, paper 4");
+      "[2, 65536]. A picture that much was carried into needs none. Default: 16, paper 4");
   add_text(app, options.adaptive_max, "--adaptive-max", "N",
            "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
   add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",

@@ -14,8 +14,8 @@
 namespace helio {
 namespace {
 
-// Pixels that the solution looks at: their mean count is the picture's to one percent.
-constexpr std::int64_t kLookedAt = 1 << 13;
+// Pixels that the solution looks at: their mean count is the picture's to about one percent.
+constexpr std::int64_t kLookedAt = 1 << 15;
 
 // Samples of each half that pixels which carry nothing get at first, as far as others do; then what fresh samples have
 // seen takes the place of what history alone did, and what they cost is known.

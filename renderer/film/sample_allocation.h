@@ -48,7 +48,8 @@ enum class AllocationMeasure { absolute, relative };
 
 // One round of either rule, as a value.
 struct AllocationRequest {
-  // Mean count per half that the round aims at: never exceeded but by what the pixels already have. Bounded variant.
+  // Mean count per half that the round aims at: exceeded only by what pixels have already, or get at least. Bounded
+  // variant.
   double mean = 0;
   // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. With `fill` of Algorithm 2, from
   // 0 on. Paper variant.

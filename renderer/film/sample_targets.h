@@ -60,7 +60,7 @@ class SampleTargets {
 
   // Sums of the round in hand; of no meaning before the first.
   RoundSummary round;
-  // Whether demand() holds a pilot's; cleared when another picture begins.
+  // Whether demand() holds a pilot's, or history's; cleared when another picture begins.
   bool demand_known = false;
   float exponent = 1;  // bounded variant: counts follow demand to this power, [0, 1]
   // With history: demand of pixels of which nothing is known, the samples that each of these has been given at least,

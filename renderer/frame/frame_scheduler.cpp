@@ -84,7 +84,7 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   const double since = now_s - state.published_s;
   if (budget_.bytes_per_second && since < state.publish_bytes / *budget_.bytes_per_second) return false;
   if (backlog >= state.tiles) return false;  // a whole picture waits already: the newest state comes after it
-  if (std::has_single_bit(state.total()) && backlog == 0) return true;
+  if (std::has_single_bit(state.told()) && backlog == 0) return true;
   const double waiting_pictures = double(backlog) / double(std::max<std::size_t>(state.tiles, 1));
   return since >= interval_s(view_age_s) * (1 + 3 * waiting_pictures);
 }
@@ -128,7 +128,7 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
       const double wanted = std::pow(variance_over_target(state.measured.error) * kRoundMargin, 1 / decay);
       growth = std::clamp(wanted, 1 + kSmallestErrorStep, growth);
     }
-    goal = mean * growth;
+    goal = std::max(goal, mean * growth);
   }
   goal = std::min(goal, double(sample_limit()) / kHalves);
   if (budget_.time_s && state.sample_seconds > 0) {
@@ -148,11 +148,14 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   plan.deadline_s = deadline_s(state);
   const RoundSummary& round = state.round.summary;
   const std::uint32_t top = std::max(round.top[0], round.top[1]);
+  // What is shown first is shown tile by tile, however long it takes.
+  const bool first_look = state.fill && !allocation_->paper && policy_.passes && state.tiles_alone &&
+                          !state.published && state.round.number == 1 && state.round.samples == 0;
   std::uint32_t level = top;
   for (int h = 0; h < kHalves; ++h) {
     if (state.done[h] < round.top[h]) level = std::min(level, state.done[h]);
   }
-  if (state.sample_seconds > 0) {
+  if (state.sample_seconds > 0 && !first_look) {
     const double left = std::clamp(plan.deadline_s - now_s, 0.0, longest_plan_s(view_age_s));
     double samples = left / state.sample_seconds * double(state.round.pixels);  // that can be had
     const std::uint32_t first = level;
@@ -177,6 +180,11 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   }
   for (int h = 0; h < kHalves; ++h) plan.target[h] = level;
   const bool ends_round = level >= top;
+  if (first_look) {
+    plan.publish = Publish::early;
+    plan.final = sample_limit() == 1;
+    plan.mean_samples = std::max(1u, std::uint32_t(kHalves * state.round.mean + 0.5));
+  }
   const std::uint32_t iteration = paper_iteration(state);
   // Of fewer pixels a single bright sample would be taken for what history lacks.
   plan.review = ends_round && state.carried && (!state.fill || state.round.mean >= kHalfCheckedMean);
@@ -273,7 +281,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
 
 double FrameScheduler::budget_used(const FrameState& state, double now_s) const {
   double used = 0;
-  if (budget_.samples) used = std::max(used, double(state.total()) / *budget_.samples);
+  if (budget_.samples) used = std::max(used, double(state.told()) / *budget_.samples);
   if (budget_.time_s) used = std::max(used, (now_s - state.begun_s) / *budget_.time_s);
   // Variance falls about as 1/n, so the share of the samples that are needed is target variance over variance.
   if (error_usable(state.measured))

@@ -8,7 +8,8 @@
 // Mode adaptive: so far for the pilot, then in rounds. A round's first plan allocates, the others integrate what it
 // wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends. In
 // the paper variant a round is an iteration of Algorithm 1, the pilot being the first ones; where pixels were carried
-// over it is one of Algorithm 2, from the first on.
+// over it is one of Algorithm 2, from the first on. Ours has no pilot there either: the first round has as many samples
+// as there are pixels, and its tiles are shown one by one.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +37,7 @@ struct ErrorAtCount {
 
 // A round of mode adaptive (film/sample_targets.h).
 struct RoundState {
-  std::uint32_t number = 0;  // 0: the pilot, in which all pixels have the same count
+  std::uint32_t number = 0;  // 0: all pixels have the same count; none yet, or the pilot's
   double mean = 0;           // per half, that the round was asked for; bounded variant
   RoundSummary summary;
   std::uint64_t samples = 0;                  // pixel samples of the film, both halves

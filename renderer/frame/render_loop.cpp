@@ -4,6 +4,7 @@
 #include <bit>
 #include <exception>
 #include <mutex>
+#include <numeric>
 #include <utility>
 
 #include "renderer/base/cancel.h"
@@ -93,6 +94,7 @@ struct RenderLoop::Impl final : PieceSource {
   void begin_frame(Retired& retired);
   void advance(std::size_t backlog);
   void note_transfer();
+  double mean_of_tiles() const;
   void note_finished_plan(double now);
   void end_frame(FrameEndReason reason, std::string message);
   void abandon_frame(FrameEndReason reason);
@@ -489,6 +491,18 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   }
 }
 
+// Samples per pixel that tiles' densities are relative to; of tiles that are shown one by one those of the whole round.
+double RenderLoop::Impl::mean_of_tiles() const {
+  if (state.round.number == 0) return 0;
+  std::uint64_t samples = film_samples;
+  if (planned && pipeline.plan().publish == Publish::early) {
+    samples = state.round.samples;
+    for (const auto& octaves : state.round.summary.by_octave)
+      samples = std::accumulate(octaves.begin(), octaves.end(), samples);
+  }
+  return double(samples) / double(state.round.pixels);
+}
+
 // Precondition: a frame is in flight, its plan is over and no piece is.
 void RenderLoop::Impl::advance(std::size_t backlog) {
   const double now = now_s();
@@ -518,7 +532,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token,
                                                      *film, reuses(settings.mode) ? &techniques : nullptr);
   }
-  if (plan.allocate) works.allocate = make_allocation(*film, region, *allocation_settings(settings), *plan.allocate);
+  if (plan.allocate)
+    works.allocate = make_allocation(*film, region, *allocation_settings(frame->begin.settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
   works.review = review;
   if (lights) {
@@ -557,7 +572,7 @@ bool RenderLoop::Impl::run_piece() {
   const CameraPose camera = view->camera;
   const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
-  const double mean_samples = state.round.number > 0 ? double(film_samples) / double(state.round.pixels) : 0;
+  const double mean_samples = mean_of_tiles();
   Film& pixels = *film;
   lock.unlock();
 

@@ -57,7 +57,24 @@ float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f
   return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
 }
 
+std::uint32_t name_of(const SceneData& scene, const Hit& hit) {
+  return hit.instance != kNoHit ? scene.instance_names[hit.instance] : scene.flat_names[hit.part];
+}
+
+// Geometric, towards the viewer.
+std::uint32_t packed_normal(const Surface& s) {
+  return pack_direction(s.front ? s.geometric_normal : -s.geometric_normal);
+}
+
 }  // namespace
+
+CentreHit surface_at(const SceneData& scene, const Ray& ray, const Hit& hit) {
+  CentreHit at;
+  if (!hit.valid()) return at;
+  at.instance = name_of(scene, hit);
+  at.normal = packed_normal(make_surface<true>(scene, ray, hit));
+  return at;
+}
 
 struct CentreHits::Block {
   PixelRect window;
@@ -111,7 +128,7 @@ void CentreHits::trace(const PixelRect& window) {
           ray.origin = camera.origin;
           ray.direction = camera.direction;
           ray.t_max = std::numeric_limits<float>::infinity();
-          ray.alpha_key = 0x9e3779b9u;
+          ray.alpha_key = kCentreAlphaKey;
           b.order[count] = count;
           b.slot[std::size_t(y - window.y0) * std::size_t(window.width()) + std::size_t(x - window.x0)] = count;
           ++count;
@@ -141,14 +158,12 @@ CentreHit CentreHits::at(int x, int y) {
     }
   };
   centre.depth = hit.t * dot(ray.direction, axis_);
-  centre.instance = hit.instance != kNoHit ? scene_.instance_names[hit.instance] : scene_.flat_names[hit.part];
-  b.features.instance = centre.instance;
-  const auto facing = [](const Surface& s) { return s.front ? s.geometric_normal : -s.geometric_normal; };
+  centre.instance = b.features.instance = name_of(scene_, hit);
   if (only_lambert_) {
     Surface surface = make_surface<true>(scene_, ray, hit);
     if (!surface.material->textured) {
       const Rgb& albedo = surface.material->params.base_color;
-      centre.normal = pack_direction(facing(surface));
+      centre.normal = packed_normal(surface);
       centre.albedo = pack_reflectance(albedo);
       surface.shading_normal = surface.geometric_normal;
       if (surface.part->smooth || surface.material->normal_mapped)
@@ -163,7 +178,7 @@ CentreHit CentreHits::at(int x, int y) {
   b.key = pixel_key(x, y, 0, 0);
   const auto cell = [](int at) { return (at & (kPathGroupSize - 1)) / Block::kCell; };
   b.cell = &b.changes[cell(y)][cell(x)];
-  centre.normal = pack_direction(facing(shading.surface));
+  centre.normal = packed_normal(shading.surface);
   const SurfaceParams& params = shading.params;
   const V3f seen = params.mapped ? shading.frame.to_world(params.map_normal) : shading.frame.n;
   if (shading.black) {

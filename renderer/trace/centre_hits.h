@@ -31,6 +31,12 @@ struct ViewChange {
 
 class BsdfViews;
 
+// Rays that meet surfaces with chance let the same ones through for all centres.
+inline constexpr std::uint32_t kCentreAlphaKey = 0x9e3779b9u;
+
+// The instance and normal of what a ray has met; of nothing: those of a CentreHit by default.
+CentreHit surface_at(const SceneData& scene, const Ray& ray, const Hit& hit);
+
 // Of one block of the film at a time. Not thread safe.
 class CentreHits {
  public:

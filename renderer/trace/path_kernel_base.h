@@ -364,6 +364,8 @@ class PathKernelBase {
         PixelFeatures& features = task_.film.features(x, y);
         const SampleLevels own = levels(pixel_index(x, y));
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
+          // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
+          if (range.half == 0 && sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
             if constexpr (Watch::kRecords) watch_.commit(slot, range.half, sample, pixel.count, x, y);
@@ -373,10 +375,7 @@ class PathKernelBase {
             if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.
-          if (range.half != 0) continue;
-          // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
-          if (sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
-          add_features(features, film_first_[slot], sample == 0);
+          if (range.half == 0) add_features(features, film_first_[slot], sample == 0);
         }
       }
     }

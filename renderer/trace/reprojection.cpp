@@ -14,6 +14,7 @@
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
 #include "renderer/trace/outside_hits.h"
+#include "renderer/trace/rim_hits.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 
@@ -402,6 +403,7 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       pose_(pose),
       camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
       border_(filter_reach(filter)),
+      box_(filter.kind == PixelFilterKind::box),
       sources_(std::move(sources)) {
   assert(sources_.size() <= kMostSources && film.history());
   const V3d& p = pose.position;
@@ -452,12 +454,20 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
   const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
-  stats.rays += outside.rays();
+  std::vector<std::uint8_t> near_border;
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) {
+    for (int x = window.x0; x < window.x1; ++x)
+      near_border.push_back(history.on_border(x, y, border_, region_) || outside.on_border(history.centre(x, y), x, y));
+  }
+  std::optional<RimHits> rims;
+  if (box_) rims.emplace(*scene_, camera_, window, near_border);
+  stats.rays += outside.rays() + (rims ? rims->rays() : 0);
+  auto near = near_border.begin();
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++near) {
       CentreHit& here = history.centre(x, y);
       CarriedPixel& carried = history.carried(x, y);
-      here.border = history.on_border(x, y, border_, region_) || outside.on_border(here, x, y);
+      here.border = *near && !(rims && rims->show_only(here, x, y));
       if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
@@ -468,7 +478,10 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
         if (lookup.total() >= sources_[i].enough) break;
       }
       const std::uint32_t count = carried.count[0] + carried.count[1];
-      if (count == 0) continue;
+      if (count == 0) {
+        film_.features(x, y) = {};  // there is nothing to show
+        continue;
+      }
       ++stats.carried;
       stats.samples += double(count);
     }

@@ -5,7 +5,8 @@
 // similar normal, the point within half a pixel of the plane through what the pixel's centre met), bilinearly, their
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
 // anything, for Sobol points find out about edges sooner than interpolation is right about them; what lies just outside
-// the region counts there. The rays of the new picture are the verification: a point that another surface hid from the
+// the region counts there. Of a box filter's such pixels half show one surface after all, by their rims (rim_hits.h),
+// and are like others. The rays of the new picture are the verification: a point that another surface hid from the
 // earlier camera finds no pixel that shows it.
 // A camera that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it
 // pixel by pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from
@@ -28,8 +29,8 @@
 // lookup. That is the weight against fresh samples that makes the squared error smallest.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
-// film's first half alternates from picture to picture: a camera that moves on after every sample, which is always one
-// of the first half, feeds both. Cameras with a lens do not take part, nor do filters that
+// film's first half alternates from picture to picture: a camera that moves on after every sample, which may be one
+// of the first half alone, feeds both. Cameras with a lens do not take part, nor do filters that
 // reach beyond eight pixels.
 #pragma once
 
@@ -93,6 +94,7 @@ class Reprojection {
   CameraPose pose_;
   Camera camera_;
   int border_;  // pixels around that a pixel's filter reaches
+  bool box_;    // it is the pixel itself
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
 };

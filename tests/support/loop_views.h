@@ -18,7 +18,7 @@ struct ViewPicture {
   FrameEnd end;
   double seconds = 0;  // the update -> the end of the frame, whose final tiles are resolved by then
   int width = 0, height = 0;
-  std::vector<float> radiance[3], variance[3], samples, bound;  // row-major, top row first
+  std::vector<float> radiance[3], variance[3], samples, bound, density;  // row-major, top row first
 
   PictureView view() const { return {width, height, {radiance[0].data(), radiance[1].data(), radiance[2].data()}}; }
 };
@@ -91,6 +91,7 @@ class LoopViews {
       }
       picture.samples.resize(picture.radiance[0].size());
       picture.bound.resize(picture.radiance[0].size());
+      picture.density.resize(picture.radiance[0].size());
     }
     void frame_begun(const FrameBegin&) override {}
     void tile_ready(FrameTile tile) override {
@@ -102,6 +103,7 @@ class LoopViews {
       }
       put_rows(tile.pixels.samples, window, picture.width, picture.samples);
       put_rows(tile.pixels.bias_bound, window, picture.width, picture.bound);
+      put_rows(tile.pixels.density, window, picture.width, picture.density);
     }
     void frame_ended(const FrameEnd& end) override {
       const std::lock_guard lock(mutex);

@@ -513,6 +513,7 @@ TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
 
   state.fill = true;
   state.round.pixels = 100;
+  state.sample_seconds = 10;
   for (const double mean : {0.5, 1.0, 2.0}) {
     plan = scheduler.plan_next(state, 0, 0, 0);
     ASSERT_TRUE(plan.allocate.has_value()) << mean;
@@ -523,14 +524,22 @@ TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
     state.round.summary.top[0] = state.round.summary.top[1] = std::uint32_t(8 * mean);
     plan = scheduler.plan_next(state, 0, 0, 0);
     EXPECT_TRUE(plan.round);
-    EXPECT_EQ(plan.review, mean >= kHalfCheckedMean) << mean;
+    // The first round is one plan, however long it takes, and shows tile by tile.
+    EXPECT_EQ(plan.publish, mean < 1 ? Publish::early : Publish::none) << mean;
+    EXPECT_FALSE(plan.final);
+    if (mean < 1) {
+      EXPECT_EQ(plan.mean_samples, 1u);
+    }
+    state.sample_seconds = 0;
+    EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).review, mean >= kHalfCheckedMean) << mean;
     state.done[0] = state.done[1] = state.round.summary.top[0];
     state.round.samples = std::uint64_t(200 * mean) - 1;
     state.round.measured = state.round.samples;
-    // The first round may have given fewer samples than there are pixels, and shows what was carried with them.
+    // It may have given fewer samples than there are pixels, and shows what was carried with them.
     if (mean < 1) {
       EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).publish, Publish::round);
     }
+    state.sample_seconds = 10;
     state.published = true;
     state.round.published = state.round.samples;
   }
@@ -541,13 +550,22 @@ TEST(AdaptiveScheduler, OneSampleOnTopOfHistoryIsOneRound) {
   Budget budget;
   budget.samples = 1;
   FrameState state = at(0, 0);
+  state.sample_seconds = 1000;  // it is a plan of its own, however long it takes
   state.fill = true;
   state.round.pixels = 100;
   const FrameScheduler scheduler(budget, {.passes = false}, pilot_of(16));
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).allocate->mean, 0.5);
   state.round.number = 1;
   state.round.mean = 0.5;
+  state.round.summary.top[0] = 3;
+  state.round.summary.by_octave[0][0] = state.round.summary.by_octave[0][1] = 50;
+  const FramePlan shown = FrameScheduler(budget, {.passes = true}, pilot_of(16)).plan_next(state, 0, 0, 0);
+  EXPECT_TRUE(shown.final);
+  EXPECT_EQ(shown.target[0], 3u);
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0).publish, Publish::none) << "of a job";
+  state.round.summary.top[0] = 0;
   state.round.samples = 99;
+  EXPECT_EQ(scheduler.budget_used(state, 0), 1);
   const FramePlan plan = scheduler.plan_next(state, 0, 0, 0);
   EXPECT_EQ(plan.end, FrameEndReason::samples);
   EXPECT_EQ(plan.mean_samples, 1u);

@@ -117,10 +117,10 @@ TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
   EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.1);
 }
 
-TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
-  // Of pixels that see one flat surface, or nothing: two walls side by side fill the lower half.
+// Of pixels that see one flat surface, or nothing: two walls side by side fill the lower half.
+void compare_features(const Material& left, const Material& right) {
   SceneDescription description;
-  description.materials = {lambert(Rgb(0.2f, 0.4f, 0.8f)), metal(0.2f)};
+  description.materials = {left, right};
   add_mesh(description, quad({-4, -4, 0}, {4, 0, 0}, {0, 4, 0}, 0));
   add_mesh(description, quad({0, -4, 0}, {4, 0, 0}, {0, 4, 0}, 1));
   const auto scene = build(description);
@@ -159,6 +159,14 @@ TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
   }
   ASSERT_TRUE(trace_window(*scene, camera, {}, {0, 0, 2}, film.bounds(), {}, carried, stats));
   EXPECT_EQ(carried.features(3, 6).count, 2u);
+}
+
+TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
+  const Material blue = lambert(Rgb(0.2f, 0.4f, 0.8f));
+  Material one_sided = lambert(Rgb(0.7f, 0.1f, 0.3f));
+  one_sided.one_sided = true;
+  compare_features(blue, metal(0.2f));
+  compare_features(blue, one_sided);
 }
 
 TEST(CentreHits, LikeNeighboursShareWhatNoDirectionHasMet) {
