@@ -32,8 +32,9 @@ struct CentreHit {
   float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene
   std::uint32_t instance = ~0u;                          // ~0: it leaves the scene
   std::uint32_t normal = 0;                              // geometric, towards the viewer; pack_direction()
-  std::uint32_t albedo : 31 = 0;                         // pack_reflectance(), white where textures vary inside pixels
-  std::uint32_t border : 1 = 0;                          // a neighbour shows another surface, so it may show both
+  std::uint32_t albedo : 30 = 0;                         // pack_reflectance(), white where textures vary inside pixels
+  std::uint32_t shines : 1 = 0;                          // it emits light, or is what the scene is left for
+  std::uint32_t border : 1 = 0;                          // it may show another surface, too
 
   bool hit() const { return instance != ~0u; }
 };
@@ -44,6 +45,19 @@ inline bool same_surface(const CentreHit& a, const CentreHit& b) {
   if (a.instance != b.instance) return false;
   if (a.normal == b.normal || !a.hit()) return true;
   return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > 0.8f;
+}
+
+// What pixels around one show.
+enum class Border {
+  none,   // its own surface
+  plain,  // another one, too
+  bright  // another one, and it or this one shines: a sliver of it too thin to be met would be seen
+};
+
+// Of a pixel and one of those around it.
+inline Border border_between(const CentreHit& here, const CentreHit& there) {
+  if (same_surface(here, there)) return Border::none;
+  return here.shines || there.shines ? Border::bright : Border::plain;
 }
 
 class HistorySource;
@@ -83,8 +97,8 @@ class FilmHistory {
   HistorySource& source(int i) { return *sources_[i]; }
   const HistorySource& source(int i) const { return *sources_[i]; }
 
-  // Whether some pixel at most `reach` columns and rows from (x, y), inside the region, shows another surface.
-  bool on_border(int x, int y, int reach, const PixelRect& region) const;
+  // The brightest border with some pixel at most `reach` columns and rows from (x, y), inside the region.
+  Border border(int x, int y, int reach, const PixelRect& region) const;
 
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;

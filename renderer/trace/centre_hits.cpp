@@ -149,7 +149,9 @@ CentreHit CentreHits::at(int x, int y) {
   b.features.depth = hit.valid() ? hit.t : std::numeric_limits<float>::infinity();
   b.features.add(Rgb(0), V3f(0), hit.valid());
   CentreHit centre;
+  centre.shines = 1;
   if (!hit.valid()) return centre;
+  centre.shines = scene_.materials[scene_.part(hit).material].emissive;
   b.features.primitive = hit.primitive;
   const auto see = [&b](const Rgb& albedo, const V3f& normal) {
     for (int c = 0; c < 3; ++c) {

@@ -1,5 +1,7 @@
 #include "renderer/trace/outside_hits.h"
 
+#include <algorithm>
+
 namespace helio {
 
 OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
@@ -30,15 +32,16 @@ OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V
   }
 }
 
-bool OutsideHits::on_border(const CentreHit& here, int x, int y) const {
-  if (!reached_from(x, y)) return false;
+Border OutsideHits::border(const CentreHit& here, int x, int y) const {
+  if (!reached_from(x, y)) return Border::none;
+  Border most = Border::none;
   const PixelRect around = intersect({x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1}, bounds_);
   for (int py = around.y0; py < around.y1; ++py) {
     for (int px = around.x0; px < around.x1; ++px) {
-      if (!region_.contains(px, py) && !same_surface(here, hits_[index(px, py)])) return true;
+      if (!region_.contains(px, py)) most = std::max(most, border_between(here, hits_[index(px, py)]));
     }
   }
-  return false;
+  return most;
 }
 
 }  // namespace helio

@@ -21,8 +21,8 @@ class OutsideHits {
   bool reached_from(int x, int y) const {
     return x - reach_ < region_.x0 || y - reach_ < region_.y0 || x + reach_ >= region_.x1 || y + reach_ >= region_.y1;
   }
-  // Whether something out there that counts for the window's pixel (x, y) shows another surface than `here`.
-  bool on_border(const CentreHit& here, int x, int y) const;
+  // The brightest border of `here` with something out there that counts for the window's pixel (x, y).
+  Border border(const CentreHit& here, int x, int y) const;
   // That were traced; 0: the window is not at the region's edge.
   std::uint64_t rays() const { return rays_; }
 

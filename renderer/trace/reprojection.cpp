@@ -454,20 +454,23 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
   const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
-  std::vector<std::uint8_t> near_border;
+  std::vector<Border> borders;
+  std::vector<std::uint8_t> doubtful;  // whose rims may tell more
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x)
-      near_border.push_back(history.on_border(x, y, border_, region_) || outside.on_border(history.centre(x, y), x, y));
+    for (int x = window.x0; x < window.x1; ++x) {
+      borders.push_back(std::max(history.border(x, y, border_, region_), outside.border(history.centre(x, y), x, y)));
+      doubtful.push_back(borders.back() == Border::plain);
+    }
   }
   std::optional<RimHits> rims;
-  if (box_) rims.emplace(*scene_, camera_, window, near_border);
+  if (box_) rims.emplace(*scene_, camera_, window, doubtful);
   stats.rays += outside.rays() + (rims ? rims->rays() : 0);
-  auto near = near_border.begin();
+  auto border = borders.begin();
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++near) {
+    for (int x = window.x0; x < window.x1; ++x, ++border) {
       CentreHit& here = history.centre(x, y);
       CarriedPixel& carried = history.carried(x, y);
-      here.border = *near && !(rims && rims->show_only(here, x, y));
+      here.border = *border != Border::none && !(*border == Border::plain && rims && rims->show_only(here, x, y));
       if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;

@@ -1,6 +1,7 @@
 // What the rims of pixels show: their corners and the middles of their sides. Next to where two surfaces meet a pixel
 // may show both, or one: where all eight points and the centre show the same surface, it is taken for the one that a
-// box filter's samples see. What is smaller than half a pixel may hide between them, as it does between centres.
+// box filter's samples see. What is smaller than half a pixel may hide between them, as it does between centres: where
+// something shines next to a pixel nobody asks (Border::bright), for a sliver of a lamp is seen.
 #pragma once
 
 #include <cstdint>

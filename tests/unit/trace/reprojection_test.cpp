@@ -137,9 +137,6 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
         new_view(after, kWidth, kHeight, scene->origin());
     const HistorySource source = picture(scene, before, 0, [&](const Film& film, int x, int y, int) {
       const CentreHit& centre = film.history()->centre(x, y);
-      if (centre.border) {
-        EXPECT_TRUE(meets_another(film, x, y));
-      }
       return HalfSamples{centre.border ? 1e4 : radiance_of_surface(centre, position_of(old_view, centre, x, y)), 4, 1};
     });
     const Film film = film_of(scene, after, {{before, &source, 0, false}});
@@ -167,7 +164,7 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
     }
     EXPECT_GT(carried_pixels, kWidth * kHeight / 2);
     EXPECT_GT(borders, 60);
-    EXPECT_GT(near_another, 1.5 * borders);
+    EXPECT_GT(near_another, 1.2 * borders);
     EXPECT_GT(new_sky, 10);
     EXPECT_GT(new_surface, 2);
   }
@@ -207,6 +204,33 @@ TEST(Reprojection, SurfacesBesideThePictureHaveBordersInIt) {
     ++carried_pixels;
   }
   EXPECT_EQ(carried_pixels, kWidth - 17);
+}
+
+// The same wall behind a plate whose right side lies 0.8 into the column 10: pixels of the next one show it alone.
+TEST(Reprojection, PixelsNextToAnEdgeAreOfUseUnlessSomethingShines) {
+  for (const bool shines : {false, true}) {
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f)), lambert(Rgb(0.5f, 0.5f, 0.5f))};
+    if (shines) scene.materials[1].emission = Rgb(10, 10, 10);
+    add_mesh(scene, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+    const double edge = (10.8 - kWidth / 2.0) / 16;
+    Object plate;
+    plate.meshes = {quad({-20, -20, 1}, V3f(V3d(20 + edge, 0, 0)), {0, 40, 0}, 1)};
+    add_instance(scene, add_object(scene, std::move(plate)));
+    const auto built = build(scene);
+    const Film film = film_of(built, orthographic_before_wall());
+    for (const int x : {9, 10, 11, 12})
+      EXPECT_EQ(film.history()->centre(x, 9).border, x == 10 || (shines && x == 11) ? 1u : 0u) << x << shines;
+    EXPECT_EQ(film.history()->centre(9, 9).shines, shines ? 1u : 0u);
+    // What a filter brings from beyond the pixel no rim tells.
+    Film filtered(kWidth, kHeight, {.history = true});
+    Reprojection work(built, filtered, filtered.bounds(), orthographic_before_wall(), {PixelFilterKind::tent, 1.0}, {});
+    ReprojectionStats stats;
+    work.carry(filtered.bounds(), stats);
+    work.settle(filtered.bounds(), stats);
+    for (const int x : {9, 10, 11, 12})
+      EXPECT_EQ(filtered.history()->centre(x, 9).border, x == 10 || x == 11 ? 1u : 0u) << x;
+  }
 }
 
 // A camera at rest: of what was on a border at the picture's edge nobody knows whether what was beside it still is.
