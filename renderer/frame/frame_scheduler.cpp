@@ -93,7 +93,7 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
   return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
 }
 
-// History is one.
+// What was carried over is one, if it is much.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
   return allocation_ && (state.fill || state.round.number > 0 ||
                          std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
