@@ -29,7 +29,7 @@ class FillAllocation final : public DemandAllocation {
     double demand = 1;
     double carried = 0;     // samples
     std::uint32_t has = 0;  // fresh ones
-    float chance = 0;    // in [0, 1)
+    float chance = 0;       // in [0, 1)
   };
 
   void find_demand(std::size_t part);

@@ -1,7 +1,5 @@
 #include "renderer/film/film_history.h"
 
-#include <algorithm>
-
 #include "renderer/film/history_source.h"
 
 namespace helio {
@@ -16,18 +14,6 @@ FilmHistory::FilmHistory(int width, int height, bool sources)
 }
 
 FilmHistory::~FilmHistory() = default;
-
-Border FilmHistory::border(int x, int y, int reach, const PixelRect& region) const {
-  const CentreHit& here = centre(x, y);
-  const PixelRect around = intersect({x - reach, y - reach, x + reach + 1, y + reach + 1}, region);
-  Border most = Border::none;
-  for (int py = around.y0; py < around.y1; ++py) {
-    for (int px = around.x0; px < around.x1; ++px) {
-      most = std::max(most, border_between(here, centre(px, py)));
-    }
-  }
-  return most;
-}
 
 std::size_t FilmHistory::bytes_per_pixel(bool sources) {
   if (!sources) return sizeof(CarriedPixel);

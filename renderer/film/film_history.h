@@ -97,9 +97,6 @@ class FilmHistory {
   HistorySource& source(int i) { return *sources_[i]; }
   const HistorySource& source(int i) const { return *sources_[i]; }
 
-  // The brightest border with some pixel at most `reach` columns and rows from (x, y), inside the region.
-  Border border(int x, int y, int reach, const PixelRect& region) const;
-
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
 

@@ -1,14 +1,10 @@
 #include "renderer/trace/outside_hits.h"
 
-#include <algorithm>
-
 namespace helio {
 
 OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
                          int reach, const PixelRect& region)
-    : reach_(reach),
-      region_(region),
-      bounds_(intersect({window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach},
+    : bounds_(intersect({window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach},
                         {-1, -1, camera.width() + 1, camera.height() + 1})) {
   const PixelRect inside = intersect(bounds_, region);
   if (inside.area() == bounds_.area()) return;
@@ -30,18 +26,6 @@ OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V
       }
     }
   }
-}
-
-Border OutsideHits::border(const CentreHit& here, int x, int y) const {
-  if (!reached_from(x, y)) return Border::none;
-  Border most = Border::none;
-  const PixelRect around = intersect({x - reach_, y - reach_, x + reach_ + 1, y + reach_ + 1}, bounds_);
-  for (int py = around.y0; py < around.y1; ++py) {
-    for (int px = around.x0; px < around.x1; ++px) {
-      if (!region_.contains(px, py)) most = std::max(most, border_between(here, hits_[index(px, py)]));
-    }
-  }
-  return most;
 }
 
 }  // namespace helio

@@ -17,12 +17,10 @@ class OutsideHits {
   OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
               const PixelRect& region);
 
-  // Whether something out there counts for the window's pixel (x, y).
-  bool reached_from(int x, int y) const {
-    return x - reach_ < region_.x0 || y - reach_ < region_.y0 || x + reach_ >= region_.x1 || y + reach_ >= region_.y1;
-  }
-  // The brightest border of `here` with something out there that counts for the window's pixel (x, y).
-  Border border(const CentreHit& here, int x, int y) const;
+  // Of a pixel outside the region and inside bounds().
+  const CentreHit& at(int x, int y) const { return hits_[index(x, y)]; }
+  // The window, and what counts for its pixels, inside the region and outside.
+  const PixelRect& bounds() const { return bounds_; }
   // That were traced; 0: the window is not at the region's edge.
   std::uint64_t rays() const { return rays_; }
 
@@ -31,8 +29,7 @@ class OutsideHits {
     return std::size_t(y - bounds_.y0) * std::size_t(bounds_.width()) + std::size_t(x - bounds_.x0);
   }
 
-  int reach_;
-  PixelRect region_, bounds_;    // bounds: of the window and what counts for it
+  PixelRect bounds_;
   std::vector<CentreHit> hits_;  // those outside the region; empty: there are none
   std::uint64_t rays_ = 0;
 };

@@ -450,31 +450,53 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   stats.rays += std::uint64_t(window.area());
 }
 
+void Reprojection::find_borders(const PixelRect& window, ReprojectionStats& stats) {
+  FilmHistory& history = *film_.history();
+  const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
+  // The brightest with some pixel that the filter reaches.
+  const auto border_of = [&](int x, int y) {
+    const CentreHit& here = history.centre(x, y);
+    Border most = Border::none;
+    const PixelRect around = intersect(reached_from(x, y), outside.bounds());
+    for (int py = around.y0; py < around.y1; ++py) {
+      for (int px = around.x0; px < around.x1; ++px) {
+        const CentreHit& there = region_.contains(px, py) ? history.centre(px, py) : outside.at(px, py);
+        most = std::max(most, border_between(here, there));
+      }
+    }
+    return most;
+  };
+  std::vector<std::uint8_t> doubtful;  // of the window: whose rims may tell more
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      const Border border = border_of(x, y);
+      history.carried(x, y).found = border != Border::none;
+      doubtful.push_back(box_ && border == Border::plain);
+    }
+  }
+  const RimHits rims(*scene_, camera_, window, doubtful);
+  auto asked = doubtful.begin();
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++asked) {
+      if (*asked && rims.show_only(history.centre(x, y), x, y)) history.carried(x, y).found = 0;
+    }
+  }
+  stats.rays += outside.rays() + rims.rays();
+}
+
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
   FilmHistory& history = *film_.history();
-  const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
-  std::vector<Border> borders;
-  std::vector<std::uint8_t> doubtful;  // whose rims may tell more
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      borders.push_back(std::max(history.border(x, y, border_, region_), outside.border(history.centre(x, y), x, y)));
-      doubtful.push_back(borders.back() == Border::plain);
-    }
-  }
-  std::optional<RimHits> rims;
-  if (box_) rims.emplace(*scene_, camera_, window, doubtful);
-  stats.rays += outside.rays() + (rims ? rims->rays() : 0);
-  auto border = borders.begin();
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++border) {
       CentreHit& here = history.centre(x, y);
       CarriedPixel& carried = history.carried(x, y);
-      here.border = *border != Border::none && !(*border == Border::plain && rims && rims->show_only(here, x, y));
+      here.border = carried.found != 0;
+      carried.found = 0;
       if (here.border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
         if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
-        if (sources_[i].edited && outside.reached_from(x, y)) continue;
+        if (sources_[i].edited && intersect(reached_from(x, y), region_).area() < reached_from(x, y).area()) continue;
         const Lookup lookup = views[i].keep(history, x, y, border_);
         if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
           fill(lookup, sources_[i].swap, film_, x, y);

@@ -22,8 +22,7 @@
 //     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::change_from),
 //     and how far that may be off is carried,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
-//   every
-//     step,
+//     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest.
@@ -68,14 +67,13 @@ int filter_reach(const PixelFilter& filter);
 // Whether pictures of such a camera can be drawn on, and drawn from others.
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
-// Two sweeps over windows of a film, to be shared between threads: run() of every window of the first, then of the
-// second. Windows are disjoint and lie in the region. The bits do not depend on how it was cut along blocks of the
-// film.
+// Three sweeps over windows of a film, to be shared between threads: carry() of every window, then find_borders() of
+// every window, then settle(). Windows are disjoint and lie in the region. The bits do not depend on how it was cut
+// along blocks of the film.
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
-  // know equally much. At most kMostSources. All
-  // have the film's size.
+  // know equally much. At most kMostSources. All have the film's size.
   Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
                const PixelFilter& filter, std::vector<PictureSource> sources);
 
@@ -83,11 +81,15 @@ class Reprojection {
 
   // Clears the window, finds its centre hits, and fills it with what the sources know of them.
   void carry(const PixelRect& window, ReprojectionStats& stats);
-  // Finds what is next to another surface, takes back what was carried there, and gives it what only whole
-  // neighbourhoods tell. Precondition: carry() of everything.
+  // Finds what is next to another surface and notes it (CarriedPixel::found).
+  void find_borders(const PixelRect& window, ReprojectionStats& stats);
+  // Takes back what was carried there, and gives it what only whole neighbourhoods tell.
   void settle(const PixelRect& window, ReprojectionStats& stats);
 
  private:
+  // What the pixel's filter reaches.
+  PixelRect reached_from(int x, int y) const { return {x - border_, y - border_, x + border_ + 1, y + border_ + 1}; }
+
   std::shared_ptr<const RenderScene> scene_;
   Film& film_;
   PixelRect region_;

@@ -89,7 +89,7 @@ void HistoryTransfer::prepare_reprojection() {
         {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
-  sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::settle});
+  sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::find_borders, Sweep::settle});
 }
 
 std::size_t HistoryTransfer::parts() const {
@@ -127,6 +127,9 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
       if (part == 0) revision_.reset();  // here, where nobody waits: it may be the last that holds a scene
       reprojection_->carry(windows_[part], stats);
       break;
+    case Sweep::find_borders:
+      reprojection_->find_borders(windows_[part], stats);
+      break;
     case Sweep::settle:
       reprojection_->settle(windows_[part], stats);
       break;
@@ -160,6 +163,7 @@ void HistoryTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::measure:
     case Sweep::carry:
+    case Sweep::find_borders:
       return;
     case Sweep::settle:
       history_.film_complete(scene_, pose_);

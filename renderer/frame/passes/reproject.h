@@ -78,7 +78,7 @@ class PictureHistory {
 };
 
 // The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
-// earlier scene compare, measure, collect, revise; then carry, settle.
+// earlier scene compare, measure, collect, revise; then carry, find borders, settle.
 class HistoryTransfer final : public PictureTransfer {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
@@ -92,7 +92,7 @@ class HistoryTransfer final : public PictureTransfer {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { gather, compare, measure, collect, revise, carry, settle };
+  enum class Sweep { gather, compare, measure, collect, revise, carry, find_borders, settle };
   void prepare_revision();
   void prepare_reprojection();
 

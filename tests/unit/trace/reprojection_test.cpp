@@ -22,6 +22,7 @@ ReprojectionStats look_through(const std::shared_ptr<const RenderScene>& scene, 
   Reprojection work(scene, film, region, pose, {}, std::move(sources));
   ReprojectionStats stats;
   work.carry(region, stats);
+  work.find_borders(region, stats);
   work.settle(region, stats);
   return stats;
 }
@@ -227,6 +228,7 @@ TEST(Reprojection, PixelsNextToAnEdgeAreOfUseUnlessSomethingShines) {
     Reprojection work(built, filtered, filtered.bounds(), orthographic_before_wall(), {PixelFilterKind::tent, 1.0}, {});
     ReprojectionStats stats;
     work.carry(filtered.bounds(), stats);
+    work.find_borders(filtered.bounds(), stats);
     work.settle(filtered.bounds(), stats);
     for (const int x : {9, 10, 11, 12})
       EXPECT_EQ(filtered.history()->centre(x, 9).border, x == 10 || x == 11 ? 1u : 0u) << x;
