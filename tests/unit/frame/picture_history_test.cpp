@@ -82,7 +82,7 @@ TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
       transfer.finish_sweep(sweep);
     }
     EXPECT_TRUE(transfer.complete());
-    EXPECT_EQ(transfer.sweeps(), move == 0 ? 2 : 3);
+    EXPECT_EQ(transfer.sweeps(), move == 0 ? 3 : 4);
     ++history.generation;
     for (int y = 0; y < film.height(); ++y) {
       for (int x = 0; x < film.width(); ++x) film.half(0, x, y).add(Rgb(1, 1, 1));
