@@ -59,7 +59,7 @@ struct FrameProgress {
   std::uint32_t samples_per_pixel = 0;  // completed everywhere in the region, both halves; or the mean
   double samples_per_second = 0;        // pixel samples over the frame's wall time
   // Modes that reuse pictures: share of the picture's effective samples that came from earlier ones, [0, 1], and the
-  // rays that verified it.
+  // rays that told what may, whether or not something did.
   double reuse_share = 0;
   std::uint64_t verification_rays = 0;
   TraceStats trace;                     // since the film was cleared: earlier frames of a kept film included

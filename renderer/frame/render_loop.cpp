@@ -304,10 +304,10 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.samples_per_pixel = state.told();
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
-  if (transfer && !state.reproject_due && transfer->stats().samples > 0) {
-    const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
-    p.reuse_share = carried / (carried + fresh);
+  if (transfer && !state.reproject_due) {
     p.verification_rays = transfer->stats().rays;
+    const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
+    if (carried > 0) p.reuse_share = carried / (carried + fresh);
   }
   p.error = state.measured.error;
   p.budget_used = scheduler.budget_used(state, now);

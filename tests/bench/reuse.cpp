@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <numeric>
 #include <span>
 
@@ -51,12 +52,12 @@ struct Kind {
   ModeVariant variant = ModeVariant::bounded;
 };
 
-RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, int seed) {
+RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, std::uint64_t seed) {
   RenderSettings settings = scene.scene.settings;
   settings.mode = kind.mode;
   settings.variant = kind.variant;
   if (kind.variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
-  settings.seed = std::uint64_t(seed);
+  settings.seed = seed;
   return settings;
 }
 
@@ -107,7 +108,7 @@ Result<ReusePoint> point_of(const ViewPicture& picture, const MeasuredScene& of)
 }
 
 // The last view at 1, 2, 4, ... `most` samples, and on to `further` of them while errors are above `goal`'s.
-Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, int seed,
+Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, std::uint64_t seed,
                        const ReuseMotion& motion, std::uint32_t most, std::uint32_t further = 0,
                        const ReusePoint& goal = {}) {
   RenderLoopOptions with_bound;  // which ours alone have to pay for
@@ -130,7 +131,7 @@ Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const K
 }
 
 // Of a frame of `samples` after the last two of the earlier views, which sources are made of.
-FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, int seed,
+FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, std::uint64_t seed,
                   const ReuseMotion& motion, std::uint32_t samples) {
   LoopViews views(engine, scene.scene.scene, settings_of(scene, kind, seed));
   std::vector<EarlierView> before(motion.before.end() - std::ptrdiff_t(std::min<std::size_t>(2, motion.before.size())),
@@ -147,19 +148,34 @@ FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& 
   return cost;
 }
 
+// That of the last view's fresh samples in modes with reuse, in which every view has one of its own.
+std::uint64_t last_seed(RenderEngine& engine, const MeasuredScene& scene, std::uint64_t seed,
+                        const ReuseMotion& motion) {
+  LoopViews views(engine, scene.scene.scene, settings_of(scene, {RenderMode::combined}, seed));
+  for (const EarlierView& view : motion.before) views.render(view.pose, 1);
+  return views.render(scene.scene.view, 1).seed;
+}
+
 // One entry for each motion.
 Result<std::vector<ReuseSeed>> measure_seed(RenderEngine& engine, const MeasuredScene& scene,
-                                            const std::vector<ReuseMotion>& motions, std::uint32_t most, int seed) {
+                                            const std::vector<ReuseMotion>& motions, std::uint32_t most,
+                                            std::uint64_t seed) {
   const Kind pt{RenderMode::pt}, ours{RenderMode::combined}, reproject{RenderMode::reproject};
   const Kind paper_ours{RenderMode::combined, ModeVariant::paper};
   const Kind paper_reproject{RenderMode::reproject, ModeVariant::paper};
-  const auto restart = run(engine, scene, pt, seed, motions.front(), 2 * most);
-  if (!restart) return restart.error();
-  const ReusePoint& goal = restart->points[restart->points.size() - 2];
+  std::map<std::uint64_t, ReuseCurve> restarts;  // by seed: motions with as many views have the same
   std::vector<ReuseSeed> all(motions.size());
   for (std::size_t m = 0; m < motions.size(); ++m) {
     ReuseSeed& result = all[m];
-    result.restart = *restart;
+    // With the fresh samples that ours has: what chance does to both is not what they are compared by.
+    const std::uint64_t same = last_seed(engine, scene, seed, motions[m]);
+    if (!restarts.contains(same)) {
+      auto restart = run(engine, scene, pt, same, motions[m], 2 * most);
+      if (!restart) return restart.error();
+      restarts[same] = std::move(*restart);
+    }
+    result.restart = restarts[same];
+    const ReusePoint& goal = result.restart.points[result.restart.points.size() - 2];
     for (int k = 0; k < 2; ++k) {
       const auto samples = std::uint32_t(kCostCounts[k]);
       result.restart_cost[k] = cost_of(engine, scene, pt, seed, motions[m], samples);
@@ -188,7 +204,7 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<
   const auto most = std::uint32_t(options.samples);
   std::vector<std::vector<ReuseSeed>> seeds(motions.size());
   for (int seed = 1; seed <= options.seeds; ++seed) {
-    auto of_seed = measure_seed(engine, measured, motions, most, seed);
+    auto of_seed = measure_seed(engine, measured, motions, most, std::uint64_t(seed));
     if (!of_seed) return of_seed.error();
     for (std::size_t m = 0; m < motions.size(); ++m) seeds[m].push_back(std::move((*of_seed)[m]));
   }

@@ -18,6 +18,7 @@ struct ViewPicture {
   FrameEnd end;
   double seconds = 0;  // the update -> the end of the frame, whose final tiles are resolved by then
   int width = 0, height = 0;
+  std::uint64_t seed = 0;  // of its fresh samples: in modes with reuse not that of the settings asked for
   std::vector<float> radiance[3], variance[3], samples, bound, density;  // row-major, top row first
 
   PictureView view() const { return {width, height, {radiance[0].data(), radiance[1].data(), radiance[2].data()}}; }
@@ -93,7 +94,10 @@ class LoopViews {
       picture.bound.resize(picture.radiance[0].size());
       picture.density.resize(picture.radiance[0].size());
     }
-    void frame_begun(const FrameBegin&) override {}
+    void frame_begun(const FrameBegin& begin) override {
+      const std::lock_guard lock(mutex);
+      picture.seed = begin.settings.seed;
+    }
     void tile_ready(FrameTile tile) override {
       const std::lock_guard lock(mutex);
       const PixelRect& window = tile.pixels.window;

@@ -103,6 +103,7 @@ TEST_P(ReuseFrame, AJumpCarriesNothing) {
   views.render(home(), 16);
   const ViewPicture& behind = views.render(turned_and_shifted(home(), 180, 0), 16);
   EXPECT_EQ(behind.end.progress.reuse_share, 0);
+  EXPECT_GE(behind.end.progress.verification_rays, std::uint64_t(kWidth * kHeight)) << "they were traced";
   EXPECT_EQ(behind.end.progress.samples_per_pixel, 16u);
 }
 
