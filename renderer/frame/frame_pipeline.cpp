@@ -13,7 +13,7 @@ void FramePipeline::enter(Stage stage) {
 
 void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& works) {
   assert(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
-         bool(works.reproject) == plan.reproject && bool(works.review) == plan.review &&
+         bool(works.reproject) == (plan.reproject || plan.centres) && bool(works.review) == plan.review &&
          bool(works.choose) == plan.choose);
   plan_ = plan;
   film_ = &film;
@@ -26,7 +26,7 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& 
   allocate_.begin(works.allocate);
   review_.begin(works.review);
   light_source_ = works.lights;
-  if (plan.reproject) {
+  if (plan.reproject || plan.centres) {
     enter(Stage::reproject);
   } else if (plan.choose) {
     begin_choice();

@@ -41,7 +41,7 @@ class FramePipeline {
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
   // Those of the works that the plan asks for, on this film.
   struct Works {
-    std::shared_ptr<PictureTransfer> reproject;
+    std::shared_ptr<PictureTransfer> reproject;  // of plans that ask for centres, too
     std::shared_ptr<TechniqueChoice> choose;
     std::shared_ptr<SampleAllocation> allocate;
     std::shared_ptr<HistoryReview> review;

@@ -23,6 +23,10 @@ struct FramePlan {
   // reproject: the film becomes a source of history and is filled for the new camera (passes/picture_transfer.h).
   bool reproject = false;
 
+  // centres: what the pixels of the picture in hand show at their centres is found out (passes/centre_search.h); of
+  // such a plan nothing else is asked.
+  bool centres = false;
+
   // choose: which tiles get light paths (passes/choose_techniques.h).
   bool choose = false;
   double choose_until_s = std::numeric_limits<double>::infinity();  // later nothing more is probed

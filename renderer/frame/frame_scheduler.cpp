@@ -276,6 +276,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     plan.publish = Publish::round;
     return plan;
   }
+  if (state.centres_due && state.total() >= kSamplesBeforeCentres) {
+    plan.centres = true;
+    return plan;
+  }
   return plan_integration(state, view_age_s, now_s);
 }
 

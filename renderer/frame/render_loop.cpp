@@ -16,6 +16,7 @@
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/passes/centre_search.h"
 #include "renderer/frame/passes/forward_transfer.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
@@ -129,6 +130,8 @@ struct RenderLoop::Impl final : PieceSource {
   PictureHistory history;                     // of the film, in modes that reuse pictures
   TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
+  std::shared_ptr<CentreSearch> search;       // of the plan in hand; null: none
+  std::uint64_t search_rays = 0;              // of this picture's
   std::shared_ptr<HistoryReview> review;      // of the plan in hand
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
   double taken_back = 0;                      // carried samples that reviews of this picture took back
@@ -305,7 +308,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
   p.trace = trace;
   if (transfer && !state.reproject_due) {
-    p.verification_rays = transfer->stats().rays;
+    p.verification_rays = transfer->stats().rays + search_rays;
     const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
     if (carried > 0) p.reuse_share = carried / (carried + fresh);
   }
@@ -389,6 +392,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     film_samples = 0;
     transfer.reset();
     taken_back = 0;
+    search_rays = 0;
     state.carried = state.fill = false;
     state.reproject_due = reuse;
     state.measured = {};
@@ -462,6 +466,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 
   const StageSeconds& seconds = pipeline.seconds();
   if (plan.reproject) note_transfer();
+  if (search) search_rays += search->stats().rays;
   if (plan.choose) state.choice_due = false;
   if (review && !pipeline.cut()) taken_back += review->taken_back();
   if (plan.allocate) {
@@ -514,6 +519,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     }
   }
   state.tiles_alone = !film->splats() && !lights;
+  state.centres_due = !state.reproject_due && history.film_usable() && !history.centres_known() &&
+                      can_reproject(history.film_pose(), settings.filter);
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FramePipeline::Works works;
   const PixelRect& region = pipeline.grid().region();
@@ -528,6 +535,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     }
     works.reproject = transfer;
   }
+  search = plan.centres ? std::make_shared<CentreSearch>(*film, region, history, settings.filter) : nullptr;
+  if (search) works.reproject = search;
   if (plan.choose) {
     works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token,
                                                      *film, reuses(settings.mode) ? &techniques : nullptr);

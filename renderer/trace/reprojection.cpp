@@ -13,8 +13,6 @@
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
-#include "renderer/trace/outside_hits.h"
-#include "renderer/trace/rim_hits.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/scene_data.h"
 
@@ -34,6 +32,10 @@ constexpr float kMostAlbedoRatio = 4;
 constexpr float kSameDepth = 1e-4f;
 
 constexpr int kMostReach = 8;
+
+// Of a glance: the side of the squares of which one pixel is looked at, and of a region the pixels at least.
+constexpr int kMostGlanceCell = 8;
+constexpr int kLeastGlances = 64;
 
 struct Tap {
   int x = 0, y = 0;
@@ -373,18 +375,6 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
 
 }  // namespace
 
-int filter_reach(const PixelFilter& filter) {
-  switch (filter.kind) {
-    case PixelFilterKind::box:
-      return 1;
-    case PixelFilterKind::tent:
-      return std::max(1, int(std::ceil(std::min(filter.scale, 100.0))));
-    case PixelFilterKind::gaussian:
-      return std::max(1, int(std::ceil(std::min(4 * filter.scale, 100.0))));
-  }
-  return 1;
-}
-
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter) {
   return pose.lens_radius == 0 && filter_reach(filter) <= kMostReach;
 }
@@ -397,53 +387,93 @@ void ReprojectionStats::add(const ReprojectionStats& other) {
 
 Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                            const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources)
-    : scene_(std::move(scene)),
-      film_(film),
-      region_(region),
-      pose_(pose),
-      camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
-      border_(filter_reach(filter)),
-      box_(filter.kind == PixelFilterKind::box),
-      sources_(std::move(sources)) {
-  assert(sources_.size() <= kMostSources && film.history());
+    : film_(film), centres_(std::move(scene), film, region, pose, filter), sources_(std::move(sources)) {
+  assert(sources_.size() <= kMostSources && film_.history());
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
   for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})
     key_ = combine_hash(key_, std::uint32_t(std::bit_cast<std::uint64_t>(number) >> 20));
 }
 
+// Looks sources up for one pixel after the other. Not thread safe.
+class Reprojection::Seeker {
+ public:
+  explicit Seeker(const Reprojection& of)
+      : of_(of),
+        now_(pose(), of.film_.width(), of.film_.height(), of.centres_.scene().origin()),
+        views_(views_of(of.sources_, pose(), of.centres_.region(), of.film_, of.centres_.scene())) {}
+
+  struct Found {
+    Lookup lookup;
+    bool swap = false;
+  };
+  // centres: has the pixel in hand, which met `here`.
+  Found find(const CentreHit& here, int x, int y, const CentreHits& centres) {
+    const V3d position =
+        here.hit() ? now_.position_at(x + 0.5, y + 0.5, here.depth) : now_.direction_at(x + 0.5, y + 0.5);
+    const double footprint = now_.footprint(here.hit() ? double(here.depth) : dot(position, pose().forward));
+    Found best;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      Lookup lookup;
+      if (!views_[i].same_camera()) {
+        const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), of_.key_);
+        lookup = views_[i].look(here, position, footprint, centres, key);
+      } else if (!views_[i].border(x, y)) {
+        lookup = views_[i].keep(*of_.film_.history(), x, y, 0);
+      }
+      if (lookup.total() > best.lookup.total()) best = {lookup, of_.sources_[i].swap};
+      if (lookup.total() >= of_.sources_[i].enough) break;
+    }
+    return best;
+  }
+
+ private:
+  const CameraPose& pose() const { return of_.centres_.pose(); }
+
+  const Reprojection& of_;
+  CameraProjection now_;
+  std::vector<SourceView> views_;
+};
+
+bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) const {
+  for (const PictureSource& source : sources_) {
+    if (source.pose == centres_.pose()) return true;
+  }
+  // A strip of one pixel's width, as high as eight of these cells, is in one of them.
+  int cell = kMostGlanceCell;
+  while (cell > 1 && centres_.region().area() < std::int64_t(cell) * cell * kLeastGlances) cell /= 2;
+  CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
+  Seeker seeker(*this);
+  for (const PixelRect& part : cut_aligned(window, cell, cell)) {
+    const int row = part.y0 / cell, column = part.x0 / cell;
+    const int x = std::min(part.x0 + (5 * row + 3) % cell, part.x1 - 1);
+    const int y = std::min(part.y0 + (3 * column + 1) % cell, part.y1 - 1);
+    centres.trace({x, y, x + 1, y + 1});
+    ++stats.rays;
+    if (seeker.find(centres.at(x, y), x, y, centres).lookup.total() > 0) return true;
+  }
+  return false;
+}
+
+void Reprojection::clear(const PixelRect& window) {
+  film_.clear(window);
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) film_.history()->directions(x, y) = {};
+  }
+}
+
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
-  CentreHits centres(*scene_, camera_, pose_.forward);
-  const CameraProjection now(pose_, film_.width(), film_.height(), scene_->origin());
-  std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
-  FilmHistory& history = *film_.history();
+  CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
+  Seeker seeker(*this);
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     film_.clear(block);
     centres.trace(block);
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
-        const CentreHit& here = history.centre(x, y) = centres.at(x, y);
+        const CentreHit& here = film_.history()->centre(x, y) = centres.at(x, y);
         film_.features(x, y) = centres.features();  // until the first fresh sample has its own
-        const V3d position =
-            here.hit() ? now.position_at(x + 0.5, y + 0.5, here.depth) : now.direction_at(x + 0.5, y + 0.5);
-        const double footprint = now.footprint(here.hit() ? double(here.depth) : dot(position, pose_.forward));
-        Lookup best;
-        bool swap = false;
-        for (std::size_t i = 0; i < views.size(); ++i) {
-          Lookup lookup;
-          if (!views[i].same_camera()) {
-            const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), key_);
-            lookup = views[i].look(here, position, footprint, centres, key);
-          } else if (!views[i].border(x, y)) {
-            lookup = views[i].keep(history, x, y, 0);
-          }
-          if (lookup.total() > best.total()) {
-            best = lookup;
-            swap = sources_[i].swap;
-          }
-          if (lookup.total() >= sources_[i].enough) break;
-        }
-        fill(best, swap, film_, x, y);
+        const Seeker::Found found = seeker.find(here, x, y, centres);
+        fill(found.lookup, found.swap, film_, x, y);
       }
     }
   }
@@ -451,53 +481,24 @@ void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
 }
 
 void Reprojection::find_borders(const PixelRect& window, ReprojectionStats& stats) {
-  FilmHistory& history = *film_.history();
-  const OutsideHits outside(*scene_, camera_, pose_.forward, window, border_, region_);
-  // The brightest with some pixel that the filter reaches.
-  const auto border_of = [&](int x, int y) {
-    const CentreHit& here = history.centre(x, y);
-    Border most = Border::none;
-    const PixelRect around = intersect(reached_from(x, y), outside.bounds());
-    for (int py = around.y0; py < around.y1; ++py) {
-      for (int px = around.x0; px < around.x1; ++px) {
-        const CentreHit& there = region_.contains(px, py) ? history.centre(px, py) : outside.at(px, py);
-        most = std::max(most, border_between(here, there));
-      }
-    }
-    return most;
-  };
-  std::vector<std::uint8_t> doubtful;  // of the window: whose rims may tell more
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) {
-      const Border border = border_of(x, y);
-      history.carried(x, y).found = border != Border::none;
-      doubtful.push_back(box_ && border == Border::plain);
-    }
-  }
-  const RimHits rims(*scene_, camera_, window, doubtful);
-  auto asked = doubtful.begin();
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++asked) {
-      if (*asked && rims.show_only(history.centre(x, y), x, y)) history.carried(x, y).found = 0;
-    }
-  }
-  stats.rays += outside.rays() + rims.rays();
+  stats.rays += centres_.find_borders(window);
 }
 
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
-  const std::vector<SourceView> views = views_of(sources_, pose_, region_, film_, *scene_);
+  const PixelRect& region = centres_.region();
+  const std::vector<SourceView> views = views_of(sources_, centres_.pose(), region, film_, centres_.scene());
   FilmHistory& history = *film_.history();
+  centres_.settle(window);
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      CentreHit& here = history.centre(x, y);
+      const bool border = history.centre(x, y).border;
       CarriedPixel& carried = history.carried(x, y);
-      here.border = carried.found != 0;
-      carried.found = 0;
-      if (here.border) fill({}, false, film_, x, y);
+      if (border) fill({}, false, film_, x, y);
       for (std::size_t i = 0; i < views.size(); ++i) {
-        if (!views[i].same_camera() || !(here.border || views[i].border(x, y))) continue;
-        if (sources_[i].edited && intersect(reached_from(x, y), region_).area() < reached_from(x, y).area()) continue;
-        const Lookup lookup = views[i].keep(history, x, y, border_);
+        if (!views[i].same_camera() || !(border || views[i].border(x, y))) continue;
+        const PixelRect reached = centres_.reached_from(x, y);
+        if (sources_[i].edited && intersect(reached, region).area() < reached.area()) continue;
+        const Lookup lookup = views[i].keep(history, x, y, centres_.reach());
         if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
           fill(lookup, sources_[i].swap, film_, x, y);
         if (lookup.total() >= sources_[i].enough) break;

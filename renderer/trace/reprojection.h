@@ -40,6 +40,7 @@
 #include "renderer/film/history_source.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
+#include "renderer/trace/picture_centres.h"
 
 namespace helio {
 
@@ -61,15 +62,12 @@ struct ReprojectionStats {
   void add(const ReprojectionStats& other);
 };
 
-// How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
-int filter_reach(const PixelFilter& filter);
-
 // Whether pictures of such a camera can be drawn on, and drawn from others.
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
 // Three sweeps over windows of a film, to be shared between threads: carry() of every window, then find_borders() of
 // every window, then settle(). Windows are disjoint and lie in the region. The bits do not depend on how it was cut
-// along blocks of the film.
+// along blocks of the film. Where a glance() at every window found nothing, clear() of every window is enough.
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
@@ -79,24 +77,24 @@ class Reprojection {
 
   static constexpr std::size_t kMostSources = 2;
 
+  // Whether sources know something of the window, as far as one pixel in 64 tells (more of small films). True where one
+  // may be kept as it is. Changes nothing.
+  bool glance(const PixelRect& window, ReprojectionStats& stats) const;
+  // Nothing is carried into the window, and what its centres meet is not found out (trace/picture_centres.h).
+  void clear(const PixelRect& window);
+
   // Clears the window, finds its centre hits, and fills it with what the sources know of them.
   void carry(const PixelRect& window, ReprojectionStats& stats);
-  // Finds what is next to another surface and notes it (CarriedPixel::found).
+  // PictureCentres::find_borders().
   void find_borders(const PixelRect& window, ReprojectionStats& stats);
   // Takes back what was carried there, and gives it what only whole neighbourhoods tell.
   void settle(const PixelRect& window, ReprojectionStats& stats);
 
  private:
-  // What the pixel's filter reaches.
-  PixelRect reached_from(int x, int y) const { return {x - border_, y - border_, x + border_ + 1, y + border_ + 1}; }
+  class Seeker;
 
-  std::shared_ptr<const RenderScene> scene_;
   Film& film_;
-  PixelRect region_;
-  CameraPose pose_;
-  Camera camera_;
-  int border_;  // pixels around that a pixel's filter reaches
-  bool box_;    // it is the pixel itself
+  PictureCentres centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
 };

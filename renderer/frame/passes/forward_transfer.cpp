@@ -64,7 +64,7 @@ void ForwardTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::carry:
     case Sweep::clear:
-      history_.film_complete(nullptr, pose_);  // edits of the scene begin anew
+      history_.film_complete(nullptr, pose_, true);  // edits of the scene begin anew
       note_complete();
       return;
   }

@@ -3,11 +3,18 @@
 
 #include <cstddef>
 #include <mutex>
+#include <vector>
 
+#include "renderer/film/film_windows.h"
 #include "renderer/frame/passes/sweeps.h"
 #include "renderer/trace/reprojection.h"
 
 namespace helio {
+
+// The parts of sweeps over a region: about a millisecond each.
+inline std::vector<PixelRect> transfer_windows(const PixelRect& region) {
+  return cut_aligned(region, 16 * kFilmBlock, kFilmBlock);
+}
 
 // The sweeps of one move.
 class PictureTransfer {

@@ -12,8 +12,6 @@ namespace {
 
 // A source that knows this share of its picture's samples of a pixel need not be bettered by another.
 constexpr double kEnough = 0.5;
-// Of a sweep's parts: about a millisecond each.
-constexpr int kPartRows = kFilmBlock, kPartColumns = 16 * kFilmBlock;
 // The paths that measure what an edit has changed are none of those of the picture.
 constexpr std::uint64_t kOtherPaths = 0x6a09e667f3bcc909;
 
@@ -54,10 +52,14 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
       filter_(filter),
       settings_(settings) {
   settings_.seed = mix_bits(settings.seed ^ kOtherPaths);
-  windows_ = cut_aligned(region, kPartColumns, kPartRows);
+  windows_ = transfer_windows(region);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
-    sweeps_ = {Sweep::gather};
+    if (!history.centres_known()) {
+      film_centres_ = std::make_unique<PictureCentres>(history.film_scene(), film, region, history.film_pose(), filter);
+      sweeps_ = {Sweep::search, Sweep::search_borders, Sweep::note_borders};
+    }
+    sweeps_.push_back(Sweep::gather);
   } else {
     prepare_revision();
   }
@@ -88,8 +90,14 @@ void HistoryTransfer::prepare_reprojection() {
     sources.push_back(
         {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
+  sweeps_.push_back(sources.empty() ? Sweep::clear : Sweep::glance);
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
-  sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::find_borders, Sweep::settle});
+}
+
+// Where nobody waits: these may be the last that hold a scene.
+void HistoryTransfer::free_scenes() {
+  film_centres_.reset();
+  revision_.reset();
 }
 
 std::size_t HistoryTransfer::parts() const {
@@ -108,6 +116,15 @@ std::size_t HistoryTransfer::parts() const {
 void HistoryTransfer::run(int sweep, std::size_t part) {
   ReprojectionStats stats;
   switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::search:
+      stats.rays = film_centres_->find(windows_[part]);
+      break;
+    case Sweep::search_borders:
+      stats.rays = film_centres_->find_borders(windows_[part]);
+      break;
+    case Sweep::note_borders:
+      film_centres_->settle(windows_[part]);
+      return;
     case Sweep::gather:
       film_.history()->source(slot_).gather(film_, windows_[part], region_);
       return;
@@ -123,8 +140,15 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
     case Sweep::revise:
       revision_->revise(windows_[part], stats);
       break;
+    case Sweep::glance:
+      if (reprojection_->glance(windows_[part], stats)) anything_ = true;
+      break;
+    case Sweep::clear:
+      if (part == 0) free_scenes();
+      reprojection_->clear(windows_[part]);
+      return;
     case Sweep::carry:
-      if (part == 0) revision_.reset();  // here, where nobody waits: it may be the last that holds a scene
+      if (part == 0) free_scenes();
       reprojection_->carry(windows_[part], stats);
       break;
     case Sweep::find_borders:
@@ -140,6 +164,9 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
 void HistoryTransfer::finish_sweep(int sweep) {
   current_ = sweep + 1;
   switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::note_borders:
+      history_.centres_found();
+      return;
     case Sweep::gather:
       history_.slot_complete(slot_);
       history_.film_overwritten();
@@ -161,12 +188,22 @@ void HistoryTransfer::finish_sweep(int sweep) {
         history_.slot_revised(revised_slots_[k], scene_, revision_->edits_what_shows(k));
       prepare_reprojection();
       return;
+    case Sweep::glance:
+      if (anything_) {
+        sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::find_borders, Sweep::settle});
+      } else {
+        sweeps_.push_back(Sweep::clear);
+      }
+      return;
+    case Sweep::search:
+    case Sweep::search_borders:
     case Sweep::measure:
     case Sweep::carry:
     case Sweep::find_borders:
       return;
+    case Sweep::clear:
     case Sweep::settle:
-      history_.film_complete(scene_, pose_);
+      history_.film_complete(scene_, pose_, sweeps_[std::size_t(sweep)] == Sweep::settle);
       note_complete();
       return;
   }

@@ -1,7 +1,11 @@
 // Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
-// (trace/history_revision.h), and what they know is carried into the film of a new camera (trace/reprojection.h).
+// (trace/history_revision.h), and what they know is carried into the film of a new camera (trace/reprojection.h). A
+// camera that jumped finds nothing there, and a session's first picture has no sources: such pictures begin without
+// rays through the centres of their pixels, which are traced once the picture is worth it (passes/centre_search.h), at
+// the latest when it becomes a source itself.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,6 +13,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/trace/history_revision.h"
+#include "renderer/trace/picture_centres.h"
 #include "renderer/trace/reprojection.h"
 
 namespace helio {
@@ -34,14 +39,19 @@ class PictureHistory {
   // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
   // held, which may take long to free.
   std::vector<std::shared_ptr<const RenderScene>> forget();
-  // The film holds a picture of this camera, all of its pixels in a defined state.
-  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose) {
+  // The film holds a picture of this camera, all of its pixels in a defined state. centres: it knows what those of its
+  // pixels meet (trace/picture_centres.h), or never will.
+  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, bool centres) {
     film_ = {true, scene, pose, 0, film_swapped()};
+    centres_known_ = centres;
     copy_pose_.reset();
   }
+  void centres_found() { centres_known_ = true; }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
+  const std::shared_ptr<const RenderScene>& film_scene() const { return film_.scene; }
+  bool centres_known() const { return centres_known_; }  // of the film, which is usable
 
   // The source to overwrite with the film, which has had so many fresh samples per pixel; that source holds nothing
   // from now on.
@@ -74,11 +84,13 @@ class PictureHistory {
   int anchor_ = 0;
   bool promoted_ = false;  // the slot that was taken last becomes the anchor once it is complete
   Slot slots_[FilmHistory::kSources], film_;
+  bool centres_known_ = false;
   std::optional<CameraPose> copy_pose_;
 };
 
-// The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
-// earlier scene compare, measure, collect, revise; then carry, find borders, settle.
+// The sweeps of one move or edit: where the film's centres are not known search, search borders, note borders; gather
+// (film to source, unless the film is of no use); where sources are of an earlier scene compare, measure, collect,
+// revise; then glance, and carry, find borders, settle, or clear where nothing is to be found.
 class HistoryTransfer final : public PictureTransfer {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
@@ -92,9 +104,24 @@ class HistoryTransfer final : public PictureTransfer {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { gather, compare, measure, collect, revise, carry, find_borders, settle };
+  enum class Sweep {
+    search,
+    search_borders,
+    note_borders,
+    gather,
+    compare,
+    measure,
+    collect,
+    revise,
+    glance,
+    clear,
+    carry,
+    find_borders,
+    settle
+  };
   void prepare_revision();
   void prepare_reprojection();
+  void free_scenes();
 
   std::shared_ptr<const RenderScene> scene_;
   Film& film_;
@@ -107,9 +134,11 @@ class HistoryTransfer final : public PictureTransfer {
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;
   std::vector<PixelRect> windows_;
+  std::unique_ptr<PictureCentres> film_centres_;  // of the picture that is left
   std::unique_ptr<HistoryRevision> revision_;
   std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;
+  std::atomic<bool> anything_ = false;  // was found at a glance
 };
 
 }  // namespace helio

@@ -105,6 +105,27 @@ TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
   EXPECT_PLAN(plan, FramePlan{});
 }
 
+TEST(FrameScheduler, LooksForCentresOnceThePictureIsWorthIt) {
+  Budget budget;
+  budget.samples = 64;
+  const FrameScheduler scheduler(budget, {});
+  for (const std::uint32_t half : {0u, 1u, 4u, 7u}) {
+    FrameState state = at(half, half);
+    state.centres_due = true;
+    EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres) << half;
+  }
+  FrameState state = at(8, 8);
+  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres);
+  state.centres_due = true;
+  FramePlan alone;
+  alone.centres = true;
+  EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), alone);
+  state.published_samples = 8;  // what is seen comes first
+  EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), show());
+  budget.samples = 16;  // nothing comes after the end
+  EXPECT_TRUE(FrameScheduler(budget, {}).plan_next(state, 0.1, 0, 1).end.has_value());
+}
+
 TEST(FrameScheduler, CarriesTheRevision) {
   FrameState state;
   state.revision = 41;

@@ -235,6 +235,44 @@ TEST(Reprojection, PixelsNextToAnEdgeAreOfUseUnlessSomethingShines) {
   }
 }
 
+TEST(Reprojection, AGlanceFindsNarrowStrips) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const CameraPose before = orthographic_before_wall();
+  const HistorySource source =
+      picture(scene, before, 0, [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+  const auto glance = [&](const CameraPose& pose, ReprojectionStats& stats) {
+    Film film(kWidth, kHeight, {.history = true});
+    const Reprojection work(scene, film, film.bounds(), pose, {}, {{before, &source, 0, false}});
+    return work.glance(film.bounds(), stats);
+  };
+  ReprojectionStats none, some;
+  EXPECT_TRUE(glance(before, none));
+  EXPECT_EQ(none.rays, 0u) << "the same camera";
+  for (const int shift : {1, 24, kWidth - 2, 2 - kWidth}) {
+    ReprojectionStats stats;
+    EXPECT_TRUE(glance(orthographic_before_wall(shift, 0), stats)) << shift;
+    EXPECT_LE(stats.rays, std::uint64_t(kWidth * kHeight / 16));
+  }
+  EXPECT_FALSE(glance(orthographic_before_wall(kWidth + 2, 0), some));
+  EXPECT_EQ(some.rays, std::uint64_t(kWidth * kHeight / 16)) << "one of 4x4 pixels of so small a film";
+}
+
+TEST(Reprojection, ClearingForgetsThePictureBefore) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const HistorySource source = picture(scene, orthographic_before_wall(), 0,
+                                       [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+  Film film = film_of(scene, orthographic_before_wall(5), {{orthographic_before_wall(), &source, 0, false}});
+  ASSERT_GT(film.half(0, 20, 20).count, 0u);
+  film.history()->directions(20, 20).place[0][0] = 77;
+  Reprojection work(scene, film, film.bounds(), orthographic_before_wall(999), {}, {});
+  work.clear({0, 0, kWidth, kHeight - 1});
+  EXPECT_EQ(film.half(0, 20, 20).count, 0u);
+  EXPECT_EQ(film.history()->carried(20, 20).count[0], 0u);
+  EXPECT_EQ(film.history()->directions(20, 20).place[0][0], DirectionReservoir::kNone);
+  EXPECT_EQ(film.features(20, 20).count, 0u);
+  EXPECT_GT(film.half(0, 20, kHeight - 1).count, 0u) << "outside the window";
+}
+
 // A camera at rest: of what was on a border at the picture's edge nobody knows whether what was beside it still is.
 TEST(Reprojection, EdgesOfPicturesFromBeforeAnEditDoNotComeBack) {
   const auto bare = wall_with_plate(false), covered = wall_with_plate(true);
