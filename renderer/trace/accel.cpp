@@ -456,20 +456,36 @@ void fill_lane(RTCRay16& out, int lane, const Ray& ray, unsigned id) {
   out.flags[lane] = 0;
 }
 
-// Lanes from `used` on are off; they hold the first ray, so that no lane is uninitialised.
+// Lanes from `used` on are off.
 int lanes_of(std::size_t first, std::size_t count, int* valid) {
   const int used = int(std::min<std::size_t>(kLanes, count - first));
   for (int lane = 0; lane < kLanes; ++lane) valid[lane] = lane < used ? -1 : 0;
   return used;
 }
 
+// Lanes that are off hold this. Embree 3.13 does not look at which lanes are valid where it has to trace a packet in
+// two, for want of instructions that are wide enough: a ray that ends before it begins is left alone there, too.
+constexpr Ray kNoRay{V3f(0, 0, 0), -1, V3f(0, 0, 1), 0};
+
+void switch_off(RTCRay16& rays, int lane, int* valid) {
+  fill_lane(rays, lane, kNoRay, rays.id[lane]);
+  valid[lane] = 0;
+}
+
 // Takes out the lanes whose rays cannot be traced. The sum of a ray's coordinates decides, so that one comparison also
 // finds what is not finite.
-void switch_off_untraceable(const RTCRay16& rays, float limit, int* valid) {
+void switch_off_untraceable(RTCRay16& rays, float limit, int* valid) {
+  int any = 0, traceable[kLanes];
   for (int lane = 0; lane < kLanes; ++lane) {
     const float reach = std::fabs(rays.org_x[lane]) + std::fabs(rays.org_y[lane]) + std::fabs(rays.org_z[lane]) +
                         std::fabs(rays.dir_x[lane]) + std::fabs(rays.dir_y[lane]) + std::fabs(rays.dir_z[lane]);
-    valid[lane] &= -int((reach <= limit) & (rays.tfar[lane] >= 0));
+    traceable[lane] = valid[lane] & -int((reach <= limit) & (rays.tfar[lane] >= 0));
+    any |= ~traceable[lane];
+  }
+  if (any == 0) [[likely]]
+    return;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (traceable[lane] == 0) switch_off(rays, lane, valid);
   }
 }
 
@@ -496,7 +512,7 @@ bool bring_near(Rays& rays, float radius, int* valid, double* moved) {
     const double off = length(o + d * closest);
     const double t = closest - std::sqrt(std::max(0.0, sphere * sphere - off * off) / length_squared(d));
     if (!(off < sphere && t > 0 && t < double(rays.tfar[lane]))) {
-      valid[lane] = 0;
+      switch_off(rays, lane, valid);
       continue;
     }
     const V3d start = o + d * t;
@@ -558,7 +574,7 @@ void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded)
     if (widened) bring_near(query, impl_->widening_radius, valid, moved);
     embree::occluded16(valid, impl_->top, &context, &query);
     for (int lane = 0; lane < used; ++lane) {
-      occluded[first + std::size_t(lane)] = (traceable[lane] == 0) | (query.tfar[lane] < 0);
+      occluded[first + std::size_t(lane)] = (traceable[lane] == 0) | ((valid[lane] != 0) & (query.tfar[lane] < 0));
     }
   }
 }
