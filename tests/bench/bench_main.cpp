@@ -87,6 +87,8 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--samples", options.samples, "Samples a pixel; of curves: of the last point, after 1, 2, 4, ...")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
+  command.add_flag("--own-references", options.own_references,
+                   "Pass by references of other renderers: pictures are of --size, held against our own");
   command
       .add_option("--cache", options.cache, "Folder that keeps references and scenes made here; also HELIO_BENCH_CACHE")
       ->capture_default_str();

@@ -96,6 +96,7 @@ Result<ReusePoint> point_of(const ViewPicture& picture, const MeasuredScene& of)
   const DarkHalf dark = compare_dark_half(picture.view(), scene.reference.view());
   ReusePoint point;
   point.relmse = without_noise(error->relmse, of.relmse);
+  point.noise = of.relmse;
   point.dark_relmse = without_noise(dark.relmse, of.dark_relmse);
   point.reported = picture.end.progress.error.relmse;
   point.inside = share_inside(picture, scene);

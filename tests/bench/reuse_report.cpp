@@ -161,14 +161,24 @@ class Report {
     add(name + ".beyond_bound", beyond > 0 ? beyond / error : 0.0, "s.e.", Better::lower, 3.0);
   }
 
-  void at_point(const std::string& name, std::size_t k) {
-    const auto ratios = of_seeds([k](const ReuseSeed& seed) {
+  // Of seeds whose true error is not mostly the reference's.
+  void calibration(const std::string& name, std::size_t k) {
+    std::vector<double> ratios;
+    for (const ReuseSeed& seed : seeds_) {
       const ReusePoint& point = seed.combined.points[k];
-      return std::sqrt(point.reported / point.relmse);
-    });
-    add_within(name + ".reported_over_true", median(ratios), "x", kLeastCalibration, kMostCalibration);
-    add_within(name + ".reported_over_true.worst_seed", worst_of(ratios, out_.figures.back().figure), "x",
-               kLeastCalibration, kMostCalibration);
+      if (point.relmse >= point.noise) ratios.push_back(std::sqrt(point.reported / point.relmse));
+    }
+    if (ratios.size() < seeds_.size())
+      out_.notes.push_back(fmt::format("{}: the reference's noise is most of the error of {} of {} seeds, left out",
+                                       name, seeds_.size() - ratios.size(), seeds_.size()));
+    if (ratios.empty()) return;
+    add_within(name, median(ratios), "x", kLeastCalibration, kMostCalibration);
+    add_within(name + ".worst_seed", worst_of(ratios, out_.figures.back().figure), "x", kLeastCalibration,
+               kMostCalibration);
+  }
+
+  void at_point(const std::string& name, std::size_t k) {
+    calibration(name + ".reported_over_true", k);
     add(name + ".within_three", median(of_seeds([k](const ReuseSeed& s) { return 100 * s.combined.points[k].inside; })),
         "%", Better::higher, kLeastInside);
     add_bias(name + ".bias", k, &ReusePoint::bias, true);

@@ -16,6 +16,7 @@ namespace helio::bench {
 struct ReusePoint {
   double seconds = 0;  // since the view came
   double relmse = 0, dark_relmse = 0;
+  double noise = 0;                // of the reference, that was taken off relmse
   double reported = 0;             // relMSE, as the picture's own variance has it
   double inside = 0;               // share of the channels within three reported standard errors
   double bias = 0, dark_bias = 0;  // mean(x - r) / mean(r), with what the reference is off by

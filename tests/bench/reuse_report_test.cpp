@@ -188,5 +188,22 @@ TEST(ReuseReport, TheDarkHalfStandsApart) {
   EXPECT_TRUE(notes_mention(black, "black"));
 }
 
+TEST(ReuseReport, ErrorsThatAreTheReferencesAreNotHeldAgainstReportedOnes) {
+  std::vector<ReuseSeed> seeds(3, seed_of());
+  for (ReuseSeed& seed : seeds) {
+    for (ReusePoint& point : seed.combined.points) point.reported = 4 * point.relmse;
+  }
+  seeds[1].combined.points[kPoints - 1].relmse = 1e-6;
+  for (ReuseSeed& seed : seeds) seed.combined.points[kPoints - 1].noise = 1e-4;
+  ReuseReport report = report_reuse(seeds, kPoints, 0.1, {});
+  EXPECT_NEAR(value(report, "at_last.reported_over_true"), 2, 1e-9);
+  EXPECT_NEAR(value(report, "at_last.reported_over_true.worst_seed"), 2, 1e-9);
+  EXPECT_TRUE(notes_mention(report, "1 of 3 seeds"));
+  for (ReuseSeed& seed : seeds) seed.combined.points[kPoints - 1].noise = 1;
+  report = report_reuse(seeds, kPoints, 0.1, {});
+  EXPECT_EQ(find(report, "at_last.reported_over_true"), nullptr);
+  EXPECT_NE(find(report, "at_two.reported_over_true"), nullptr);
+}
+
 }  // namespace
 }  // namespace helio::bench

@@ -124,9 +124,9 @@ TEST(CentreSearch, FindsWhatCarryingDoes) {
 
     Reprojection reprojection(scene, carried, region, at(0.3), {}, {});
     ReprojectionStats stats;
-    reprojection.carry(region, stats);
-    reprojection.find_borders(region, stats);
-    reprojection.settle(region, stats);
+    for (const PixelRect& window : transfer_windows(region)) reprojection.carry(window, stats);
+    for (const PixelRect& window : transfer_windows(region)) reprojection.find_borders(window, stats);
+    for (const PixelRect& window : transfer_windows(region)) reprojection.settle(window, stats);
     EXPECT_EQ(search.stats().rays, stats.rays);
     int borders = 0;
     for (int y = region.y0; y < region.y1; ++y) {
