@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "renderer/film/direction_reservoir.h"
+#include "renderer/film/history_source.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/bsdf_views.h"
 #include "renderer/trace/sampler.h"
@@ -21,6 +22,8 @@ constexpr int kViewpoints = 2;  // from which a picture is compared
 
 // Of a sum of ratios of BSDFs: one that is larger is of a lobe that hardly reaches the direction from there.
 constexpr float kMostRatio = 16;
+// Of an albedo between two views of a surface.
+constexpr float kMostAlbedoChange = 4;
 // Share of a change by which it is taken to be off beside what its directions' scatter says.
 constexpr float kDoubt = 0.5f;
 
@@ -40,8 +43,8 @@ std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection
 }
 
 // How much of the light that the surface sends along wo comes otherwise along `from`, [0, 1], as far as a few samples
-// of its BSDF say. views: of the two; local.
-float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from,
+// of its BSDF say, beyond `expected`, new over old. views: of the two; local.
+float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from, float expected,
                   std::uint32_t key) {
   if (!(from.z * wo.z > 0)) return 1;
   float whole = 0, changed = 0;
@@ -51,7 +54,7 @@ float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f
     if (!sample.valid()) continue;
     const float weight = luminance(sample.weight);
     whole += weight;
-    const float there = sample.delta ? 0.0f : luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
+    const float there = sample.delta ? 0.0f : expected * luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
     changed += std::fabs(there - weight);
   }
   return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
@@ -84,6 +87,8 @@ struct CentreHits::Block {
   std::uint32_t slot[kMostPixels];      // of a pixel of the window, row-major: its ray
   std::optional<ShadingPoint> shading;  // of the pixel in hand; none: it looks alike from everywhere
   V3f wo;                               // local
+  Rgb albedo;                           // of the pixel in hand, as centres tell it
+  bool albedo_known = false;            // it is the surface's, seen along wo
   PixelFeatures features;               // of the pixel in hand
   std::uint32_t key = 0;
 
@@ -195,6 +200,8 @@ CentreHit CentreHits::at(int x, int y) {
   const Rgb albedo = lambert ? params.base_color : surface_albedo(params, b.wo);
   see(albedo, seen);
   centre.albedo = pack_reflectance(point_of_texture ? Rgb(1, 1, 1) : albedo);
+  b.albedo = unpack_reflectance(centre.albedo);
+  b.albedo_known = !point_of_texture;
   if (params.model == LobeModel::none || lambert) b.shading.reset();
   return centre;
 }
@@ -207,7 +214,18 @@ bool CentreHits::depends_on_view() const {
   return block_->shading.has_value();
 }
 
-float CentreHits::unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from) const {
+Rgb CentreHits::albedo_change(const V3f& from) const {
+  const Block& b = *block_;
+  if (!b.albedo_known || !(from.z * b.wo.z > 0)) return {1, 1, 1};
+  Rgb change = demodulation(b.albedo) / demodulation(surface_albedo(b.shading->params, from));
+  for (int c = 0; c < 3; ++c) {
+    // One of the two was too dark to divide by.
+    if (!(change[c] <= kMostAlbedoChange && change[c] >= 1 / kMostAlbedoChange)) change[c] = 1;
+  }
+  return change;
+}
+
+float CentreHits::unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from, float expected) const {
   constexpr float kAlike = 0.99f;  // cosine between normals
   const Block& b = *block_;
   const Surface& surface = b.shading->surface;
@@ -220,7 +238,7 @@ float CentreHits::unseen_change(const V3f& viewpoint, const BsdfViews& views, co
     keep = &known;
     break;
   }
-  const float change = view_change(b.shading->params, views, b.wo, from, b.key);
+  const float change = view_change(b.shading->params, views, b.wo, from, expected, b.key);
   if (keep) *keep = {surface.material, viewpoint, normal, change};
   return change;
 }
@@ -233,16 +251,19 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   const Frame& frame = b.shading->frame;
   const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
   const BsdfViews views(params, b.wo, from);
-  const float unseen = unseen_change(viewpoint, views, from);
+  // What is known of all directions together. Ratios are over it from here on.
+  change.albedo = albedo_change(from);
+  const Rgb inverse(1 / change.albedo.x, 1 / change.albedo.y, 1 / change.albedo.z);
+  const float unseen = unseen_change(viewpoint, views, from, luminance(change.albedo));
 
   WeighedDirection distinct[kMostWeighed];
   float ratios[kMostWeighed];
   int count = 0;
   Rgb now(0, 0, 0), before(0, 0, 0);
-  float whole = 0, known = 0, changed = 0;
+  double whole = 0, known = 0, changed = 0;  // of weights that are any floats, to be squared
   for (const WeighedDirection& d : std::span(distinct, merge_equal(directions, distinct))) {
     whole += d.weight;
-    Rgb there(1, 1, 1), f(1, 1, 1);
+    Rgb there = inverse, f(1, 1, 1);
     float old = 1;
     if (d.packed == DirectionReservoir::kNone) continue;
     if (d.packed != DirectionReservoir::kAny) {
@@ -250,38 +271,42 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
       const BsdfViews::Values values = views.f_cos(wi);
       f = values.second;
       old = luminance(f);
-      there = values.first / old;
+      there = values.first * inverse / old;
       if (!(old > 0) || !is_finite(f) || !is_finite(there)) continue;  // the surface is not quite the same
       there *= std::min(1.0f, kMostRatio / std::max(max_component(there), 1.0f));
     }
     now += there * d.weight;
-    before += f * (d.weight / old);
+    before += (f / old) * d.weight;
     distinct[count] = d;
     ratios[count] = luminance(there);
     known += d.weight;
-    changed += d.weight * ratios[count++];
+    changed += double(d.weight) * double(ratios[count++]);
   }
+  change.ratio = change.albedo;
   if (!(known > 0)) {
     change.error = unseen;
     return change;
   }
 
   // All of this times the weights. Scatter of the ratios, and one direction more that is off by `unseen`.
-  const float mean = changed / known, unknown = whole - known, off = changed - known;
-  float scatter = 0;
-  for (int k = 0; k < count; ++k) scatter += sqr(distinct[k].weight * (ratios[k] - mean));
-  scatter *= float(count) / float(std::max(count - 1, 1));
-  const float error = std::sqrt(scatter + sqr(unseen * known / float(count))) + unknown;
+  const double mean = changed / known, unknown = whole - known, off = changed - known;
+  double scatter = 0;
+  for (int k = 0; k < count; ++k) {
+    const double away = double(distinct[k].weight) * (double(ratios[k]) - mean);
+    scatter += away * away;
+  }
+  scatter *= double(count) / std::max(count - 1, 1);
+  const double one_more = double(unseen) * known / count, error = std::sqrt(scatter + one_more * one_more) + unknown;
   // As far as the scatter explains it the change is noise: James and Stein's estimator.
-  const float keep = sqr(off) / std::max(sqr(off) + sqr(error), FLT_MIN);
+  const double keep = off * off / std::max(off * off + error * error, DBL_MIN);
   for (int c = 0; c < 3; ++c) {
-    const float old = before[c] + unknown;  // 0: the surface is black in this channel
-    change.ratio[c] = old > 0 ? 1 + keep * ((now[c] + unknown) / old - 1) : 1.0f;
+    const double old = double(before[c]) + unknown;  // 0: the surface is black in this channel
+    if (old > 0) change.ratio[c] *= float(1 + keep * ((double(now[c]) + unknown) / old - 1));
   }
   // Few directions say little of a large change; a fall as little as the rise that it is the other way round.
-  const float fall = std::clamp(known / std::max(changed, FLT_MIN), 1.0f, kMostRatio);
-  const float doubt = kDoubt * off * fall;
-  change.error = std::min(std::hypot(error, doubt) / std::max(whole + keep * off, FLT_MIN), kMostRatio);
+  const double fall = std::clamp(known / std::max(changed, DBL_MIN), 1.0, double(kMostRatio));
+  const double doubt = double(kDoubt) * off * fall;
+  change.error = float(std::min(std::hypot(error, doubt) / std::max(whole + keep * off, DBL_MIN), double(kMostRatio)));
   return change;
 }
 

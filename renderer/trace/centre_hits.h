@@ -23,8 +23,9 @@ struct WeighedDirection {
 inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
 
 struct ViewChange {
-  Rgb ratio{1, 1, 1};  // new over old
-  float error = 0;     // standard error of the ratio, over the ratio; >= 0
+  Rgb ratio{1, 1, 1};   // new over old
+  Rgb albedo{1, 1, 1};  // the same of what CentreHit::albedo tells, by which lookups are scaled already
+  float error = 0;      // standard error of the ratio, over the ratio; >= 0
 
   bool none() const { return error == 0; }
 };
@@ -62,11 +63,11 @@ class CentreHits {
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
   // (rebased), given directions wi that light which arrived there came from, at most kMostWeighed of them. Picked in
   // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the
-  // change is shrunk as far as that explains it (James and Stein 1961). Its error is the scatter's, with one direction
-  // more whose change is that of four directions of the BSDF's own sampling, for there may be light that none of these
-  // has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the
-  // first that asked); and a share of the change itself. Light of delta lobes may change altogether. Without directions
-  // the ratio is 1.
+  // change is shrunk towards that of the albedo as far as that explains it (James and Stein 1961). Its error is the
+  // scatter's, with one direction more whose change is that of four directions of the BSDF's own sampling, for there
+  // may be light that none of these has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF; of the like
+  // surface of one of 4x4 pixels, the first that asked); and a share of the change beyond the albedo's. Light of delta
+  // lobes may change altogether. Without directions the ratio is the albedo's.
   ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.
@@ -75,7 +76,9 @@ class CentreHits {
  private:
   struct Block;
   // view_change(), of the pixel in hand or one next to it.
-  float unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from) const;
+  float unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from, float expected) const;
+  // Of the surface in hand, new over old. from: local, where the old viewpoint is.
+  Rgb albedo_change(const V3f& from) const;
 
   const SceneData& scene_;
   const Camera& camera_;

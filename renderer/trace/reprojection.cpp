@@ -136,6 +136,8 @@ class SourceView {
     const bool glossy = centres.depends_on_view();
     const ViewChange change = glossy && viewpoint_ ? change_of(taps, centres) : ViewChange();
 
+    const Rgb beyond_albedo = change.ratio / change.albedo;
+
     LookupSums sums;
     double off_x = -taps.u, off_y = -taps.v;
     for (int i = 0; i < taps.count; ++i) {
@@ -143,8 +145,7 @@ class SourceView {
       const float w = tap.weight / taps.total;
       off_x += double(w) * tap.x;
       off_y += double(w) * tap.y;
-      const Rgb m = tap.modulation;
-      add(pixels_.pixel(tap.x, tap.y), w, {m.x * change.ratio.x, m.y * change.ratio.y, m.z * change.ratio.z}, sums);
+      add(pixels_.pixel(tap.x, tap.y), w, tap.modulation * beyond_albedo, sums);
     }
     const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
     const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;

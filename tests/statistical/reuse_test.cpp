@@ -148,6 +148,41 @@ INSTANTIATE_TEST_SUITE_P(Reuse, AThousandTinyMoves,
                                   (std::get<1>(info.param) ? "_aside" : "_home");
                          });
 
+// A floor under a sky of one radiance shows its albedo, which a coat makes depend on the view. Lookups are scaled by
+// the centres' albedos, and then by how its light changes beyond that: in the same mean, to a fifth of what once would
+// add.
+TEST(Reuse, WhatTheAlbedoTellsIsToldOnce) {
+  SceneDescription description;
+  Material coated;
+  coated.base_color = Rgb(0.1f, 0.1f, 0.1f);
+  coated.metallic = 0;
+  coated.roughness = 0.6f;
+  description.materials = {coated};
+  add_mesh(description, quad({-400, 0, -400}, {0, 0, 800}, {800, 0, 0}, 0));
+  description.environment.emplace().radiance = Rgb(1, 1, 1);
+  const auto scene = build(description);
+  constexpr int kSide = 32;
+  const CameraPose before = camera_at({0, 1.6, 4}, {0, 0, 0}, 12), home = camera_at({0, 1, 4}, {0, 0, 0}, 12);
+  RenderEngine engine(2);
+  LoopViews fresh(engine, scene, settings_of(RenderMode::pt, 77, kSide));
+  const double there = mean_radiance(fresh.render(before, 256)), here = mean_radiance(fresh.render(home, 256));
+  const double change = here / there - 1;
+  ASSERT_GT(change, 0.1);
+  for (const RenderMode mode : {RenderMode::reproject, RenderMode::combined}) {
+    Moments off;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      LoopViews views(engine, scene, settings_of(mode, seed, kSide));
+      views.render(before, 256);
+      const ViewPicture& moved = views.render(home, 1);
+      ASSERT_GT(moved.end.progress.reuse_share, 0.5);
+      off.add(mean_radiance(moved) / here - 1);
+    }
+    std::printf("%s: %+.4f +- %.4f of a change by %.3f\n", to_string(mode), off.mean(),
+                std::sqrt(off.variance_of_mean()), change);
+    EXPECT_LT(std::abs(off.mean()), 0.2 * change);
+  }
+}
+
 // Reported over true error right after a turn and a step, and after more samples. A handful of pixels, at edges of
 // lights and where light is rare, make both: at 48x48 it is 0.91 to 1.43, at 64x64 0.78 to 0.99, so this bound only
 // catches what is wrong altogether; helio_bench reuse measures it in larger pictures.
