@@ -14,8 +14,8 @@
 namespace helio {
 namespace {
 
-// Pixels that the solution looks at: their mean count is the picture's to about one percent.
-constexpr std::int64_t kLookedAt = 1 << 15;
+// Pixels that the solution looks at, or all of fewer: their mean count is the picture's to about one percent.
+constexpr std::int64_t kLookedAt = 1 << 14;
 
 // Samples of each half that pixels which carry nothing get at first, as far as others do; then what fresh samples have
 // seen takes the place of what history alone did, and what they cost is known.
@@ -37,17 +37,16 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
       fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot) {
   assert(film.history());
   if (first_) film.targets()->fresh_demand_known = false;
-  sweeps_ = first_ || fresh_ ? 3 : 1;
+  sweeps_ = first_ || fresh_ ? 4 : 2;
   for (std::vector<Known>& known : part_known_) known.resize(parts());
   most_ = power_of_two_below(request.mean * kMostShare);
   for (std::uint32_t& least : fresh_least_)
     least = power_of_two_below(std::max(request.mean * kLeastShare, std::min(request.mean, kPilot)));
-  if (sweeps_ == 1) solve();
 }
 
 FillAllocation::Sweep FillAllocation::kind(int sweep) const {
-  if (sweep + 1 == sweeps_) return Sweep::assign;
-  return sweep == 0 ? Sweep::means : Sweep::demand;
+  constexpr Sweep kAll[] = {Sweep::means, Sweep::demand, Sweep::steps, Sweep::assign};
+  return kAll[int(std::size(kAll)) - sweeps_ + sweep];
 }
 
 void FillAllocation::run(int sweep, std::size_t part) {
@@ -58,6 +57,8 @@ void FillAllocation::run(int sweep, std::size_t part) {
       find_demand(part);
       if (fresh_) find_fresh_demand(part);
       return;
+    case Sweep::steps:
+      return find_steps(part);
     case Sweep::assign:
       return assign(part);
   }
@@ -76,10 +77,11 @@ void FillAllocation::finish_sweep(int sweep) {
         }
         film_.targets()->usual_demand[h] = total.pixels > 0 ? float(total.sum / double(total.pixels)) : 0.0f;
       }
-      solve();
       film_.targets()->demand_known = true;
       film_.targets()->fresh_demand_known = fresh_;
       return;
+    case Sweep::steps:
+      return solve();
     case Sweep::assign:
       return finish_round();
   }
@@ -117,61 +119,84 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
 FillAllocation::Pixel FillAllocation::pixel(int h, int x, int y) const {
   const SampleTargets& targets = *film_.targets();
   const float demand = targets.demand(h, x, y);
-  return {std::exp2(double(std::isnan(demand) ? targets.usual_demand[h] : demand)),
-          double(film_.history()->carried(x, y).count[h]), film_.attempted(h, x, y), dither(x, y, settings_.seed)};
+  return {std::exp2(std::isnan(demand) ? targets.usual_demand[h] : demand),
+          float(film_.history()->carried(x, y).count[h]), film_.attempted(h, x, y), dither(x, y, settings_.seed)};
+}
+
+// Whatever the level.
+std::uint32_t FillAllocation::least_of(const Pixel& pixel, std::uint32_t fresh_least) const {
+  if (pixel.carried == 0) return std::max(fresh_least, pixel.has);
+  const double checks = request_.mean * kCheckedShare;
+  const std::uint32_t least =
+      checks >= 1 ? power_of_two_below(request_.mean * kLeastShare) : std::uint32_t(checks > double(pixel.chance));
+  return std::max(least, pixel.has);
 }
 
 // Fresh samples that bring the pixel to its share of `level`, a power of two; between 0 and 1 and between two powers
 // chance decides.
 std::uint32_t FillAllocation::count_of(int h, const Pixel& pixel, double level) const {
-  const double missing = level * pixel.demand - pixel.carried;
+  const double missing = level * double(pixel.demand) - double(pixel.carried);
   std::uint32_t count = 0;
   if (missing >= 1) {
     count = std::bit_floor(std::uint32_t(std::min(missing * (1 + double(pixel.chance)), double(most_))));
   } else if (missing > double(pixel.chance)) {
     count = 1;
   }
-  const double checks = request_.mean * kCheckedShare;
-  std::uint32_t least = fresh_least_[h];
-  if (pixel.carried > 0)
-    least =
-        checks >= 1 ? power_of_two_below(request_.mean * kLeastShare) : std::uint32_t(checks > double(pixel.chance));
-  return std::max(std::clamp(count, least, std::max(least, most_)), pixel.has);
+  return std::max(count, least_of(pixel, fresh_least_[h]));
+}
+
+// The levels at which count_of() rises.
+void FillAllocation::add_steps(const Pixel& pixel, std::uint32_t fresh_least, LevelSteps& steps) const {
+  std::uint32_t has = least_of(pixel, fresh_least);
+  steps.add_least(has);
+  const float scale = 1 / pixel.demand, octave = 1 / (1 + pixel.chance);
+  for (std::uint32_t count = std::bit_floor(has) * 2 + (has == 0); count <= most_ && count > 0; count *= 2) {
+    const float missing = count > 1 ? float(count) * octave : pixel.chance;
+    steps.add((pixel.carried + missing) * scale, count - has);
+    has = count;
+  }
+}
+
+void FillAllocation::find_steps(std::size_t part) {
+  const PixelRect& w = windows_[part];
+  const std::int64_t width = region_.width(), every = (region_.area() + kLookedAt - 1) / kLookedAt;
+  Steps found;
+  for (int y = w.y0; y < w.y1; ++y) {
+    const std::int64_t row =
+        std::int64_t(y - region_.y0) * width - region_.x0;  // number of a pixel of the region, less x
+    const std::int64_t begin = row + w.x0, end = row + w.x1;
+    for (std::int64_t group = begin / every; group * every < end; ++group) {
+      // One of each group.
+      const std::int64_t i =
+          group * every + (every > 1 ? std::int64_t(mix_bits(std::uint64_t(group)) % std::uint64_t(every)) : 0);
+      if (i < begin || i >= end) continue;
+      const int x = int(i - row);
+      const Pixel first = pixel(0, x, y), second = pixel(1, x, y);
+      add_steps(first, fresh_least_[0], found.levels[0]);
+      add_steps(second, fresh_least_[1], found.levels[1]);
+      if (request_.mean < 1) add_steps(second, 0, found.levels[2]);
+      ++found.pixels;
+    }
+  }
+  const std::lock_guard lock(steps_mutex_);
+  for (int k = 0; k < kSolutions; ++k) steps_.levels[k].add(found.levels[k]);
+  steps_.pixels += found.pixels;
 }
 
 // What the least counts bring one half above its share the other goes without.
 void FillAllocation::solve() {
-  const double looks = double(std::min(region_.area(), kLookedAt)), share = request_.mean * looks;
-  const double used = solve(0, share);
-  solve(1, std::max(0.0, 2 * share - std::max(used, share)));
-  film_.targets()->fresh_least = fresh_least_[1];
-}
-
-// The largest level under which the pixels that are looked at get no more samples than allowed, or those that they get
-// at least. Returns how many that is.
-double FillAllocation::solve(int h, double allowed) {
-  const std::int64_t area = region_.area(), looks = std::min(area, kLookedAt);
-  std::vector<Pixel> pixels;
-  for (std::int64_t k = 0; k < looks; ++k) {
-    // All of a small region; of a larger one, places as even as multiples of the golden ratio are.
-    const double part = double(std::uint64_t(k) * 0x9e3779b97f4a7c15u >> 11) * 0x1p-53;
-    const std::int64_t i = looks == area ? k : std::int64_t(part * double(area));
-    pixels.push_back(pixel(h, region_.x0 + int(i % region_.width()), region_.y0 + int(i / region_.width())));
-  }
-  const auto samples = [&](double level) {
-    double sum = 0;
-    for (const Pixel& pixel : pixels) sum += count_of(h, pixel, level);
-    return sum;
-  };
+  const double share = request_.mean * double(steps_.pixels);
+  const LevelSteps::Affordable first = steps_.levels[0].highest(share);
+  const double rest = std::max(0.0, 2 * share - std::max(double(first.samples), share));
+  const LevelSteps* second = &steps_.levels[1];
   // One half is enough to show something.
-  if (h > 0 && request_.mean < 1 && samples(0) > allowed) fresh_least_[h] = 0;
-  double low = -100, high = 100;  // log2 of the level
-  for (int step = 0; step < 16; ++step) {
-    const double middle = 0.5 * (low + high);
-    (samples(std::exp2(middle)) <= allowed ? low : high) = middle;
+  if (request_.mean < 1 && double(second->least()) > rest) {
+    fresh_least_[1] = 0;
+    second = &steps_.levels[2];
   }
-  level_[h] = std::exp2(low);
-  return samples(level_[h]);
+  level_[0] = first.level;
+  level_[1] = second->highest(rest).level;
+  film_.targets()->fresh_least = fresh_least_[1];
 }
 
 void FillAllocation::assign(std::size_t part) {

@@ -37,21 +37,17 @@ std::uint32_t count_of(int bin, int shift, std::uint32_t least, std::uint32_t mo
 
 NeymanAllocation::NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                                    const AllocationRequest& request)
-    : DemandAllocation(film, region, film.targets()->demand_known ? 1 : 4, settings, request) {
+    : DemandAllocation(film, region, film.targets()->demand_known ? 2 : 5, settings, request) {
   for (std::vector<Outlook>& outlooks : part_outlooks_) outlooks.resize(parts());
   const std::uint32_t pilot = settings.min_samples / 2;
   least_ = std::max(std::max(pilot, 1u), power_of_two_below(request.mean * kLeastShare));
   most_ = std::max(least_, power_of_two_below(request.mean * kMostShare));
-  if (sweeps_ == 1) {
-    solve();
-  } else {
-    for (std::vector<std::uint32_t>& histogram : film.targets()->histogram) histogram.assign(kBins, 0);
-  }
+  if (film.targets()->demand_known) return;
+  for (std::vector<std::uint32_t>& histogram : film.targets()->histogram) histogram.assign(kBins, 0);
 }
 
 NeymanAllocation::Sweep NeymanAllocation::kind(int sweep) const {
-  if (sweep + 1 == sweeps_) return Sweep::assign;
-  return Sweep(sweep);
+  return Sweep(int(Sweep::assign) + 1 - sweeps_ + sweep);
 }
 
 void NeymanAllocation::run(int sweep, std::size_t part) {
@@ -62,6 +58,9 @@ void NeymanAllocation::run(int sweep, std::size_t part) {
       return find_demand(part);
     case Sweep::histogram:
       return count_pixels(part);
+    case Sweep::solve:
+      for (int h = int(part); h < kHalves; h += int(parts())) solve(h);
+      return;
     case Sweep::assign:
       return assign(part);
   }
@@ -76,7 +75,8 @@ void NeymanAllocation::finish_sweep(int sweep) {
       return;
     case Sweep::histogram:
       film_.targets()->demand_known = true;
-      solve();
+      return;
+    case Sweep::solve:
       return;
     case Sweep::assign:
       finish_round();
@@ -152,15 +152,13 @@ double NeymanAllocation::mean_count(int h, int shift) const {
 }
 
 // The largest scale whose mean count is not above the one asked for.
-void NeymanAllocation::solve() {
-  for (int h = 0; h < kHalves; ++h) {
-    int low = -2 * kBins, high = 2 * kBins;  // mean_count(low) is `least`
-    while (high - low > 1) {
-      const int middle = low + (high - low) / 2;
-      (mean_count(h, middle) <= request_.mean ? low : high) = middle;
-    }
-    shift_[h] = low;
+void NeymanAllocation::solve(int h) {
+  int low = -2 * kBins, high = 2 * kBins;  // mean_count(low) is `least`
+  while (high - low > 1) {
+    const int middle = low + (high - low) / 2;
+    (mean_count(h, middle) <= request_.mean ? low : high) = middle;
   }
+  shift_[h] = low;
 }
 
 void NeymanAllocation::assign(std::size_t part) {

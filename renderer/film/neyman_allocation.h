@@ -18,7 +18,7 @@ class NeymanAllocation final : public DemandAllocation {
   void finish_sweep(int sweep) override;
 
  private:
-  enum class Sweep { means, demand, histogram, assign };
+  enum class Sweep { means, demand, histogram, solve, assign };
   static constexpr int kExponents = 5;
   // Of one half's pixels: own variance over the count, and cost times the count, if counts were demand to the power
   // i / (kExponents - 1).
@@ -32,7 +32,7 @@ class NeymanAllocation final : public DemandAllocation {
   void count_pixels(std::size_t part);
   float value(const SampleTargets& targets, int h, int x, int y) const;
   void assign(std::size_t part);
-  void solve();
+  void solve(int h);
   double mean_count(int h, int shift) const;
 
   std::vector<Outlook> part_outlooks_[kHalves];
