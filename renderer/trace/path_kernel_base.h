@@ -146,6 +146,8 @@ class PathKernelBase {
       draw_random_numbers(vertex, active);
       active = kernel().shade(vertex, active);
     }
+    // Kernels may leave a round early then, with half of its light.
+    if (task_.cancel.cancelled()) return false;
     store(sample);
     return true;
   }

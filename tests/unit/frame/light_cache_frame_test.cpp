@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
@@ -118,6 +120,23 @@ TEST_P(LightCacheFrame, InterruptionsDoNotChangeABit) {
   const auto samples = std::uint32_t(most) + 2;
   ASSERT_GE(least, 1);
   EXPECT_TRUE(same_pixels(views.render(here_, samples), render(here_, samples)));
+}
+
+// The same view again and again takes work back that is in flight, and the film goes on.
+TEST_P(LightCacheFrame, WorkThatIsTakenBackDoesNotChangeABit) {
+  RenderEngine engine(2);
+  LoopViews views(engine, scene_, settings_);
+  constexpr std::uint32_t kSamples = 12;
+  views.render(here_, 1);
+  for (int k = 0; k < 200; ++k) {
+    RenderLoop::Update update;
+    update.view = View{std::uint64_t(1000 + k), here_};
+    update.budget = Budget{};
+    update.budget->samples = kSamples;
+    views.loop().update(update);
+    std::this_thread::sleep_for(std::chrono::microseconds(137 * (k % 8)));
+  }
+  EXPECT_TRUE(same_pixels(views.render(here_, kSamples), render(here_, kSamples)));
 }
 
 // Light paths are as many as the region's pixels.
