@@ -44,7 +44,9 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
         counts_(counts),
         light_only_(task.settings.integrator == Integrator::light),
         technique_(task.settings.technique ? &*task.settings.technique : nullptr),
-        paths_(thread_paths()) {}
+        paths_(thread_paths()) {
+    paths_.rays.clear();  // what an exception may have left
+  }
 
   bool samples_lights() const { return true; }
   bool ends_with(const BsdfSample&) const { return false; }
@@ -189,7 +191,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
     if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
-      if (kernel().samples_lights() && shows(1, vertex + 1)) sample_light(vertex, j, i, at, point, light_normal, transmissive);
+      if (kernel().samples_lights() && shows(1, vertex + 1))
+        sample_light(vertex, j, i, at, point, light_normal, transmissive);
       kernel().connect(vertex, i, at, point);
     }
     if (technique_ && vertex + 1 >= technique_->camera_vertices) return false;
@@ -276,17 +279,21 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     if (!shows(light.depth + 1, vertex + 1)) return;
     const PathState& path = group_.paths[i];
     const V3f between = light.surface.position - at.surface.position;
+    const V3f to_camera = -at.arrived, to_light = -light.arrived;
+    if (!at.may_scatter(to_camera, between) || !light.may_scatter(-between, to_light)) return;
     const double squared = dot(V3d(between), V3d(between));
     if (!(squared > 0)) return;
     const double distance = std::sqrt(squared);
-    const V3f to_camera = -at.arrived;
-    const V3f direction(V3d(between) / distance), back = -direction, to_light = -light.arrived;
+    const V3f direction(V3d(between) / distance), back = -direction;
     const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
     if (is_black(camera_value.f_cos)) return;
-    const BsdfValue light_value = light.scatter(scene_, back, to_light, nullptr, to_light);
+    std::optional<ShadingPoint> from_camera;  // the light vertex, of all that is not Lambert
+    if (!light.lambert) light.look_from(scene_, back, from_camera);
+    const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;
+    const BsdfValue light_value = light.scatter(scene_, back, to_light, light_point, back);
     if (is_black(light_value.f_cos)) return;
     const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;
-    const double light_forward = light.scatter(scene_, to_light, back, nullptr, to_light).pdf_w;
+    const double light_forward = light.scatter(scene_, to_light, back, light_point, back).pdf_w;
     const double cos_camera = at.cosine(direction), cos_light = light.cosine(direction);
     const double weight =
         weight_of_connection(paths_.mis[i], light.mis, light_forward * cos_camera / squared, camera_reverse,

@@ -7,6 +7,8 @@
 // follows from it (adjoint_weight).
 #pragma once
 
+#include <optional>
+
 #include "renderer/trace/media.h"
 #include "renderer/trace/shading_point.h"
 #include "renderer/trace/warp.h"
@@ -39,6 +41,18 @@ struct PathVertex {
 
   // Which way the surface of a Lambert vertex faces where it is reached; it has no other normal.
   V3f facing_normal() const { return surface.front ? surface.geometric_normal : -surface.geometric_normal; }
+
+  // Whether scatter() may be anything but black, as far as little work tells: for directions of any length but 0.
+  bool may_scatter(const V3f& to_camera, const V3f& to_light) const {
+    if (!lambert) return true;
+    const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
+    return seen > 0 ? lit > 0 : seen < 0 && lit < 0;
+  }
+
+  // The point for scatter() that looks along the unit direction.
+  void look_from(const SceneData& scene, const V3f& direction, std::optional<ShadingPoint>& point) const {
+    point.emplace(scene, hit, seen_from(direction), direction, footprint);
+  }
 
   // f |cos to_light|, and the density with which the path tracer, coming from `to_camera`, samples `to_light`; deltas
   // excluded. `point`, made for `wo`, saves the making of another where it serves; null: none.
