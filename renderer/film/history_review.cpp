@@ -153,7 +153,8 @@ double HistoryReview::take_back(const PixelRect& window) {
         half.count -= drop;
         const double left = half.count > 1 ? (half.count - 1.0) / (before - 1.0) : 0.0;
         const Rgb mean = carried.means.mean(h);
-        for (int c = 0; c < 3; ++c) half.sum[c] -= double(mean[c]) * drop;
+        // What is left beside a sum of much brighter light is as exact as that sum.
+        for (int c = 0; c < 3; ++c) half.sum[c] = std::max(0.0, half.sum[c] - double(mean[c]) * drop);
         carried.count[h] = keep;
         if (!film_.splats()) {
           for (float& deviations : half.deviations) deviations *= float(left);

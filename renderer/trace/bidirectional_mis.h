@@ -99,8 +99,6 @@ struct MisState {
     first = false;
   }
 
-  bool valid() const { return std::isfinite(vcm) && std::isfinite(vc); }
-
   // Rays that arrive along a surface have no area density; the square of what they get is no infinity.
   static double cosine_squared(double cosine) { return std::max(cosine * cosine, 1e-24); }
 

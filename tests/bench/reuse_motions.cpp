@@ -1,6 +1,7 @@
 #include "reuse_motions.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include "camera_paths.h"
 
@@ -8,7 +9,7 @@ namespace helio::bench {
 
 namespace {
 
-constexpr std::uint32_t kRest = 256, kSamplesPerStep = 64;
+constexpr std::uint32_t kRest = 256, kSamplesPerStep = 64, kMostSamplesPerStep = 65536;
 
 ReuseGoals goals_of(const std::string& name) {
   if (name == "turn-5") return {.median_gain = 8, .worst_gain = 2, .over_paper = 2, .share_of_ceiling = {}};
@@ -19,6 +20,23 @@ ReuseGoals goals_of(const std::string& name) {
 
 bool begins_at_home(const std::string& name) {
   return name == "out-and-back" || name == "tiny-moves";
+}
+
+bool has_steps(const std::string& name) {
+  return name.starts_with("path-") || name == "orbit" || name == "zoom" || name == "out-and-back";
+}
+
+// Of NAME@SAMPLES.
+Result<std::uint32_t> samples_per_step(const std::string& name, const std::string& text) {
+  if (!has_steps(name))
+    return Error{ErrorCode::invalid_argument, "'" + name + "' has no steps whose samples could be chosen", "--motions"};
+  std::uint32_t samples = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
+  if (error != std::errc() || end != text.data() + text.size() || samples < 1 || samples > kMostSamplesPerStep)
+    return Error{ErrorCode::invalid_argument,
+                 "'" + text + "' is no number of samples in [1, " + std::to_string(kMostSamplesPerStep) + "]",
+                 "--motions " + name};
+  return samples;
 }
 
 }  // namespace
@@ -35,7 +53,9 @@ const std::vector<std::string>& default_reuse_motions() {
   return names;
 }
 
-Result<ReuseMotion> reuse_motion(const std::string& name, const CameraPose& home, double depth) {
+Result<ReuseMotion> reuse_motion(const std::string& text, const CameraPose& home, double depth) {
+  const std::size_t at = text.find('@');
+  const std::string name = text.substr(0, at);
   const std::vector<std::string>& known = reuse_motion_names();
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     std::string names;
@@ -48,8 +68,13 @@ Result<ReuseMotion> reuse_motion(const std::string& name, const CameraPose& home
   std::vector<CameraPose> poses = views_of(*path, home);
   poses.pop_back();
   if (name.starts_with("turn-")) poses.erase(poses.begin(), poses.end() - 1);
-  const std::uint32_t per_step = name == "tiny-moves" ? 1 : poses.size() == 1 ? kRest : kSamplesPerStep;
-  ReuseMotion motion{name, {}, goals_of(name)};
+  std::uint32_t per_step = name == "tiny-moves" ? 1 : poses.size() == 1 ? kRest : kSamplesPerStep;
+  if (at != std::string::npos) {
+    const auto chosen = samples_per_step(name, text.substr(at + 1));
+    if (!chosen) return chosen.error();
+    per_step = *chosen;
+  }
+  ReuseMotion motion{text, {}, goals_of(text)};
   for (const CameraPose& pose : poses) {
     motion.before.push_back({pose, motion.before.empty() && begins_at_home(name) ? kRest : per_step});
   }

@@ -30,12 +30,13 @@ struct ReuseMotion {
 
 // turn-N: a rest of 256 samples N degrees aside. path-N: turns of 100 degrees by steps of N with 64 samples each (N: 5,
 // 10, 20, 50). translate, jump: a rest, then one move. orbit, zoom: 64 samples a step. out-and-back, tiny-moves: a rest
-// at the last view, then 64 samples a step, or one.
+// at the last view, then 64 samples a step, or one. NAME@SAMPLES: of motions of several steps but tiny-moves, so many a
+// step.
 const std::vector<std::string>& reuse_motion_names();
 // Those of the table of goals.
 const std::vector<std::string>& default_reuse_motions();
 
 // In a scene whose depth (scene_depth.h) is `depth` > 0. invalid_argument lists the names.
-Result<ReuseMotion> reuse_motion(const std::string& name, const CameraPose& home, double depth);
+Result<ReuseMotion> reuse_motion(const std::string& text, const CameraPose& home, double depth);
 
 }  // namespace helio::bench

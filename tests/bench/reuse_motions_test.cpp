@@ -58,6 +58,24 @@ TEST(ReuseMotion, ThoseThatComeBackBeginWithARest) {
   EXPECT_EQ(translate->before[0].samples, 256u);
 }
 
+TEST(ReuseMotion, StepsMayHaveOtherSamples) {
+  for (const char* name : {"path-5", "orbit", "zoom", "out-and-back"}) {
+    const auto fewer = reuse_motion(std::string(name) + "@32", home(), 2), plain = reuse_motion(name, home(), 2);
+    ASSERT_TRUE(fewer && plain) << name;
+    EXPECT_EQ(fewer->name, std::string(name) + "@32");
+    ASSERT_EQ(fewer->before.size(), plain->before.size());
+    EXPECT_EQ(fewer->before.back().samples, 32u);
+    EXPECT_EQ(plain->before.back().samples, 64u);
+    EXPECT_FALSE(fewer->goals.share_of_ceiling);  // the goal is of 64
+  }
+  for (const char* bad : {"path-5@", "path-5@0", "path-5@x", "orbit@32.5", "zoom@-1", "orbit@9999999", "turn-5@32",
+                          "jump@32", "tiny-moves@2", "@32"}) {
+    const auto motion = reuse_motion(bad, home(), 2);
+    ASSERT_FALSE(motion) << bad;
+    EXPECT_EQ(motion.error().code, ErrorCode::invalid_argument);
+  }
+}
+
 TEST(ReuseMotion, UnknownNamesAreRefusedWithThoseThatThereAre) {
   for (const char* name : {"turn", "path-7", ""}) {
     const auto motion = reuse_motion(name, home(), 2);

@@ -110,6 +110,19 @@ TEST(HistoryReview, SurvivesWhatNumbersMayBe) {
       EXPECT_GE(half.count, 2u);
       EXPECT_TRUE(std::isfinite(half.sum[0]) && std::isfinite(half.deviations[0])) << value;
       EXPECT_GE(half.deviations[0], 0);
+      EXPECT_GE(half.sum[0], 0);
+    }
+  }
+}
+
+TEST(HistoryReview, DarkSamplesUnderBrightHistoryDoNotBecomeNegative) {
+  // Thirds are no floats: what is taken back of a sum of 64 of them is not to the bit what was added.
+  Film film = film_with(1e9 / 3, 1, 4, [](int, int, int, std::uint32_t) { return 1e-9f; });
+  review(film);
+  for (int x = 0; x < kSide; ++x) {
+    for (int h = 0; h < kHalves; ++h) {
+      EXPECT_LT(film.history()->carried(x, 3).count[h], kCarried);
+      EXPECT_GE(film.half(h, x, 3).sum[1], 0);
     }
   }
 }
