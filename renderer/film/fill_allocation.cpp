@@ -14,7 +14,8 @@
 namespace helio {
 namespace {
 
-// Pixels that the solution looks at, or all of fewer: their mean count is the picture's to about one percent.
+// Pixels that the solution looks at, at most, and at least half as many where there are more: their mean count is the
+// picture's to about one percent.
 constexpr std::int64_t kLookedAt = 1 << 14;
 
 // Samples of each half that pixels which carry nothing get at first, as far as others do; then what fresh samples have
@@ -36,7 +37,10 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
       first_(!film.targets()->demand_known),
       fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot) {
   assert(film.history());
-  if (first_) film.targets()->fresh_demand_known = false;
+  if (first_) {
+    film.targets()->fresh_demand_known = false;
+    film.targets()->fresh_least = 0;  // the last picture's, until this one's counts are solved for
+  }
   sweeps_ = first_ || fresh_ ? 4 : 2;
   for (std::vector<Known>& known : part_known_) known.resize(parts());
   most_ = power_of_two_below(request.mean * kMostShare);

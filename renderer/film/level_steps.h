@@ -13,7 +13,7 @@ namespace helio {
 class LevelSteps {
  public:
   void add_least(std::uint64_t samples) { least_ += samples; }
-  // A pixel gets `more` samples once the level is above `level`, which is positive.
+  // A pixel gets `more` samples from `level` >= 0 on.
   void add(float level, std::uint32_t more) { bins_[bin_of(level)] += more; }
   void add(const LevelSteps& other) {
     least_ += other.least_;

@@ -287,8 +287,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V3f direction(V3d(between) / distance), back = -direction;
     const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
     if (is_black(camera_value.f_cos)) return;
-    std::optional<ShadingPoint> from_camera;  // the light vertex, of all that is not Lambert
-    if (!light.lambert) light.look_from(scene_, back, from_camera);
+    std::optional<ShadingPoint> from_camera;  // the light vertex
+    if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
     const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;
     const BsdfValue light_value = light.scatter(scene_, back, to_light, light_point, back);
     if (is_black(light_value.f_cos)) return;

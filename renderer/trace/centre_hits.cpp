@@ -217,7 +217,9 @@ bool CentreHits::depends_on_view() const {
 Rgb CentreHits::albedo_change(const V3f& from) const {
   const Block& b = *block_;
   if (!b.albedo_known || !(from.z * b.wo.z > 0)) return {1, 1, 1};
-  Rgb change = demodulation(b.albedo) / demodulation(surface_albedo(b.shading->params, from));
+  // As the picture from there has it, rounded like it: what is not changed is 1 to the bit.
+  const Rgb there = unpack_reflectance(pack_reflectance(surface_albedo(b.shading->params, from)));
+  Rgb change = demodulation(b.albedo) / demodulation(there);
   for (int c = 0; c < 3; ++c) {
     // One of the two was too dark to divide by.
     if (!(change[c] <= kMostAlbedoChange && change[c] >= 1 / kMostAlbedoChange)) change[c] = 1;
@@ -259,8 +261,8 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   WeighedDirection distinct[kMostWeighed];
   float ratios[kMostWeighed];
   int count = 0;
-  Rgb now(0, 0, 0), before(0, 0, 0);
-  double whole = 0, known = 0, changed = 0;  // of weights that are any floats, to be squared
+  V3d now(0, 0, 0), before(0, 0, 0);
+  double whole = 0, known = 0, changed = 0;  // weights may be as large as radiance, and are squared
   for (const WeighedDirection& d : std::span(distinct, merge_equal(directions, distinct))) {
     whole += d.weight;
     Rgb there = inverse, f(1, 1, 1);
@@ -275,8 +277,8 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
       if (!(old > 0) || !is_finite(f) || !is_finite(there)) continue;  // the surface is not quite the same
       there *= std::min(1.0f, kMostRatio / std::max(max_component(there), 1.0f));
     }
-    now += there * d.weight;
-    before += (f / old) * d.weight;
+    now += V3d(there) * double(d.weight);
+    before += V3d(f / old) * double(d.weight);
     distinct[count] = d;
     ratios[count] = luminance(there);
     known += d.weight;
@@ -300,8 +302,8 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
   // As far as the scatter explains it the change is noise: James and Stein's estimator.
   const double keep = off * off / std::max(off * off + error * error, DBL_MIN);
   for (int c = 0; c < 3; ++c) {
-    const double old = double(before[c]) + unknown;  // 0: the surface is black in this channel
-    if (old > 0) change.ratio[c] *= float(1 + keep * ((double(now[c]) + unknown) / old - 1));
+    const double old = before[c] + unknown;  // 0: the surface is black in this channel
+    if (old > 0) change.ratio[c] *= float(1 + keep * ((now[c] + unknown) / old - 1));
   }
   // Few directions say little of a large change; a fall as little as the rise that it is the other way round.
   const double fall = std::clamp(known / std::max(changed, DBL_MIN), 1.0, double(kMostRatio));

@@ -49,6 +49,9 @@ struct PathVertex {
     return seen > 0 ? lit > 0 : seen < 0 && lit < 0;
   }
 
+  // Whether a point that was made once is of use: not to a Lambert vertex, nor to a blend, whose parts are overwritten.
+  bool keeps_its_point() const { return !lambert && surface.material->params.model != LobeModel::blend; }
+
   // The point for scatter() that looks along the unit direction.
   void look_from(const SceneData& scene, const V3f& direction, std::optional<ShadingPoint>& point) const {
     point.emplace(scene, hit, seen_from(direction), direction, footprint);

@@ -114,10 +114,28 @@ TEST(CentreHits, UnderEvenLightTheAlbedoIsTheChange) {
   EXPECT_EQ(change.ratio, change.albedo);
 }
 
+// A step of next to nothing changes nothing, whatever the albedo is rounded to: the like would add up over many.
+TEST(CentreHits, ATinyStepChangesNothing) {
+  for (const float base : {0.02f, 0.1f, 0.313f, 0.9f}) {
+    Material coated;
+    coated.base_color = Rgb(base, base, base);
+    coated.metallic = 0;
+    coated.roughness = 0.5f;
+    const AFloor floor(coated);
+    std::vector<WeighedDirection> directions;
+    for (int i = 0; i < 16; ++i) {
+      const V3f wi(V3d(0.1 * i - 0.8, 1, 0.05 * i).normalized());
+      directions.push_back({pack_direction<DirectionReservoir::kAxisBits>(wi), 1});
+    }
+    const ViewChange change = floor.change_from(kHere + V3d(1e-5, 0, 0), directions);
+    EXPECT_NEAR(change.ratio.y / change.albedo.y, 1, 1e-4) << base;
+  }
+}
+
 // A BSDF next to nothing that a rare direction had light through.
 TEST(CentreHits, TinyDensitiesStayNumbers) {
   const AFloor floor(metal(0.02f));
-  for (const float weight : {1e-30f, 1.0f, 1e30f}) {
+  for (const float weight : {1e-30f, 1.0f, 1e30f, 1e38f}) {
     const ViewChange change =
         floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0.999f, 0.0447f, 0)), weight}});
     for (int c = 0; c < 3; ++c) {
