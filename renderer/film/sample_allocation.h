@@ -74,7 +74,7 @@ class SampleAllocation {
   SampleAllocation(const SampleAllocation&) = delete;
   SampleAllocation& operator=(const SampleAllocation&) = delete;
 
-  // Of at most about 32,768 pixels each; one takes well under 5 ms.
+  // Of at most about 32,768 pixels each; one takes a few ms.
   std::size_t parts() const { return windows_.size(); }
   int sweeps() const { return sweeps_; }
   // Thread safe for different parts of one sweep.
