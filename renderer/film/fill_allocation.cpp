@@ -99,7 +99,7 @@ void FillAllocation::find_demand(std::size_t part) {
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
                        [&](int x, int y, const PixelDemand& pixel) {
                          const bool usable = pixel.known && pixel.squared > 0;
-                         targets.demand(h, x, y) = usable ? float(log_demand(pixel)) : kUnknown;
+                         targets.set_demand(h, x, y, usable ? float(log_demand(pixel)) : kUnknown);
                          if (!usable) return;
                          known.sum += double(targets.demand(h, x, y));
                          ++known.pixels;
@@ -115,7 +115,7 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
                        [&](int x, int y, const PixelDemand& pixel) {
                          if (film_.history()->carried(x, y).count[h] > 0 || !pixel.known || !(pixel.squared > 0))
                            return;
-                         targets.demand(h, x, y) = float(log_demand(pixel));
+                         targets.set_demand(h, x, y, float(log_demand(pixel)));
                        });
   }
 }
@@ -208,7 +208,7 @@ void FillAllocation::assign(std::size_t part) {
   const PixelRect& w = windows_[part];
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
-      for (int x = w.x0; x < w.x1; ++x) targets.target(h, x, y) = count_of(h, pixel(h, x, y), level_[h]);
+      for (int x = w.x0; x < w.x1; ++x) targets.set_target(h, x, y, count_of(h, pixel(h, x, y), level_[h]));
     }
   }
   note_targets(part);

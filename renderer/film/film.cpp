@@ -23,7 +23,8 @@ Film::Film(int width, int height, const FilmState& state)
   features_.resize(pixels);
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
-  if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height);
+  assert(state.targets || !state.threshold);
+  if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height, state.threshold);
   assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
   if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
   if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
@@ -32,7 +33,7 @@ Film::Film(int width, int height, const FilmState& state)
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
   std::size_t bytes = kHalves * sizeof(HalfPixel) + sizeof(PixelFeatures);
-  if (state.targets) bytes += kHalves * (sizeof(std::uint32_t) + sizeof(float));
+  if (state.targets) bytes += SampleTargets::bytes_per_pixel(state.threshold);
   if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
   if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
   if (state.splats) bytes += SplatBuffer::kBytesPerPixel;
@@ -41,8 +42,9 @@ std::size_t Film::bytes_per_pixel(const FilmState& state) {
 }
 
 FilmState Film::state() const {
-  return {targets_ != nullptr, history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0, splats_ != nullptr,
-          merging_};
+  return {targets_ != nullptr, targets_ && targets_->threshold(),
+          history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0,
+          splats_ != nullptr,  merging_};
 }
 
 std::uint32_t Film::carried(int h, int x, int y) const {

@@ -56,13 +56,12 @@ struct HalfPixel {
 // which is what reprojection needs: one consistent surface point. Before that sample a pixel that was carried has those
 // of its centre.
 struct PixelFeatures {
-  float albedo[3] = {0, 0, 0};   // mean hemispherical reflectance of the first hit, environment: 0
-  float normal[3] = {0, 0, 0};   // mean of world-space shading normals, environment: 0
-  std::uint32_t count = 0;       // samples in the two means
-  std::uint32_t hits = 0;        // of these; hits / count is alpha
-  float depth = 0;               // distance along the first sample's ray to its hit, +inf: miss
-  std::uint32_t instance = ~0u;  // of the first sample; ~0: miss
-  std::uint32_t primitive = ~0u;
+  float albedo[3] = {0, 0, 0};    // mean hemispherical reflectance of the first hit, environment: 0
+  float normal[3] = {0, 0, 0};    // mean of world-space shading normals, environment: 0
+  std::uint32_t count = 0;        // samples in the two means
+  std::uint32_t hits = 0;         // of these; hits / count is alpha
+  float depth = 0;                // distance along the first sample's ray to its hit, +inf: miss
+  std::uint32_t primitive = ~0u;  // of what that hit; ~0: miss
 
   void add(const Rgb& sample_albedo, const V3f& sample_normal, bool hit) {
     ++count;
@@ -89,11 +88,12 @@ class SplatBuffer;
 
 // What a film holds beside its halves and features.
 struct FilmState {
-  bool targets = false;  // SampleTargets: fresh samples differ from pixel to pixel
-  bool history = false;  // FilmHistory: samples of earlier pictures are among the pixels'
-  int stored_hits = 0;   // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
-  bool splats = false;   // SplatBuffer: light paths reach the camera at any pixel
-  bool merging = false;  // light paths are merged with camera paths: BlockWork::bias
+  bool targets = false;    // SampleTargets: fresh samples differ from pixel to pixel
+  bool threshold = false;  // and by the published rule, which counts one by one and knows probabilities
+  bool history = false;    // FilmHistory: samples of earlier pictures are among the pixels'
+  int stored_hits = 0;     // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
+  bool splats = false;     // SplatBuffer: light paths reach the camera at any pixel
+  bool merging = false;    // light paths are merged with camera paths: BlockWork::bias
 
   bool counts_differ() const { return targets || history; }
   bool operator==(const FilmState&) const = default;
@@ -101,9 +101,10 @@ struct FilmState {
 
 class Film {
  public:
-  // 124, and 8 more once a sample was not finite. With targets 16 more (a target and a demand of each half), with
-  // history 196 more (60 and two sources of 68). History with stored hits: 32, and of N hits 196 + 32 N (the film's
-  // own, and the picture that was left): 260 or 356. Splats: 196 more, with history and its sources 212.
+  // 120, and 8 more once a sample was not finite. With targets 6 more (a target and a demand of each half), of the
+  // published rule's 12; with history 194 more (58 and two sources of 68). History with stored hits: 30, and of N hits
+  // 196 + 32 N (the film's own, and the picture that was left): 258 or 354. Splats: 196 more, with history and its
+  // sources 212.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});

@@ -16,15 +16,15 @@ namespace helio {
 // The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `means`
 // before the first fresh one.
 struct CarriedPixel {
-  std::uint32_t count[2] = {0, 0};  // effective samples, per half; 0: nothing is carried
-  PackedMeans means;                // of the halves; of one that carries nothing it means nothing
-  Float24 bias2;                    // square of what reuse may have added to them, mean over the channels, radiance^2
-  RootByte age;                     // moves since they were traced, weighted mean
-  std::uint16_t found = 0;          // of passes that write down something of every pixel before they change any
+  Packed24 count[2];        // effective samples, per half; 0: nothing is carried
+  PackedMeans means;        // of the halves; of one that carries nothing it means nothing
+  Float24 bias2;            // square of what reuse may have added to them, mean over the channels, radiance^2
+  RootByte age;             // moves since they were traced, weighted mean
+  std::uint16_t found = 0;  // of passes that write down something of every pixel before they change any
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 };
-static_assert(sizeof(CarriedPixel) == 32);
+static_assert(sizeof(CarriedPixel) == 30);
 
 // What the ray through the centre of a pixel (and of the lens) meets. Without alpha's chance and without noise, so that
 // two pictures of the same surface agree on it.

@@ -81,7 +81,7 @@ void LeftPicture::gather(const Film& film, const PixelRect& window) {
       for (int h = 0; h < kHalves; ++h) to.half[h] = film.half(h, x, y);
       to.features = film.features(x, y);
       to.hits = first_hits.pixel(x, y);
-      to.probability = film.targets() ? film.targets()->demand(0, x, y) : 0.0f;
+      to.probability = film.targets() ? film.targets()->probability(x, y) : 0.0f;
       to.age = float(history.weight(x, y, to.half[0].count, to.half[1].count)) * history.carried(x, y).age;
       const std::span<const StoredHit> hits = first_hits.hits(x, y);
       std::copy(hits.begin(), hits.end(), hits_.begin() + std::ptrdiff_t(index(x, y) * std::size_t(per_pixel_)));
@@ -117,8 +117,15 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
   std::uint64_t samples = 0;
   Rgb means[kHalves];
   for (int h = 0; h < kHalves; ++h) {
-    const HalfPixel& half = pixel.half[1 - h];
-    film.half(h, x, y) = half;
+    HalfPixel& half = film.half(h, x, y) = pixel.half[1 - h];
+    if (half.count > CarriedPixel::kMostCount) {
+      const double kept = double(CarriedPixel::kMostCount) / half.count;
+      for (int c = 0; c < 3; ++c) {
+        half.sum[c] *= kept;
+        half.deviations[c] *= float(kept);
+      }
+      half.count = CarriedPixel::kMostCount;
+    }
     carried.count[h] = half.count;
     samples += half.count;
     for (int c = 0; c < 3; ++c) {
@@ -135,7 +142,7 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
   carried.age = pixel.age + 1;
   film.features(x, y) = pixel.features;
   film.features(x, y).depth = std::bit_cast<float>(std::uint32_t(bid >> 32));
-  if (film.targets()) film.targets()->demand(0, x, y) = pixel.probability;
+  if (film.targets()) film.targets()->probability(x, y) = pixel.probability;
   const auto first = hits_.begin() + std::ptrdiff_t(from * std::size_t(per_pixel_));
   std::copy_n(first, per_pixel_, film.first_hits()->hits(x, y).begin());
   return samples;

@@ -77,6 +77,7 @@ void NeymanAllocation::finish_sweep(int sweep) {
       film_.targets()->demand_known = true;
       return;
     case Sweep::solve:
+      film_.targets()->uniform = std::uint32_t(std::max(request_.mean, 1.0));
       return;
     case Sweep::assign:
       finish_round();
@@ -94,7 +95,7 @@ void NeymanAllocation::find_demand_of(int h, const PixelRect& window, Outlook& o
   helio::find_demand(film_, region_, window, h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
                      [&](int x, int y, const PixelDemand& pixel) {
                        const double demand = log_demand(pixel);
-                       targets.demand(h, x, y) = float(demand);
+                       targets.set_demand(h, x, y, float(demand));
                        const double step = std::exp2(demand / (kExponents - 1));
                        double count = 1;
                        for (int g = 0; g < kExponents; ++g, count *= step) {
@@ -164,12 +165,14 @@ void NeymanAllocation::solve(int h) {
 void NeymanAllocation::assign(std::size_t part) {
   SampleTargets& targets = *film_.targets();
   const PixelRect& w = windows_[part];
-  const auto uniform = std::uint32_t(std::max(request_.mean, 1.0));  // a power of two would do less well
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
-        std::uint32_t& target = targets.target(h, x, y);
-        target = targets.exponent == 0 ? uniform : count_of(bin_of(value(targets, h, x, y)), shift_[h], least_, most_);
+        if (targets.exponent == 0) {
+          targets.set_uniform(h, x, y);  // a power of two would do less well
+        } else {
+          targets.set_target(h, x, y, count_of(bin_of(value(targets, h, x, y)), shift_[h], least_, most_));
+        }
       }
     }
   }

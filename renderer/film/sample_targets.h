@@ -4,11 +4,17 @@
 // pixel's count depends on its own samples (film/neyman_allocation.h). A round brings every pixel from the count that
 // it has to its target. Within a round, level s is the sample of index s of every pixel that takes part in it:
 // attempted <= s < target.
+//
+// Targets are powers of two, or 0, or one count that is the same everywhere, so that a byte holds one; the published
+// rule's, which grow by ones, have the full width.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "renderer/film/film.h"
@@ -32,21 +38,59 @@ struct RoundSummary {
 
 class SampleTargets {
  public:
-  SampleTargets(int width, int height)
-      : width_(width), columns_((width + kFilmBlock - 1) / kFilmBlock), rows_((height + kFilmBlock - 1) / kFilmBlock) {
+  // threshold: for the published rule (film/threshold_allocation.h).
+  SampleTargets(int width, int height, bool threshold)
+      : width_(width),
+        columns_((width + kFilmBlock - 1) / kFilmBlock),
+        rows_((height + kFilmBlock - 1) / kFilmBlock),
+        threshold_(threshold) {
     const auto pixels = std::size_t(width) * std::size_t(height);
     for (int h = 0; h < kHalves; ++h) {
-      target_[h].resize(pixels);
-      demand_[h].resize(pixels);
+      if (threshold) {
+        counts_[h].resize(pixels);
+      } else {
+        codes_[h].resize(pixels);
+        demand_[h].resize(pixels);
+      }
     }
+    if (threshold) probability_.resize(pixels);
     blocks_.resize(std::size_t(columns_) * std::size_t(rows_));
   }
 
-  std::uint32_t& target(int h, int x, int y) { return target_[h][index(x, y)]; }
-  std::uint32_t target(int h, int x, int y) const { return target_[h][index(x, y)]; }
-  // What the rule that fills the targets keeps per pixel; see there.
-  float& demand(int h, int x, int y) { return demand_[h][index(x, y)]; }
-  float demand(int h, int x, int y) const { return demand_[h][index(x, y)]; }
+  bool threshold() const { return threshold_; }
+
+  std::uint32_t target(int h, int x, int y) const {
+    if (threshold_) return counts_[h][index(x, y)];
+    const std::uint8_t code = codes_[h][index(x, y)];
+    if (code == kUniform) return uniform;
+    return code > 0 ? std::uint32_t(1) << (code - 1) : 0;
+  }
+  // Of the published rule as it is, of the others the power of two below it: what a pixel has already may be no such
+  // number, and asks for nothing all the same.
+  void set_target(int h, int x, int y, std::uint32_t count) {
+    if (threshold_) {
+      counts_[h][index(x, y)] = count;
+    } else {
+      codes_[h][index(x, y)] = std::uint8_t(std::bit_width(count));
+    }
+  }
+  // The target is `uniform`. Not of the published rule.
+  void set_uniform(int h, int x, int y) { codes_[h][index(x, y)] = kUniform; }
+
+  // What the rule that fills the targets keeps per pixel, not the published one: log2 of what it asks for, in [-64, 64)
+  // by steps of 1/512, NaN: nothing is known.
+  float demand(int h, int x, int y) const {
+    const std::int16_t code = demand_[h][index(x, y)];
+    return code == kUnknown ? std::numeric_limits<float>::quiet_NaN() : float(code) / kDemandSteps;
+  }
+  void set_demand(int h, int x, int y, float demand) {
+    const float steps = std::clamp(std::round(demand * kDemandSteps), -32767.0f, 32767.0f);
+    demand_[h][index(x, y)] = std::isnan(demand) ? kUnknown : std::int16_t(steps);
+  }
+  // Of the published rule: see there. >= 0; 0: not calculated yet.
+  float& probability(int x, int y) { return probability_[index(x, y)]; }
+  float probability(int x, int y) const { return probability_[index(x, y)]; }
+
   BlockLevels& block(int x, int y) { return blocks_[block_index(x, y)]; }  // of the pixel (x, y)
   const BlockLevels& block(int x, int y) const { return blocks_[block_index(x, y)]; }
 
@@ -62,7 +106,8 @@ class SampleTargets {
   RoundSummary round;
   // Whether demand() holds a pilot's, or history's; cleared when another picture begins.
   bool demand_known = false;
-  float exponent = 1;  // bounded variant: counts follow demand to this power, [0, 1]
+  std::uint32_t uniform = 0;  // of pixels whose target is the same everywhere
+  float exponent = 1;         // bounded variant: counts follow demand to this power, [0, 1]
   // With history: demand of pixels of which nothing is known, the samples that each of these has been given at least,
   // and whether fresh samples have had their say.
   float usual_demand[kHalves] = {0, 0};
@@ -71,24 +116,35 @@ class SampleTargets {
   // Of demand(), per half: pixels by value, as the rule that fills them defines it.
   std::vector<std::uint32_t> histogram[kHalves];
 
+  static std::size_t bytes_per_pixel(bool threshold) {
+    return threshold ? kHalves * sizeof(std::uint32_t) + sizeof(float)
+                     : kHalves * (sizeof(std::uint8_t) + sizeof(std::int16_t));
+  }
   std::size_t bytes() const {
-    std::size_t total = blocks_.capacity() * sizeof(BlockLevels);
+    std::size_t total = blocks_.capacity() * sizeof(BlockLevels) + probability_.capacity() * sizeof(float);
     for (int h = 0; h < kHalves; ++h) {
-      total += target_[h].capacity() * sizeof(std::uint32_t) + demand_[h].capacity() * sizeof(float) +
-               histogram[h].capacity() * sizeof(std::uint32_t);
+      total += counts_[h].capacity() * sizeof(std::uint32_t) + codes_[h].capacity() +
+               demand_[h].capacity() * sizeof(std::int16_t) + histogram[h].capacity() * sizeof(std::uint32_t);
     }
     return total;
   }
 
  private:
+  static constexpr std::uint8_t kUniform = 255;
+  static constexpr std::int16_t kUnknown = std::numeric_limits<std::int16_t>::min();
+  static constexpr float kDemandSteps = 512;
+
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
   std::size_t block_index(int x, int y) const {
     return std::size_t(y / kFilmBlock) * std::size_t(columns_) + std::size_t(x / kFilmBlock);
   }
 
   int width_, columns_, rows_;
-  std::vector<std::uint32_t> target_[kHalves];
-  std::vector<float> demand_[kHalves];
+  bool threshold_;
+  std::vector<std::uint8_t> codes_[kHalves];
+  std::vector<std::int16_t> demand_[kHalves];
+  std::vector<std::uint32_t> counts_[kHalves];  // the published rule's
+  std::vector<float> probability_;              // likewise
   std::vector<BlockLevels> blocks_;
 };
 

@@ -52,7 +52,7 @@ void ThresholdAllocation::run(int, std::size_t part) {
       const std::uint32_t has[kHalves] = {film_.attempted(0, x, y), film_.attempted(1, x, y)};
       std::uint64_t count = std::uint64_t(has[0]) + has[1];
       if (history) count += std::uint64_t(history->carried(x, y).count[0]) + history->carried(x, y).count[1];
-      float& probability = targets.demand(0, x, y);
+      float& probability = targets.probability(x, y);
       const bool calculated = history && probability > 0;
       bool ready;
       if (iteration_ < settings_.max_samples) {
@@ -64,7 +64,7 @@ void ThresholdAllocation::run(int, std::size_t part) {
         ready = coin(x, y, iteration_, settings_.seed) <= probability;
       }
       const int next = has[0] <= has[1] ? 0 : 1;
-      for (int h = 0; h < kHalves; ++h) targets.target(h, x, y) = has[h] + (ready && h == next ? 1 : 0);
+      for (int h = 0; h < kHalves; ++h) targets.set_target(h, x, y, has[h] + (ready && h == next ? 1 : 0));
     }
   }
   note_targets(part);

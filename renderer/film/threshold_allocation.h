@@ -3,7 +3,7 @@
 //
 // A pixel's samples go to half A and half B in turn, so that the mean, the variance and the error of the picture are
 // those of every other mode. What Algorithm 1 calls P_variance (eq. 11 and 12) is taken over both. At iteration
-// max_spp, demand() of half A becomes the probability n / max_spp that it draws from then on.
+// max_spp, probability() becomes the probability n / max_spp that it draws from then on.
 //
 // After a move that carried something over (section 3.3, Algorithm 2) iterations are counted from 0, a pixel that came
 // with a probability keeps it and gets no sample before max_spp, and n counts what was carried: of pixels that came

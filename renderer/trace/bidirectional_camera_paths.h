@@ -177,7 +177,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     if (vertex == 1) {
       const Rgb albedo = black ? Rgb(0, 0, 0) : point ? surface_albedo(point->params, wo) : at.albedo;
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
-      b.first[i] = {albedo, seen, hit.t, instance_name(hit), hit.primitive};
+      b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
     if constexpr (Watch::kWatches) tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;

@@ -145,7 +145,7 @@ void ForwardReprojection::carry(const PixelRect& window, ReprojectionStats& stat
   SampleTargets* targets = film_.targets();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      if (targets) targets->demand(0, x, y) = 0;
+      if (targets) targets->probability(x, y) = 0;
       const std::uint64_t samples = left.place(film_, x, y);
       if (samples == 0) continue;
       ++stats.carried;

@@ -27,7 +27,7 @@ struct FirstHit {
   Rgb albedo;
   V3f normal;
   float depth;
-  std::uint32_t instance, primitive;
+  std::uint32_t primitive;
 };
 
 // A group in flight. Small enough for the second-level cache.

@@ -32,7 +32,6 @@ struct SampleLevels {
 // and, where what stands below does not suit its scenes or techniques, its own
 //   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
-//   std::uint32_t instance_name(const Hit&) const
 //   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed(),
 //   std::uint64_t light_paths() const
 template <typename Kernel, typename Watch>
@@ -264,7 +263,7 @@ class PathKernelBase {
     PathGroup& b = group_;
     PathState& path = b.paths[i];
     const Ray& ray = b.rays[i];
-    if (vertex == 1) b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit, kNoHit};
+    if (vertex == 1) b.first[i] = {Rgb(0, 0, 0), V3f(0, 0, 0), std::numeric_limits<float>::infinity(), kNoHit};
     if (!is_finite(ray.direction)) [[unlikely]] {
       path.radiance = Rgb(std::numeric_limits<float>::quiet_NaN());  // not traced: the film counts an invalid sample
       return;
@@ -392,7 +391,6 @@ class PathKernelBase {
     f.add(first.albedo, first.normal, first.primitive != kNoHit);
     if (is_first_sample) {
       f.depth = first.depth;
-      f.instance = first.instance;
       f.primitive = first.primitive;
     }
   }

@@ -89,7 +89,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     if (vertex == 1) {
       const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : surface_albedo(params, wo);
       const V3f seen = params.mapped ? frame.to_world(params.map_normal) : normal;
-      b.first[i] = {albedo, seen, hit.t, instance_name(hit), hit.primitive};
+      b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
     watch_.surface(i, surface, params, normal, geometric_normal, black);
     if (black) return false;

@@ -96,7 +96,7 @@ class PlainKernel : public PathKernelBase<PlainKernel<Watch>, Watch> {
       for (int k = 0; k < batch.count; ++k) {
         const std::uint32_t i = batch.path[k];
         const Hit& hit = b.hits[i];
-        b.first[i] = {batch.albedo[k], batch.normal[k], hit.t, instance_name(hit), hit.primitive};
+        b.first[i] = {batch.albedo[k], batch.normal[k], hit.t, hit.primitive};
       }
     }
     if (vertex >= task_.settings.max_segments) return survivors;
@@ -129,8 +129,6 @@ class PlainKernel : public PathKernelBase<PlainKernel<Watch>, Watch> {
   Rgb emitted(const Hit&, const Surface& surface) const {
     return surface.front || surface.material->double_sided ? surface.material->emission : Rgb(0, 0, 0);
   }
-
-  std::uint32_t instance_name(const Hit& hit) const { return scene_.flat_names[hit.part]; }
 };
 
 }  // namespace helio

@@ -152,7 +152,7 @@ inline bool same_bits(const Film& a, const Film& b) {
       for (int c = 0; c < 3; ++c) {
         if (f.albedo[c] != g.albedo[c] || f.normal[c] != g.normal[c]) return false;
       }
-      if (f.depth != g.depth || f.instance != g.instance || f.primitive != g.primitive) return false;
+      if (f.depth != g.depth || f.primitive != g.primitive) return false;
     }
   }
   return true;

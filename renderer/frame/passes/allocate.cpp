@@ -18,6 +18,7 @@ FilmState film_state(const RenderSettings& settings) {
   const bool paper = settings.variant == ModeVariant::paper;
   const bool history = reuses(settings.mode);
   return {.targets = allocates(settings.mode),
+          .threshold = allocates(settings.mode) && paper,
           .history = history,
           .stored_hits = history && paper ? settings.reprojection.stored_hits : 0,
           .splats = traces_light_paths(settings.integrator) && settings.integrator != Integrator::photon,

@@ -47,7 +47,7 @@ void ForwardTransfer::run(int sweep, std::size_t part) {
     case Sweep::clear:
       film_.clear(window);
       for (int y = window.y0; film_.targets() && y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) film_.targets()->demand(0, x, y) = 0;  // a carried probability
+        for (int x = window.x0; x < window.x1; ++x) film_.targets()->probability(x, y) = 0;  // a carried one
       }
       return;
   }

@@ -83,7 +83,7 @@ TEST_P(Leak, NoneInFourMillionSamplesOfClosedRooms) {
                                ++samples;
                                lit += half.sum[0] != 0 || half.sum[1] != 0 || half.sum[2] != 0;
                                invalid += 1 - half.count;
-                               missed += features.instance == ~0u;
+                               missed += features.primitive == ~0u;
                              });
     }
     EXPECT_EQ(samples, std::uint64_t(room.films) * 512 * 512 * 2);
@@ -178,7 +178,7 @@ TEST_P(Acne, NoneInFourMillionSamplesOfConvexBodies) {
         const V3d eye(2.2 * std::cos(angle), view.height, 2.2 * std::sin(angle));
         const std::uint64_t hits_before = hits;
         const auto look = [&](const HalfPixel& half, const PixelFeatures& features, int) {
-          if (features.instance == ~0u) return;
+          if (features.primitive == ~0u) return;
           ++hits;
           const std::size_t face = features.primitive;
           if (dot(normals.at(face), eye - corners[face]) <= 0) {

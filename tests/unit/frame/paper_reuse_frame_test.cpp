@@ -205,7 +205,7 @@ TEST(PaperCombined, FreshSamplesGoFirstWhereNothingWasCarried) {
 
 // Algorithm 2, iteration by iteration, on three pixels: nothing known, carried without a probability, carried with one.
 TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
-  Film film(3, 1, {.targets = true, .history = true, .stored_hits = 1});
+  Film film(3, 1, {.targets = true, .threshold = true, .history = true, .stored_hits = 1});
   AllocationSettings settings;
   settings.paper = true;
   settings.min_samples = 2;
@@ -217,7 +217,7 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
       film.history()->carried(x, 0).count[h] = 5;
     }
   }
-  film.targets()->demand(0, 2, 0) = 0.5f;
+  film.targets()->probability(2, 0) = 0.5f;
   std::vector<std::vector<int>> taken(3);
   for (std::uint32_t iteration = 0; iteration < 200; ++iteration) {
     AllocationRequest request;
@@ -247,9 +247,9 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
   EXPECT_EQ(first_six(1), (std::vector<int>{0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(first_six(2), (std::vector<int>{0, 0, 0, 0, 0, 0}));
   // At max_spp: 6 of 6; 10 of 6, more than one, as the paper says may happen; and what it came with.
-  EXPECT_EQ(film.targets()->demand(0, 0, 0), 1);
-  EXPECT_FLOAT_EQ(film.targets()->demand(0, 1, 0), 10.0f / 6);
-  EXPECT_EQ(film.targets()->demand(0, 2, 0), 0.5f);
+  EXPECT_EQ(film.targets()->probability(0, 0), 1);
+  EXPECT_FLOAT_EQ(film.targets()->probability(1, 0), 10.0f / 6);
+  EXPECT_EQ(film.targets()->probability(2, 0), 0.5f);
   const auto later = [&](int x) {
     return std::accumulate(taken[std::size_t(x)].begin() + 6, taken[std::size_t(x)].end(), 0);
   };
@@ -260,15 +260,16 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
 
 TEST(PaperReuseMemory, IsAsDocumented) {
   const auto bytes = [](int stored_hits, bool targets) {
-    return Film::bytes_per_pixel({.targets = targets, .history = true, .stored_hits = stored_hits});
+    return Film::bytes_per_pixel(
+        {.targets = targets, .threshold = targets, .history = true, .stored_hits = stored_hits});
   };
-  EXPECT_EQ(bytes(1, false), 124u + 260u);
-  EXPECT_EQ(bytes(4, false), 124u + 356u);
-  EXPECT_EQ(bytes(4, true), 140u + 356u);
+  EXPECT_EQ(bytes(1, false), 120u + 258u);
+  EXPECT_EQ(bytes(4, false), 120u + 354u);
+  EXPECT_EQ(bytes(4, true), 132u + 354u);
   // And so it is: 64 x 64 pixels, with little for the whole beside them.
-  const Film film(64, 64, {.targets = true, .history = true, .stored_hits = 4});
-  EXPECT_NEAR(double(film.bytes()) / (64 * 64), 140 + 356, 2);
-  EXPECT_EQ(film.state(), (FilmState{.targets = true, .history = true, .stored_hits = 4}));
+  const Film film(64, 64, {.targets = true, .threshold = true, .history = true, .stored_hits = 4});
+  EXPECT_NEAR(double(film.bytes()) / (64 * 64), 132 + 354, 2);
+  EXPECT_EQ(film.state(), (FilmState{.targets = true, .threshold = true, .history = true, .stored_hits = 4}));
 }
 
 }  // namespace

@@ -332,10 +332,14 @@ TEST(ReuseBudget, ThatInterruptsTheFirstSamplesCountsNothingTwice) {
 
 TEST(ReuseMemory, IsAsDocumented) {
   const auto bytes = [](const FilmState& state) { return Film::bytes_per_pixel(state); };
-  EXPECT_EQ(bytes({}), 124u);
-  EXPECT_EQ(bytes({.targets = true}), 140u);
-  EXPECT_EQ(bytes({.history = true}), 124u + 196u);
-  EXPECT_EQ(bytes({.targets = true, .history = true}), 140u + 196u);
+  EXPECT_EQ(bytes({}), 120u);
+  EXPECT_EQ(bytes({.targets = true}), 126u);
+  EXPECT_EQ(bytes({.history = true}), 120u + 194u);
+  EXPECT_EQ(bytes({.targets = true, .history = true}), 320u);
+  // As published.
+  EXPECT_EQ(bytes({.targets = true, .threshold = true}), 132u);
+  EXPECT_EQ(bytes({.history = true, .stored_hits = 1}), 120u + 258u);
+  EXPECT_EQ(bytes({.history = true, .stored_hits = 4}), 120u + 354u);
 }
 
 }  // namespace

@@ -16,13 +16,13 @@ TEST(Film, StartsEmptyAndClearsToEmpty) {
   EXPECT_GE(Film(7, 13, FilmState{.targets = true}).bytes(),
             7 * 13 * Film::bytes_per_pixel(FilmState{.targets = true}));
   film.half(1, 6, 12).add(Rgb(1, 2, 3));
-  film.features(6, 12).instance = 4;
+  film.features(6, 12).primitive = 4;
   EXPECT_EQ(film.half(1, 6, 12).count, 1u);
   EXPECT_EQ(film.half(1, 6, 12).sum_squares(2), 9.0);
   film.clear();
   EXPECT_EQ(film.half(1, 6, 12).count, 0u);
   EXPECT_EQ(film.half(1, 6, 12).sum[0], 0.0);
-  EXPECT_EQ(film.features(6, 12).instance, ~0u);
+  EXPECT_EQ(film.features(6, 12).primitive, ~0u);
 }
 
 TEST(Film, TakesTheShapesOfTheHardCases) {
@@ -94,7 +94,7 @@ TEST(Film, FeaturesStayRightBeyondTheFloatsDigits) {
     ASSERT_NEAR(f.normal[1], share * -0.6f, 1e-4);
     ASSERT_NEAR(f.normal[2], share * 0.8f, 1e-4);
   }
-  EXPECT_EQ(sizeof(PixelFeatures), 44u);
+  EXPECT_EQ(sizeof(PixelFeatures), 40u);
 }
 
 // What never changes is kept to the bit.

@@ -91,14 +91,34 @@ TEST(FirstHits, WhatCameWithAPixelIsNotReplaced) {
 
 // A 3 x 1 film whose pixel x has 2 + x samples of x in half A and one of 10 + x in half B.
 Film three_pixels() {
-  Film film(3, 1, {.targets = true, .history = true, .stored_hits = 1});
+  Film film(3, 1, {.targets = true, .threshold = true, .history = true, .stored_hits = 1});
   for (int x = 0; x < 3; ++x) {
     for (int i = 0; i < 2 + x; ++i) film.half(0, x, 0).add(Rgb(float(x), 0, 0));
     film.half(1, x, 0).add(Rgb(10 + float(x), 0, 0));
     film.first_hits()->add(0, 0, 1, x, 0, sample_at({float(x), 0, 0}, Rgb(1, 2, 3)));
-    film.targets()->demand(0, x, 0) = 0.25f * float(x);
+    film.targets()->probability(x, 0) = 0.25f * float(x);
   }
   return film;
+}
+
+// More samples than a carried pixel has digits for are taken for fewer, of the same mean and variance.
+TEST(LeftPicture, CountsHaveALimit) {
+  Film film(1, 1, {.history = true, .stored_hits = 1});
+  constexpr std::uint32_t kCount = 100'000'000;
+  HalfPixel& half = film.half(0, 0, 0);
+  half.count = kCount;
+  half.sum[1] = 3.0 * kCount;
+  half.deviations[1] = 2.0f * kCount;
+  LeftPicture& left = film.first_hits()->left();
+  left.gather(film, film.bounds());
+  left.bid(0, 0, 1, 0, 0);
+  film.clear();
+  EXPECT_EQ(left.place(film, 0, 0), CarriedPixel::kMostCount);
+  const HalfPixel& placed = film.half(1, 0, 0);
+  EXPECT_EQ(placed.count, CarriedPixel::kMostCount);
+  EXPECT_NEAR(placed.sum[1] / placed.count, 3, 1e-9);
+  EXPECT_NEAR(placed.deviations[1] / placed.count, 2, 1e-6);
+  EXPECT_EQ(film.attempted(1, 0, 0), 0u);
 }
 
 TEST(LeftPicture, CountsColourAndProbabilityTravelWithThePixel) {
@@ -119,7 +139,7 @@ TEST(LeftPicture, CountsColourAndProbabilityTravelWithThePixel) {
   EXPECT_EQ(film.first_hits()->pixel(0, 0).irradiance[0][2], 0);
   EXPECT_EQ(film.first_hits()->hits(0, 0)[0].position.x, 2);
   EXPECT_TRUE(film.first_hits()->pixel(0, 0).settled);
-  EXPECT_EQ(film.targets()->demand(0, 0, 0), 0.5f);
+  EXPECT_EQ(film.targets()->probability(0, 0), 0.5f);
   EXPECT_EQ(film.features(0, 0).depth, 2.5f);
   // All of it was carried: the next sample is the first of this picture, and no bound is known.
   for (int h = 0; h < kHalves; ++h) EXPECT_EQ(film.attempted(h, 0, 0), 0u);

@@ -60,7 +60,7 @@ TEST(Resolve, FillsWhatIsAskedFor) {
 // What was carried weighs 0.5 (6 / 8 + 6 / 12) = 0.625 in a pixel whose halves hold 8 and 12 samples, 6 of them carried
 // each; 2 + 6 are fresh.
 TEST(Resolve, TellsWhatWasCarriedAndHowFreshSamplesAreSpread) {
-  Film film(4, 1, {true, true});
+  Film film(4, 1, {.targets = true, .history = true});
   const auto hold = [&](int x, std::uint32_t a, std::uint32_t b) {
     film.half(0, x, 0).count = a;
     film.half(1, x, 0).count = b;

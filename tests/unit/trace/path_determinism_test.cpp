@@ -144,7 +144,7 @@ TEST(PathDeterminism, SampleTargetsAreMetInAnyCut) {
       for (int half = 0; half < kHalves; ++half) {
         ASSERT_TRUE(trace_window(*scene, camera, {}, {half, 0, kHas}, film.bounds(), CancelToken(), film, stats));
         for (int y = 0; y < h; ++y) {
-          for (int x = 0; x < w; ++x) film.targets()->target(half, x, y) = 2u << ((x * 7 + y * 3 + half) % 5);
+          for (int x = 0; x < w; ++x) film.targets()->set_target(half, x, y, 2u << ((x * 7 + y * 3 + half) % 5));
         }
         const std::uint64_t wanted = film.targets()->samples_in(film, half, film.bounds(), 0, kTop);
         stats = {};
@@ -176,7 +176,7 @@ TEST(PathDeterminism, SampleTargetsAreMetInAnyCut) {
   }
 }
 
-// First-hit features: ids name the instance and its primitive, depth is along the ray, misses are infinite.
+// First-hit features: the id is that of a primitive, depth is along the ray, misses are infinite.
 TEST(PathFeatures, FirstHit) {
   SceneDescription scene;
   scene.materials = {lambert(Rgb(0.25f, 0.5f, 0.75f))};
@@ -184,14 +184,13 @@ TEST(PathFeatures, FirstHit) {
   add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0));
   const Film film = render(*build(scene), camera_at({0, 0, 3}, {0, 0, 0}, 60), 33, 33, 4);
   const PixelFeatures &centre = film.features(16, 16), &corner = film.features(0, 0);
-  EXPECT_EQ(centre.instance, 1u);
   EXPECT_LT(centre.primitive, 2u);
   EXPECT_NEAR(centre.depth, 3, 0.01);
   EXPECT_EQ(centre.count, 4u);
   EXPECT_FLOAT_EQ(centre.albedo[1], 0.5f);
   EXPECT_FLOAT_EQ(centre.normal[2], 1);
   EXPECT_EQ(centre.hits, 4u);
-  EXPECT_EQ(corner.instance, ~0u);
+  EXPECT_EQ(corner.primitive, ~0u);
   EXPECT_TRUE(std::isinf(corner.depth));
   EXPECT_EQ(corner.hits, 0u);
 }
