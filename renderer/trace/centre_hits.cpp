@@ -1,7 +1,6 @@
 #include "renderer/trace/centre_hits.h"
 
 #include <algorithm>
-#include <cfloat>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -17,15 +16,11 @@ namespace helio {
 namespace {
 
 constexpr int kMostPixels = kPathGroupSize * kPathGroupSize;
-constexpr int kDirections = 4;  // of view_change()
+constexpr int kDirections = 8;  // of lobe_change()
 constexpr int kViewpoints = 2;  // from which a picture is compared
 
-// Of a sum of ratios of BSDFs: one that is larger is of a lobe that hardly reaches the direction from there.
-constexpr float kMostRatio = 16;
 // Of an albedo between two views of a surface.
 constexpr float kMostAlbedoChange = 4;
-// Share of a change by which it is taken to be off beside what its directions' scatter says.
-constexpr float kDoubt = 0.5f;
 
 // A direction that was kept more than once knows no more than once. Returns how many there are.
 std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostWeighed]) {
@@ -42,11 +37,17 @@ std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection
   return count;
 }
 
-// How much of the light that the surface sends along wo comes otherwise along `from`, [0, 1], as far as a few samples
-// of its BSDF say, beyond `expected`, new over old. views: of the two; local.
-float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from, float expected,
-                  std::uint32_t key) {
-  if (!(from.z * wo.z > 0)) return 1;
+// What a few samples of a surface's BSDF say of its two views, new and old.
+struct LobeChange {
+  float unseen = 1;      // how much of the light along the new one comes otherwise along the old, [0, 1]
+  Rgb arrival{0, 0, 0};  // albedo of directions that the old one hardly sees
+};
+
+// wo, from: local, the new and the old view, as `views` has them; beyond `expected`, new over old.
+LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from,
+                       float expected, std::uint32_t key) {
+  LobeChange told;
+  if (!(from.z * wo.z > 0)) return told;
   float whole = 0, changed = 0;
   for (int k = 0; k < kDirections; ++k) {
     const SamplePair u = sample_pair(key, reverse_bits(std::uint32_t(k)), 0);
@@ -56,8 +57,10 @@ float view_change(const SurfaceParams& params, const BsdfViews& views, const V3f
     whole += weight;
     const float there = sample.delta ? 0.0f : expected * luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
     changed += std::fabs(there - weight);
+    if (!sample.delta && there * kMostRatio < weight) told.arrival += sample.weight * (1.0f / kDirections);
   }
-  return whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
+  told.unseen = whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
+  return told;
 }
 
 std::uint32_t name_of(const SceneData& scene, const Hit& hit) {
@@ -92,11 +95,11 @@ struct CentreHits::Block {
   PixelFeatures features;               // of the pixel in hand
   std::uint32_t key = 0;
 
-  // view_change() of the pixel that asked last in a cell: others there that show the like take it over.
+  // lobe_change() of the pixel that asked last in a cell: others there that show the like take it over.
   struct CellChange {
     const MaterialRecord* material = nullptr;
     V3f viewpoint, normal;
-    float change = 0;
+    LobeChange change;
   };
   static constexpr int kCell = 4, kCells = kPathGroupSize / kCell;
   CellChange changes[kCells][kCells][kViewpoints];
@@ -165,7 +168,7 @@ CentreHit CentreHits::at(int x, int y) {
     }
   };
   centre.depth = hit.t * dot(ray.direction, axis_);
-  centre.instance = b.features.instance = name_of(scene_, hit);
+  centre.instance = name_of(scene_, hit);
   if (only_lambert_) {
     Surface surface = make_surface<true>(scene_, ray, hit);
     if (!surface.material->textured) {
@@ -227,36 +230,48 @@ Rgb CentreHits::albedo_change(const V3f& from) const {
   return change;
 }
 
-float CentreHits::unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from, float expected) const {
+void CentreHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V3f& from, ViewEvidence& told) const {
   constexpr float kAlike = 0.99f;  // cosine between normals
   const Block& b = *block_;
   const Surface& surface = b.shading->surface;
   const V3f& normal = b.shading->frame.n;
-  const bool textured = surface.material->textured || surface.material->normal_mapped;
+  const bool varies = textured();
   Block::CellChange* keep = nullptr;
   for (Block::CellChange& known : *b.cell) {
     if (known.material && !(known.viewpoint == viewpoint)) continue;
-    if (known.material == surface.material && dot(known.normal, normal) > kAlike && !textured) return known.change;
+    if (known.material == surface.material && dot(known.normal, normal) > kAlike && !varies) {
+      told.unseen = known.change.unseen;
+      told.arrival = known.change.arrival;
+      return;
+    }
     keep = &known;
     break;
   }
-  const float change = view_change(b.shading->params, views, b.wo, from, expected, b.key);
+  const LobeChange change = lobe_change(b.shading->params, views, b.wo, from, luminance(told.albedo), b.key);
+  told.unseen = change.unseen;
+  told.arrival = change.arrival;
   if (keep) *keep = {surface.material, viewpoint, normal, change};
-  return change;
 }
 
-ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
+bool CentreHits::textured() const {
+  const MaterialRecord& material = *block_->shading->surface.material;
+  return material.textured || material.normal_mapped;
+}
+
+ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
   const Block& b = *block_;
-  ViewChange change;
-  if (!b.shading) return change;
   const SurfaceParams& params = b.shading->params;
   const Frame& frame = b.shading->frame;
   const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
   const BsdfViews views(params, b.wo, from);
+  ViewEvidence told;
+  told.material = b.shading->surface.material;
+  told.normal = frame.n;
+  told.pools = !textured();
   // What is known of all directions together. Ratios are over it from here on.
-  change.albedo = albedo_change(from);
-  const Rgb inverse(1 / change.albedo.x, 1 / change.albedo.y, 1 / change.albedo.z);
-  const float unseen = unseen_change(viewpoint, views, from, luminance(change.albedo));
+  told.albedo = albedo_change(from);
+  const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
+  ask_lobes(viewpoint, views, from, told);
 
   WeighedDirection distinct[kMostWeighed];
   float ratios[kMostWeighed];
@@ -284,32 +299,23 @@ ViewChange CentreHits::change_from(const V3f& viewpoint, std::span<const Weighed
     known += d.weight;
     changed += double(d.weight) * double(ratios[count++]);
   }
-  change.ratio = change.albedo;
-  if (!(known > 0)) {
-    change.error = unseen;
-    return change;
-  }
+  if (!(known > 0)) return told;
+  told.directions = count;
 
-  // All of this times the weights. Scatter of the ratios, and one direction more that is off by `unseen`.
-  const double mean = changed / known, unknown = whole - known, off = changed - known;
+  const double mean = changed / known, unknown = whole - known;
   double scatter = 0;
   for (int k = 0; k < count; ++k) {
-    const double away = double(distinct[k].weight) * (double(ratios[k]) - mean);
+    const double away = double(distinct[k].weight) / whole * (double(ratios[k]) - mean);
     scatter += away * away;
   }
-  scatter *= double(count) / std::max(count - 1, 1);
-  const double one_more = double(unseen) * known / count, error = std::sqrt(scatter + one_more * one_more) + unknown;
-  // As far as the scatter explains it the change is noise: James and Stein's estimator.
-  const double keep = off * off / std::max(off * off + error * error, DBL_MIN);
+  told.scatter = float(scatter * double(count) / std::max(count - 1, 1));
+  told.unknown = float(unknown / whole);
+  told.off = float((changed - known) / whole);
   for (int c = 0; c < 3; ++c) {
     const double old = before[c] + unknown;  // 0: the surface is black in this channel
-    if (old > 0) change.ratio[c] *= float(1 + keep * ((now[c] + unknown) / old - 1));
+    if (old > 0) told.change[c] = std::min(float((now[c] + unknown) / old), kMostRatio) - 1;
   }
-  // Few directions say little of a large change; a fall as little as the rise that it is the other way round.
-  const double fall = std::clamp(known / std::max(changed, DBL_MIN), 1.0, double(kMostRatio));
-  const double doubt = double(kDoubt) * off * fall;
-  change.error = float(std::min(std::hypot(error, doubt) / std::max(whole + keep * off, DBL_MIN), double(kMostRatio)));
-  return change;
+  return told;
 }
 
 int CentreHits::material(int x, int y) const {

@@ -10,6 +10,7 @@
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
 #include "renderer/trace/scene_data.h"
+#include "renderer/trace/view_change.h"
 
 namespace helio {
 
@@ -21,14 +22,6 @@ struct WeighedDirection {
 
 // Of the four pixels of a lookup.
 inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
-
-struct ViewChange {
-  Rgb ratio{1, 1, 1};   // new over old
-  Rgb albedo{1, 1, 1};  // the same of what CentreHit::albedo tells, by which lookups are scaled already
-  float error = 0;      // standard error of the ratio, over the ratio; >= 0
-
-  bool none() const { return error == 0; }
-};
 
 class BsdfViews;
 
@@ -48,7 +41,7 @@ class CentreHits {
   CentreHits& operator=(const CentreHits&) = delete;
 
   // Traces the pixels of `window`, as one packet after the other. It is at most as large as a block of the film, and
-  // lies in one where change_from() is asked; outside the film there are pixels, too.
+  // lies in one where evidence_from() is asked; outside the film there are pixels, too.
   void trace(const PixelRect& window);
 
   // Of the pixel, which lies in the window that was traced last. The pixel in hand from now on.
@@ -60,23 +53,24 @@ class CentreHits {
   // Whether the surface of the pixel in hand may look different from elsewhere.
   bool depends_on_view() const;
 
+  // Whether textures make the surface of the pixel in hand scatter otherwise than next to it.
+  bool textured() const;
+
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
   // (rebased), given directions wi that light which arrived there came from, at most kMostWeighed of them. Picked in
-  // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Sixteen scatter: the
-  // change is shrunk towards that of the albedo as far as that explains it (James and Stein 1961). Its error is the
-  // scatter's, with one direction more whose change is that of four directions of the BSDF's own sampling, for there
-  // may be light that none of these has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF; of the like
-  // surface of one of 4x4 pixels, the first that asked); and a share of the change beyond the albedo's. Light of delta
-  // lobes may change altogether. Without directions the ratio is the albedo's.
-  ViewChange change_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
+  // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. `unseen` is the change of
+  // a few directions of the BSDF's own sampling, for there may be light that none of these has met (eq. 15 of Schalk
+  // 2018 without the irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the first that asked). Light
+  // of delta lobes may change altogether. Precondition: depends_on_view().
+  ViewEvidence evidence_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.
   int material(int x, int y) const;
 
  private:
   struct Block;
-  // view_change(), of the pixel in hand or one next to it.
-  float unseen_change(const V3f& viewpoint, const BsdfViews& views, const V3f& from, float expected) const;
+  // lobe_change(), of the pixel in hand or one next to it.
+  void ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V3f& from, ViewEvidence& told) const;
   // Of the surface in hand, new over old. from: local, where the old viewpoint is.
   Rgb albedo_change(const V3f& from) const;
 

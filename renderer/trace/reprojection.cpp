@@ -1,11 +1,15 @@
 #include "renderer/trace/reprojection.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cfloat>
 #include <cmath>
+#include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
@@ -21,12 +25,17 @@ namespace {
 
 // Of a lookup's four pixels: the share of the weight that must be usable.
 constexpr float kLeastWeight = 0.1f;
+// Of a source's `enough`: what it says before the change of view is taken off, so that the next one need not be asked.
+constexpr float kHopeful = 1.5f;
 // Of a lookup: the directions of a pixel that weighs less are not worth their BSDFs.
 constexpr float kLeastShare = 1.0f / 16;
 // How far off the plane of a pixel's centre hit a point may lie, in its pixels.
 constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
+
+// Of light that is taken to have come into view: its standard error, over it.
+constexpr float kArrivalDoubt = 0.5f;
 
 // Depths that the same ray has met, in scenes that may differ in how a surface is stored.
 constexpr float kSameDepth = 1e-4f;
@@ -41,6 +50,37 @@ struct Tap {
   int x = 0, y = 0;
   float weight = 0;
   Rgb modulation;  // new albedo over old
+};
+
+// The pixels around a point inside a surface that show that surface, and nothing else.
+struct Taps {
+  Tap tap[4];
+  int count = 0;
+  float total = 0;       // weight, at most 1
+  double u = 0, v = 0;   // where the point lies, in pixels from the centre of the first of the film
+  float fx = 0, fy = 0;  // between the four around it, [0, 1)
+  double footprint = 0;  // side of a pixel there
+};
+
+// What a pixel finds in a source, before its neighbours have said how the view has changed.
+struct Sight {
+  Taps taps;
+  float zoom = 1;  // size of a pixel of the source over that of a new one
+  bool glossy = false;
+  std::optional<ViewEvidence> evidence;  // of surfaces that look different from there
+
+  bool usable() const { return taps.total >= kLeastWeight; }
+  // Of neighbours that ask the same pixel of the source.
+  float shared() const { return std::max(zoom * zoom, 1.0f); }
+};
+using Sights = std::array<Sight, Reprojection::kMostSources>;  // by source
+
+// Of a block of the film, of pixels that wait for their neighbours.
+struct BlockSights {
+  PixelRect block;
+  Sights pixels[kPathGroupSize * kPathGroupSize];
+
+  Sights& at(int x, int y) { return pixels[std::size_t(y - block.y0) * kPathGroupSize + std::size_t(x - block.x0)]; }
 };
 
 // What a source says of a pixel.
@@ -122,20 +162,29 @@ class SourceView {
         projection_(source.pose, width, height, scene_origin),
         same_camera_(source.pose == now),
         viewpoint_(viewpoint),
+        light_(source.light),
         normal_(0, projection_) {}
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
 
+  // Whether surfaces are seen from elsewhere than there.
+  bool moved() const { return viewpoint_.has_value(); }
+
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there. centres: has the pixel in hand.
-  Lookup look(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres,
-              std::uint32_t key) {
-    const Taps taps = find_taps(here, position);
-    if (taps.total < kLeastWeight) return {};
-    const bool glossy = centres.depends_on_view();
-    const ViewChange change = glossy && viewpoint_ ? change_of(taps, centres) : ViewChange();
+  Sight see(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres) {
+    Sight sight;
+    sight.taps = find_taps(here, position);
+    sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
+    sight.glossy = centres.depends_on_view();
+    if (sight.glossy && viewpoint_ && sight.usable()) sight.evidence = evidence_of(sight.taps, centres);
+    return sight;
+  }
 
+  Lookup look(const CentreHit& here, const Sight& sight, const ViewChange& change, std::uint32_t key) const {
+    if (!sight.usable()) return {};
+    const Taps& taps = sight.taps;
     const Rgb beyond_albedo = change.ratio / change.albedo;
 
     LookupSums sums;
@@ -149,12 +198,11 @@ class SourceView {
     }
     const Rgb albedo = demodulation(unpack_reflectance(here.albedo));
     const float albedo2 = (sqr(albedo.x) + sqr(albedo.y) + sqr(albedo.z)) / 3;
-    const auto zoom = float(taps.footprint / std::max(footprint, DBL_MIN));
-    const float resampled =
-        albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, zoom) + sums.bend2(1) * resampling_error2(taps.fy, zoom) +
-                   sums.slope2() * float(off_x * off_x + off_y * off_y));
-    Lookup result = weigh(sums, resampled, change.error);
-    if (glossy && result.total() > 0) pick_directions(taps, key, result.directions);
+    const float resampled = albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, sight.zoom) +
+                                       sums.bend2(1) * resampling_error2(taps.fy, sight.zoom) +
+                                       sums.slope2() * float(off_x * off_x + off_y * off_y));
+    Lookup result = weigh(sums, resampled, change.error, change.arrival * light_);
+    if (sight.glossy && result.total() > 0) pick_directions(taps, key, result.directions);
     return result;
   }
 
@@ -176,21 +224,24 @@ class SourceView {
     }
     LookupSums sums;
     add(pixel, 1, Rgb(1, 1, 1), sums);
-    Lookup result = weigh(sums, 0, 0);
+    Lookup result = weigh(sums, 0, 0, Rgb(0, 0, 0));
     result.directions = pixels_.directions(x, y);
     return result;
   }
 
  private:
-  struct Taps;
-
-  // Of the pixel in hand, by where its light came from as the pixels around know it.
-  ViewChange change_of(const Taps& taps, const CentreHits& centres) const {
+  // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
+  // surfaces are textured every pixel asks for itself.
+  ViewEvidence evidence_of(const Taps& taps, const CentreHits& centres) const {
     WeighedDirection directions[kMostWeighed];
     std::size_t count = 0;
+    float least = kLeastShare * taps.total;
+    if (!centres.textured()) {
+      for (int i = 0; i < taps.count; ++i) least = std::max(least, taps.tap[i].weight);
+    }
     for (int i = 0; i < taps.count; ++i) {
       const Tap& tap = taps.tap[i];
-      if (tap.weight < kLeastShare * taps.total) continue;
+      if (tap.weight < least) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       for (int h = 0; h < kHalves; ++h) {
         const float weight = tap.weight * luminance(pixel.means.mean(h));
@@ -199,18 +250,19 @@ class SourceView {
           directions[count++] = {packed, weight};
       }
     }
-    return centres.change_from(*viewpoint_, {directions, count});
+    return centres.evidence_from(*viewpoint_, {directions, count});
   }
 
-  // resampled: squared error of the lookup, over the sums'. view_change: relative to the mean.
-  static Lookup weigh(const LookupSums& sums, float resampled, float view_change) {
+  // resampled: squared error of the lookup, over the sums'. view_change: relative to the mean. arrival: radiance that
+  // may have come into view, a guess.
+  static Lookup weigh(const LookupSums& sums, float resampled, float view_change, const Rgb& arrival) {
     Lookup result;
     float variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight(h) < kLeastWeight) continue;
       const float scale = 1 / sums.weight(h);
       for (int c = 0; c < 3; ++c) {
-        result.mean[h][c] = sums.mean(h, c) * scale;
+        result.mean[h][c] = sums.mean(h, c) * scale + arrival[c];
         result.spread[h][c] = sums.spread(h, c) * scale;
         variance[h] += result.spread[h][c] / 3;
         if (!std::isfinite(result.mean[h][c])) return {};
@@ -224,7 +276,8 @@ class SourceView {
       for (int h = 0; h < kHalves; ++h) square[h] += sqr(result.mean[h][c]) / 3;
     }
     const float before = std::sqrt(sums.bias2), change2 = view_change * view_change;
-    const auto bias2_of = [&](float squared) { return sqr(before + std::sqrt(resampled + change2 * squared)); };
+    const float fixed = resampled + sqr(kArrivalDoubt) * (sqr(arrival.x) + sqr(arrival.y) + sqr(arrival.z)) / 3;
+    const auto bias2_of = [&](float squared) { return sqr(before + std::sqrt(fixed + change2 * squared)); };
     result.bias2 = bias2_of(shared);
     result.age = sums.age();
     if (!(result.bias2 <= FLT_MAX)) return {};
@@ -252,15 +305,6 @@ class SourceView {
         : packed(bits), direction(unpack_direction(bits)), heights(projection.heights_along(direction)) {}
   };
 
-  // The pixels around a point inside a surface that show that surface, and nothing else.
-  struct Taps {
-    Tap tap[4];
-    int count = 0;
-    float total = 0;       // weight, at most 1
-    double u = 0, v = 0;   // where the point lies, in pixels from the centre of the first of the film
-    float fx = 0, fy = 0;  // between the four around it, [0, 1)
-    double footprint = 0;  // side of a pixel there
-  };
   Taps find_taps(const CentreHit& here, const V3d& position) {
     Taps taps;
     const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
@@ -318,8 +362,30 @@ class SourceView {
   CameraProjection projection_;
   bool same_camera_;
   std::optional<V3f> viewpoint_;  // none: where the new picture's is
+  Rgb light_;
   Normal normal_;
 };
+
+// Of a picture, by some of its pixels.
+Rgb mean_radiance(const HistorySource& source, const PixelRect& region) {
+  constexpr int kAcross = 64;
+  const PixelRect r = intersect(region, {0, 0, source.width(), source.height()});
+  V3d sum(0, 0, 0);
+  double pixels = 0;
+  for (int j = 0; j < std::min(kAcross, r.height()); ++j) {
+    const int y = r.y0 + int(std::int64_t(j) * r.height() / std::min(kAcross, r.height()));
+    for (int i = 0; i < std::min(kAcross, r.width()); ++i) {
+      const int x = r.x0 + int(std::int64_t(i) * r.width() / std::min(kAcross, r.width()));
+      const SourcePixel& pixel = source.pixel(x, y);
+      if (pixel.empty()) continue;
+      const Rgb a = pixel.means.mean(0), b = pixel.means.mean(1);
+      if (!is_finite(a) || !is_finite(b)) continue;
+      sum += 0.5 * (V3d(a) + V3d(b));
+      ++pixels;
+    }
+  }
+  return pixels > 0 ? Rgb(sum * (1 / pixels)) : Rgb(0, 0, 0);
+}
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
 std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& now, const RenderScene& scene) {
@@ -390,6 +456,7 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
                            const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources)
     : film_(film), centres_(std::move(scene), film, region, pose, filter), sources_(std::move(sources)) {
   assert(sources_.size() <= kMostSources && film_.history());
+  for (PictureSource& source : sources_) source.light = mean_radiance(*source.pixels, region);
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
   for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})
@@ -408,17 +475,44 @@ class Reprojection::Seeker {
     Lookup lookup;
     bool swap = false;
   };
+  // Whether some source was seen from elsewhere: glossy surfaces wait for their neighbours then.
+  bool moved() const {
+    return std::any_of(views_.begin(), views_.end(),
+                       [](const SourceView& view) { return !view.same_camera() && view.moved(); });
+  }
+
   // centres: has the pixel in hand, which met `here`.
   Found find(const CentreHit& here, int x, int y, const CentreHits& centres) {
+    Sights sights;
+    see(here, x, y, centres, sights);
+    return tell(here, x, y, sights, nullptr);
+  }
+
+  void see(const CentreHit& here, int x, int y, const CentreHits& centres, Sights& sights) {
     const V3d position =
         here.hit() ? now_.position_at(x + 0.5, y + 0.5, here.depth) : now_.direction_at(x + 0.5, y + 0.5);
     const double footprint = now_.footprint(here.hit() ? double(here.depth) : dot(position, pose().forward));
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      if (views_[i].same_camera()) continue;
+      sights[i] = views_[i].see(here, position, footprint, centres);
+      // As if nothing had changed: directions of the next one are not asked where that would be enough.
+      if (i + 1 < views_.size() &&
+          views_[i].look(here, sights[i], {}, 0).total() >= kHopeful * of_.sources_[i].enough) {
+        for (std::size_t k = i + 1; k < views_.size(); ++k) sights[k] = {};
+        break;
+      }
+    }
+  }
+
+  // sights: the pixel's, as see() left them. block: holds those of its neighbours; null: has none.
+  Found tell(const CentreHit& here, int x, int y, const Sights& sights, BlockSights* block) {
     Found best;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       Lookup lookup;
       if (!views_[i].same_camera()) {
         const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), of_.key_);
-        lookup = views_[i].look(here, position, footprint, centres, key);
+        const ViewChange change = sights[i].evidence ? change_of(sights[i], x, y, i, block) : ViewChange();
+        lookup = views_[i].look(here, sights[i], change, key);
       } else if (!views_[i].border(x, y)) {
         lookup = views_[i].keep(*of_.film_.history(), x, y, 0);
       }
@@ -429,6 +523,22 @@ class Reprojection::Seeker {
   }
 
  private:
+  // By the pixel's own directions and those of the pixels around.
+  static ViewChange change_of(const Sight& sight, int x, int y, std::size_t source, BlockSights* block) {
+    const ViewEvidence& own = *sight.evidence;
+    const ViewEvidence* alike[9];
+    std::size_t count = 0;
+    const PixelRect around = block ? intersect({x - 1, y - 1, x + 2, y + 2}, block->block) : PixelRect{};
+    for (int py = around.y0; py < around.y1; ++py) {
+      for (int px = around.x0; px < around.x1; ++px) {
+        const Sight& there = block->at(px, py)[source];
+        if (there.evidence && there.evidence->like(own) && (px != x || py != y)) alike[count++] = &*there.evidence;
+      }
+    }
+    alike[count++] = &own;
+    return pooled_change(own, {alike, count}, sight.shared());
+  }
+
   const CameraPose& pose() const { return of_.centres_.pose(); }
 
   const Reprojection& of_;
@@ -466,16 +576,32 @@ void Reprojection::clear(const PixelRect& window) {
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
   Seeker seeker(*this);
+  const auto sights = seeker.moved() ? std::make_unique<BlockSights>() : nullptr;
+  std::vector<std::pair<int, int>> waiting;  // pixels whose neighbours have a say
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     film_.clear(block);
+    if (sights) sights->block = block;
     centres.trace(block);
+    waiting.clear();
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
         const CentreHit& here = film_.history()->centre(x, y) = centres.at(x, y);
         film_.features(x, y) = centres.features();  // until the first fresh sample has its own
+        if (sights) {
+          Sights& seen = sights->at(x, y) = {};
+          if (centres.depends_on_view()) {
+            seeker.see(here, x, y, centres, seen);
+            waiting.push_back({x, y});
+            continue;
+          }
+        }
         const Seeker::Found found = seeker.find(here, x, y, centres);
         fill(found.lookup, found.swap, film_, x, y);
       }
+    }
+    for (const auto& [x, y] : waiting) {
+      const Seeker::Found found = seeker.tell(film_.history()->centre(x, y), x, y, sights->at(x, y), sights.get());
+      fill(found.lookup, found.swap, film_, x, y);
     }
   }
   stats.rays += std::uint64_t(window.area());

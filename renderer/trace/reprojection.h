@@ -19,8 +19,9 @@
 //     edge's place; the last one fitted),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
-//     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::change_from),
-//     and how far that may be off is carried,
+//     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::evidence_from,
+//     view_change.h), and how far that may be off is carried; of what directions bring that those cannot tell of, the
+//     old picture's mean radiance is taken, to kArrivalDoubt of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
@@ -53,6 +54,7 @@ struct PictureSource {
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
   // Surfaces or the environment were edited since (HistoryRevision): nobody knows what was beside the picture then.
   bool edited = false;
+  Rgb light{0, 0, 0};  // its mean radiance: Reprojection finds it
 };
 
 struct ReprojectionStats {

@@ -42,15 +42,16 @@ struct HalfSamples {
 };
 
 // A picture that has been seen through a camera: samples(film, x, y, half) of each half of a pixel, all of them carried
-// with a bound of sqrt(bias2).
+// with a bound of sqrt(bias2). Its light came along `directions`.
 template <class Samples>
 HistorySource picture(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, float bias2,
-                      const Samples& samples) {
+                      const Samples& samples, const DirectionReservoir& directions = {}) {
   Film film = film_of(scene, pose);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       CarriedPixel& carried = film.history()->carried(x, y);
       carried.bias2 = bias2;
+      film.history()->directions(x, y) = directions;
       for (int h = 0; h < kHalves; ++h) {
         const HalfSamples of = samples(film, x, y, h);
         HalfPixel& half = film.half(h, x, y);
@@ -149,7 +150,7 @@ TEST(Reprojection, EverySurfaceKeepsItsOwnRadianceAndBordersHaveNone) {
         const V3d position = position_of(new_view, centre, x, y);
         // Its centre's, as long as there is no fresh sample.
         EXPECT_EQ(film.features(x, y).count, carried.count[0] > 0 ? 1u : 0u);
-        EXPECT_EQ(film.features(x, y).instance, carried.count[0] > 0 ? centre.instance : ~0u);
+        EXPECT_EQ(film.features(x, y).primitive != ~0u, carried.count[0] > 0 && centre.hit());
         near_another += meets_another(film, x, y);
         if (centre.border) {
           EXPECT_EQ(carried.count[0] + carried.count[1], 0u) << x << ", " << y;
@@ -238,8 +239,9 @@ TEST(Reprojection, PixelsNextToAnEdgeAreOfUseUnlessSomethingShines) {
 TEST(Reprojection, AGlanceFindsNarrowStrips) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const CameraPose before = orthographic_before_wall();
-  const HistorySource source =
-      picture(scene, before, 0, [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+  const HistorySource source = picture(scene, before, 0, [](const Film&, int, int, int) {
+    return HalfSamples{1, 16, 0.25f};
+  });
   const auto glance = [&](const CameraPose& pose, ReprojectionStats& stats) {
     Film film(kWidth, kHeight, {.history = true});
     const Reprojection work(scene, film, film.bounds(), pose, {}, {{before, &source, 0, false}});
@@ -259,8 +261,9 @@ TEST(Reprojection, AGlanceFindsNarrowStrips) {
 
 TEST(Reprojection, ClearingForgetsThePictureBefore) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
-  const HistorySource source = picture(scene, orthographic_before_wall(), 0,
-                                       [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+  const HistorySource source = picture(scene, orthographic_before_wall(), 0, [](const Film&, int, int, int) {
+    return HalfSamples{1, 16, 0.25f};
+  });
   Film film = film_of(scene, orthographic_before_wall(5), {{orthographic_before_wall(), &source, 0, false}});
   ASSERT_GT(film.half(0, 20, 20).count, 0u);
   film.history()->directions(20, 20).place[0][0] = 77;
@@ -278,8 +281,9 @@ TEST(Reprojection, EdgesOfPicturesFromBeforeAnEditDoNotComeBack) {
   const auto bare = wall_with_plate(false), covered = wall_with_plate(true);
   const CameraPose pose = orthographic_before_wall();
   for (const auto& [before, after] : {std::pair(bare, covered), std::pair(covered, bare)}) {
-    const HistorySource source =
-        picture(before, pose, 0, [](const Film&, int, int, int) { return HalfSamples{1, 16, 0.25f}; });
+    const HistorySource source = picture(before, pose, 0, [](const Film&, int, int, int) {
+      return HalfSamples{1, 16, 0.25f};
+    });
     for (const bool edited : {false, true}) {
       PictureSource of{pose, &source, 0, false};
       of.edited = edited;
@@ -453,6 +457,33 @@ TEST(Reprojection, WhatDependsOnTheViewIsLessCertainFromElsewhere) {
     last = bias2;
   }
   EXPECT_EQ(bias2_after(lambert(Rgb(0.5f, 0.5f, 0.5f)), aside), 0);
+}
+
+// A shiny coat on a matte wall, in a room of radiance 1. Of the light half had come by way of the coat, from where it
+// shows no more; what it shows instead no direction tells, and is taken to be as bright as the picture.
+TEST(Reprojection, LightThatComesIntoViewIsNotMissing) {
+  Material coated;
+  coated.base_color = Rgb(1, 1, 1);
+  coated.metallic = 0.5f;
+  coated.roughness = 0.2f;
+  const auto scene = wall_of(coated);
+  DirectionReservoir directions;
+  for (auto& half : directions.place) {
+    half[0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));  // mirrored to the film's middle
+    half[1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.8f, 0.6f));
+  }
+  const HistorySource source = picture(
+      scene, kBeforeWall, 0,
+      [](const Film&, int, int, int) {
+        return HalfSamples{1, 1 << 20, 100};
+      },
+      directions);
+  const CameraPose aside = camera_at({4, 0, 2}, {0, 0, 0});
+  const Film film = film_of(scene, aside, {{kBeforeWall, &source, 0, false}});
+  const CarriedPixel& carried = film.history()->carried(kWidth / 2, kHeight / 2);
+  ASSERT_GT(carried.count[0], 0u);
+  EXPECT_NEAR(carried.means.mean(0).y, 1, 0.15);
+  EXPECT_GT(carried.bias2, 0.04f) << "it is a guess";
 }
 
 // Share of the interval [from, from + size) to the right of `edge`.
