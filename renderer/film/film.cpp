@@ -24,6 +24,7 @@ Film::Film(int width, int height, const FilmState& state)
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
   assert(state.targets || !state.threshold);
+  assert(state.threshold || !state.targets || state.stored_hits == 0);
   if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height, state.threshold);
   assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
   if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);

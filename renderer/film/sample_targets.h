@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -75,7 +76,10 @@ class SampleTargets {
     }
   }
   // The target is `uniform`. Not of the published rule.
-  void set_uniform(int h, int x, int y) { codes_[h][index(x, y)] = kUniform; }
+  void set_uniform(int h, int x, int y) {
+    assert(!threshold_);
+    codes_[h][index(x, y)] = kUniform;
+  }
 
   // What the rule that fills the targets keeps per pixel, not the published one: log2 of what it asks for, in [-64, 64)
   // by steps of 1/512, NaN: nothing is known.
@@ -88,7 +92,10 @@ class SampleTargets {
     demand_[h][index(x, y)] = std::isnan(demand) ? kUnknown : std::int16_t(steps);
   }
   // Of the published rule: see there. >= 0; 0: not calculated yet.
-  float& probability(int x, int y) { return probability_[index(x, y)]; }
+  float& probability(int x, int y) {
+    assert(threshold_);
+    return probability_[index(x, y)];
+  }
   float probability(int x, int y) const { return probability_[index(x, y)]; }
 
   BlockLevels& block(int x, int y) { return blocks_[block_index(x, y)]; }  // of the pixel (x, y)

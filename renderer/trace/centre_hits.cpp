@@ -1,6 +1,7 @@
 #include "renderer/trace/centre_hits.h"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -32,7 +33,7 @@ std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection
     seen |= hash;
     while (i < count && to[i].packed != d.packed) ++i;
     if (i == count) to[count++] = {d.packed, 0};
-    to[i].weight += d.weight;
+    to[i].weight = std::min(to[i].weight + d.weight, FLT_MAX);
   }
   return count;
 }
@@ -52,12 +53,14 @@ LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, cons
   for (int k = 0; k < kDirections; ++k) {
     const SamplePair u = sample_pair(key, reverse_bits(std::uint32_t(k)), 0);
     const BsdfSample sample = sample_bsdf(params, wo, (float(k) + 0.5f) / kDirections, V2f(u.x, u.y));
-    if (!sample.valid()) continue;
+    if (!sample.valid() || !is_finite(sample.weight)) continue;
     const float weight = luminance(sample.weight);
     whole += weight;
     const float there = sample.delta ? 0.0f : expected * luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
     changed += std::fabs(there - weight);
-    if (!sample.delta && there * kMostRatio < weight) told.arrival += sample.weight * (1.0f / kDirections);
+    // What ratios that are cut off at the most leave out.
+    if (!sample.delta && there * kMostRatio < weight)
+      told.arrival += sample.weight * ((1 - there * kMostRatio / weight) / kDirections);
   }
   told.unseen = whole > 0 ? std::min(changed / whole, 1.0f) : 0.0f;
   return told;
@@ -254,8 +257,11 @@ void CentreHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V
 }
 
 bool CentreHits::textured() const {
-  const MaterialRecord& material = *block_->shading->surface.material;
-  return material.textured || material.normal_mapped;
+  const ShadingPoint& shading = *block_->shading;
+  const MaterialRecord& m = *shading.surface.material;
+  const TriangleMesh* mesh = shading.surface.part->mesh;
+  return m.textured || m.layers_textured || m.normal_mapped || m.scatters_mapped ||
+         shading.params.model == LobeModel::blend || (mesh && !mesh->colors.empty());
 }
 
 ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
@@ -299,7 +305,11 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const Wei
     known += d.weight;
     changed += double(d.weight) * double(ratios[count++]);
   }
-  if (!(known > 0)) return told;
+  told.lit = whole > 0;
+  if (!(known > 0)) {
+    told.unknown = told.lit ? 1.0f : 0.0f;
+    return told;
+  }
   told.directions = count;
 
   const double mean = changed / known, unknown = whole - known;

@@ -1,7 +1,6 @@
 #include "renderer/trace/reprojection.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cassert>
 #include <cfloat>
@@ -25,8 +24,6 @@ namespace {
 
 // Of a lookup's four pixels: the share of the weight that must be usable.
 constexpr float kLeastWeight = 0.1f;
-// Of a source's `enough`: what it says before the change of view is taken off, so that the next one need not be asked.
-constexpr float kHopeful = 1.5f;
 // Of a lookup: the directions of a pixel that weighs less are not worth their BSDFs.
 constexpr float kLeastShare = 1.0f / 16;
 // How far off the plane of a pixel's centre hit a point may lie, in its pixels.
@@ -62,27 +59,6 @@ struct Taps {
   double footprint = 0;  // side of a pixel there
 };
 
-// What a pixel finds in a source, before its neighbours have said how the view has changed.
-struct Sight {
-  Taps taps;
-  float zoom = 1;  // size of a pixel of the source over that of a new one
-  bool glossy = false;
-  std::optional<ViewEvidence> evidence;  // of surfaces that look different from there
-
-  bool usable() const { return taps.total >= kLeastWeight; }
-  // Of neighbours that ask the same pixel of the source.
-  float shared() const { return std::max(zoom * zoom, 1.0f); }
-};
-using Sights = std::array<Sight, Reprojection::kMostSources>;  // by source
-
-// Of a block of the film, of pixels that wait for their neighbours.
-struct BlockSights {
-  PixelRect block;
-  Sights pixels[kPathGroupSize * kPathGroupSize];
-
-  Sights& at(int x, int y) { return pixels[std::size_t(y - block.y0) * kPathGroupSize + std::size_t(x - block.x0)]; }
-};
-
 // What a source says of a pixel.
 struct Lookup {
   float count[kHalves] = {0, 0};  // effective samples after the bias has its say; 0: nothing
@@ -93,6 +69,38 @@ struct Lookup {
   DirectionReservoir directions;
 
   float total() const { return count[0] + count[1]; }
+};
+
+// What a pixel finds in a source.
+struct Sight {
+  Taps taps;
+  float zoom = 1;  // size of a pixel of the source over that of a new one
+  bool glossy = false;
+  // Of surfaces that look different from there: neighbours have a say, and `lookup` is not known yet.
+  std::optional<ViewEvidence> evidence;
+  Lookup lookup;
+
+  bool usable() const { return taps.total >= kLeastWeight; }
+  // Of neighbours that ask the same pixel of the source.
+  float shared() const { return std::max(zoom * zoom, 1.0f); }
+};
+
+// By source, as many as were asked.
+struct Sights {
+  Sight of[Reprojection::kMostSources];
+  std::size_t asked = 0;
+
+  bool waits() const {
+    return std::any_of(of, of + asked, [](const Sight& sight) { return sight.evidence.has_value(); });
+  }
+};
+
+// Of a block of the film.
+struct BlockSights {
+  PixelRect block;
+  Sights pixels[kPathGroupSize * kPathGroupSize];
+
+  Sights& at(int x, int y) { return pixels[std::size_t(y - block.y0) * kPathGroupSize + std::size_t(x - block.x0)]; }
 };
 
 // Sums over the pixels of a lookup, each times its weight.
@@ -162,7 +170,6 @@ class SourceView {
         projection_(source.pose, width, height, scene_origin),
         same_camera_(source.pose == now),
         viewpoint_(viewpoint),
-        light_(source.light),
         normal_(0, projection_) {}
 
   // Pixels are those of the new picture, whatever they show.
@@ -173,16 +180,22 @@ class SourceView {
 
   // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
   // there. centres: has the pixel in hand.
-  Sight see(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres) {
-    Sight sight;
+  void see(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres, std::uint32_t key,
+           Sight& sight) {
     sight.taps = find_taps(here, position);
     sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
     sight.glossy = centres.depends_on_view();
-    if (sight.glossy && viewpoint_ && sight.usable()) sight.evidence = evidence_of(sight.taps, centres);
-    return sight;
+    sight.evidence.reset();
+    if (sight.glossy && viewpoint_ && sight.usable()) {
+      sight.evidence = evidence_of(sight.taps, centres);
+    } else {
+      sight.lookup = look(here, sight, {}, Rgb(0, 0, 0), key);
+    }
   }
 
-  Lookup look(const CentreHit& here, const Sight& sight, const ViewChange& change, std::uint32_t key) const {
+  // light: the picture's mean radiance.
+  Lookup look(const CentreHit& here, const Sight& sight, const ViewChange& change, const Rgb& light,
+              std::uint32_t key) const {
     if (!sight.usable()) return {};
     const Taps& taps = sight.taps;
     const Rgb beyond_albedo = change.ratio / change.albedo;
@@ -201,7 +214,7 @@ class SourceView {
     const float resampled = albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, sight.zoom) +
                                        sums.bend2(1) * resampling_error2(taps.fy, sight.zoom) +
                                        sums.slope2() * float(off_x * off_x + off_y * off_y));
-    Lookup result = weigh(sums, resampled, change.error, change.arrival * light_);
+    Lookup result = weigh(sums, resampled, change.error, change.arrival * light);
     if (sight.glossy && result.total() > 0) pick_directions(taps, key, result.directions);
     return result;
   }
@@ -362,29 +375,36 @@ class SourceView {
   CameraProjection projection_;
   bool same_camera_;
   std::optional<V3f> viewpoint_;  // none: where the new picture's is
-  Rgb light_;
   Normal normal_;
 };
 
-// Of a picture, by some of its pixels.
+// Of a picture's surfaces, by some of its pixels; what is brighter than nearly all of them counts as if it were not.
 Rgb mean_radiance(const HistorySource& source, const PixelRect& region) {
   constexpr int kAcross = 64;
+  constexpr double kUsual = 0.95;
   const PixelRect r = intersect(region, {0, 0, source.width(), source.height()});
-  V3d sum(0, 0, 0);
-  double pixels = 0;
-  for (int j = 0; j < std::min(kAcross, r.height()); ++j) {
-    const int y = r.y0 + int(std::int64_t(j) * r.height() / std::min(kAcross, r.height()));
-    for (int i = 0; i < std::min(kAcross, r.width()); ++i) {
-      const int x = r.x0 + int(std::int64_t(i) * r.width() / std::min(kAcross, r.width()));
+  const int columns = std::min(kAcross, r.width()), rows = std::min(kAcross, r.height());
+  std::vector<Rgb> found;
+  std::vector<float> brightness;
+  for (int j = 0; j < rows; ++j) {
+    const int y = r.y0 + int(std::int64_t(j) * r.height() / rows);
+    for (int i = 0; i < columns; ++i) {
+      const int x = r.x0 + int(std::int64_t(i) * r.width() / columns);
       const SourcePixel& pixel = source.pixel(x, y);
-      if (pixel.empty()) continue;
-      const Rgb a = pixel.means.mean(0), b = pixel.means.mean(1);
-      if (!is_finite(a) || !is_finite(b)) continue;
-      sum += 0.5 * (V3d(a) + V3d(b));
-      ++pixels;
+      if (pixel.empty() || source.centre(x, y).shines) continue;
+      const Rgb mean = pixel.means.mean(0) * 0.5f + pixel.means.mean(1) * 0.5f;
+      if (!is_finite(mean)) continue;
+      found.push_back(mean);
+      brightness.push_back(luminance(mean));
     }
   }
-  return pixels > 0 ? Rgb(sum * (1 / pixels)) : Rgb(0, 0, 0);
+  if (found.empty()) return {0, 0, 0};
+  const auto usual = brightness.begin() + std::ptrdiff_t(kUsual * double(brightness.size()));
+  std::nth_element(brightness.begin(), usual, brightness.end());
+  V3d sum(0, 0, 0);
+  for (const Rgb& mean : found)
+    sum += V3d(mean) * std::min(1.0, double(*usual) / std::max(double(luminance(mean)), DBL_MIN));
+  return Rgb(sum * (1.0 / double(found.size())));
 }
 
 // From where `source` looks at the scene, when `now` looks at it from elsewhere; rebased.
@@ -421,7 +441,7 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   }
   carried.means = PackedMeans(means[0], means[1]);
   for (int h = 0; h < kHalves; ++h) {
-    const auto count = std::uint32_t(lookup.count[from(h)] + 0.5f);
+    const auto count = std::min(std::uint32_t(lookup.count[from(h)] + 0.5f), CarriedPixel::kMostCount);
     HalfPixel& half = film.half(h, x, y);
     half = {};
     carried.count[h] = half.count = count;
@@ -456,11 +476,17 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
                            const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources)
     : film_(film), centres_(std::move(scene), film, region, pose, filter), sources_(std::move(sources)) {
   assert(sources_.size() <= kMostSources && film_.history());
-  for (PictureSource& source : sources_) source.light = mean_radiance(*source.pixels, region);
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
   for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})
     key_ = combine_hash(key_, std::uint32_t(std::bit_cast<std::uint64_t>(number) >> 20));
+}
+
+void Reprojection::find_light() const {
+  std::call_once(light_found_, [this] {
+    if (centres_.scene().features().only_lambert) return;
+    for (std::size_t i = 0; i < sources_.size(); ++i) light_[i] = mean_radiance(*sources_[i].pixels, centres_.region());
+  });
 }
 
 // Looks sources up for one pixel after the other. Not thread safe.
@@ -469,7 +495,9 @@ class Reprojection::Seeker {
   explicit Seeker(const Reprojection& of)
       : of_(of),
         now_(pose(), of.film_.width(), of.film_.height(), of.centres_.scene().origin()),
-        views_(views_of(of.sources_, pose(), of.centres_.region(), of.film_, of.centres_.scene())) {}
+        views_(views_of(of.sources_, pose(), of.centres_.region(), of.film_, of.centres_.scene())) {
+    if (moved()) of.find_light();
+  }
 
   struct Found {
     Lookup lookup;
@@ -481,41 +509,34 @@ class Reprojection::Seeker {
                        [](const SourceView& view) { return !view.same_camera() && view.moved(); });
   }
 
-  // centres: has the pixel in hand, which met `here`.
-  Found find(const CentreHit& here, int x, int y, const CentreHits& centres) {
-    Sights sights;
-    see(here, x, y, centres, sights);
-    return tell(here, x, y, sights, nullptr);
-  }
-
+  // centres: has the pixel in hand, which met `here`. Sources are asked until one knows enough; of glossy surfaces, as
+  // far as the pixel's own directions tell.
   void see(const CentreHit& here, int x, int y, const CentreHits& centres, Sights& sights) {
     const V3d position =
         here.hit() ? now_.position_at(x + 0.5, y + 0.5, here.depth) : now_.direction_at(x + 0.5, y + 0.5);
     const double footprint = now_.footprint(here.hit() ? double(here.depth) : dot(position, pose().forward));
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      if (views_[i].same_camera()) continue;
-      sights[i] = views_[i].see(here, position, footprint, centres);
-      // As if nothing had changed: directions of the next one are not asked where that would be enough.
-      if (i + 1 < views_.size() &&
-          views_[i].look(here, sights[i], {}, 0).total() >= kHopeful * of_.sources_[i].enough) {
-        for (std::size_t k = i + 1; k < views_.size(); ++k) sights[k] = {};
-        break;
+    sights.asked = 0;
+    while (sights.asked < views_.size()) {
+      const std::size_t i = sights.asked++;
+      Sight& sight = sights.of[i];
+      if (!views_[i].same_camera()) {
+        views_[i].see(here, position, footprint, centres, key_of(x, y, i), sight);
+      } else {
+        sight.evidence.reset();
+        sight.lookup = views_[i].border(x, y) ? Lookup{} : views_[i].keep(*of_.film_.history(), x, y, 0);
       }
+      if (sights.asked == views_.size()) break;
+      const Lookup known = sight.evidence ? look(here, x, y, sights, i, nullptr) : sight.lookup;
+      if (known.total() >= of_.sources_[i].enough) break;
     }
   }
 
   // sights: the pixel's, as see() left them. block: holds those of its neighbours; null: has none.
-  Found tell(const CentreHit& here, int x, int y, const Sights& sights, BlockSights* block) {
+  Found tell(const CentreHit& here, int x, int y, const Sights& sights, BlockSights* block) const {
     Found best;
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      Lookup lookup;
-      if (!views_[i].same_camera()) {
-        const std::uint32_t key = combine_hash(pixel_key(x, y, 0, std::uint64_t(i)), of_.key_);
-        const ViewChange change = sights[i].evidence ? change_of(sights[i], x, y, i, block) : ViewChange();
-        lookup = views_[i].look(here, sights[i], change, key);
-      } else if (!views_[i].border(x, y)) {
-        lookup = views_[i].keep(*of_.film_.history(), x, y, 0);
-      }
+    for (std::size_t i = 0; i < sights.asked; ++i) {
+      const Sight& sight = sights.of[i];
+      const Lookup lookup = sight.evidence ? look(here, x, y, sights, i, block) : sight.lookup;
       if (lookup.total() > best.lookup.total()) best = {lookup, of_.sources_[i].swap};
       if (lookup.total() >= of_.sources_[i].enough) break;
     }
@@ -523,20 +544,28 @@ class Reprojection::Seeker {
   }
 
  private:
-  // By the pixel's own directions and those of the pixels around.
-  static ViewChange change_of(const Sight& sight, int x, int y, std::size_t source, BlockSights* block) {
+  std::uint32_t key_of(int x, int y, std::size_t source) const {
+    return combine_hash(pixel_key(x, y, 0, std::uint64_t(source)), of_.key_);
+  }
+
+  // By the pixel's own directions and those of the pixels around. Precondition: it has evidence of that source.
+  Lookup look(const CentreHit& here, int x, int y, const Sights& sights, std::size_t source, BlockSights* block) const {
+    const Sight& sight = sights.of[source];
     const ViewEvidence& own = *sight.evidence;
     const ViewEvidence* alike[9];
     std::size_t count = 0;
     const PixelRect around = block ? intersect({x - 1, y - 1, x + 2, y + 2}, block->block) : PixelRect{};
     for (int py = around.y0; py < around.y1; ++py) {
       for (int px = around.x0; px < around.x1; ++px) {
-        const Sight& there = block->at(px, py)[source];
-        if (there.evidence && there.evidence->like(own) && (px != x || py != y)) alike[count++] = &*there.evidence;
+        const Sights& there = block->at(px, py);
+        if ((px == x && py == y) || there.asked <= source || !there.of[source].evidence) continue;
+        const ViewEvidence& evidence = *there.of[source].evidence;
+        if (evidence.like(own) && same_surface(here, of_.film_.history()->centre(px, py))) alike[count++] = &evidence;
       }
     }
     alike[count++] = &own;
-    return pooled_change(own, {alike, count}, sight.shared());
+    const ViewChange change = pooled_change(own, {alike, count}, sight.shared());
+    return views_[source].look(here, sight, change, of_.light_[source], key_of(x, y, source));
   }
 
   const CameraPose& pose() const { return of_.centres_.pose(); }
@@ -561,7 +590,10 @@ bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) con
     const int y = std::min(part.y0 + (3 * column + 1) % cell, part.y1 - 1);
     centres.trace({x, y, x + 1, y + 1});
     ++stats.rays;
-    if (seeker.find(centres.at(x, y), x, y, centres).lookup.total() > 0) return true;
+    const CentreHit here = centres.at(x, y);
+    Sights sights;
+    seeker.see(here, x, y, centres, sights);
+    if (seeker.tell(here, x, y, sights, nullptr).lookup.total() > 0) return true;
   }
   return false;
 }
@@ -576,26 +608,24 @@ void Reprojection::clear(const PixelRect& window) {
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
   Seeker seeker(*this);
-  const auto sights = seeker.moved() ? std::make_unique<BlockSights>() : nullptr;
+  const auto sights = std::make_unique<BlockSights>();
   std::vector<std::pair<int, int>> waiting;  // pixels whose neighbours have a say
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     film_.clear(block);
-    if (sights) sights->block = block;
+    sights->block = block;
     centres.trace(block);
     waiting.clear();
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
         const CentreHit& here = film_.history()->centre(x, y) = centres.at(x, y);
         film_.features(x, y) = centres.features();  // until the first fresh sample has its own
-        if (sights) {
-          Sights& seen = sights->at(x, y) = {};
-          if (centres.depends_on_view()) {
-            seeker.see(here, x, y, centres, seen);
-            waiting.push_back({x, y});
-            continue;
-          }
+        Sights& seen = sights->at(x, y);
+        seeker.see(here, x, y, centres, seen);
+        if (seen.waits()) {
+          waiting.push_back({x, y});
+          continue;
         }
-        const Seeker::Found found = seeker.find(here, x, y, centres);
+        const Seeker::Found found = seeker.tell(here, x, y, seen, nullptr);
         fill(found.lookup, found.swap, film_, x, y);
       }
     }

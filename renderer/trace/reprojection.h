@@ -35,6 +35,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -54,7 +55,6 @@ struct PictureSource {
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
   // Surfaces or the environment were edited since (HistoryRevision): nobody knows what was beside the picture then.
   bool edited = false;
-  Rgb light{0, 0, 0};  // its mean radiance: Reprojection finds it
 };
 
 struct ReprojectionStats {
@@ -99,6 +99,10 @@ class Reprojection {
   PictureCentres centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
+  // Mean radiance of what the sources show, beside lamps: found by the first sweep that needs it.
+  void find_light() const;
+  mutable std::once_flag light_found_;
+  mutable Rgb light_[kMostSources];
 };
 
 }  // namespace helio

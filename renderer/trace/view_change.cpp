@@ -22,14 +22,15 @@ ViewChange pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* 
   ViewChange change;
   change.ratio = change.albedo = own.albedo;
   double pixels = 0, directions = 0, mean = 0, squares = 0, unknown = 0, unseen = 0;
-  double noise = 0, noisy = 0;
+  double noise = 0, noisy = 0, all = 0;
   V3d channels(0, 0, 0), arrival(0, 0, 0);
   for (const ViewEvidence* e : alike) {
-    if (e->directions == 0) continue;
+    ++all;
+    arrival += V3d(e->arrival) * (1 - double(e->unknown));  // what may change altogether is kept as it was
+    if (!e->lit) continue;
     ++pixels;
     directions += e->directions;
     channels += V3d(e->change);
-    arrival += V3d(e->arrival) * (1 - double(e->unknown));  // what may change altogether is kept as it was
     mean += double(e->off);
     squares += double(e->off) * double(e->off);
     unknown += double(e->unknown);
@@ -38,23 +39,23 @@ ViewChange pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* 
     noise += double(e->scatter);
     ++noisy;
   }
-  if (pixels == 0) {
+  change.arrival = Rgb(arrival * (1 / std::max(all, 1.0)));
+  if (directions == 0) {
     change.error = own.unseen;
     return change;
   }
   channels *= 1 / pixels;
-  change.arrival = Rgb(arrival * (1 / pixels));
   mean /= pixels;
   unknown /= pixels;
   const double apart = pixels > 1 ? std::max(0.0, squares - pixels * mean * mean) / (pixels - 1) : 0;
   noise = noisy > 0 ? noise / noisy : apart;
-  const double others = std::max(1.0, double(shared));
-  const double of_mean = noise * std::min(1.0, others / pixels);
+  const double others = std::clamp(double(shared), 1.0, pixels);
+  const double of_mean = noise * others / pixels;
   const double keep = mean * mean / std::max(mean * mean + of_mean, DBL_MIN);
   // Of the pixel's own difference from the mean. Variances of nine that have long tails are twice what they are to be
   // by chance.
   const double spread = std::max(0.0, apart - 2 * noise);
-  const double believe = own.directions > 0 && pixels > 1 ? spread / std::max(spread + noise, DBL_MIN) : 0;
+  const double believe = own.lit && pixels > 1 ? spread / std::max(spread + noise, DBL_MIN) : 0;
   for (int c = 0; c < 3; ++c) {
     const double base = keep * channels[c];
     change.ratio[c] *= float(1 + base + believe * (double(own.change[c]) - base));

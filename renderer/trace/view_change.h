@@ -20,8 +20,6 @@ struct ViewChange {
   float error = 0;      // standard error of the ratio, over the ratio; >= 0
   // Of the light that arrives there, what directions that the earlier picture could not tell of reflect: albedo.
   Rgb arrival{0, 0, 0};
-
-  bool none() const { return error == 0; }
 };
 
 // Of a ratio of BSDFs, new over old: where it is larger the earlier view's lobe hardly reaches the direction.
@@ -36,6 +34,7 @@ struct ViewEvidence {
   float unknown = 0;     // share of the light of which no direction tells: it may change altogether
   Rgb arrival{0, 0, 0};  // ViewChange::arrival
   float unseen = 0;      // how much light that no direction has met may change by
+  bool lit = false;      // some light is known of
   int directions = 0;    // distinct ones
   const void* material = nullptr;
   V3f normal{0, 0, 0};  // shading

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <vector>
 
 #include "renderer/film/film.h"
 #include "renderer/film/film_history.h"
+#include "renderer/film/film_windows.h"
 #include "renderer/trace/camera_projection.h"
 #include "tests/support/test_scenes.h"
 
@@ -396,6 +399,82 @@ TEST(Reprojection, ASourceThatKnowsEnoughIsNotBettered) {
         film_of(scene, turned(kBeforeWall, 1), {{kBeforeWall, &many, 99, false}, {kBeforeWall, &few, 0, false}});
     EXPECT_FLOAT_EQ(reverse.history()->carried(20, 20).means.mean(0)[0], 2);
   }
+}
+
+// Of glossy surfaces it shows only after the change of view who knows more.
+TEST(Reprojection, ASourceThatTheViewHasChangedIsBettered) {
+  Material metal;
+  metal.metallic = 1;
+  metal.base_color = Rgb(1, 1, 1);
+  metal.roughness = 0.4f;
+  const auto scene = wall_of(metal);
+  DirectionReservoir directions;
+  for (auto& half : directions.place) {
+    for (Packed24& place : half) place = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
+  }
+  const auto plain = [&](double mean, std::uint32_t count, const CameraPose& pose) {
+    return picture(
+        scene, pose, 0,
+        [&](const Film&, int, int, int) {
+          return HalfSamples{mean, count, 1};
+        },
+        directions);
+  };
+  CameraPose far = kBeforeWall, near = kBeforeWall;
+  far.position.x += 1.5;
+  near.position.x += 0.001;
+  const HistorySource anchor = plain(1, 1 << 16, far), newest = plain(2, 64, near);
+  const Film film = film_of(scene, kBeforeWall, {{far, &anchor, 1 << 16, false}, {near, &newest, 0, false}});
+  EXPECT_NEAR(film.history()->carried(kWidth / 2, kHeight / 2).means.mean(0)[0], 2, 0.05);
+}
+
+TEST(Reprojection, CountsHaveALimit) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const HistorySource source = picture(scene, kBeforeWall, 0, [](const Film&, int, int, int) {
+    return HalfSamples{1, CarriedPixel::kMostCount, 1};
+  });
+  const Film film = film_of(scene, turned(kBeforeWall, 2), {{kBeforeWall, &source, 0, false}});
+  for (int h = 0; h < kHalves; ++h) {
+    EXPECT_GT(film.history()->carried(20, 20).count[h], CarriedPixel::kMostCount / 2);
+    EXPECT_EQ(film.attempted(h, 20, 20), 0u);
+  }
+}
+
+// Neighbours have a say, but those of a block alone: the same bits however the picture is cut along these.
+TEST(Reprojection, GlossySurfacesAreTheSameHoweverTheyAreCut) {
+  Material metal;
+  metal.metallic = 1;
+  metal.base_color = Rgb(1, 0.8f, 0.5f);
+  metal.roughness = 0.5f;
+  const auto scene = wall_of(metal);
+  DirectionReservoir directions;
+  directions.place[0][0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
+  directions.place[1][1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.6f, 0.8f));
+  const HistorySource source = picture(
+      scene, kBeforeWall, 0,
+      [](const Film&, int x, int y, int h) {
+        return HalfSamples{1 + 0.1 * ((x * 7 + y * 5 + h) % 11), 1 << 20, 100};
+      },
+      directions);
+  CameraPose aside = kBeforeWall;
+  aside.position.x += 0.4;
+  Film whole(kWidth, kHeight, {.history = true}), cut(kWidth, kHeight, {.history = true});
+  ReprojectionStats stats;
+  Reprojection(scene, whole, whole.bounds(), aside, {}, {{kBeforeWall, &source, 0, false}})
+      .carry(whole.bounds(), stats);
+  Reprojection pieces(scene, cut, cut.bounds(), aside, {}, {{kBeforeWall, &source, 0, false}});
+  std::vector<PixelRect> blocks = cut_aligned(cut.bounds(), kFilmBlock, kFilmBlock);
+  std::reverse(blocks.begin(), blocks.end());
+  for (const PixelRect& block : blocks) pieces.carry(block, stats);
+  int carried = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const CarriedPixel &a = whole.history()->carried(x, y), &b = cut.history()->carried(x, y);
+      carried += a.count[0] > 0;
+      EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(carried, kWidth * kHeight / 2);
 }
 
 TEST(Reprojection, OnlyTheRegionIsDrawnOn) {

@@ -17,6 +17,7 @@ ViewEvidence evidence(float off, float scatter, int directions = 4) {
   e.off = off;
   e.scatter = scatter;
   e.directions = directions;
+  e.lit = directions > 0;
   e.normal = V3f(0, 1, 0);
   return e;
 }
@@ -97,7 +98,6 @@ TEST(PooledChange, WithoutDirectionsNeighboursTell) {
   const ViewChange nothing = told_of(none);
   EXPECT_EQ(nothing.ratio, none[0].albedo);
   EXPECT_EQ(nothing.error, 0.7f);
-  EXPECT_EQ(nothing.arrival, Rgb(0, 0, 0)) << "all is kept as it was";
 }
 
 TEST(PooledChange, WhatIsKeptAsItWasDoesNotArriveAsWell) {
@@ -108,6 +108,33 @@ TEST(PooledChange, WhatIsKeptAsItWasDoesNotArriveAsWell) {
   }
   EXPECT_NEAR(told_of(all).arrival.x, 0.2f, 1e-6f);
   EXPECT_NEAR(told_of(all).arrival.z, 0.05f, 1e-6f);
+}
+
+// Where no light was known of, what comes into view is all that there is.
+TEST(PooledChange, BlackPixelsWaitForLight) {
+  std::vector<ViewEvidence> none(4, evidence(0, 0, 0));
+  for (ViewEvidence& e : none) e.arrival = Rgb(0.4f, 0.2f, 0.1f);
+  EXPECT_NEAR(told_of(none).arrival.x, 0.4f, 1e-6f);
+}
+
+// Pixels all of whose light came by delta lobes say nothing of the others' change, but that it is not theirs.
+TEST(PooledChange, DeltaLobesCountAsWhatIsNotKnown) {
+  std::vector<ViewEvidence> all(9, evidence(-0.5f, 1e-6f));
+  for (std::size_t i = 0; i < 6; ++i) {
+    all[i] = evidence(0, 0, 0);
+    all[i].lit = true;
+    all[i].unknown = 1;
+  }
+  const ViewChange change = told_of(all, 0);
+  EXPECT_GT(change.ratio.x, 0.8f);
+  EXPECT_GT(change.error, 0.6f);
+}
+
+TEST(PooledChange, LargePixelsKnowNoLessTogetherThanAlone) {
+  std::vector<ViewEvidence> all(9, evidence(0.5f, 0.5f));
+  for (ViewEvidence& e : all) e.unseen = 0.8f;
+  EXPECT_LE(told_of(all, 0, 1e9f).error, 1.001f * told_of({all[0]}).error);
+  EXPECT_TRUE(std::isfinite(told_of(all, 0, INFINITY).error));
 }
 
 TEST(PooledChange, RatiosAndErrorsStayNumbers) {
