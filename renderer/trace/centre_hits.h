@@ -20,7 +20,7 @@ struct WeighedDirection {
   float weight = 0;
 };
 
-// Of the four pixels of a lookup.
+// Of the four pixels of a lookup, where all are asked.
 inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
 
 class BsdfViews;

@@ -18,7 +18,8 @@ struct ViewChange {
   Rgb ratio{1, 1, 1};   // new over old
   Rgb albedo{1, 1, 1};  // the same of what CentreHit::albedo tells, by which lookups are scaled already
   float error = 0;      // standard error of the ratio, over the ratio; >= 0
-  // Of the light that arrives there, what directions that the earlier picture could not tell of reflect: albedo.
+  // Albedo of directions that the earlier picture could not tell of (ratios above kMostRatio): what arrives by them is
+  // not known.
   Rgb arrival{0, 0, 0};
 };
 
