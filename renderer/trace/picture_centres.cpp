@@ -53,6 +53,8 @@ std::uint64_t PictureCentres::find(const PixelRect& window) {
 std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
   FilmHistory& history = *film_.history();
   const OutsideHits outside(*scene_, camera_, pose_.forward, window, reach_, region_);
+  const CameraProjection projection(pose_, film_.width(), film_.height(), scene_->origin());
+  SurfaceSteps steps(projection);
   // The brightest with some pixel that the filter reaches.
   const auto border_of = [&](int x, int y) {
     const CentreHit& here = history.centre(x, y);
@@ -61,7 +63,10 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
     for (int py = around.y0; py < around.y1; ++py) {
       for (int px = around.x0; px < around.x1; ++px) {
         const CentreHit& there = region_.contains(px, py) ? history.centre(px, py) : outside.at(px, py);
-        most = std::max(most, border_between(here, there));
+        Border border = border_between(here, there);
+        if (border == Border::none && steps.between(here, x + 0.5, y + 0.5, there, px + 0.5, py + 0.5))
+          border = here.shines || there.shines ? Border::bright : Border::plain;
+        most = std::max(most, border);
       }
     }
     return most;
@@ -74,11 +79,11 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
       doubtful.push_back(box_ && border == Border::plain);
     }
   }
-  const RimHits rims(*scene_, camera_, window, doubtful);
+  const RimHits rims(*scene_, camera_, pose_.forward, window, doubtful);
   auto asked = doubtful.begin();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++asked) {
-      if (*asked && rims.show_only(history.centre(x, y), x, y)) history.carried(x, y).found = 0;
+      if (*asked && rims.show_only(history.centre(x, y), x, y, steps)) history.carried(x, y).found = 0;
     }
   }
   return outside.rays() + rims.rays();

@@ -12,7 +12,7 @@ constexpr int kAround[8][2] = {{0, 0}, {1, 0}, {2, 0}, {0, 1}, {2, 1}, {0, 2}, {
 
 }  // namespace
 
-RimHits::RimHits(const RenderScene& scene, const Camera& camera, const PixelRect& window,
+RimHits::RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
                  const std::vector<std::uint8_t>& asked)
     : window_(window) {
   slot_.assign(point(0, 2 * window.height() + 1), kNotTraced);
@@ -22,7 +22,7 @@ RimHits::RimHits(const RenderScene& scene, const Camera& camera, const PixelRect
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       if (!asked[i]) continue;
-      for (const int (&at)[2] : kAround) {
+      for (const int(&at)[2] : kAround) {
         const int column = 2 * (x - window.x0) + at[0], row = 2 * (y - window.y0) + at[1];
         std::uint32_t& slot = slot_[point(column, row)];
         if (slot != kNotTraced) continue;
@@ -43,13 +43,17 @@ RimHits::RimHits(const RenderScene& scene, const Camera& camera, const PixelRect
   if (rays.empty()) return;
   std::vector<Hit> hits(rays.size());
   scene.impl().accel->intersect(rays.data(), order.data(), rays.size(), hits.data(), RayOrder::camera);
-  for (std::size_t k = 0; k < hits.size(); ++k) hits_.push_back(surface_at(scene.impl(), rays[k], hits[k]));
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    CentreHit& hit = hits_.emplace_back(surface_at(scene.impl(), rays[k], hits[k]));
+    if (hits[k].valid()) hit.depth = hits[k].t * dot(rays[k].direction, V3f(axis));
+  }
 }
 
-bool RimHits::show_only(const CentreHit& centre, int x, int y) const {
-  for (const int (&at)[2] : kAround) {
+bool RimHits::show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const {
+  for (const int(&at)[2] : kAround) {
     const std::uint32_t slot = slot_[point(2 * (x - window_.x0) + at[0], 2 * (y - window_.y0) + at[1])];
     if (!same_surface(centre, hits_[slot])) return false;
+    if (steps.between(centre, x + 0.5, y + 0.5, hits_[slot], x + 0.5 * at[0], y + 0.5 * at[1])) return false;
   }
   return true;
 }

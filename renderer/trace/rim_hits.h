@@ -10,6 +10,7 @@
 #include "renderer/film/film_history.h"
 #include "renderer/trace/camera.h"
 #include "renderer/trace/path_integrator.h"
+#include "renderer/trace/surface_steps.h"
 
 namespace helio {
 
@@ -17,11 +18,12 @@ namespace helio {
 class RimHits {
  public:
   // asked: row-major, of the window's pixels: those whose rims are traced.
-  RimHits(const RenderScene& scene, const Camera& camera, const PixelRect& window,
+  // axis: the camera's, unit.
+  RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
           const std::vector<std::uint8_t>& asked);
 
   // Whether the rim of a pixel that was asked for shows its centre's surface alone.
-  bool show_only(const CentreHit& centre, int x, int y) const;
+  bool show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const;
   std::uint64_t rays() const { return rays_; }
 
  private:
@@ -34,7 +36,7 @@ class RimHits {
 
   PixelRect window_;
   std::vector<std::uint32_t> slot_;  // of the points: in hits_
-  std::vector<CentreHit> hits_;      // instance and normal alone
+  std::vector<CentreHit> hits_;      // instance, normal and depth alone
   std::uint64_t rays_ = 0;
 };
 

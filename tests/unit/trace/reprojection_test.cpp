@@ -239,6 +239,33 @@ TEST(Reprojection, PixelsNextToAnEdgeAreOfUseUnlessSomethingShines) {
   }
 }
 
+// Leaves of one crown: two plates of one object, the nearer one over the left half of the picture.
+TEST(Reprojection, StepsOfOneObjectAreBorders) {
+  for (const float step : {0.02f, 1.0f}) {  // pixels are 1 / 16
+    SceneDescription scene;
+    scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+    Object plates;
+    plates.meshes = {quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0),
+                     quad({-20, -20, step}, {20 + 0.4f / 16, 0, 0}, {0, 40, 0}, 0)};
+    add_instance(scene, add_object(scene, std::move(plates)));
+    const Film film = film_of(build(scene), orthographic_before_wall());
+    for (int x = 0; x < kWidth; ++x)
+      EXPECT_EQ(film.history()->centre(x, 10).border, step > 0.1f && x == kWidth / 2) << step << " at " << x;
+  }
+}
+
+// What bends by as much as a surface may from one pixel to the next is no step, seen from the side either.
+TEST(Reprojection, RoundSurfacesHaveNoSteps) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  Object ball;
+  ball.spheres.push_back({V3f(0, 0, 0), 1.0f, 0});
+  add_instance(scene, add_object(scene, std::move(ball)));
+  const Film film = film_of(build(scene), orthographic_before_wall());
+  for (int x = kWidth / 2 - 13; x < kWidth / 2 + 13; ++x)
+    EXPECT_FALSE(film.history()->centre(x, kHeight / 2).border) << x;
+}
+
 TEST(Reprojection, AGlanceFindsNarrowStrips) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const CameraPose before = orthographic_before_wall();

@@ -30,10 +30,12 @@ class APost {
     const PixelRect window = {0, 0, kSide, kSide};
     CentreHits centres(*scene_, camera, pose_.forward);
     centres.trace(window);
-    const RimHits rims(*scene_, camera, window, std::vector<std::uint8_t>(kSide * kSide, 1));
+    const CameraProjection projection(pose_, kSide, kSide, scene_->origin());
+    SurfaceSteps steps(projection);
+    const RimHits rims(*scene_, camera, pose_.forward, window, std::vector<std::uint8_t>(kSide * kSide, 1));
     EXPECT_EQ(rims.rays(), (2u * kSide + 1) * (2 * kSide + 1) - kSide * kSide) << "shared by neighbours";
     for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) pure_.push_back(rims.show_only(centres.at(x, y), x, y));
+      for (int x = 0; x < kSide; ++x) pure_.push_back(rims.show_only(centres.at(x, y), x, y, steps));
     }
   }
 
@@ -67,11 +69,12 @@ TEST(RimHits, OnlyWhatIsAskedForIsTraced) {
   scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
   add_mesh(scene, quad({-40, -40, 0}, {80, 0, 0}, {0, 80, 0}, 0));
   const auto built = build(scene);
-  const Camera camera(camera_at({0, 0, 4}, {0, 0, 0}), kSide, kSide, built->origin());
+  const CameraPose pose = camera_at({0, 0, 4}, {0, 0, 0});
+  const Camera camera(pose, kSide, kSide, built->origin());
   std::vector<std::uint8_t> asked(4 * 3, 0);
-  EXPECT_EQ(RimHits(*built, camera, {2, 3, 6, 6}, asked).rays(), 0u);
+  EXPECT_EQ(RimHits(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 0u);
   asked[5] = 1;
-  EXPECT_EQ(RimHits(*built, camera, {2, 3, 6, 6}, asked).rays(), 8u);
+  EXPECT_EQ(RimHits(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 8u);
 }
 
 }  // namespace
