@@ -14,8 +14,6 @@ namespace helio {
 namespace {
 
 constexpr float kLargest = 1e8f;  // of a mean over the albedo: squares of products of differences stay floats
-// What mean_product() takes off a mean of nine equal products, given back.
-constexpr float kKept = 1.5f;
 
 // A half's means, times `factor`, in [-largest, largest]; the last lane means nothing. Precondition: count > 0.
 Float4 means_of(const HalfPixel& half, const SplatRow& splats, int x, const Double4& factor, double largest) {
@@ -69,17 +67,27 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
   }
 }
 
-// Products of the halves' differences around a pixel, mean over the channels, their squares, and how many there are.
+// Products of the halves' differences around a pixel, mean over the channels, their squared standard errors, and how
+// many there are.
 // Lanes: slope along x and y, bend along x and y.
 struct Products {
-  Float4 sum = {}, squares = {}, count = {};
+  Float4 sum = {}, errors2 = {}, count = {};
 
   void add(const Products& other) {
     sum += other.sum;
-    squares += other.squares;
+    errors2 += other.errors2;
     count += other.count;
   }
 };
+
+// Of each of four, over its channels.
+Float4 channel_means(const Float4 (&of)[4]) {
+  const Float4 low =
+      __builtin_shufflevector(of[0], of[1], 0, 4, 1, 5) + __builtin_shufflevector(of[0], of[1], 2, 6, 3, 7);
+  const Float4 high =
+      __builtin_shufflevector(of[2], of[3], 0, 4, 1, 5) + __builtin_shufflevector(of[2], of[3], 2, 6, 3, 7);
+  return (__builtin_shufflevector(low, high, 0, 1, 4, 5) + __builtin_shufflevector(low, high, 2, 3, 6, 7)) * (1.0f / 3);
+}
 
 // Between pixels inside a surface. Precondition: the pixel and its neighbours are in `means`.
 Products products_at(const Means& means, int x, int y) {
@@ -87,26 +95,25 @@ Products products_at(const Means& means, int x, int y) {
   const std::size_t here = means.at(x, y);
   if (!means.inside[here]) return out;
   const Means::Halves& middle = means.values[here];
-  Float4 terms[4] = {};
+  Float4 terms[4] = {}, noise[4] = {};
+  const auto note = [&](int lane, const Float4& a, const Float4& b) {
+    terms[lane] = a * b;
+    noise[lane] = (a - b) * (a - b);
+    out.count[lane] = 1;
+  };
   for (int axis = 0; axis < 2; ++axis) {
     const std::size_t step = axis == 0 ? 1 : std::size_t(means.width);
     if (!means.inside[here + step]) continue;
     const Means::Halves& after = means.values[here + step];
-    terms[axis] = (after.a - middle.a) * (after.b - middle.b);
-    out.count[axis] = 1;
+    note(axis, after.a - middle.a, after.b - middle.b);
     if (!means.inside[here - step]) continue;
     const Means::Halves& before = means.values[here - step];
-    terms[2 + axis] = (before.a - 2 * middle.a + after.a) * (before.b - 2 * middle.b + after.b);
-    out.count[2 + axis] = 1;
+    note(2 + axis, before.a - 2 * middle.a + after.a, before.b - 2 * middle.b + after.b);
   }
-  // The sum of each of the four over its channels.
-  const Float4 low =
-      __builtin_shufflevector(terms[0], terms[1], 0, 4, 1, 5) + __builtin_shufflevector(terms[0], terms[1], 2, 6, 3, 7);
-  const Float4 high =
-      __builtin_shufflevector(terms[2], terms[3], 0, 4, 1, 5) + __builtin_shufflevector(terms[2], terms[3], 2, 6, 3, 7);
-  out.sum =
-      (__builtin_shufflevector(low, high, 0, 1, 4, 5) + __builtin_shufflevector(low, high, 2, 3, 6, 7)) * (1.0f / 3);
-  out.squares = out.sum * out.sum;
+  out.sum = channel_means(terms);
+  // Of x y, whose deviations' squares add up to q: (x^2 + y^2) q / 2 and, of small ones, q^2 / 4.
+  const Float4 q = channel_means(noise), product = out.sum < 0 ? -out.sum : out.sum;
+  out.errors2 = q * (product + 0.25f * q);
   return out;
 }
 
@@ -129,9 +136,9 @@ void sum_products(const Means& means, const PixelRect& window, std::vector<Produ
 }
 
 // Mean of some products, less the standard error that it has: what fireflies make of them is mostly noise of either
-// sign, and weights must not follow it.
-float mean_product(float sum, float squares, float count) {
-  return count > 0 ? std::max(sum - std::sqrt(squares), 0.0f) * (kKept / count) : 0.0f;
+// sign, and weights must not follow it. Where the halves agree even one in nine, a spot of light, is structure.
+float mean_product(float sum, float errors2, float count) {
+  return count > 0 ? std::max(sum - std::sqrt(errors2), 0.0f) / count : 0.0f;
 }
 
 // Of one sample, its share of the splats' included.
@@ -195,9 +202,9 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       if (b.count == 0) means_here[1] = means_here[0];
       to.means = PackedMeans(means_here[0], means_here[1]);
       const Products& p = *products;
-      to.set_structure(mean_product(p.sum[2], p.squares[2], p.count[2]),
-                       mean_product(p.sum[3], p.squares[3], p.count[3]),
-                       mean_product(p.sum[0] + p.sum[1], p.squares[0] + p.squares[1], p.count[0] + p.count[1]));
+      to.set_structure(mean_product(p.sum[2], p.errors2[2], p.count[2]),
+                       mean_product(p.sum[3], p.errors2[3], p.count[3]),
+                       mean_product(p.sum[0] + p.sum[1], p.errors2[0] + p.errors2[1], p.count[0] + p.count[1]));
       to.set_counts(inverse, float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
     }
   }
