@@ -54,9 +54,8 @@ enum class Border {
   bright  // another one, and it or this one shines: a sliver of it too thin to be met would be seen
 };
 
-// Of a pixel and one of those around it.
+// Of a pixel and one of those around it that shows another surface.
 inline Border border_between(const CentreHit& here, const CentreHit& there) {
-  if (same_surface(here, there)) return Border::none;
   return here.shines || there.shines ? Border::bright : Border::plain;
 }
 

@@ -63,10 +63,8 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
     for (int py = around.y0; py < around.y1; ++py) {
       for (int px = around.x0; px < around.x1; ++px) {
         const CentreHit& there = region_.contains(px, py) ? history.centre(px, py) : outside.at(px, py);
-        Border border = border_between(here, there);
-        if (border == Border::none && steps.between(here, x + 0.5, y + 0.5, there, px + 0.5, py + 0.5))
-          border = here.shines || there.shines ? Border::bright : Border::plain;
-        most = std::max(most, border);
+        if (steps.one_surface(here, x + 0.5, y + 0.5, there, px + 0.5, py + 0.5)) continue;
+        most = std::max(most, border_between(here, there));
       }
     }
     return most;

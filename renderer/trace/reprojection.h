@@ -95,12 +95,13 @@ class Reprojection {
  private:
   class Seeker;
 
+  void find_light() const;
+
   Film& film_;
   PictureCentres centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
   // Mean radiance of what the sources show, beside lamps: found by the first sweep that needs it.
-  void find_light() const;
   mutable std::once_flag light_found_;
   mutable Rgb light_[kMostSources];
 };

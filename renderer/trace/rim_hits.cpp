@@ -22,7 +22,7 @@ RimHits::RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       if (!asked[i]) continue;
-      for (const int(&at)[2] : kAround) {
+      for (const int (&at)[2] : kAround) {
         const int column = 2 * (x - window.x0) + at[0], row = 2 * (y - window.y0) + at[1];
         std::uint32_t& slot = slot_[point(column, row)];
         if (slot != kNotTraced) continue;
@@ -50,10 +50,9 @@ RimHits::RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis
 }
 
 bool RimHits::show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const {
-  for (const int(&at)[2] : kAround) {
+  for (const int (&at)[2] : kAround) {
     const std::uint32_t slot = slot_[point(2 * (x - window_.x0) + at[0], 2 * (y - window_.y0) + at[1])];
-    if (!same_surface(centre, hits_[slot])) return false;
-    if (steps.between(centre, x + 0.5, y + 0.5, hits_[slot], x + 0.5 * at[0], y + 0.5 * at[1])) return false;
+    if (!steps.one_surface(centre, x + 0.5, y + 0.5, hits_[slot], x + 0.5 * at[0], y + 0.5 * at[1])) return false;
   }
   return true;
 }

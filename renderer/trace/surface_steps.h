@@ -17,8 +17,13 @@ class SurfaceSteps {
   // projection: of the camera that sees them.
   explicit SurfaceSteps(const CameraProjection& projection) : projection_(projection) {}
 
-  // Points of the film in pixels; hits of the same surface by same_surface(). A step is more than a pixel's side, as
-  // large as it is there, for every pixel between the two, off the planes through both.
+  // Points of the film in pixels: same_surface(), and no step between the two.
+  bool one_surface(const CentreHit& here, double x, double y, const CentreHit& there, double there_x, double there_y) {
+    return same_surface(here, there) && !between(here, x, y, there, there_x, there_y);
+  }
+
+ private:
+  // More than a pixel's side, as large as it is there, for every pixel between the two, off the planes through both.
   bool between(const CentreHit& here, double x, double y, const CentreHit& there, double there_x, double there_y) {
     if (!here.hit() || !there.hit()) return false;
     const double apart = std::max({1.0, std::fabs(there_x - x), std::fabs(there_y - y)});
@@ -34,7 +39,6 @@ class SurfaceSteps {
     return !(off(here.normal) <= most) && !(there.normal != here.normal && off(there.normal) <= most);
   }
 
- private:
   const CameraProjection& projection_;
   bool known_ = false;
   std::uint32_t normal_ = 0;
