@@ -106,8 +106,8 @@ void Film::clear(const PixelRect& window) {
       std::fill_n(half.begin() + std::ptrdiff_t(first), window.width(), HalfPixel{});
     invalid_.clear(first, std::size_t(window.width()));
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
-    if (history_) std::fill_n(&history_->carried(window.x0, y), window.width(), CarriedPixel{});
   }
+  if (history_) history_->clear(window);
   if (first_hits_) first_hits_->clear(window);
   for (int y = window.y0; y < window.y1; y = (y / kFilmBlock + 1) * kFilmBlock) {
     for (int x = window.x0; x < window.x1; x = (x / kFilmBlock + 1) * kFilmBlock) {

@@ -1,5 +1,8 @@
 #include "renderer/film/film_history.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "renderer/film/history_source.h"
 
 namespace helio {
@@ -14,6 +17,18 @@ FilmHistory::FilmHistory(int width, int height, bool sources)
 }
 
 FilmHistory::~FilmHistory() = default;
+
+void FilmHistory::clear(const PixelRect& window) {
+  CentreHit unknown;
+  unknown.depth = std::numeric_limits<float>::quiet_NaN();
+  for (int y = window.y0; y < window.y1; ++y) {
+    const std::size_t first = index(window.x0, y), width = std::size_t(window.width());
+    std::fill_n(&carried_[first], width, CarriedPixel{});
+    if (!has_centres()) continue;
+    std::fill_n(&centres_[first], width, unknown);
+    std::fill_n(&directions_[first], width, DirectionReservoir{});
+  }
+}
 
 std::size_t FilmHistory::bytes_per_pixel(bool sources) {
   if (!sources) return sizeof(CarriedPixel);

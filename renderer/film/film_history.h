@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -20,16 +22,33 @@ struct CarriedPixel {
   PackedMeans means;        // of the halves; of one that carries nothing it means nothing
   Float24 bias2;            // square of what reuse may have added to them, mean over the channels, radiance^2
   RootByte age;             // moves since they were traced, weighted mean
-  std::uint16_t found = 0;  // of passes that write down something of every pixel before they change any
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
+
+  // What passes write down of every pixel before they change any; < 2^14.
+  std::uint16_t found() const { return notes_ & kFound; }
+  void set_found(std::uint16_t what) { notes_ = std::uint16_t((notes_ & ~kFound) | what); }
+
+  // What is carried comes from between the pixels of some picture, or some of it; else it is what the pixel itself was.
+  bool looked_up() const { return (notes_ & kLookedUp) != 0; }
+  void note_looked_up() { notes_ |= kLookedUp; }
+
+  // Some sample has met another surface than the pixel's centre (trace/mixed_pixels.h).
+  bool mixed() const { return (notes_ & kMixed) != 0; }
+  // Thread safe, beside others that do.
+  void note_mixed() { std::atomic_ref(notes_).fetch_or(kMixed, std::memory_order_relaxed); }
+
+ private:
+  static constexpr std::uint16_t kFound = 0x3fff, kLookedUp = 0x4000, kMixed = 0x8000;
+
+  std::uint16_t notes_ = 0;
 };
 static_assert(sizeof(CarriedPixel) == 30);
 
 // What the ray through the centre of a pixel (and of the lens) meets. Without alpha's chance and without noise, so that
 // two pictures of the same surface agree on it.
 struct CentreHit {
-  float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene
+  float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene; NaN: unknown
   std::uint32_t instance = ~0u;                          // ~0: it leaves the scene
   std::uint32_t normal = 0;                              // geometric, towards the viewer; pack_direction()
   std::uint32_t albedo : 30 = 0;                         // pack_reflectance(), white where textures vary inside pixels
@@ -37,14 +56,18 @@ struct CentreHit {
   std::uint32_t border : 1 = 0;                          // it may show another surface, too
 
   bool hit() const { return instance != ~0u; }
+  bool known() const { return !std::isnan(depth); }
 };
+
+// The cosine of the angle, 37 degrees, up to which two normals may be of one surface.
+inline constexpr float kOneSurface = 0.8f;
 
 // Whether neighbouring pixels show one surface: both leave the scene, or their centres meet the same instance under
 // normals less than 37 degrees apart.
 inline bool same_surface(const CentreHit& a, const CentreHit& b) {
   if (a.instance != b.instance) return false;
   if (a.normal == b.normal || !a.hit()) return true;
-  return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > 0.8f;
+  return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > kOneSurface;
 }
 
 // What pixels around one show.
@@ -66,6 +89,11 @@ class FilmHistory {
   // Without `sources` the carried samples alone: no centre hits or earlier pictures (film/first_hits.h).
   FilmHistory(int width, int height, bool sources = true);
   ~FilmHistory();
+
+  // Nothing is carried, and what centres meet is not known.
+  void clear(const PixelRect& window);
+  // Whether there are centre hits.
+  bool has_centres() const { return !centres_.empty(); }
 
   CarriedPixel& carried(int x, int y) { return carried_[index(x, y)]; }
   const CarriedPixel& carried(int x, int y) const { return carried_[index(x, y)]; }

@@ -55,6 +55,33 @@ bool compare(const Film& film, const Splats& splats, int x, int y, double& produ
   return true;
 }
 
+// In seven significant bits.
+void note_bias2(CarriedPixel& carried, float bias2) {
+  carried.set_found(pack_short_float(bias2) >> 1);
+}
+float noted_bias2(const CarriedPixel& carried) {
+  return unpack_short_float(std::uint16_t(carried.found() << 1));
+}
+
+// Leaves a half its fresh samples alone, of which there are some. Their deviations are not known apart: those of a
+// sample are taken to be as large as on the mean of all, or as what its mean is off says. splats: of the half's row,
+// from before.
+void drop_history(const SplatRow& splats, int h, int x, CarriedPixel& carried, HalfPixel& half) {
+  const double before = half.count, old = carried.count[h], fresh = before - old;
+  const Rgb mean = carried.means.mean(h);
+  for (int c = 0; c < 3; ++c) {
+    const double m = double(mean[c]), sum = std::max(0.0, half.sum[c] - m * old);
+    const double between = old * fresh / before, off = std::clamp(sum / fresh - m, -kLargest, kLargest);
+    const double splat = splats.mean(x, c) * before / fresh;
+    const double inside = std::max(0.0, half.deviations[c] - between * off * off) / std::max(before - 2, 1.0);
+    half.sum[c] = sum;
+    half.deviations[c] =
+        float(std::min((fresh - 1) * std::max(inside, between * (off + splat) * (off + splat)), 0x1p127));
+  }
+  half.count = std::uint32_t(fresh);
+  carried.count[h] = 0;
+}
+
 // What is inside the groups of carried and fresh samples is scaled, and what the half's deviations take for a
 // difference between them is that of what is left. `before`: of the half before anything was taken back.
 void scale_deviations(const Film& film, const SplatRow& before, double factor, int h, int x, int y, HalfPixel& half) {
@@ -117,13 +144,13 @@ void HistoryReview::look(const PixelRect& window) {
       const double pixels = double(sum[3]) - (known ? 1 : 0);
       const double product = double(sum[0]) - own, expected = std::max(0.0, double(sum[2]) - own_bias2);
       const double chance = std::max(0.0, double(sum[1]) - own_chance);
-      std::uint16_t& found = film_.history()->carried(x, y).found;
-      found = 0;
+      CarriedPixel& carried = film_.history()->carried(x, y);
+      carried.set_found(0);
       if (!(pixels > 0 && product - expected > kDeviations * std::sqrt(chance))) continue;
       // Spread over the neighbourhood as it was expected there, but for a part that nobody expected.
       const double measured = product / pixels, floor = kUnexpected * measured;
-      const double own_part = (double(film_.history()->carried(x, y).bias2) + floor) / (expected / pixels + floor);
-      found = pack_short_float(float(std::min(measured * own_part, kLargestBias2)));
+      const double own_part = (double(carried.bias2) + floor) / (expected / pixels + floor);
+      note_bias2(carried, float(std::min(measured * own_part, kLargestBias2)));
     }
   }
 }
@@ -135,8 +162,10 @@ double HistoryReview::take_back(const PixelRect& window) {
     splats.look(film_, y, window.x0, window.x1);
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
-      const float bias2 = unpack_short_float(carried.found);
-      if (!(bias2 > carried.bias2)) continue;
+      const float bias2 = noted_bias2(carried);
+      // What lies between the pixels of another picture tells nothing of what hides inside this one.
+      const bool hopeless = carried.mixed() && carried.looked_up();
+      if (!hopeless && !(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {
         for (int c = 0; c < 3; ++c) variance[h] += splats.half[h].sample_variance(film_.half(h, x, y), x, c) / 3;
@@ -147,7 +176,12 @@ double HistoryReview::take_back(const PixelRect& window) {
         const double more = double(bias2) - double(carried.bias2);
         HalfPixel& half = film_.half(h, x, y);
         const std::uint32_t least = half.count > carried.count[h] ? 0 : 1;  // there is nothing else to show
-        const std::uint32_t keep = std::max(std::uint32_t(v > 0 ? n / (1 + n * more / v) : 0.0), least);
+        if (hopeless && least == 0) {
+          drop_history(splats.half[h], h, x, carried, half);
+          taken += n;
+          continue;
+        }
+        const std::uint32_t keep = std::max(std::uint32_t(v > 0 && !hopeless ? n / (1 + n * more / v) : 0.0), least);
         const std::uint32_t drop = carried.count[h] - keep;
         const double before = half.count;
         half.count -= drop;
@@ -163,7 +197,7 @@ double HistoryReview::take_back(const PixelRect& window) {
         }
         taken += drop;
       }
-      carried.bias2 = bias2;
+      carried.bias2 = std::max(bias2, float(carried.bias2));
     }
   }
   return taken;

@@ -32,7 +32,7 @@ struct Means {
   };
   int x0 = 0, y0 = 0, width = 0;
   std::vector<Halves> values;
-  std::vector<std::uint8_t> inside;  // both halves are known, and the pixel is not on a surface's border
+  std::vector<std::uint8_t> inside;  // both halves are known, and the pixel shows one surface
 
   std::size_t at(int x, int y) const { return std::size_t(y - y0) * std::size_t(width) + std::size_t(x - x0); }
 };
@@ -53,7 +53,7 @@ void read_means(const Film& film, const PixelRect& border, const PixelRect& regi
     for (int x = known.x0; x < known.x1; ++x, ++i) {
       const CentreHit& centre = film.history()->centre(x, y);
       const HalfPixel &a = film.half(0, x, y), &b = film.half(1, x, y);
-      if (a.count == 0 || b.count == 0 || centre.border) continue;
+      if (a.count == 0 || b.count == 0 || centre.border || film.history()->carried(x, y).mixed()) continue;
       out.inside[i] = 1;
       if (centre.albedo != packed_albedo) {
         packed_albedo = centre.albedo;
@@ -186,6 +186,9 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       const HalfPixel& a = film.half(0, x, y);
       const HalfPixel& b = film.half(1, x, y);
       if (a.count == 0 && b.count == 0) continue;
+      const CarriedPixel& carried = history.carried(x, y);
+      if (carried.mixed() && !history.centre(x, y).border) to.note_mixed();
+      if (carried.looked_up() && carried.count[0] + carried.count[1] > 0) to.note_looked_up();
       to.set_bias2(float(std::min(history.bias2(x, y, a.count, b.count), double(FLT_MAX))));
       float inverse[kHalves] = {0, 0};
       Rgb means_here[kHalves];
@@ -205,7 +208,7 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
       to.set_structure(mean_product(p.sum[2], p.errors2[2], p.count[2]),
                        mean_product(p.sum[3], p.errors2[3], p.count[3]),
                        mean_product(p.sum[0] + p.sum[1], p.errors2[0] + p.errors2[1], p.count[0] + p.count[1]));
-      to.set_counts(inverse, float(history.weight(x, y, a.count, b.count)) * history.carried(x, y).age);
+      to.set_counts(inverse, float(history.weight(x, y, a.count, b.count)) * carried.age);
     }
   }
 }

@@ -13,12 +13,13 @@ namespace helio {
 // What a pixel said. Its numbers are packed so that noise hides what that takes (packed_values.h).
 struct SourcePixel {
   static constexpr std::uint32_t kCountBits = 0xffffffu;
+  static constexpr std::uint32_t kLookedUp = 1u << 30, kMixed = 1u << 31;
 
   // pack_count() of the inverse; above it the age's byte, and the lowest of the bias.
   std::uint32_t packed_count[kHalves] = {0, 0};
   // pack_short_numbers()
   std::uint32_t packed_spread[kHalves] = {0, 0};
-  std::uint32_t packed_structure = 0;
+  std::uint32_t packed_structure = 0;  // and above it flags
   PackedMeans means;              // of a half that knows nothing: the other's
   std::uint16_t packed_bias = 0;  // the upper 16 bits of pack_count()
 
@@ -55,8 +56,15 @@ struct SourcePixel {
   float bend2(int axis) const { return unpack_short_number(packed_structure, axis); }
   float slope2() const { return unpack_short_number(packed_structure, 2); }
   void set_structure(float bend2_x, float bend2_y, float slope2) {
-    packed_structure = pack_short_numbers(bend2_x, bend2_y, slope2);
+    packed_structure = pack_short_numbers(bend2_x, bend2_y, slope2) | (packed_structure & (kLookedUp | kMixed));
   }
+
+  // Something that centres do not tell of shows in it, too: CarriedPixel::mixed() of what is no border.
+  bool mixed() const { return (packed_structure & kMixed) != 0; }
+  void note_mixed() { packed_structure |= kMixed; }
+  // CarriedPixel::looked_up(), as far as something of that is left.
+  bool looked_up() const { return (packed_structure & kLookedUp) != 0; }
+  void note_looked_up() { packed_structure |= kLookedUp; }
 };
 
 // What radiance is divided by for a lookup, so that textures do not count as differences: the albedo, but 1 where it is

@@ -276,7 +276,8 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     plan.publish = Publish::round;
     return plan;
   }
-  if (state.centres_due && state.total() >= kSamplesBeforeCentres) {
+  // Samples that come after it tell of mixed pixels: which ones must not follow the clock, which cuts rounds.
+  if (state.centres_due && state.total() >= kSamplesBeforeCentres && (state.round.number == 0 || state.round_done())) {
     plan.centres = true;
     return plan;
   }

@@ -47,6 +47,7 @@ class Camera {
   // position is drawn (pixel_filter_sampling.h), in this pixel or another of the film.
   CameraRay generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const;
 
+  const V3f& forward() const { return forward_; }  // unit
   bool pinhole() const { return lens_radius_ == 0; }
   // A pixel's cone, the lens taken as a point.
   const RayCone& cone() const { return cone_; }

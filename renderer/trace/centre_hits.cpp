@@ -66,10 +66,6 @@ LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, cons
   return told;
 }
 
-std::uint32_t name_of(const SceneData& scene, const Hit& hit) {
-  return hit.instance != kNoHit ? scene.instance_names[hit.instance] : scene.flat_names[hit.part];
-}
-
 // Geometric, towards the viewer.
 std::uint32_t packed_normal(const Surface& s) {
   return pack_direction(s.front ? s.geometric_normal : -s.geometric_normal);
@@ -80,7 +76,7 @@ std::uint32_t packed_normal(const Surface& s) {
 CentreHit surface_at(const SceneData& scene, const Ray& ray, const Hit& hit) {
   CentreHit at;
   if (!hit.valid()) return at;
-  at.instance = name_of(scene, hit);
+  at.instance = scene.instance_name(hit);
   at.normal = packed_normal(make_surface<true>(scene, ray, hit));
   return at;
 }
@@ -171,7 +167,7 @@ CentreHit CentreHits::at(int x, int y) {
     }
   };
   centre.depth = hit.t * dot(ray.direction, axis_);
-  centre.instance = name_of(scene_, hit);
+  centre.instance = scene_.instance_name(hit);
   if (only_lambert_) {
     Surface surface = make_surface<true>(scene_, ray, hit);
     if (!surface.material->textured) {

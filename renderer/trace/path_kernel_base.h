@@ -13,6 +13,7 @@
 
 #include "renderer/film/sample_targets.h"
 #include "renderer/trace/mis.h"
+#include "renderer/trace/mixed_pixels.h"
 #include "renderer/trace/path_group.h"
 #include "renderer/trace/path_kernel.h"
 #include "renderer/trace/path_watch.h"
@@ -43,6 +44,7 @@ class PathKernelBase {
         group_(thread_group()),
         lights_(*task.scene.lights),
         has_lights_(!lights_.empty()),
+        mixed_(task),
         watch_(task) {
     if (task.targets) find_levels();
     film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
@@ -72,6 +74,7 @@ class PathKernelBase {
       watch_.ended(film_radiance_[0]);
     } else {
       commit();
+      mixed_.commit();
       kernel().committed();
     }
     stats.add(stats_);
@@ -201,8 +204,9 @@ class PathKernelBase {
     PathGroup& b = group_;
     scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
-    if constexpr (Watch::kRecords) {
-      if (vertex == 1) watch_.arrived(b);
+    if (vertex == 1) {
+      if constexpr (!Watch::kWatches) mixed_.look(b);
+      if constexpr (Watch::kRecords) watch_.arrived(b);
     }
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
@@ -410,6 +414,7 @@ class PathKernelBase {
   // With targets, of the window's pixels, row-major: their samples, and where in film_radiance_ these begin.
   std::vector<SampleLevels> levels_;
   std::vector<std::size_t> slots_;
+  MixedPixels mixed_;
   [[no_unique_address]] Watch watch_;
 };
 

@@ -73,7 +73,7 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       const Border border = border_of(x, y);
-      history.carried(x, y).found = border != Border::none;
+      history.carried(x, y).set_found(border != Border::none);
       doubtful.push_back(box_ && border == Border::plain);
     }
   }
@@ -81,7 +81,7 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
   auto asked = doubtful.begin();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++asked) {
-      if (*asked && rims.show_only(history.centre(x, y), x, y, steps)) history.carried(x, y).found = 0;
+      if (*asked && rims.show_only(history.centre(x, y), x, y, steps)) history.carried(x, y).set_found(0);
     }
   }
   return outside.rays() + rims.rays();
@@ -91,8 +91,8 @@ void PictureCentres::settle(const PixelRect& window) {
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      history.centre(x, y).border = history.carried(x, y).found != 0;
-      history.carried(x, y).found = 0;
+      history.centre(x, y).border = history.carried(x, y).found() != 0;
+      history.carried(x, y).set_found(0);
     }
   }
 }

@@ -66,6 +66,7 @@ struct Lookup {
   float spread[kHalves][3] = {};  // variance of one sample
   float bias2 = 0;
   float age = 0;
+  const SourcePixel* kept = nullptr;  // it is this pixel as it was
   DirectionReservoir directions;
 
   float total() const { return count[0] + count[1]; }
@@ -239,6 +240,7 @@ class SourceView {
     add(pixel, 1, Rgb(1, 1, 1), sums);
     Lookup result = weigh(sums, 0, 0, Rgb(0, 0, 0));
     result.directions = pixels_.directions(x, y);
+    result.kept = &pixel;
     return result;
   }
 
@@ -338,6 +340,12 @@ class SourceView {
       if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) continue;
       const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
+      if (pixel.mixed()) {
+        // Nobody knows how much of what is hidden there the new pixel shows.
+        taps.total = 0;
+        taps.count = 0;
+        return taps;
+      }
       if (there.border || !(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
       if (here.hit()) {
         if (there.normal != normal_.packed) normal_ = Normal(there.normal, projection_);
@@ -455,6 +463,8 @@ void fill(const Lookup& lookup, bool swap, Film& film, int x, int y) {
   if (carried.count[0] + carried.count[1] == 0) return;
   carried.bias2 = lookup.bias2;
   carried.age = lookup.age + 1;
+  if (!lookup.kept || lookup.kept->looked_up()) carried.note_looked_up();
+  if (lookup.kept && lookup.kept->mixed()) carried.note_mixed();
   for (int h = 0; h < kHalves; ++h) {
     for (int k = 0; k < DirectionReservoir::kPlaces; ++k) directions.place[h][k] = lookup.directions.place[from(h)][k];
   }
@@ -600,9 +610,6 @@ bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) con
 
 void Reprojection::clear(const PixelRect& window) {
   film_.clear(window);
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) film_.history()->directions(x, y) = {};
-  }
 }
 
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {

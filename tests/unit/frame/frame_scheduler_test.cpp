@@ -120,6 +120,12 @@ TEST(FrameScheduler, LooksForCentresOnceThePictureIsWorthIt) {
   FramePlan alone;
   alone.centres = true;
   EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), alone);
+  state.round.number = state.round.pixels = 1;
+  state.round.samples = state.round.published = 16;
+  EXPECT_TRUE(scheduler.plan_next(state, 0.1, 0, 1).centres);
+  state.round.summary.top[0] = state.round.summary.top[1] = 32;
+  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres) << "within a round";
+  state.round = {};
   state.published_samples = 8;  // what is seen comes first
   EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), show());
   budget.samples = 16;  // nothing comes after the end

@@ -137,7 +137,7 @@ TEST(CentreSearch, FindsWhatCarryingDoes) {
         EXPECT_EQ(here.normal, there.normal);
         EXPECT_EQ(here.albedo, there.albedo);
         EXPECT_EQ(here.border, there.border);
-        EXPECT_EQ(searched.history()->carried(x, y).found, 0u);
+        EXPECT_EQ(searched.history()->carried(x, y).found(), 0u);
         borders += here.border;
       }
     }
