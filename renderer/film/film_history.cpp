@@ -6,12 +6,18 @@
 #include "renderer/film/history_source.h"
 
 namespace helio {
+namespace {
+
+constexpr double kLargestMean = 1e15;  // of differences, whose squares are wanted
+
+}  // namespace
 
 FilmHistory::FilmHistory(int width, int height, bool sources)
     : width_(width),
       carried_(std::size_t(width) * std::size_t(height)),
       centres_(sources ? carried_.size() : 0),
       directions_(centres_.size()) {
+  clear({0, 0, width, height});
   if (!sources) return;
   for (std::unique_ptr<HistorySource>& source : sources_) source = std::make_unique<HistorySource>(width, height);
 }
@@ -28,6 +34,26 @@ void FilmHistory::clear(const PixelRect& window) {
     std::fill_n(&centres_[first], width, unknown);
     std::fill_n(&directions_[first], width, DirectionReservoir{});
   }
+}
+
+void FilmHistory::drop(int h, int x, int y, HalfPixel& half) {
+  CarriedPixel& carried = this->carried(x, y);
+  const double before = half.count, old = carried.count[h], fresh = before - old;
+  const Rgb mean = carried.means.mean(h);
+  carried.count[h] = 0;
+  if (fresh == 0) {
+    half = {};
+    return;
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double m = double(mean[c]), sum = std::max(0.0, half.sum[c] - m * old);
+    // Of what scatters inside the two groups, on the mean of all samples, and not between them.
+    const double off = std::clamp(sum / fresh - m, -kLargestMean, kLargestMean);
+    const double inside = std::max(0.0, half.deviations[c] - old * fresh / before * off * off);
+    half.sum[c] = sum;
+    half.deviations[c] = float(inside * (fresh - 1) / std::max(before - 2, 1.0));
+  }
+  half.count = std::uint32_t(fresh);
 }
 
 std::size_t FilmHistory::bytes_per_pixel(bool sources) {

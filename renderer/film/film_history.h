@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -35,8 +34,7 @@ struct CarriedPixel {
 
   // Some sample has met another surface than the pixel's centre (trace/mixed_pixels.h).
   bool mixed() const { return (notes_ & kMixed) != 0; }
-  // Thread safe, beside others that do.
-  void note_mixed() { std::atomic_ref(notes_).fetch_or(kMixed, std::memory_order_relaxed); }
+  void note_mixed() { notes_ |= kMixed; }
 
  private:
   static constexpr std::uint16_t kFound = 0x3fff, kLookedUp = 0x4000, kMixed = 0x8000;
@@ -126,6 +124,9 @@ class FilmHistory {
 
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
+
+  // Leaves a half of a pixel its fresh samples alone; none: nothing. `half`: the film's.
+  void drop(int h, int x, int y, HalfPixel& half);
 
  private:
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }

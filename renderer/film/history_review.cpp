@@ -63,25 +63,6 @@ float noted_bias2(const CarriedPixel& carried) {
   return unpack_short_float(std::uint16_t(carried.found() << 1));
 }
 
-// Leaves a half its fresh samples alone, of which there are some. Their deviations are not known apart: those of a
-// sample are taken to be as large as on the mean of all, or as what its mean is off says. splats: of the half's row,
-// from before.
-void drop_history(const SplatRow& splats, int h, int x, CarriedPixel& carried, HalfPixel& half) {
-  const double before = half.count, old = carried.count[h], fresh = before - old;
-  const Rgb mean = carried.means.mean(h);
-  for (int c = 0; c < 3; ++c) {
-    const double m = double(mean[c]), sum = std::max(0.0, half.sum[c] - m * old);
-    const double between = old * fresh / before, off = std::clamp(sum / fresh - m, -kLargest, kLargest);
-    const double splat = splats.mean(x, c) * before / fresh;
-    const double inside = std::max(0.0, half.deviations[c] - between * off * off) / std::max(before - 2, 1.0);
-    half.sum[c] = sum;
-    half.deviations[c] =
-        float(std::min((fresh - 1) * std::max(inside, between * (off + splat) * (off + splat)), 0x1p127));
-  }
-  half.count = std::uint32_t(fresh);
-  carried.count[h] = 0;
-}
-
 // What is inside the groups of carried and fresh samples is scaled, and what the half's deviations take for a
 // difference between them is that of what is left. `before`: of the half before anything was taken back.
 void scale_deviations(const Film& film, const SplatRow& before, double factor, int h, int x, int y, HalfPixel& half) {
@@ -163,9 +144,7 @@ double HistoryReview::take_back(const PixelRect& window) {
     for (int x = window.x0; x < window.x1; ++x) {
       CarriedPixel& carried = film_.history()->carried(x, y);
       const float bias2 = noted_bias2(carried);
-      // What lies between the pixels of another picture tells nothing of what hides inside this one.
-      const bool hopeless = carried.mixed() && carried.looked_up();
-      if (!hopeless && !(bias2 > carried.bias2)) continue;
+      if (!(bias2 > carried.bias2)) continue;
       double variance[kHalves] = {0, 0};
       for (int h = 0; h < kHalves; ++h) {
         for (int c = 0; c < 3; ++c) variance[h] += splats.half[h].sample_variance(film_.half(h, x, y), x, c) / 3;
@@ -176,12 +155,7 @@ double HistoryReview::take_back(const PixelRect& window) {
         const double more = double(bias2) - double(carried.bias2);
         HalfPixel& half = film_.half(h, x, y);
         const std::uint32_t least = half.count > carried.count[h] ? 0 : 1;  // there is nothing else to show
-        if (hopeless && least == 0) {
-          drop_history(splats.half[h], h, x, carried, half);
-          taken += n;
-          continue;
-        }
-        const std::uint32_t keep = std::max(std::uint32_t(v > 0 && !hopeless ? n / (1 + n * more / v) : 0.0), least);
+        const std::uint32_t keep = std::max(std::uint32_t(v > 0 ? n / (1 + n * more / v) : 0.0), least);
         const std::uint32_t drop = carried.count[h] - keep;
         const double before = half.count;
         half.count -= drop;
@@ -197,7 +171,7 @@ double HistoryReview::take_back(const PixelRect& window) {
         }
         taken += drop;
       }
-      carried.bias2 = std::max(bias2, float(carried.bias2));
+      carried.bias2 = bias2;
     }
   }
   return taken;

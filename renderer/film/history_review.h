@@ -6,10 +6,6 @@
 // history knows it: what few samples have seen would take light that comes rarely for an error of those that saw it.
 // Beyond four deviations the bias is what was measured, and history counts for as much less as it would have if that
 // had been known (trace/reprojection.h).
-//
-// Of pixels whose fresh samples have met what their centres do not show (CarriedPixel::mixed()) all goes that was looked
-// up. The choice follows samples, yet the mean stays what fresh samples make it: those that met nothing else say what
-// history does.
 #pragma once
 
 #include <cstddef>

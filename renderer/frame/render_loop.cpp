@@ -309,7 +309,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.trace = trace;
   if (transfer && !state.reproject_due) {
     p.verification_rays = transfer->stats().rays + search_rays;
-    const double carried = transfer->stats().samples - taken_back, fresh = double(film_samples);
+    const double carried = transfer->stats().samples - taken_back - double(trace.dropped), fresh = double(film_samples);
     if (carried > 0) p.reuse_share = carried / (carried + fresh);
   }
   p.error = state.measured.error;

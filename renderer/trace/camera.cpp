@@ -131,6 +131,10 @@ CameraRay Camera::generate_ray(int x, int y, const V2f& in_pixel, const V2f& len
     film_x = x_centre + sample_pixel_filter(filter_, in_pixel.x, -x_centre, width_ - x_centre);
     film_y = y_centre + sample_pixel_filter(filter_, in_pixel.y, -y_centre, height_ - y_centre);
   }
+  return ray_at(film_x, film_y, lens);
+}
+
+CameraRay Camera::ray_at(double film_x, double film_y, const V2f& lens) const {
   const V3f offset(corner_ + step_x_ * film_x + step_y_ * film_y);
   CameraRay ray;
   if (orthographic_) {

@@ -47,6 +47,9 @@ class Camera {
   // position is drawn (pixel_filter_sampling.h), in this pixel or another of the film.
   CameraRay generate_ray(int x, int y, const V2f& in_pixel, const V2f& lens) const;
 
+  // Through a pixel's centre and the lens's, whatever the filter.
+  CameraRay centre_ray(int x, int y) const { return ray_at(x + 0.5, y + 0.5, V2f(0.5f, 0.5f)); }
+
   const V3f& forward() const { return forward_; }  // unit
   bool pinhole() const { return lens_radius_ == 0; }
   // A pixel's cone, the lens taken as a point.
@@ -56,6 +59,9 @@ class Camera {
 
  private:
   friend class CameraImportance;
+
+  // Pixels from the film's upper left corner.
+  CameraRay ray_at(double film_x, double film_y, const V2f& lens) const;
 
   V3f origin_, forward_, right_, up_;
   V3d step_x_, step_y_, corner_;

@@ -185,7 +185,9 @@ void HistoryRevision::revise(const Item& item, const PixelRect& window, Reprojec
           traced = true;
         }
         const bool past_everything = !centre.hit();
+        // Of what a mixed pixel hides its centre does not tell.
         if (surface == SurfaceChange::all || (surface == SurfaceChange::some && edited.at(x, y)) ||
+            (pixel.mixed() && difference.edits_what_shows()) ||
             (past_everything && difference.environment)) {
           pixel = {};
           continue;

@@ -40,6 +40,7 @@ void TraceStats::add(const TraceStats& other) {
   invalid_samples += other.invalid_samples;
   invalid_splats += other.invalid_splats;
   bright_splats += other.bright_splats;
+  dropped += other.dropped;
 }
 
 void RayLog::add(const Ray* first, const std::uint32_t* order, std::size_t count, bool occlusion) {

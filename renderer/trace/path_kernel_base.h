@@ -74,7 +74,6 @@ class PathKernelBase {
       watch_.ended(film_radiance_[0]);
     } else {
       commit();
-      mixed_.commit();
       kernel().committed();
     }
     stats.add(stats_);
@@ -205,7 +204,7 @@ class PathKernelBase {
     scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
     if (vertex == 1) {
-      if constexpr (!Watch::kWatches) mixed_.look(b);
+      if constexpr (!Watch::kWatches) mixed_.look(b, reverse_bits(reversed_index_));
       if constexpr (Watch::kRecords) watch_.arrived(b);
     }
     stats_.rays += std::uint64_t(active);
@@ -361,14 +360,19 @@ class PathKernelBase {
           task_.film.add_merging_bias(task_.range.half, std::max(bx, w.x0), std::max(by, w.y0), work->bias);
       }
     }
+    stats_.rays += mixed_.rays();
     const SampleRange& range = task_.range;
     std::size_t slot = 0;
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
         HalfPixel& pixel = task_.film.half(range.half, x, y);
         PixelFeatures& features = task_.film.features(x, y);
-        const SampleLevels own = levels(pixel_index(x, y));
+        const std::size_t index = pixel_index(x, y);
+        const SampleLevels own = levels(index);
+        const std::uint32_t mixed = mixed_.any() ? mixed_.first(index) : MixedPixels::kNone;
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
+          if (sample == mixed) [[unlikely]]
+            stats_.dropped += mixed_.tell(x, y, sample);
           // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
           if (range.half == 0 && sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
           if (is_finite(film_radiance_[slot])) {

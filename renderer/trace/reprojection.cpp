@@ -24,6 +24,8 @@ namespace {
 
 // Of a lookup's four pixels: the share of the weight that must be usable.
 constexpr float kLeastWeight = 0.1f;
+// Of a pixel: what covers less of another one shows nothing of what that hides.
+constexpr float kLeastPart = 1.0f / 256;
 // Of a lookup: the directions of a pixel that weighs less are not worth their BSDFs.
 constexpr float kLeastShare = 1.0f / 16;
 // How far off the plane of a pixel's centre hit a point may lie, in its pixels.
@@ -342,6 +344,7 @@ class SourceView {
       const CentreHit& there = pixels_.centre(tap.x, tap.y);
       if (pixel.mixed()) {
         // Nobody knows how much of what is hidden there the new pixel shows.
+        if (tap.weight < kLeastPart) continue;
         taps.total = 0;
         taps.count = 0;
         return taps;

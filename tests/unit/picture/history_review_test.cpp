@@ -153,47 +153,5 @@ TEST(HistoryReview, PixelsWithoutFreshSamplesKeepSomethingToShow) {
   }
 }
 
-// Pixels that turn out to show what no lookup can tell of: their fresh samples are left, to the bit as if nothing had
-// been carried, and scatter as they do.
-TEST(HistoryReview, WhatWasLookedUpIsNoUseToMixedPixels) {
-  const auto fresh = [](int x, int y, int, std::uint32_t i) {
-    return x == 3 && y == 4 ? (i == 0 ? 4.0f : 0.0f) : (i % 2 == 0 ? 0.0f : 0.25f);
-  };
-  Film film = film_with(0.125, 0.01f, 4, fresh);
-  FilmHistory& history = *film.history();
-  history.carried(3, 4).note_mixed();
-  history.carried(3, 4).note_looked_up();
-  history.carried(9, 4).note_mixed();  // what it was itself is as good as ever
-  history.carried(15, 4).note_looked_up();
-  review(film);
-  for (int h = 0; h < kHalves; ++h) {
-    EXPECT_EQ(history.carried(3, 4).count[h], 0u);
-    const HalfPixel& half = film.half(h, 3, 4);
-    EXPECT_EQ(half.count, 4u);
-    EXPECT_DOUBLE_EQ(half.sum[1], 4);
-    // 12 in truth; what is known is the distance of the means, 0.875, and what 68 samples scatter.
-    EXPECT_GT(half.deviations[1], 0.6f * 12);
-    EXPECT_LT(half.deviations[1], 1.5f * 12);
-    EXPECT_EQ(history.carried(9, 4).count[h], kCarried);
-    EXPECT_EQ(history.carried(15, 4).count[h], kCarried);
-  }
-}
-
-TEST(HistoryReview, MixedPixelsWithoutFreshSamplesKeepSomethingToShow) {
-  Film film = film_with(0.5, 0.25f, 0, [](int, int, int, std::uint32_t) { return 0.0f; });
-  CarriedPixel& carried = film.history()->carried(3, 4);
-  carried.note_mixed();
-  carried.note_looked_up();
-  film.half(0, 3, 4).add(Rgb(2, 2, 2));
-  for (int k = 0; k < 2; ++k) {
-    review(film);
-    EXPECT_EQ(film.half(0, 3, 4).count, 1u);
-    EXPECT_DOUBLE_EQ(film.half(0, 3, 4).sum[1], 2);
-    EXPECT_EQ(carried.count[1], 1u);
-    EXPECT_DOUBLE_EQ(film.half(1, 3, 4).sum[1], 0.5);
-    EXPECT_TRUE(carried.mixed() && carried.looked_up());
-  }
-}
-
 }  // namespace
 }  // namespace helio
