@@ -9,7 +9,7 @@
 // of the picture's error, c: its cost in rays. The counts of half A come from the pilot of half B alone and the
 // reverse, and stay so in every later round, which only scales them: the mean of A is unbiased whatever they are,
 // because they do not depend on A's samples, nor on anything that did. s is the mean deviation of 7x7
-// pixels: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of variances would follow single
+// pixels, each in its own measure: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of variances would follow single
 // bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g, g = 0, 1/4, ... 1, the one is
 // taken under which the variance that each half has seen, at the counts that the other decides, times the cost is
 // smallest; where a pilot says nothing (light that few paths find) that is uniform counts. It is one number for the

@@ -13,6 +13,8 @@
 namespace helio {
 namespace {
 
+constexpr double kLargest = 1e36;  // times 49 it is a float
+
 // Of one of the pixel's samples without its splats (of those that it carries, with them): precondition: it has two.
 double variance_of_sample(const HalfPixel& pixel, const SplatRow& splats, int x, int c) {
   return std::max(0.0, pixel.deviations[c] + splats.deviation(x, c)) / (pixel.count - 1.0);
@@ -32,14 +34,17 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
                  double epsilon, DemandPixels pixels,
                  const std::function<void(int x, int y, const PixelDemand& demand)>& visit) {
   const int seen = 1 - h;
-  thread_local BoxRows means, deviations;
-  thread_local std::vector<float> mean_sums, deviation_sums;
+  thread_local BoxRows deviations;
+  thread_local std::vector<float> sums;
   thread_local SplatRow splats, own_splats;
-  means.begin(window.width());
   deviations.begin(window.width());
-  const auto padded = std::size_t(round_up_to_vectors(window.width())) * kLanes;
-  mean_sums.resize(padded);
-  deviation_sums.resize(padded);
+  sums.resize(std::size_t(round_up_to_vectors(window.width())) * kLanes);
+  // Of a pixel with samples: what squares of its deviations are over.
+  const auto scale_of = [&](const HalfPixel& pixel, const SplatRow& row, int x, int c) {
+    if (measure == AllocationMeasure::absolute) return 1.0;
+    const double mean = std::clamp(pixel.sum[c] / pixel.count + row.mean(x, c), -kLargest, kLargest);
+    return std::max(mean * mean + epsilon, DBL_MIN);
+  };
 
   const PixelRect border = with_box_border(window);
   const PixelRect read = intersect(border, region);
@@ -48,36 +53,36 @@ void find_demand(const Film& film, const PixelRect& region, const PixelRect& win
     if (inside) splats.look(film, seen, below, read.x0, read.x1, true);
     for (int x = read.x0; inside && x < read.x1; ++x) {
       const HalfPixel& pixel = film.half(seen, x, below);
-      float* mean = means.input() + (x - border.x0) * kLanes;
       float* deviation = deviations.input() + (x - border.x0) * kLanes;
       const bool left_out = pixels == DemandPixels::fresh && film.history()->carried(x, below).count[seen] > 0;
       const bool known = pixel.count > 1 && !left_out;
-      mean[3] = deviation[3] = known ? 1.0f : 0.0f;
+      deviation[3] = known ? 1.0f : 0.0f;
       for (int c = 0; c < 3; ++c) {
-        constexpr double kLargest = 1e36;  // times 49 it is a float
-        mean[c] = known ? float(std::clamp(pixel.sum[c] / pixel.count + splats.mean(x, c), -kLargest, kLargest)) : 0.0f;
-        deviation[c] = known ? float(std::sqrt(variance_of_sample(pixel, splats, x, c))) : 0.0f;
+        deviation[c] =
+            known ? float(std::min(
+                        std::sqrt(variance_of_sample(pixel, splats, x, c) / scale_of(pixel, splats, x, c)), kLargest))
+                  : 0.0f;
       }
     }
-    means.push(inside);
     deviations.push(inside);
 
     const int y = below - kBoxRadius;
     if (y < window.y0) continue;
-    means.sum(mean_sums.data());
-    deviations.sum(deviation_sums.data());
+    deviations.sum(sums.data());
+    splats.look(film, seen, y, window.x0, window.x1, true);
     own_splats.look(film, h, y, window.x0, window.x1, true);
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = std::size_t(x - window.x0) * kLanes;
-      const double n = std::max(deviation_sums[i + 3], 1.0f);
-      const HalfPixel& own = film.half(h, x, y);
+      const double n = std::max(sums[i + 3], 1.0f);
+      const HalfPixel &own = film.half(h, x, y), &other = film.half(seen, x, y);
       PixelDemand demand;
-      demand.known = deviation_sums[i + 3] > 0;
+      demand.known = sums[i + 3] > 0;
       for (int c = 0; c < 3; ++c) {
-        const double deviation = deviation_sums[i + std::size_t(c)] / n, mean = mean_sums[i + std::size_t(c)] / n;
-        const double scale = measure == AllocationMeasure::relative ? std::max(mean * mean + epsilon, DBL_MIN) : 1;
-        demand.squared += deviation * deviation / scale;
-        if (own.count > 1) demand.own_squared += variance_of_sample(own, own_splats, x, c) / scale;
+        const double deviation = sums[i + std::size_t(c)] / n;
+        demand.squared += deviation * deviation;
+        if (own.count < 2) continue;
+        const double scale = other.count > 0 ? scale_of(other, splats, x, c) : scale_of(own, own_splats, x, c);
+        demand.own_squared += variance_of_sample(own, own_splats, x, c) / scale;
       }
       const BlockWork work = film.work(seen, x, y);
       if (work.paths > 0) demand.cost = std::max(1.0, double(work.rays) / double(work.paths));

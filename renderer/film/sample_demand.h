@@ -12,8 +12,10 @@ namespace helio {
 
 struct PixelDemand {
   bool known = false;      // some pixel of the 7x7 neighbourhood has two samples in the other half
-  double squared = 0;      // s^2, s: mean deviation of the neighbourhood in the other half
-  double own_squared = 0;  // the same of the pixel's own half, with the other's means
+  // s^2, s: mean over the neighbourhood in the other half of the deviation, each over what its pixel's error is relative
+  // to: over the mean of all, what is dark beside a lamp would get nothing.
+  double squared = 0;
+  double own_squared = 0;  // of the pixel's own half, over the other's mean
   double cost = 1;         // rays a path, >= 1
 };
 

@@ -75,6 +75,25 @@ TEST(SampleDemand, IsTheDeviationOverTheRootOfTheCost) {
   }
 }
 
+// A dark wall asks for no less where a lamp is beside it: relative errors are relative to what a pixel shows.
+TEST(SampleDemand, RelativeDemandEndsWhereALampDoes) {
+  Film film(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float mean = x < kWidth / 2 ? 1000.0f : 1.0f;
+      for (int h = 0; h < kHalves; ++h) {
+        for (int i = 0; i < kPilot; ++i) film.half(h, x, y).add(Rgb(mean * (i % 2 == 0 ? 1.1f : 0.9f)));
+      }
+    }
+  }
+  const double variance = 3 * 0.01 * kPilot / (kPilot - 1.0);
+  find_demand(film, film.bounds(), film.bounds(), 0, AllocationMeasure::relative, 1e-6, DemandPixels::all,
+              [&](int x, int, const PixelDemand& demand) {
+                EXPECT_NEAR(demand.squared, variance, 1e-3 * variance) << x;
+                EXPECT_NEAR(demand.own_squared, variance, 1e-3 * variance) << x;
+              });
+}
+
 // Three times the deviation and nine times the cost ask for the same count.
 TEST(SampleDemand, DeviationAndCostCanBalance) {
   const Film film = pilot(right_half(0.2f, 0.6f), right_half(2, 18));
