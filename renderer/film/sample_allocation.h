@@ -8,13 +8,14 @@
 // minimises the sum of s^2 / n at a given sum of c n (Neyman 1934, with costs), s: deviation of a sample in the measure
 // of the picture's error, c: its cost in rays. The counts of half A come from the pilot of half B alone and the
 // reverse, and stay so in every later round, which only scales them: the mean of A is unbiased whatever they are,
-// because they do not depend on A's samples, nor on anything that did. s is the mean deviation of 7x7
-// pixels, each in its own measure: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of variances would follow single
-// bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g, g = 0, 1/4, ... 1, the one is
-// taken under which the variance that each half has seen, at the counts that the other decides, times the cost is
-// smallest; where a pilot says nothing (light that few paths find) that is uniform counts. It is one number for the
-// picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the mean
-// count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean smooth).
+// because they do not depend on A's samples, nor on anything that did. s is the mean deviation of 7x7 pixels, each in
+// its own measure: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of variances would
+// follow single bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g, g = 0, 1/4, ...
+// 1, the one is taken under which the variance that each half has seen, at the counts that the other decides, times the
+// cost is smallest; where a pilot says nothing (light that few paths find) that is uniform counts. It is one number for
+// the picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the
+// mean count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean
+// smooth).
 //
 // FillAllocation (ours, with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a
 // power of two; l is what the round can afford. There is no pilot: the first round gives as many samples as there are

@@ -12,8 +12,8 @@ namespace helio {
 
 struct PixelDemand {
   bool known = false;      // some pixel of the 7x7 neighbourhood has two samples in the other half
-  // s^2, s: mean over the neighbourhood in the other half of the deviation, each over what its pixel's error is relative
-  // to: over the mean of all, what is dark beside a lamp would get nothing.
+  // s^2, s: mean of the neighbourhood's deviations in the other half, each over what that pixel's error is relative to.
+  // Over what the mean of all is relative to, what is dark beside a lamp would get nothing.
   double squared = 0;
   double own_squared = 0;  // of the pixel's own half, over the other's mean
   double cost = 1;         // rays a path, >= 1

@@ -8,10 +8,11 @@
 // the region counts there. Of a box filter's such pixels half show one surface after all, by their rims (rim_hits.h),
 // and are like others, unless one of the surfaces shines. What is smaller than that samples find (mixed_pixels.h): a
 // pixel whose samples met another surface than its centre is looked up by none that shows part of it, and what was
-// looked up for a pixel that turns out to be one is dropped. The rays of the new picture are the verification: a point that another surface hid from the earlier camera finds no pixel that shows it. A camera
-// that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it pixel by
-// pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from before an
-// edit of what shows those at the edge do not come back: nobody knows what was beside them).
+// looked up for a pixel that turns out to be one is dropped. The rays of the new picture are the verification: a point
+// that another surface hid from the earlier camera finds no pixel that shows it. A camera that comes back to where a
+// picture was taken, to the bit, or that stays while the scene is edited, finds it pixel by pixel as it was, those on
+// borders if all that their filter reaches shows what it showed (of pictures from before an edit of what shows those at
+// the edge do not come back: nobody knows what was beside them).
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
