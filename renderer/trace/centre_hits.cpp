@@ -68,7 +68,7 @@ LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, cons
 
 // Geometric, towards the viewer.
 std::uint32_t packed_normal(const Surface& s) {
-  return pack_direction(s.front ? s.geometric_normal : -s.geometric_normal);
+  return pack_direction(s.facing_normal());
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ class Walker {
   void next(int i) {
     if (!hits_[i].valid()) return start(i);
     const Surface surface = make_surface<true>(scene_, rays_[i], hits_[i]);
-    const V3f normal = surface.front ? surface.geometric_normal : -surface.geometric_normal;
+    const V3f normal = surface.facing_normal();
     const V3f direction = Frame(normal).to_world(square_to_cosine_hemisphere(random_pair()));
     set(rays_[i], offset_origin(surface, rays_[i].direction, direction), direction);
   }

@@ -59,7 +59,7 @@ bool MixedPixels::differs(const SceneData& scene, const Centre& centre, const Ra
     }
   }
   const Surface surface = make_surface<true>(scene, ray, hit);
-  const V3f normal = surface.front ? surface.geometric_normal : -surface.geometric_normal;
+  const V3f normal = surface.facing_normal();
   if (!(dot(normal, centre.normal) > kOneSurface)) return true;
   return step > most && std::fabs(dot(apart, normal)) > most;
 }
@@ -69,8 +69,7 @@ void MixedPixels::look(const PathGroup& group, std::uint32_t sample) {
   for (int i = 0; i < group.count; ++i) {
     const int x = group.pixel_x[i], y = group.pixel_y[i];
     if (!window_.contains(x, y)) continue;
-    Centre& centre =
-        centres_[std::size_t(y - window_.y0) * std::size_t(window_.width()) + std::size_t(x - window_.x0)];
+    Centre& centre = centres_[std::size_t(y - window_.y0) * std::size_t(window_.width()) + std::size_t(x - window_.x0)];
     if (!centre.asked || centre.first != kNone || !differs(scene_, centre, group.rays[i], group.hits[i])) continue;
     // Alone, for rays that are traced together influence each other in the last bit.
     Ray ray = group.rays[i];

@@ -98,8 +98,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
 
     // Sample a light and weight it against the BSDF's finding it.
     const bool transmissive = !lambert && lets_light_through(params);
-    const V3f light_normal =
-        transmissive ? V3f(0, 0, 0) : (surface.front ? surface.geometric_normal : -surface.geometric_normal);
+    const V3f light_normal = transmissive ? V3f(0, 0, 0) : surface.facing_normal();
     const V3f near_side = near_side_origin(surface, ray.direction);
     if (has_lights_ && !is_pure_delta(params)) {
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which

@@ -40,7 +40,7 @@ struct PathVertex {
   bool mirrors_back(const SceneData& scene, const ShadingPoint& point, const V3f& made_for, const V3f& other) const;
 
   // Which way the surface of a Lambert vertex faces where it is reached; it has no other normal.
-  V3f facing_normal() const { return surface.front ? surface.geometric_normal : -surface.geometric_normal; }
+  V3f facing_normal() const { return surface.facing_normal(); }
 
   // Whether scatter() may be anything but black, as far as little work tells: for directions of any length but 0.
   bool may_scatter(const V3f& to_camera, const V3f& to_light) const {

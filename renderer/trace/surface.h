@@ -27,6 +27,9 @@ struct Surface {
   V2f barycentric;
   const PartRecord* part = nullptr;
   const MaterialRecord* material = nullptr;
+
+  // Geometric, towards where the ray came from.
+  V3f facing_normal() const { return front ? geometric_normal : -geometric_normal; }
 };
 
 inline const V3f& corner(const TriangleMesh& mesh, std::uint32_t primitive, int k) {

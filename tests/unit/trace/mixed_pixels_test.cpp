@@ -40,6 +40,15 @@ TriangleMesh wall() {
   return quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0);
 }
 
+// A lamp that is a speck, just before a wall.
+SceneDescription lamp_before(const Material& of_wall) {
+  SceneDescription scene;
+  scene.materials = {of_wall, lambert(Rgb(0), Rgb(9))};
+  add_mesh(scene, wall());
+  add_mesh(scene, speck(0.01f * kPixel, 1));
+  return scene;
+}
+
 // A film that knows what its centres meet.
 Film film_before(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose,
                  const PixelFilter& filter = {}) {
@@ -82,10 +91,8 @@ std::vector<int> mixed_of(const Film& film) {
 const std::vector<int> kOne = {kX + kWidth * kY};
 
 TEST(MixedPixels, AreFoundByWhatIsSmallerThanAPixel) {
-  SceneDescription lamp, leaf, ridge, nothing;
-  for (SceneDescription* scene : {&lamp, &leaf, &ridge, &nothing}) scene->materials = {kGrey, lambert(Rgb(0), Rgb(9))};
-  add_mesh(lamp, wall());
-  add_mesh(lamp, speck(0.01f * kPixel, 1));
+  SceneDescription leaf, ridge, nothing;
+  for (SceneDescription* scene : {&leaf, &ridge, &nothing}) scene->materials = {kGrey};
   // Of one object: a step of two pixels, and a ridge less than half a pixel high.
   Object leaves, ridges;
   leaves.meshes = {wall(), speck(2 * kPixel, 0)};
@@ -95,7 +102,7 @@ TEST(MixedPixels, AreFoundByWhatIsSmallerThanAPixel) {
   add_instance(ridge, add_object(ridge, std::move(ridges)));
   // A speck, and nothing around it.
   add_mesh(nothing, speck(0, 0));
-  for (const SceneDescription& description : {lamp, leaf, ridge, nothing}) {
+  for (const SceneDescription& description : {lamp_before(kGrey), leaf, ridge, nothing}) {
     const auto scene = build(description);
     for (int half = 0; half < kHalves; ++half) {
       Film film = film_before(scene, before_wall());
@@ -138,11 +145,7 @@ TEST(MixedPixels, AreNoneOfOneSurface) {
 }
 
 TEST(MixedPixels, AreNotToldWhereCentresAreNotKnown) {
-  SceneDescription description;
-  description.materials = {kGrey, lambert(Rgb(0), Rgb(9))};
-  add_mesh(description, wall());
-  add_mesh(description, speck(0.01f * kPixel, 1));
-  const auto scene = build(description);
+  const auto scene = build(lamp_before(kGrey));
   Film film = film_before(scene, before_wall());
   film.clear();
   EXPECT_FALSE(film.history()->centre(kX, kY).known());
@@ -159,10 +162,7 @@ TEST(MixedPixels, AreNotToldWhereCentresAreNotKnown) {
 // A lamp that is smaller than a pixel is not smeared over those that look its pixel up, and comes back where that is
 // kept as it was.
 TEST(MixedPixels, AreNotLookedUpButKept) {
-  SceneDescription description;
-  description.materials = {kGrey, lambert(Rgb(0), Rgb(9))};
-  add_mesh(description, wall());
-  add_mesh(description, speck(0.01f * kPixel, 1));
+  SceneDescription description = lamp_before(kGrey);
   description.environment.emplace().radiance = Rgb(1, 1, 1);
   const auto scene = build(description);
   Film left = film_before(scene, before_wall());
@@ -229,11 +229,7 @@ void look_up(Film& film) {
 // Halves drop what was looked up with their first sample that differs, wherever samples are cut, and are what they
 // would be without.
 TEST(MixedPixels, DropWhatWasLookedUp) {
-  SceneDescription description;
-  description.materials = {lambert(Rgb(0, 0, 0)), lambert(Rgb(0), Rgb(9))};
-  add_mesh(description, wall());
-  add_mesh(description, speck(0.01f * kPixel, 1));
-  const auto scene = build(description);
+  const auto scene = build(lamp_before(lambert(Rgb(0, 0, 0))));
   const CameraPose pose = before_wall();
   int found_first = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
