@@ -178,12 +178,11 @@ void PixelRow::write(const HalfPixel* a, const HalfPixel* b, float* differences,
   }
 }
 
-void PixelRow::copy_inverse_counts(int from, int to, float* out) const {
+void PixelRow::copy_counts(int from, int to, float* out) const {
   for (const Run& run : runs_) {
     const int begin = std::max(run.begin + x0_, from), end = std::min(run.end + x0_, to);
-    const bool known = counts_differ_ && run.paired();
-    const float inverse = known ? float(0.25 * (1.0 / run.count[0] + 1.0 / run.count[1])) : 1.0f;
-    if (begin < end) std::fill(out + (begin - from), out + (end - from), inverse);
+    const float n = run.paired() ? float(4 / (1.0 / run.count[0] + 1.0 / run.count[1])) : 0.0f;
+    if (begin < end) std::fill(out + (begin - from), out + (end - from), n);
   }
 }
 

@@ -24,8 +24,8 @@ class PixelRow {
   bool any_spread() const { return any_spread_; }      // some pixel has two or more in both, and so a spread
   bool any_unpaired() const { return any_unpaired_; }  // some pixel lacks a half
 
-  // 1 / n as above, of columns [from, to); 1 where counts do not differ or a half has no samples.
-  void copy_inverse_counts(int from, int to, float* out) const;
+  // n as above, of columns [from, to); 0 where a half has no samples.
+  void copy_counts(int from, int to, float* out) const;
   // Of all pixels and channels.
   double sum_of_means() const;
   // Four floats a pixel: channels of at most `largest`, and 1.

@@ -5,6 +5,7 @@
 #include <cfloat>
 
 #include "renderer/film/box_rows.h"
+#include "renderer/film/similar_counts.h"
 #include "renderer/film/spatial_variance.h"
 
 namespace helio {
@@ -66,10 +67,8 @@ class Pool {
     difference_sums_.resize(pixels * kLanes);
     spread_sums_.resize(pixels * kLanes);
     counts_differ_ = film.state().counts_differ();
-    for (Row& row : rows_) {
-      row.spreads.assign(pixels * kLanes, 0.0f);
-      row.inverse_counts.resize(counts_differ_ ? pixels : 0);
-    }
+    for (Row& row : rows_) row.spreads.assign(pixels * kLanes, 0.0f);
+    if (counts_differ_) similar_.begin(width);
     for (std::vector<float>& channel : pooled_) channel.resize(pixels);
   }
 
@@ -80,9 +79,13 @@ class Pool {
       const int shift = (read_.x0 - border_.x0) * kLanes;
       look_.look(*film_, y, read_.x0, read_.x1, differences_.input() + shift, spreads_.input() + shift);
     }
-    const bool any_spread = readable && look_.any_spread();
-    differences_.push(readable && look_.any_paired());
+    const bool any_paired = readable && look_.any_paired(), any_spread = readable && look_.any_spread();
+    differences_.push(any_paired);
     spreads_.push(any_spread);
+    if (counts_differ_) {
+      if (any_paired) look_.copy_counts(read_.x0, read_.x1, similar_.counts() + (read_.x0 - border_.x0));
+      similar_.push(any_paired ? differences_.input() : nullptr, any_spread ? spreads_.input() : nullptr);
+    }
     if (y < window_.y0 || y >= window_.y1) return;
 
     Row& row = row_at(y);
@@ -92,7 +95,6 @@ class Pool {
     const bool whole = readable && whole_rows_;
     row.unpaired = !whole || look_.any_unpaired();
     if (!whole) look_.look(*film_, y, window_.x0, window_.x1);
-    if (counts_differ_) look_.copy_inverse_counts(window_.x0, window_.x1, row.inverse_counts.data());
     visit_row(look_);
   }
 
@@ -109,10 +111,16 @@ class Pool {
         estimate_row(width, difference_sums_.data(), spread_sums_.data(), row.spreads.data(), pooled_);
       }
     }
-    for (int x = 0; counts_differ_ && x < width; ++x) {
-      for (std::vector<float>& channel : pooled_) {
-        float& variance = channel[std::size_t(x)];
-        if (variance > 0) variance = std::max(variance * row.inverse_counts[std::size_t(x)], FLT_MIN);
+    if (counts_differ_ && !differences_.empty()) {
+      for (int x = 0; x < width; ++x) {
+        if (!similar_.all(x)) estimate_of_similar(x, row.spreads.data() + x * kLanes);
+      }
+      for (int x = 0; x < width; ++x) {
+        const float n = similar_.own(x);
+        for (std::vector<float>& channel : pooled_) {
+          float& variance = channel[std::size_t(x)];
+          if (variance > 0 && n > 0) variance = std::max(variance / n, FLT_MIN);
+        }
       }
     }
     if (row.unpaired) spatial_.fill_row(y, {pooled_[0].data(), pooled_[1].data(), pooled_[2].data()});
@@ -120,10 +128,25 @@ class Pool {
   }
 
  private:
+  // Overwrites pooled_ where neighbours have other counts.
+  void estimate_of_similar(int x, const float* own_spread) {
+    Float4 all, similar, spread, own;
+    load(difference_sums_.data() + x * kLanes, all);
+    load(own_spread, own);
+    similar_.sum(x, similar, spread);
+    const float n = similar[3];
+    for (int c = 0; c < 3; ++c) {
+      if (all[c] == 0) continue;
+      const float pooled = (similar[c] + all[c] / all[3]) / (n + 1);
+      const float ratio = spread[c] > 0 ? own[c] * n / spread[c] : 1.0f;
+      const float shaped = n == spread[3] ? pooled * (0.5f + 0.5f * ratio) : pooled;
+      pooled_[c][std::size_t(x)] = std::max(shaped, FLT_MIN);
+    }
+  }
+
   // What is kept of a row of the window until the rows below it are in.
   struct Row {
     std::vector<float> spreads;
-    std::vector<float> inverse_counts;  // where counts differ
     bool unpaired = false;  // some pixel lacks a half or is outside the region
   };
   Row& row_at(int y) { return rows_[(y - window_.y0) % (kBoxRadius + 1)]; }
@@ -134,6 +157,7 @@ class Pool {
   PixelRow look_;
   BoxRows differences_, spreads_;
   Row rows_[kBoxRadius + 1];
+  SimilarCounts similar_;
   SpatialVariance spatial_;
   std::vector<float> difference_sums_, spread_sums_, pooled_[3];
 };

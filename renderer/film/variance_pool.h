@@ -13,11 +13,19 @@
 // has a half with fewer than two samples, q is unknown and the estimate is D.
 //
 // Where counts differ from pixel to pixel (FilmState::counts_differ), d and q are first made those of a single sample,
-// times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n.
+// times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n. That takes neighbours
+// for as noisy as the pixel, and counts tell that they are not: what has a fourth of the samples or four times as many
+// has them because it shows something else (a border that carries nothing, a lamp). So where there are such pixels, D is
+//
+//     (sum of d over the N that have about as many + D over all) / (N + 1)
+//
+// and Q is over the N (film/similar_counts.h). A pixel that is alone with its count gets half of what its own halves
+// say and half of what all do. By D over all, a box lit by way of its ceiling alone reported 2.0 times its error after
+// a step aside, for its borders, with two samples each, are beside bright strips with thirty; 1.2 times since.
 //
 // Splats (film/splat_buffer.h) are part of A, B and q. They do not depend on the pixel's own count. Where counts differ
-// their part is right for pixels with as many as the mean of the neighbourhood, too large for those with fewer and too
-// small for those with more, by half as much as the counts where q is known. The picture's error
+// their part is right for pixels with as many as the mean of those that are pooled, too large for those with fewer and
+// too small for those with more, by half as much as the counts where q is known. The picture's error
 // (film/estimate_error.cpp) is not pooled and knows nothing of this.
 //
 // A pixel with samples in one half only gets the mean over the neighbourhood of (x_i - x_j)^2 / 2 over right and lower

@@ -203,13 +203,16 @@ TEST(Variance, IsNeverZeroWhereANeighbourIsNot) {
 }
 
 // Bits of every pixel, whatever the window; with holes, single samples and a region of interest.
-TEST(Variance, DoesNotDependOnTheCut) {
-  Film film(61, 47);
+class VarianceOfCuts : public testing::TestWithParam<bool> {};
+
+TEST_P(VarianceOfCuts, DoesNotDependOnTheCut) {
+  const bool counts_differ = GetParam();
+  Film film(61, 47, FilmState{.targets = counts_differ});
   Random random(3);
   for (int y = 0; y < 47; ++y) {
     for (int x = 0; x < 61; ++x) {
       for (int half = 0; half < 2; ++half) {
-        const int samples = x < 20 ? 4 : int(random.next_u32() % 4);
+        const int samples = x < 20 ? 4 : x >= 40 && counts_differ ? 1 << y % 6 : int(random.next_u32() % 4);
         for (int k = 0; k < samples; ++k) film.half(half, x, y).add(Rgb(test::exponential(2.0f, random)));
       }
     }
@@ -236,17 +239,23 @@ TEST(Variance, DoesNotDependOnTheCut) {
   }
 }
 
-TEST(Variance, NeverReadsOutsideTheRegion) {
+INSTANTIATE_TEST_SUITE_P(Films, VarianceOfCuts, testing::Bool(),
+                         [](const auto& test) { return test.param ? "CountsDiffer" : "CountsAreAlike"; });
+
+TEST_P(VarianceOfCuts, NeverReadsOutsideTheRegion) {
   const PixelRect roi{8, 8, 24, 24};
   std::vector<float> first;
   for (const float outside : {0.0f, 1e6f}) {
-    Film film(32, 32);
+    Film film(32, 32, FilmState{.targets = GetParam()});
     Random random(5);
     for (int half = 0; half < 2; ++half) {
       test::add_samples(film, half, 2, random, [&](int x, int y, int k, Random& r) {
         const float inside = test::exponential(1.0f, r);
         return roi.contains(x, y) ? inside : outside * float(half + k);
       });
+      for (int y = 0; y < 32 && GetParam(); ++y) {
+        for (int k = 0; k < (outside > 0 ? 64 : 16); ++k) film.half(half, y < 16 ? 7 : 24, y).add(Rgb(outside));
+      }
     }
     const std::vector<float> variance = resolve_tile(film, roi, roi, kResolveVariance).variance[0];
     if (first.empty()) first = variance;
@@ -296,6 +305,62 @@ TEST(Variance, FollowsTheCountsOfPixels) {
   }
   EXPECT_NEAR(reported[0], 1.0 / (2 * few), 0.1 / (2 * few));
   EXPECT_NEAR(reported[1], 1.0 / (2 * many), 0.1 / (2 * many));
+}
+
+// Stripes of two pixels: few samples of one noise, many of another, as at borders that carry nothing beside surfaces
+// that carry what they had. Over all of a neighbourhood both would be given the mean of the two noises a sample.
+TEST(Variance, IsThatOfPixelsWithAboutAsManySamples) {
+  constexpr int kSide = 42, kPeriod = 7, kOfFew = 3, kMany = 64;
+  struct Case {
+    float few, many;  // deviation of a sample
+  };
+  for (const Case& c : {Case{0.1f, 1.0f}, Case{1.0f, 0.1f}}) {
+    double few = 0, many = 0;
+    constexpr int kRuns = 40;
+    for (int run = 0; run < kRuns; ++run) {
+      Film film(kSide, kSide, FilmState{.targets = true});
+      Random random(std::uint64_t(run + 1));
+      for (int h = 0; h < kHalves; ++h) {
+        for (int y = 0; y < kSide; ++y) {
+          for (int x = 0; x < kSide; ++x) {
+            const bool scarce = y % kPeriod < kOfFew;
+            for (int k = 0; k < (scarce ? 1 : kMany); ++k)
+              film.half(h, x, y).add(Rgb(test::exponential(scarce ? c.few : c.many, random)));
+          }
+        }
+      }
+      const std::vector<float> variance = test::variance_of(film);
+      for (int y = kPeriod; y < kSide - kPeriod; ++y) {
+        for (int x = kPeriod; x < kSide - kPeriod; ++x)
+          (y % kPeriod < kOfFew ? few : many) += variance[std::size_t(y * kSide + x)];
+      }
+    }
+    // Per sample: of 21 and 28 pixels of a kind, and the mean of all 49 as one more.
+    const double v_few = c.few * c.few, v_many = c.many * c.many, all = (3 * v_few + 4 * v_many) / 7;
+    const double pixels = kRuns * (kSide - 2 * kPeriod) * (kSide - 2 * kPeriod) / double(kPeriod);
+    EXPECT_NEAR(few / (kOfFew * pixels) / ((21 * v_few + all) / 22 / 2), 1, 0.05) << c.few;
+    EXPECT_NEAR(many / ((kPeriod - kOfFew) * pixels) / ((28 * v_many + all) / 29 / (2 * kMany)), 1, 0.05) << c.few;
+  }
+}
+
+// One that is alone with its count has half of what is around it, whatever its own halves say.
+TEST(Variance, OfALonePixelOfFewSamplesIsNotItsOwnWord) {
+  Film film(20, 20, FilmState{.targets = true});
+  Random random(1);
+  for (int h = 0; h < kHalves; ++h) {
+    test::add_samples(film, h, 64, random, [](int, int, int, Random& r) { return test::exponential(1.0f, r); });
+    film.half(h, 9, 9) = HalfPixel();
+    film.half(h, 9, 9).add(Rgb(1.0f));
+  }
+  const std::vector<float> variance = test::variance_of(film);
+  double around = 0;
+  for (int y = 6; y <= 12; ++y) {
+    for (int x = 6; x <= 12; ++x) {
+      const double d = 0.5 * (film.half(0, x, y).sum[0] - film.half(1, x, y).sum[0]) / 64;
+      if (x != 9 || y != 9) around += d * d * 128 / 49;
+    }
+  }
+  EXPECT_NEAR(variance[9 * 20 + 9], 0.5 * around / 2, 1e-4 * around);
 }
 
 TEST(Variance, OfOneHalfIsConservative) {
