@@ -15,7 +15,7 @@
 // Where counts differ from pixel to pixel (FilmState::counts_differ), d and q are first made those of a single sample,
 // times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n. That takes neighbours
 // for as noisy as the pixel, and counts tell that they are not: what has a fourth of the samples or four times as many
-// has them because it shows something else (a border that carries nothing, a lamp). So where there are such pixels, D is
+// has them for showing something else (a border that carries nothing, a lamp). So where there are such pixels, D is
 //
 //     (sum of d over the N that have about as many + D over all) / (N + 1)
 //

@@ -33,6 +33,9 @@ constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
 
+// Of pixels that are looked up together: how much quieter they are taken to be than their mean variance, at most.
+constexpr float kQuietest = 0x1p-20f;
+
 // Of light that is taken to have come into view: its standard error, over it.
 constexpr float kArrivalDoubt = 0.5f;
 
@@ -108,9 +111,10 @@ struct BlockSights {
 
 // Sums over the pixels of a lookup, each times its weight.
 struct LookupSums {
-  Float8 means = {};    // three of each half, then 1 / count of each half
-  Float8 spreads = {};  // three of each half, then bend2
-  Float4 rest = {};     // weight of each half, slope2, age
+  Float8 means = {};                   // three of each half, then 1 / count of each half
+  Float8 spreads = {};                 // three of each half, then bend2
+  float log_spread[kHalves] = {0, 0};  // log2 of the channels' mean
+  Float4 rest = {};                    // weight of each half, slope2, age
   float bias2 = 0;
 
   float mean(int h, int c) const { return means[3 * h + c]; }
@@ -149,7 +153,12 @@ inline Float8 spreads_and_bends(const SourcePixel& pixel) {
 inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sums) {
   const Float8 modulation = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
   sums.means += means_and_counts(pixel) * modulation * w;
-  sums.spreads += spreads_and_bends(pixel) * (modulation * modulation) * w;
+  const Float8 spreads = spreads_and_bends(pixel) * (modulation * modulation);
+  sums.spreads += spreads * w;
+  for (int h = 0; h < kHalves; ++h) {
+    const float spread = (spreads[3 * h] + spreads[3 * h + 1] + spreads[3 * h + 2]) / 3;
+    if (pixel.known(h)) sums.log_spread[h] += w * std::log2(std::max(spread, FLT_MIN));
+  }
   sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
   sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2();
 }
@@ -274,7 +283,7 @@ class SourceView {
   // may have come into view, a guess.
   static Lookup weigh(const LookupSums& sums, float resampled, float view_change, const Rgb& arrival) {
     Lookup result;
-    float variance[kHalves] = {0, 0};
+    float variance[kHalves] = {0, 0}, quiet[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight(h) < kLeastWeight) continue;
       const float scale = 1 / sums.weight(h);
@@ -284,6 +293,7 @@ class SourceView {
         variance[h] += result.spread[h][c] / 3;
         if (!std::isfinite(result.mean[h][c])) return {};
       }
+      quiet[h] = std::max(std::exp2(sums.log_spread[h] * scale), kQuietest * variance[h]);
     }
     // Squared mean, of what the halves share and of each.
     const int a = sums.weight(0) >= kLeastWeight ? 0 : 1, b = sums.weight(1) >= kLeastWeight ? 1 : 0;
@@ -305,7 +315,10 @@ class SourceView {
       const int other = a == b ? h : 1 - h;
       const float v = variance[other] > 0 ? variance[other] : square[other];
       const float bias2 = change2 > 0 ? bias2_of(square[other]) : result.bias2;
-      const float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
+      float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
+      // What lies between a quiet pixel and a far noisier one, as the mirror image of a lamp, may be either: what
+      // looking up between the two may have brought is held against the geometric mean of their variances.
+      if (resampled > 0 && variance[other] > 0) inverse += std::max(0.0f, resampled / quiet[other] - resampled / v);
       const float all = sums.inverse_count(h) / sums.weight(h) + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
     }
