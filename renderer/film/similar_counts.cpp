@@ -16,6 +16,8 @@ void SimilarCounts::begin(int width) {
     r.most.assign(std::size_t(width), 0.0f);
     r.differences.assign(padded * kLanes, 0.0f);
     r.spreads.assign(padded * kLanes, 0.0f);
+    r.row_least = FLT_MAX;
+    r.row_most = 0;
     r.any = r.any_spread = false;
   }
 }
@@ -27,7 +29,8 @@ void SimilarCounts::push(const float* differences, const float* spreads) {
   const auto values = std::size_t(width_ + 2 * kBoxRadius) * kLanes;
   if (r.any) std::copy_n(differences, values, r.differences.data());
   if (r.any_spread) std::copy_n(spreads, values, r.spreads.data());
-  if (!r.any) std::fill(r.counts.begin(), r.counts.end(), 0.0f);
+  r.row_least = FLT_MAX;
+  r.row_most = 0;
   for (int x = 0; x < width_; ++x) {
     float least = FLT_MAX, most = 0;
     for (int i = 0; i < kBoxSide; ++i) {
@@ -37,9 +40,20 @@ void SimilarCounts::push(const float* differences, const float* spreads) {
     }
     r.least[std::size_t(x)] = least;
     r.most[std::size_t(x)] = most;
+    r.row_least = std::min(r.row_least, least);
+    r.row_most = std::max(r.row_most, most);
   }
   next_ = (next_ + 1) % kRows;
   std::fill(row(0).counts.begin(), row(0).counts.end(), 0.0f);
+}
+
+bool SimilarCounts::all() const {
+  float least = FLT_MAX, most = 0;
+  for (int back = 1; back <= kBoxSide; ++back) {
+    least = std::min(least, row(back).row_least);
+    most = std::max(most, row(back).row_most);
+  }
+  return most <= kSimilar * least;
 }
 
 bool SimilarCounts::all(int x) const {

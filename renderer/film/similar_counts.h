@@ -24,15 +24,19 @@ class SimilarCounts {
 
   // Samples of the pixel in the middle.
   float own(int x) const { return row(kBoxRadius + 1).counts[std::size_t(x + kBoxRadius)]; }
-  // Whether all pixels that have samples have about as many. True of a pixel without.
+  // Whether all pixels that have samples have about as many: of all pixels of the middle row, and of one of them. True of
+  // a pixel without.
+  bool all() const;
   bool all(int x) const;
-  // Sums over the pixels that do, terms as they were put in.
+  // Sums over the pixels that do, terms as they were put in: in the fourth lanes, how many have each. Precondition:
+  // own(x) > 0.
   void sum(int x, Float4& differences, Float4& spreads) const;
 
  private:
   struct Row {
     std::vector<float> counts, least, most;  // of one pixel | of the seven around it
     std::vector<float> differences, spreads;
+    float row_least = 0, row_most = 0;
     bool any = false, any_spread = false;
   };
   // 0: the next one; 1: the newest.

@@ -112,7 +112,8 @@ class Pool {
       }
     }
     if (counts_differ_ && !differences_.empty()) {
-      for (int x = 0; x < width; ++x) {
+      const bool all_similar = similar_.all();
+      for (int x = 0; !all_similar && x < width; ++x) {
         if (!similar_.all(x)) estimate_of_similar(x, row.spreads.data() + x * kLanes);
       }
       for (int x = 0; x < width; ++x) {

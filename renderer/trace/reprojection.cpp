@@ -33,7 +33,7 @@ constexpr double kPlaneTolerance = 0.5;
 // Albedos that differ by more than this factor are of different things.
 constexpr float kMostAlbedoRatio = 4;
 
-// Of pixels that are looked up together: how much quieter they are taken to be than their mean variance, at most.
+// Of pixels that are looked up together: how much quieter than their mean variance one is taken to be, at most.
 constexpr float kQuietest = 0x1p-20f;
 
 // Of light that is taken to have come into view: its standard error, over it.
@@ -111,11 +111,16 @@ struct BlockSights {
 
 // Sums over the pixels of a lookup, each times its weight.
 struct LookupSums {
-  Float8 means = {};                   // three of each half, then 1 / count of each half
-  Float8 spreads = {};                 // three of each half, then bend2
-  float log_spread[kHalves] = {0, 0};  // log2 of the channels' mean
-  Float4 rest = {};                    // weight of each half, slope2, age
+  Float8 means = {};    // three of each half, then 1 / count of each half
+  Float8 spreads = {};  // three of each half, then bend2
+  Float4 rest = {};     // weight of each half, slope2, age
   float bias2 = 0;
+  // Of each pixel with two samples or more: its weight and the channels' mean spread.
+  struct Spread {
+    float weight, value;
+  };
+  Spread known_spreads[kHalves][4];
+  int known[kHalves] = {0, 0};
 
   float mean(int h, int c) const { return means[3 * h + c]; }
   float inverse_count(int h) const { return means[6 + h]; }
@@ -156,11 +161,23 @@ inline void add(const SourcePixel& pixel, float w, const Rgb& m, LookupSums& sum
   const Float8 spreads = spreads_and_bends(pixel) * (modulation * modulation);
   sums.spreads += spreads * w;
   for (int h = 0; h < kHalves; ++h) {
+    if (!pixel.known(h) || !(pixel.inverse_count(h) < 1)) continue;
     const float spread = (spreads[3 * h] + spreads[3 * h + 1] + spreads[3 * h + 2]) / 3;
-    if (pixel.known(h)) sums.log_spread[h] += w * std::log2(std::max(spread, FLT_MIN));
+    sums.known_spreads[h][sums.known[h]++] = {w, spread};
   }
   sums.rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
   sums.bias2 += w * (sqr(m.x) + sqr(m.y) + sqr(m.z)) * (1.0f / 3) * pixel.bias2();
+}
+
+// Geometric mean of what pixels scatter, none taken for quieter than kQuietest of `mean`; `mean` if nothing is known.
+float quiet_spread(const LookupSums& sums, int h, float mean) {
+  float logs = 0, weight = 0;
+  for (int i = 0; i < sums.known[h]; ++i) {
+    const LookupSums::Spread& spread = sums.known_spreads[h][i];
+    logs += spread.weight * std::log2(std::max(spread.value, kQuietest * mean));
+    weight += spread.weight;
+  }
+  return weight > 0 ? std::exp2(logs / weight) : mean;
 }
 
 // Squared error of resampling a step edge whose squared second differences sum to one, along one axis. `zoom`: size of
@@ -283,7 +300,7 @@ class SourceView {
   // may have come into view, a guess.
   static Lookup weigh(const LookupSums& sums, float resampled, float view_change, const Rgb& arrival) {
     Lookup result;
-    float variance[kHalves] = {0, 0}, quiet[kHalves] = {0, 0};
+    float variance[kHalves] = {0, 0};
     for (int h = 0; h < kHalves; ++h) {
       if (sums.weight(h) < kLeastWeight) continue;
       const float scale = 1 / sums.weight(h);
@@ -293,7 +310,6 @@ class SourceView {
         variance[h] += result.spread[h][c] / 3;
         if (!std::isfinite(result.mean[h][c])) return {};
       }
-      quiet[h] = std::max(std::exp2(sums.log_spread[h] * scale), kQuietest * variance[h]);
     }
     // Squared mean, of what the halves share and of each.
     const int a = sums.weight(0) >= kLeastWeight ? 0 : 1, b = sums.weight(1) >= kLeastWeight ? 1 : 0;
@@ -318,7 +334,8 @@ class SourceView {
       float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
       // What lies between a quiet pixel and a far noisier one, as the mirror image of a lamp, may be either: what
       // looking up between the two may have brought is held against the geometric mean of their variances.
-      if (resampled > 0 && variance[other] > 0) inverse += std::max(0.0f, resampled / quiet[other] - resampled / v);
+      if (resampled > 0 && v == variance[other])
+        inverse += std::max(0.0f, resampled / quiet_spread(sums, other, v) - resampled / v);
       const float all = sums.inverse_count(h) / sums.weight(h) + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));
     }

@@ -28,7 +28,9 @@
 //     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
-// lookup. That is the weight against fresh samples that makes the squared error smallest.
+// lookup. That is the weight against fresh samples that makes the squared error smallest. Where the pixels of a lookup
+// differ in what they scatter, their mean is not what the new pixel scatters, which may be as any of them does: what
+// looking up between pixels may have brought counts against the geometric mean of their variances instead.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
 // film's first half alternates from picture to picture: a camera that moves on after every sample, which may be one

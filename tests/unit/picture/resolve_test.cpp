@@ -281,8 +281,6 @@ TEST(Variance, IsUnknownWithoutSamples) {
   EXPECT_EQ(test::variance_of(film)[4 * 9 + 4], kInfinity) << "one pixel with one sample, no neighbour to compare with";
 }
 
-// One sample a pixel, in half A: the difference of neighbours stands in. Right where the picture is flat, more where it
-// is not; the variance of that one sample is mean^2 (exponential noise).
 // Noise and counts that differ from pixel to pixel: a pixel with many samples does not get the variance of a neighbour
 // with few.
 TEST(Variance, FollowsTheCountsOfPixels) {
@@ -307,8 +305,9 @@ TEST(Variance, FollowsTheCountsOfPixels) {
   EXPECT_NEAR(reported[1], 1.0 / (2 * many), 0.1 / (2 * many));
 }
 
-// Stripes of two pixels: few samples of one noise, many of another, as at borders that carry nothing beside surfaces
-// that carry what they had. Over all of a neighbourhood both would be given the mean of the two noises a sample.
+// Stripes of three pixels and of four: few samples of one noise, many of another, as at borders that carry nothing
+// beside surfaces that carry what they had. Over all of a neighbourhood both would be given the mean of the two noises
+// a sample.
 TEST(Variance, IsThatOfPixelsWithAboutAsManySamples) {
   constexpr int kSide = 42, kPeriod = 7, kOfFew = 3, kMany = 64;
   struct Case {
@@ -343,6 +342,51 @@ TEST(Variance, IsThatOfPixelsWithAboutAsManySamples) {
   }
 }
 
+// Rows of pixels with 16 samples a half, whose halves differ by 0.2, and rows with more that agree; samples scatter
+// alike but for one pixel's. Four times as many are about as many, more are not.
+TEST(Variance, IsPooledOverUpToFourTimesAsManySamples) {
+  constexpr std::uint32_t kFew = 16;
+  constexpr double kDifference = 0.1, kNoise = 2 * kFew * kDifference * kDifference;  // of half a mean | of a sample
+  for (const std::uint32_t many : {4 * kFew, 4 * kFew + 1}) {
+    Film film(21, 21, FilmState{.targets = true});
+    for (int h = 0; h < kHalves; ++h) {
+      for (int y = 0; y < 21; ++y) {
+        for (int x = 0; x < 21; ++x) {
+          HalfPixel& half = film.half(h, x, y);
+          half.count = y % 2 == 0 ? kFew : many;
+          const double mean = y % 2 == 0 ? (h == 0 ? 1 + kDifference : 1 - kDifference) : 1;
+          for (int c = 0; c < 3; ++c) {
+            half.sum[c] = mean * half.count;
+            half.deviations[c] = (x == 10 && y == 10 ? 2.0f : 1.0f) * (float(half.count) - 1);
+          }
+        }
+      }
+    }
+    const std::vector<float> variance = test::variance_of(film);
+    const auto expect = [&](int x, int y, int noisy_rows, double spread) {
+      const bool few = y % 2 == 0;
+      const double all = kNoise * noisy_rows / 7;
+      const int alike = 7 * (few ? noisy_rows : 7 - noisy_rows);
+      double pooled = all, n = 49;
+      if (many > 4 * kFew) {
+        pooled = (alike * (few ? kNoise : 0) + all) / (alike + 1);
+        n = alike;
+      }
+      // q / Q, where the pixel that scatters twice as much is among the n.
+      const double ratio = spread * n / (n + 1);
+      EXPECT_NEAR(variance[std::size_t(y * 21 + x)] / (pooled * (0.5 + 0.5 * ratio) / (2 * (few ? kFew : many))), 1,
+                  1e-4)
+          << x << " " << y << " " << many;
+    };
+    expect(10, 10, 3, 2);
+    expect(9, 10, 3, 1);
+    if (many == 4 * kFew) expect(10, 9, 4, 1);
+    if (many > 4 * kFew) {
+      EXPECT_NEAR(variance[9 * 21 + 10] / (kNoise * 4 / 7 / 22 / (2 * many)), 1, 1e-4);
+    }
+  }
+}
+
 // One that is alone with its count has half of what is around it, whatever its own halves say.
 TEST(Variance, OfALonePixelOfFewSamplesIsNotItsOwnWord) {
   Film film(20, 20, FilmState{.targets = true});
@@ -363,6 +407,8 @@ TEST(Variance, OfALonePixelOfFewSamplesIsNotItsOwnWord) {
   EXPECT_NEAR(variance[9 * 20 + 9], 0.5 * around / 2, 1e-4 * around);
 }
 
+// One sample a pixel, in half A: the difference of neighbours stands in. Right where the picture is flat, more where it
+// is not; the variance of that one sample is mean^2 (exponential noise).
 TEST(Variance, OfOneHalfIsConservative) {
   double flat = 0, sloped = 0;
   for (int seed = 0; seed < 20; ++seed) {

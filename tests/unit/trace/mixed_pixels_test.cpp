@@ -191,7 +191,7 @@ TEST(MixedPixels, AreNotLookedUpButKept) {
     // Half a pixel to the right: two pixels show half of it each.
     const bool refused = x == kX || x == kX - 1;
     EXPECT_EQ(aside.history()->carried(x, kY).count[0] == 0, refused) << x;
-    if (!refused) EXPECT_TRUE(aside.history()->carried(x, kY).looked_up()) << x;
+    EXPECT_EQ(aside.history()->carried(x, kY).looked_up(), !refused) << x;
     EXPECT_FALSE(aside.history()->carried(x, kY).mixed()) << x;
   }
   Film back = seen_from(before_wall(), source, before_wall());

@@ -377,25 +377,30 @@ TEST(Reprojection, BiasAndTheVarianceOfTheOtherHalfCapWhatHistoryCounts) {
   }
 }
 
-// A column with the mirror image of a lamp, which few samples find, beside pixels that hardly scatter: what lies between
-// may be either, and history that is a hundredth of a restart's error there is a thousand times that of a quiet pixel.
+// A column with the mirror image of a lamp, which few samples find, beside pixels that hardly scatter: what lies
+// between the two may be either. Held against the mean of both variances 4 for 0.05 would count more than a hundred
+// samples.
 TEST(Reprojection, LookupsBetweenNoiseAndQuietAreHeldAgainstTheQuiet) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const CameraPose before = orthographic_before_wall();
   constexpr int kSpike = 20;
   constexpr double kCount = 256;
-  for (const float quiet : {0.01f, 7000.0f}) {
-    const HistorySource source = picture(scene, before, 0, [&](const Film&, int x, int, int) {
-      return HalfSamples{x == kSpike ? 8 : 0.05, std::uint32_t(kCount), x == kSpike ? 7000.0f : quiet};
+  constexpr float kNoisy[kHalves] = {7000, 1750};
+  for (const float quiet : {0.01f, 1000.0f}) {
+    const HistorySource source = picture(scene, before, 0, [&](const Film&, int x, int, int h) {
+      return HalfSamples{x == kSpike ? 8 : 0.05, std::uint32_t(kCount), x == kSpike ? kNoisy[h] : quiet};
     });
     const Film film = film_of(scene, orthographic_before_wall(0.5, 0), {{before, &source, 0, false}});
     for (const int x : {kSpike - 1, kSpike}) {
       const CarriedPixel& carried = film.history()->carried(x, 10);
       EXPECT_NEAR(carried.means.mean(0)[1], 8.05 / 2, 0.01);
       EXPECT_GT(carried.bias2, 0.1f);
-      const double n = 1 / (1 / kCount + double(carried.bias2) / std::sqrt(7000.0 * double(quiet)));
-      EXPECT_NEAR(carried.count[0], n, 0.02 * n + 0.5) << quiet;
-      EXPECT_EQ(carried.count[0] < kCount / 10, quiet < 1);
+      for (int h = 0; h < kHalves; ++h) {
+        const double variance = std::sqrt(double(kNoisy[1 - h]) * double(quiet));  // the other half's
+        const double n = 1 / (1 / kCount + double(carried.bias2) / variance);
+        EXPECT_NEAR(carried.count[h], n, 0.02 * n + 0.5) << quiet;
+        EXPECT_EQ(carried.count[h] < kCount / 10, quiet < 1);
+      }
     }
     EXPECT_EQ(film.history()->carried(kSpike + 6, 10).count[0], kCount) << "nothing bends";
   }
