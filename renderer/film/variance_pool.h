@@ -14,16 +14,17 @@
 //
 // Where counts differ from pixel to pixel (FilmState::counts_differ), d and q are first made those of a single sample,
 // times n of 1 / n = (1 / n_A + 1 / n_B) / 4, and the estimate is divided by the pixel's own n. That takes neighbours
-// for as noisy as the pixel, and counts tell that they are not: what has less than a fourth of the samples or more than four times as many
-// has them for showing something else (a border that carries nothing, a lamp). So where there are such pixels, D is
+// for as noisy as the pixel, and counts tell that they are not: what has less than a fourth of the samples or more than
+// four times as many has them for showing something else (a border that carries nothing, a lamp). So where there are
+// such pixels, D is
 //
 //     (sum of d over the N that have about as many + D over all) / (N + 1)
 //
 // and Q is over the N (film/similar_counts.h). A pixel that is alone with its count gets half of what its own halves
-// say and half of what all do; of N it gets at least 1 / (2 (N + 1)) of D over all, so that pixels with few samples that
-// have missed what better known ones around them met still say that they may have. By D over all, a box lit by way of
-// its ceiling alone reported 2.0 times its error after a step aside, for its borders, with two samples each, are beside
-// bright strips with thirty; 1.2 times since.
+// say and half of what all do; of N it gets at least 1 / (2 (N + 1)) of D over all, so that pixels with few samples
+// that have missed what better known ones around them met still say that they may have. By D over all, a box lit by way
+// of its ceiling alone reported 2.0 times its error after a step aside, for its borders, with two samples each, are
+// beside bright strips with thirty; 1.2 times since.
 //
 // Splats (film/splat_buffer.h) are part of A, B and q. They do not depend on the pixel's own count. Where counts differ
 // their part is right for pixels with as many as the mean of those that are pooled, too large for those with fewer and

@@ -334,7 +334,7 @@ class SourceView {
       float inverse = bias2 > 0 ? (v > 0 ? bias2 / v : FLT_MAX) : 0;
       // What lies between a quiet pixel and a far noisier one, as the mirror image of a lamp, may be either: what
       // looking up between the two may have brought is held against the geometric mean of their variances.
-      if (resampled > 0 && v == variance[other])
+      if (resampled > 0 && variance[other] > 0)
         inverse += std::max(0.0f, resampled / quiet_spread(sums, other, v) - resampled / v);
       const float all = sums.inverse_count(h) / sums.weight(h) + inverse;
       result.count[h] = std::min(1 / all, float(CarriedPixel::kMostCount));

@@ -225,8 +225,8 @@ TEST(Reuse, ALampSmallerThanAPixelIsNotCarriedWithTheWall) {
 }
 
 // Reported over true error right after a turn and a step, and after more samples. A handful of pixels, at edges of
-// lights and where light is rare, make both: at 48x48 it is 0.82 to 1.38, so this bound only
-// catches what is wrong altogether; helio_bench reuse measures it in larger pictures.
+// lights and where light is rare, make both: at 48x48 it is 0.82 to 1.38, so this bound only catches what is wrong
+// altogether; helio_bench reuse measures it in larger pictures.
 TEST(Reuse, TheReportedErrorHoldsAfterAMove) {
   RenderEngine engine(2);
   for (const char* name : {"cornell-box", "cornell-glossy", "cornell-spheres"}) {
