@@ -94,12 +94,15 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
       ->capture_default_str();
 }
 
-void add_motion_option(CLI::App& command, BenchOptions& options) {
+void add_reuse_options(CLI::App& command, BenchOptions& options) {
   std::vector<std::string> known = reuse_motion_names();
   known.push_back("all");
   command.add_option("--motions", options.motions, "Camera motions, separated by commas; default: those with goals")
       ->delimiter(',')
       ->check(CLI::IsMember(known));
+  command.add_flag("--ours-alone", options.ours_alone,
+                   "Mode combined beside the restart, without other modes and costs: for biases and limits, which take "
+                   "many seeds");
 }
 
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
@@ -164,7 +167,7 @@ int main(int argc, char** argv) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     if (subcommand.of_scenes) add_scene_options(*command, options);
-    if (std::string(subcommand.name) == "reuse") add_motion_option(*command, options);
+    if (std::string(subcommand.name) == "reuse") add_reuse_options(*command, options);
   }
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);

@@ -14,6 +14,7 @@ struct BenchOptions {
   int samples = 64;            // per pixel, of an error curve's last point
   std::vector<std::string> scenes;  // of error curves; empty: those of the manual
   std::vector<std::string> motions;  // of reuse (reuse_motions.h); empty: those with goals; "all" alone: every one
+  bool ours_alone = false;           // of reuse: mode combined beside the restart, nothing else, and no costs
   bool own_references = false;       // of error curves: those of other renderers, of one size, are passed by
   std::string cache;           // folder of references that were made here
   std::string output;          // folder for the files of error curves; empty: none are written

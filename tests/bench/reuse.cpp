@@ -131,6 +131,11 @@ Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const K
   return curve;
 }
 
+// What the others' time is taken to: the restart's picture before its last, which has twice the samples asked for.
+const ReusePoint& goal_of(const ReuseCurve& restart) {
+  return restart.points[restart.points.size() - 2];
+}
+
 // Of a frame of `samples` after the last two of the earlier views, which sources are made of.
 FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& kind, std::uint64_t seed,
                   const ReuseMotion& motion, std::uint32_t samples) {
@@ -157,13 +162,35 @@ std::uint64_t last_seed(RenderEngine& engine, const MeasuredScene& scene, std::u
   return views.render(scene.scene.view, 1).seed;
 }
 
+// The modes beside ours, and the costs.
+Status measure_others(RenderEngine& engine, const MeasuredScene& scene, const ReuseMotion& motion, std::uint32_t most,
+                      std::uint64_t seed, ReuseSeed& result) {
+  const Kind pt{RenderMode::pt}, ours{RenderMode::combined};
+  for (int k = 0; k < 2; ++k) {
+    const auto samples = std::uint32_t(kCostCounts[k]);
+    result.restart_cost[k] = cost_of(engine, scene, pt, seed, motion, samples);
+    result.combined_cost[k] = cost_of(engine, scene, ours, seed, motion, samples);
+  }
+  const struct {
+    Kind kind;
+    ReuseCurve& curve;
+    std::uint32_t further;
+  } runs[] = {{{RenderMode::reproject}, result.reproject, kFurther * most},
+              {{RenderMode::combined, ModeVariant::paper}, result.paper_combined, 0},
+              {{RenderMode::reproject, ModeVariant::paper}, result.paper_reproject, 0}};
+  for (const auto& [kind, curve, further] : runs) {
+    auto measured = run(engine, scene, kind, seed, motion, most, further, goal_of(result.restart));
+    if (!measured) return measured.error();
+    curve = std::move(*measured);
+  }
+  return ok_status();
+}
+
 // One entry for each motion.
 Result<std::vector<ReuseSeed>> measure_seed(RenderEngine& engine, const MeasuredScene& scene,
                                             const std::vector<ReuseMotion>& motions, std::uint32_t most,
-                                            std::uint64_t seed) {
-  const Kind pt{RenderMode::pt}, ours{RenderMode::combined}, reproject{RenderMode::reproject};
-  const Kind paper_ours{RenderMode::combined, ModeVariant::paper};
-  const Kind paper_reproject{RenderMode::reproject, ModeVariant::paper};
+                                            bool ours_alone, std::uint64_t seed) {
+  const Kind pt{RenderMode::pt}, ours{RenderMode::combined};
   std::map<std::uint64_t, ReuseCurve> restarts;  // by seed: motions with as many views have the same
   std::vector<ReuseSeed> all(motions.size());
   for (std::size_t m = 0; m < motions.size(); ++m) {
@@ -176,25 +203,11 @@ Result<std::vector<ReuseSeed>> measure_seed(RenderEngine& engine, const Measured
       restarts[same] = std::move(*restart);
     }
     result.restart = restarts[same];
-    const ReusePoint& goal = result.restart.points[result.restart.points.size() - 2];
-    for (int k = 0; k < 2; ++k) {
-      const auto samples = std::uint32_t(kCostCounts[k]);
-      result.restart_cost[k] = cost_of(engine, scene, pt, seed, motions[m], samples);
-      result.combined_cost[k] = cost_of(engine, scene, ours, seed, motions[m], samples);
-    }
-    const struct {
-      const Kind& kind;
-      ReuseCurve& curve;
-      std::uint32_t further;
-    } runs[] = {{ours, result.combined, kFurther * most},
-                {reproject, result.reproject, kFurther * most},
-                {paper_ours, result.paper_combined, 0},
-                {paper_reproject, result.paper_reproject, 0}};
-    for (const auto& [kind, curve, further] : runs) {
-      auto measured = run(engine, scene, kind, seed, motions[m], most, further, goal);
-      if (!measured) return measured.error();
-      curve = std::move(*measured);
-    }
+    auto combined = run(engine, scene, ours, seed, motions[m], most, kFurther * most, goal_of(result.restart));
+    if (!combined) return combined.error();
+    result.combined = std::move(*combined);
+    if (ours_alone) continue;
+    if (const Status done = measure_others(engine, scene, motions[m], most, seed, result); !done) return done.error();
   }
   return all;
 }
@@ -205,7 +218,7 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, const std::vector<
   const auto most = std::uint32_t(options.samples);
   std::vector<std::vector<ReuseSeed>> seeds(motions.size());
   for (int seed = 1; seed <= options.seeds; ++seed) {
-    auto of_seed = measure_seed(engine, measured, motions, most, std::uint64_t(seed));
+    auto of_seed = measure_seed(engine, measured, motions, most, options.ours_alone, std::uint64_t(seed));
     if (!of_seed) return of_seed.error();
     for (std::size_t m = 0; m < motions.size(); ++m) seeds[m].push_back(std::move((*of_seed)[m]));
   }

@@ -26,7 +26,7 @@ constexpr Curve kPaper[] = {&ReuseSeed::paper_combined, &ReuseSeed::paper_reproj
 class Report {
  public:
   Report(const std::vector<ReuseSeed>& seeds, std::size_t points, const ReuseGoals& goals)
-      : seeds_(seeds), points_(points), goals_(goals) {}
+      : seeds_(seeds), points_(points), goals_(goals), ours_alone_(seeds.front().ours_alone()) {}
 
   ReuseReport make(double newly_seen) {
     if (seeds_.size() < kLeastSeeds)
@@ -34,14 +34,14 @@ class Report {
           fmt::format("{} seeds, fewer than {}: no limits, no standard errors", seeds_.size(), kLeastSeeds));
     gains(newly_seen);
     errors("error_over_restart", {&ReuseSeed::combined}, &ReusePoint::relmse, kMostErrorOverRestart);
-    errors("paper_error_over_restart", {kPaper[0], kPaper[1]}, &ReusePoint::relmse, std::nullopt);
+    if (!ours_alone_) errors("paper_error_over_restart", {kPaper[0], kPaper[1]}, &ReusePoint::relmse, std::nullopt);
     at_point("at_two", 1);  // a single sample has no second half everywhere
     at_point("at_last", points_ - 1);
-    costs();
+    if (!ours_alone_) costs();
     dark_half();
     add("carried", median(of_seeds([](const ReuseSeed& s) { return 100 * s.combined.points[0].carried; })), "%",
         Better::higher);
-    add("paper_bias", worse_paper_bias(), "%", Better::within);
+    if (!ours_alone_) add("paper_bias", worse_paper_bias(), "%", Better::within);
     return std::move(out_);
   }
 
@@ -88,8 +88,20 @@ class Report {
 
   void gains(double newly_seen) {
     const auto combined = gains_at_least(&ReuseSeed::combined, &ReusePoint::relmse, "combined_over_restart");
-    const auto reproject = gains_at_least(&ReuseSeed::reproject, &ReusePoint::relmse, "reproject_over_restart");
     add("combined_over_restart", median(combined), "x", Better::higher, goals_.worst_gain, goals_.median_gain);
+    if (!ours_alone_) gains_of_others(combined);
+    add("newly_seen", 100 * newly_seen, "%", Better::lower);
+    if (newly_seen <= 0) {
+      out_.notes.push_back("nothing is newly seen: there is no ceiling");
+      return;
+    }
+    add("ceiling", 1 / newly_seen, "x", Better::higher);
+    add("share_of_ceiling", 100 * median(combined) * newly_seen, "%", Better::higher, goals_.share_of_ceiling);
+  }
+
+  // `combined`: our gains, by seed.
+  void gains_of_others(const std::vector<double>& combined) {
+    const auto reproject = gains_at_least(&ReuseSeed::reproject, &ReusePoint::relmse, "reproject_over_restart");
     add("reproject_over_restart", median(reproject), "x", Better::higher);
     std::vector<double> paper[2], over_paper;
     std::size_t missed = 0;
@@ -108,13 +120,6 @@ class Report {
           fmt::format("paper: {} of {} runs did not reach the restart's error: their gains are upper "
                       "bounds, combined_over_paper is a lower one",
                       missed, 2 * seeds_.size()));
-    add("newly_seen", 100 * newly_seen, "%", Better::lower);
-    if (newly_seen <= 0) {
-      out_.notes.push_back("nothing is newly seen: there is no ceiling");
-      return;
-    }
-    add("ceiling", 1 / newly_seen, "x", Better::higher);
-    add("share_of_ceiling", 100 * median(combined) * newly_seen, "%", Better::higher, goals_.share_of_ceiling);
   }
 
   // Over the restart's at equal time, at each count: the largest of means over seeds, and of their upper limits; of the
@@ -226,6 +231,7 @@ class Report {
   const std::vector<ReuseSeed>& seeds_;
   std::size_t points_;
   const ReuseGoals& goals_;
+  const bool ours_alone_;
   ReuseReport out_;
 };
 

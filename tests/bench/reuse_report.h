@@ -38,8 +38,12 @@ inline constexpr int kCostCounts[] = {1, 4};  // samples of the frames whose cos
 struct ReuseSeed {
   // The restart goes on to twice the samples, so that ours, if slower, is not held against an earlier picture of it;
   // ours goes on where it has not reached the restart's error.
-  ReuseCurve restart, combined, reproject, paper_combined, paper_reproject;
+  ReuseCurve restart, combined;
+  // All of these or none of them, and likewise the costs.
+  ReuseCurve reproject, paper_combined, paper_reproject;
   FrameCost restart_cost[2], combined_cost[2];  // by kCostCounts
+
+  bool ours_alone() const { return reproject.points.empty(); }
 };
 
 // Time to an error: exact, or a bound where the curve begins below it or ends above it.
@@ -67,7 +71,8 @@ struct ReuseReport {
 };
 
 // `points`: of the curves of ours, up to the samples asked for. `newly_seen`: newly_seen_share(). Precondition: seeds,
-// each with restarts of points + 1 points, others of at least `points` >= 3.
+// each with restarts of points + 1 points, others of at least `points` >= 3, or ours_alone() all. What is absent has no
+// figures.
 ReuseReport report_reuse(const std::vector<ReuseSeed>& seeds, std::size_t points, double newly_seen,
                          const ReuseGoals& goals);
 

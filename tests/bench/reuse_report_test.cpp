@@ -173,6 +173,25 @@ TEST(ReuseReport, CostIsThatOfThePassesAndOfTheFrame) {
   EXPECT_NEAR(value(report, "cost_of_four_samples.frame"), 7.5, 1e-9);
 }
 
+TEST(ReuseReport, OursAloneHasNoFiguresOfOthers) {
+  const ReuseReport all = report_reuse(std::vector<ReuseSeed>(3, seed_of()), kPoints, 0.1, {});
+  std::vector<ReuseSeed> alone(3, seed_of());
+  for (ReuseSeed& seed : alone) seed.reproject = seed.paper_combined = seed.paper_reproject = {};
+  const ReuseReport report = report_reuse(alone, kPoints, 0.1, {});
+  for (const char* name :
+       {"combined_over_restart", "share_of_ceiling", "error_over_restart", "error_over_restart.upper_95",
+        "at_two.reported_over_true", "at_last.within_three", "at_last.bias", "at_last.bias.standard_error",
+        "dark.combined_over_restart", "dark.at_last.bias", "carried"}) {
+    ASSERT_TRUE(find(all, name)) << name;
+    EXPECT_EQ(value(report, name), value(all, name)) << name;
+  }
+  for (const char* name : {"reproject_over_restart", "paper_combined_over_restart", "combined_over_paper",
+                           "paper_error_over_restart", "paper_bias", "cost_of_one_sample.passes"}) {
+    EXPECT_TRUE(find(all, name)) << name;
+    EXPECT_FALSE(find(report, name)) << name;
+  }
+}
+
 TEST(ReuseReport, TheDarkHalfStandsApart) {
   ReuseSeed seed = seed_of();
   for (ReusePoint& point : seed.combined.points) point.dark_relmse *= 20;  // twice the restart's
