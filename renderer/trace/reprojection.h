@@ -23,7 +23,7 @@
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
 //     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::evidence_from,
 //     view_change.h), and how far that may be off is carried; of what directions bring that those cannot tell of, the
-//     old picture's mean radiance is taken, to kArrivalDoubt of it,
+//     old picture's mean radiance is taken, to half of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
