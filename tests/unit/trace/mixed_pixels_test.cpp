@@ -61,9 +61,9 @@ Film film_before(const std::shared_ptr<const RenderScene>& scene, const CameraPo
 }
 
 struct TraceOptions {
-  PixelFilter filter;
+  PixelFilter filter = {};
   std::uint64_t seed = 1;
-  CancelToken cancel;
+  CancelToken cancel = {};
 };
 
 // Samples [0, samples) of a half.
