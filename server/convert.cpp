@@ -228,9 +228,16 @@ pb::LightCacheSettings to_message(const LightCacheSettings& cache) {
   return message;
 }
 
-static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant) {
+static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant,
+                                              const std::string& where, Problems& problems) {
   ReprojectionSettings reprojection;
-  if (variant != ModeVariant::paper) return reprojection;
+  known(pb::ReprojectionMapping_IsValid(message.mapping()), message.mapping(),
+        "REPROJECTION_MAPPING_REVERSE (1), REPROJECTION_MAPPING_FORWARD (2), or 0 for REPROJECTION_MAPPING_REVERSE",
+        at(where, "mapping"), problems);
+  if (variant != ModeVariant::paper) {
+    if (message.mapping() == pb::REPROJECTION_MAPPING_FORWARD) reprojection.mapping = ReprojectionMapping::forward;
+    return reprojection;
+  }
   if (message.stored_hits() != 0)  // what no int holds is refused as well
     reprojection.stored_hits = int(std::min<std::uint32_t>(message.stored_hits(), std::numeric_limits<int>::max()));
   if (message.max_error() != 0) reprojection.max_error = message.max_error();
@@ -279,7 +286,8 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
   if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
-  settings.reprojection = read_reprojection(message.reprojection(), settings.variant);
+  settings.reprojection =
+      read_reprojection(message.reprojection(), settings.variant, at(where, "reprojection"), problems);
   settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
@@ -466,6 +474,10 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   if (reuses(settings.mode) && paper) {
     message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
     message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
+  } else if (reuses(settings.mode)) {
+    const bool forward = settings.reprojection.mapping == ReprojectionMapping::forward;
+    message.mutable_reprojection()->set_mapping(forward ? pb::REPROJECTION_MAPPING_FORWARD
+                                                        : pb::REPROJECTION_MAPPING_REVERSE);
   }
   if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
   message.set_seed(settings.seed);

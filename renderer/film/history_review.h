@@ -5,7 +5,7 @@
 // Over 7x7 pixels it is held against the deviation that it would have by chance, from the variance of the samples as
 // history knows it: what few samples have seen would take light that comes rarely for an error of those that saw it.
 // Beyond four deviations the bias is what was measured, and history counts for as much less as it would have if that
-// had been known (trace/reprojection.h).
+// had been known (LookupSums::weigh()).
 #pragma once
 
 #include <cstddef>

@@ -531,7 +531,8 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
                                                    float(settings.reprojection.max_error));
     } else {
       transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
-                                                   samples, path_settings(frame->begin.settings));
+                                                   samples, path_settings(frame->begin.settings),
+                                                   settings.reprojection.mapping);
     }
     works.reproject = transfer;
   }

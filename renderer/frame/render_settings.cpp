@@ -66,7 +66,14 @@ void check_adaptive(const RenderSettings& settings, const std::string& where, Pr
   check_measure(adaptive.measure, field(where, "measure"), problems);
 }
 
-void check_reprojection(const ReprojectionSettings& reprojection, const std::string& where, Problems& problems) {
+void check_reprojection(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  const ReprojectionSettings& reprojection = settings.reprojection;
+  if (settings.variant == ModeVariant::bounded) {
+    if (reprojection.mapping != ReprojectionMapping::reverse && reprojection.mapping != ReprojectionMapping::forward)
+      problems.add(field(where, "mapping"),
+                   std::to_string(int(reprojection.mapping)) + " is not a mapping; allowed: reverse, forward");
+    return;
+  }
   if (reprojection.stored_hits != 1 && reprojection.stored_hits != 4)
     problems.add(field(where, "stored_hits"),
                  std::to_string(reprojection.stored_hits) + " hits are not stored; allowed: 1, 4");
@@ -215,8 +222,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   if (caches_light_vertices(settings.integrator))
     check_light_cache(settings.light_cache, field(where, "light_cache"), problems);
   if (settings.technique) check_technique(settings, field(where, "technique"), problems);
-  if (reuses(settings.mode) && settings.variant == ModeVariant::paper)
-    check_reprojection(settings.reprojection, field(where, "reprojection"), problems);
+  if (reuses(settings.mode)) check_reprojection(settings, field(where, "reprojection"), problems);
   if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);
   check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
   check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);

@@ -11,6 +11,7 @@
 #include "renderer/trace/camera.h"
 #include "renderer/trace/integrator.h"
 #include "renderer/trace/light_cache_settings.h"
+#include "renderer/trace/reprojection_mapping.h"
 #include "renderer/trace/roulette.h"
 #include "renderer/trace/technique.h"
 
@@ -55,10 +56,13 @@ struct AdaptiveSettings {
   bool operator==(const AdaptiveSettings&) const = default;
 };
 
-// Modes reproject and combined, variant paper (trace/forward_reprojection.h).
+// Modes reproject and combined.
 struct ReprojectionSettings {
+  // Variant paper (trace/forward_reprojection.h).
   int stored_hits = 4;           // first hits kept per pixel: 1 or 4, which the paper found the best
   double max_error = 1.0 / 256;  // of its eq. 15, radiance; (0, 1e6]
+  // Variant bounded.
+  ReprojectionMapping mapping = ReprojectionMapping::reverse;
 
   bool operator==(const ReprojectionSettings&) const = default;
 };

@@ -11,6 +11,7 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
+#include "renderer/film/packed_values.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
 #include "renderer/trace/sampler.h"
@@ -28,11 +29,11 @@ constexpr int kLeastGlances = 64;
 
 // By source, as many as were asked.
 struct Sights {
-  Sight of[Reprojection::kMostSources];
+  SourceSight of[Reprojection::kMostSources];
   std::size_t asked = 0;
 
   bool waits() const {
-    return std::any_of(of, of + asked, [](const Sight& sight) { return sight.evidence.has_value(); });
+    return std::any_of(of, of + asked, [](const SourceSight& sight) { return sight.evidence.has_value(); });
   }
 };
 
@@ -83,16 +84,6 @@ std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& n
   return V3f(source.forward) * (-1e4f * scene.impl().radius);
 }
 
-std::vector<SourceView> views_of(const std::vector<PictureSource>& sources, const CameraPose& now,
-                                 const PixelRect& region, const RenderScene& scene) {
-  std::vector<SourceView> views;
-  for (const PictureSource& source : sources) {
-    views.emplace_back(*source.pixels, source.pose, other_viewpoint(source.pose, now, scene), now, region,
-                       scene.origin());
-  }
-  return views;
-}
-
 // Overwrites what the pixel holds. swap: the source's first half is of the lineage of the film's second.
 void fill(const SourceLookup& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
@@ -141,8 +132,12 @@ void ReprojectionStats::add(const ReprojectionStats& other) {
 }
 
 Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
-                           const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources)
-    : film_(film), centres_(std::move(scene), film, region, pose, filter), sources_(std::move(sources)) {
+                           const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources,
+                           ReprojectionMapping mapping)
+    : film_(film),
+      centres_(std::move(scene), film, region, pose, filter),
+      sources_(std::move(sources)),
+      mapping_(mapping) {
   assert(sources_.size() <= kMostSources && film_.history());
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
@@ -150,33 +145,41 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
     key_ = combine_hash(key_, std::uint32_t(std::bit_cast<std::uint64_t>(number) >> 20));
 }
 
-void Reprojection::find_light() const {
-  std::call_once(light_found_, [this] {
-    if (centres_.scene().features().only_lambert) return;
-    for (std::size_t i = 0; i < sources_.size(); ++i) light_[i] = mean_radiance(*sources_[i].pixels, centres_.region());
+void Reprojection::prepare_lookups() const {
+  std::call_once(prepared_, [this] {
+    const RenderScene& scene = centres_.scene();
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      const PictureSource& source = sources_[i];
+      if (!scene.features().only_lambert && other_viewpoint(source.pose, centres_.pose(), scene))
+        light_[i] = mean_radiance(*source.pixels, centres_.region());
+      if (mapping_ == ReprojectionMapping::forward && source.pose != centres_.pose())
+        landed_[i].emplace(*source.pixels, source.pose, centres_.pose(), centres_.region(), scene.origin());
+    }
   });
+}
+
+std::vector<SourceView> Reprojection::views() const {
+  prepare_lookups();
+  const RenderScene& scene = centres_.scene();
+  std::vector<SourceView> views;
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const PictureSource& source = sources_[i];
+    views.emplace_back(*source.pixels, source.pose, other_viewpoint(source.pose, centres_.pose(), scene),
+                       centres_.pose(), centres_.region(), scene.origin(), landed_[i] ? &*landed_[i] : nullptr);
+  }
+  return views;
 }
 
 // Looks sources up for one pixel after the other. Not thread safe.
 class Reprojection::Seeker {
  public:
   explicit Seeker(const Reprojection& of)
-      : of_(of),
-        now_(pose(), of.film_.width(), of.film_.height(), of.centres_.scene().origin()),
-        views_(views_of(of.sources_, pose(), of.centres_.region(), of.centres_.scene())) {
-    if (moved()) of.find_light();
-  }
+      : of_(of), now_(pose(), of.film_.width(), of.film_.height(), of.centres_.scene().origin()), views_(of.views()) {}
 
   struct Found {
     SourceLookup lookup;
     bool swap = false;
   };
-  // Whether some source was seen from elsewhere: glossy surfaces wait for their neighbours then.
-  bool moved() const {
-    return std::any_of(views_.begin(), views_.end(),
-                       [](const SourceView& view) { return !view.same_camera() && view.moved(); });
-  }
-
   // centres: has the pixel in hand, which met `here`. Sources are asked until one knows enough; of glossy surfaces, as
   // far as the pixel's own directions tell.
   void see(const CentreHit& here, int x, int y, const CentreHits& centres, Sights& sights) {
@@ -186,9 +189,9 @@ class Reprojection::Seeker {
     sights.asked = 0;
     while (sights.asked < views_.size()) {
       const std::size_t i = sights.asked++;
-      Sight& sight = sights.of[i];
+      SourceSight& sight = sights.of[i];
       if (!views_[i].same_camera()) {
-        views_[i].see(here, position, footprint, centres, key_of(x, y, i), sight);
+        views_[i].see(here, x, y, position, footprint, centres, key_of(x, y, i), sight);
       } else {
         sight.evidence.reset();
         sight.lookup = views_[i].border(x, y) ? SourceLookup{} : views_[i].keep(*of_.film_.history(), x, y, 0);
@@ -203,7 +206,7 @@ class Reprojection::Seeker {
   Found tell(const CentreHit& here, int x, int y, const Sights& sights, BlockSights* block) const {
     Found best;
     for (std::size_t i = 0; i < sights.asked; ++i) {
-      const Sight& sight = sights.of[i];
+      const SourceSight& sight = sights.of[i];
       const SourceLookup lookup = sight.evidence ? look(here, x, y, sights, i, block) : sight.lookup;
       if (lookup.total() > best.lookup.total()) best = {lookup, of_.sources_[i].swap};
       if (lookup.total() >= of_.sources_[i].enough) break;
@@ -219,7 +222,7 @@ class Reprojection::Seeker {
   // By the pixel's own directions and those of the pixels around. Precondition: it has evidence of that source.
   SourceLookup look(const CentreHit& here, int x, int y, const Sights& sights, std::size_t source,
                     BlockSights* block) const {
-    const Sight& sight = sights.of[source];
+    const SourceSight& sight = sights.of[source];
     const ViewEvidence& own = *sight.evidence;
     const ViewEvidence* alike[9];
     std::size_t count = 0;
@@ -309,7 +312,7 @@ void Reprojection::find_borders(const PixelRect& window, ReprojectionStats& stat
 
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const PixelRect& region = centres_.region();
-  const std::vector<SourceView> views = views_of(sources_, centres_.pose(), region, centres_.scene());
+  const std::vector<SourceView> views = this->views();
   FilmHistory& history = *film_.history();
   centres_.settle(window);
   for (int y = window.y0; y < window.y1; ++y) {

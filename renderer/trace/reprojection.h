@@ -15,22 +15,26 @@
 // the edge do not come back: nobody knows what was beside them).
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
-//   - resampling: bilinear lookup of a step edge at a random place, between boxes of one size, is off by
-//     (2/3) (f (1 - f))^2 of its squared second differences, f: how far between two pixels; boxes of sizes 1 and 1/s
-//     by (1 - 1/s)^2 / 12, or s (1/s - 1)^2 / 12 for s < 1, together by e f (1 - f) / 4 more (integrals over the
-//     edge's place; the last one fitted),
+//   - resampling, between pixels and between sizes of pixels: by the squared second differences around there
+//     (resampling_error2() of source_lookup.h),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
 //     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::evidence_from,
 //     view_change.h), and how far that may be off is carried; of what directions bring that those cannot tell of, the
-//     old picture's mean radiance is taken, to half of it,
+//     old picture's mean radiance is taken, give or take half of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest. Where the pixels of a lookup
 // differ in what they scatter, their mean is not what the new pixel scatters, which may be as any of them does: what
-// looking up between pixels may have brought counts against the geometric mean of their variances instead.
+// looking up between pixels may have brought counts against the geometric mean of their variances instead
+// (LookupSums::weigh()).
+//
+// Forward mapping is there as well (trace/forward_map.h): each pixel of an earlier picture goes to the one new pixel
+// that its point lies in, by the same rules, as far as the point lies from the new pixel's centre a lookup beside its
+// point. It copies without interpolating, and leaves holes where things are shown larger: tests/bench/README.md
+// compares them.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
 // film's first half alternates from picture to picture: a camera that moves on after every sample, which may be one
@@ -40,13 +44,15 @@
 
 #include <memory>
 #include <mutex>
-#include <span>
+#include <optional>
 #include <vector>
 
 #include "renderer/film/history_source.h"
 #include "renderer/trace/camera.h"
+#include "renderer/trace/forward_map.h"
 #include "renderer/trace/path_integrator.h"
 #include "renderer/trace/picture_centres.h"
+#include "renderer/trace/reprojection_mapping.h"
 
 namespace helio {
 
@@ -60,6 +66,8 @@ struct PictureSource {
   // Surfaces or the environment were edited since (HistoryRevision): nobody knows what was beside the picture then.
   bool edited = false;
 };
+
+class SourceView;
 
 struct ReprojectionStats {
   std::uint64_t rays = 0;     // of the verification: through pixel centres, and of what edits have changed
@@ -79,7 +87,8 @@ class Reprojection {
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
   // know equally much. At most kMostSources. All have the film's size.
   Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
-               const PixelFilter& filter, std::vector<PictureSource> sources);
+               const PixelFilter& filter, std::vector<PictureSource> sources,
+               ReprojectionMapping mapping = ReprojectionMapping::reverse);
 
   static constexpr std::size_t kMostSources = 2;
 
@@ -99,15 +108,19 @@ class Reprojection {
  private:
   class Seeker;
 
-  void find_light() const;
+  void prepare_lookups() const;
+  std::vector<SourceView> views() const;  // by source
 
   Film& film_;
   PictureCentres centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
-  // Mean radiance of what the sources show, beside lamps: found by the first sweep that needs it.
-  mutable std::once_flag light_found_;
+  ReprojectionMapping mapping_;
+  // By source, made by the first sweep that needs it: mean radiance of what it shows, beside lamps, where the camera
+  // has moved, and with forward mapping where its pixels have gone.
+  mutable std::once_flag prepared_;
   mutable Rgb light_[kMostSources];
+  mutable std::optional<ForwardMap> landed_[kMostSources];
 };
 
 }  // namespace helio

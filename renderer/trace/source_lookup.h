@@ -1,8 +1,8 @@
 // What an earlier picture says of a pixel of the new one, from the pixels that were looked up there.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
-#include <cstdint>
 
 #include "renderer/base/math.h"
 #include "renderer/film/direction_reservoir.h"
@@ -12,7 +12,8 @@
 
 namespace helio {
 
-// Of a lookup's four pixels: the share of the weight that must be usable.
+inline constexpr int kMostTaps = 4;  // pixels of a lookup
+// Of a lookup's pixels: the share of the weight that must be usable.
 inline constexpr float kLeastLookupWeight = 0.1f;
 
 // What a source says of a pixel.
@@ -38,11 +39,15 @@ struct LookupSums {
   struct Spread {
     float weight, value;
   };
-  Spread known_spreads[kHalves][4];
+  Spread known_spreads[kHalves][kMostTaps];
   int known[kHalves] = {0, 0};
 
-  // Of a pixel of that weight, its radiance times `modulation`.
+  // Of a pixel of that weight, its radiance times `modulation`; at most kMostTaps of them.
   void add(const SourcePixel& pixel, float w, const Rgb& modulation);
+
+  // What they say together. resampled: squared error of the lookup, over the sums'. view_change: relative to the mean.
+  // arrival: radiance that may have come into view, a guess.
+  SourceLookup weigh(float resampled, float view_change, const Rgb& arrival) const;
 
   float mean(int h, int c) const { return means[3 * h + c]; }
   float inverse_count(int h) const { return means[6 + h]; }
@@ -52,6 +57,8 @@ struct LookupSums {
   float slope2() const { return rest[2]; }
   float age() const { return rest[3]; }
 };
+
+namespace detail {
 
 static_assert(offsetof(SourcePixel, packed_spread) + 8 == offsetof(SourcePixel, packed_structure));
 
@@ -77,15 +84,18 @@ inline Float8 spreads_and_bends(const SourcePixel& pixel) {
   return (Float8)(codes == 0u ? UInt8{} : numbers);
 }
 
+}  // namespace detail
+
 inline void LookupSums::add(const SourcePixel& pixel, float w, const Rgb& modulation) {
   const Rgb& m = modulation;
   const Float8 factors = {m.x, m.y, m.z, m.x, m.y, m.z, 1, 1};
-  means += means_and_counts(pixel) * factors * w;
-  const Float8 own_spreads = spreads_and_bends(pixel) * (factors * factors);
+  means += detail::means_and_counts(pixel) * factors * w;
+  const Float8 own_spreads = detail::spreads_and_bends(pixel) * (factors * factors);
   spreads += own_spreads * w;
   for (int h = 0; h < kHalves; ++h) {
     if (!pixel.known(h) || !(pixel.inverse_count(h) < 1)) continue;
     const float value = (own_spreads[3 * h] + own_spreads[3 * h + 1] + own_spreads[3 * h + 2]) / 3;
+    assert(known[h] < kMostTaps);
     known_spreads[h][known[h]++] = {w, value};
   }
   rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;
@@ -93,11 +103,10 @@ inline void LookupSums::add(const SourcePixel& pixel, float w, const Rgb& modula
 }
 
 // Squared error of resampling a step edge whose squared second differences sum to one, along one axis, `between` of the
-// way from one pixel to the next. `zoom`: size of an old pixel over that of a new one.
+// way from one pixel to the next; `zoom`: size of an old pixel over that of a new one. Bilinear lookup of a step at a
+// random place, between boxes of one size, is off by (2/3) (f (1 - f))^2 of its squared second differences, f: how far
+// between two pixels; boxes of sizes 1 and 1/s by (1 - 1/s)^2 / 12, or s (1/s - 1)^2 / 12 for s < 1; both together by
+// e f (1 - f) / 4 more, e: 1 - 1/s (integrals over the edge's place; the last one fitted).
 float resampling_error2(float between, float zoom);
-
-// resampled: squared error of the lookup, over the sums'. view_change: relative to the mean. arrival: radiance that
-// may have come into view, a guess.
-SourceLookup weigh(const LookupSums& sums, float resampled, float view_change, const Rgb& arrival);
 
 }  // namespace helio

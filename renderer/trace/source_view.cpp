@@ -23,17 +23,19 @@ constexpr float kSameDepth = 1e-4f;
 }  // namespace
 
 SourceView::SourceView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-                       const CameraPose& now, const PixelRect& region, const V3d& scene_origin)
+                       const CameraPose& now, const PixelRect& region, const V3d& scene_origin,
+                       const ForwardMap* landed)
     : pixels_(pixels),
+      landed_(landed),
       region_(intersect(region, {0, 0, pixels.width(), pixels.height()})),
       projection_(pose, pixels.width(), pixels.height(), scene_origin),
       same_camera_(pose == now),
       viewpoint_(viewpoint),
       normal_(0, projection_) {}
 
-void SourceView::see(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres,
-                     std::uint32_t key, Sight& sight) {
-  sight.taps = find_taps(here, position);
+void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, double footprint,
+                     const CentreHits& centres, std::uint32_t key, SourceSight& sight) {
+  sight.taps = find_taps(here, x, y, position);
   sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
   sight.glossy = centres.depends_on_view();
   sight.evidence.reset();
@@ -44,8 +46,8 @@ void SourceView::see(const CentreHit& here, const V3d& position, double footprin
   }
 }
 
-SourceLookup SourceView::look(const CentreHit& here, const Sight& sight, const ViewChange& change, const Rgb& light,
-                              std::uint32_t key) const {
+SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, const ViewChange& change,
+                              const Rgb& light, std::uint32_t key) const {
   if (!sight.usable()) return {};
   const SourceTaps& taps = sight.taps;
   const Rgb beyond_albedo = change.ratio / change.albedo;
@@ -64,7 +66,7 @@ SourceLookup SourceView::look(const CentreHit& here, const Sight& sight, const V
   const float resampled = albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, sight.zoom) +
                                      sums.bend2(1) * resampling_error2(taps.fy, sight.zoom) +
                                      sums.slope2() * float(off_x * off_x + off_y * off_y));
-  SourceLookup result = weigh(sums, resampled, change.error, change.arrival * light);
+  SourceLookup result = sums.weigh(resampled, change.error, change.arrival * light);
   if (sight.glossy && result.total() > 0) pick_directions(taps, key, result.directions);
   return result;
 }
@@ -82,56 +84,63 @@ SourceLookup SourceView::keep(const FilmHistory& now, int x, int y, int reach) c
   }
   LookupSums sums;
   sums.add(pixel, 1, Rgb(1, 1, 1));
-  SourceLookup result = weigh(sums, 0, 0, Rgb(0, 0, 0));
+  SourceLookup result = sums.weigh(0, 0, Rgb(0, 0, 0));
   result.directions = pixels_.directions(x, y);
   result.kept = &pixel;
   return result;
 }
 
-SourceTaps SourceView::find_taps(const CentreHit& here, const V3d& position) {
+SourceTaps SourceView::find_taps(const CentreHit& here, int x, int y, const V3d& position) {
   SourceTaps taps;
   const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
   if (!p.in_front) return taps;
   taps.u = p.x - 0.5;
   taps.v = p.y - 0.5;
   if (!(taps.u > -1 && taps.v > -1 && taps.u < pixels_.width() && taps.v < pixels_.height())) return taps;
+  taps.footprint = p.footprint;
+  const V3d from_camera = position - projection_.origin();
+  if (landed_) {
+    if (const auto found = landed_->at(x, y))
+      add_tap(here, from_camera, p.footprint, {found->x, found->y, 1, {}}, taps);
+    return taps;
+  }
   const int x0 = int(taps.u + 1) - 1, y0 = int(taps.v + 1) - 1;  // rounded down
   taps.fx = float(taps.u - x0);
   taps.fy = float(taps.v - y0);
-  taps.footprint = p.footprint;
-  const V3d from_camera = position - projection_.origin();
   for (int k = 0; k < 4; ++k) {
-    SourceTap tap;
-    tap.x = x0 + (k & 1);
-    tap.y = y0 + (k >> 1);
-    tap.weight = (k & 1 ? taps.fx : 1 - taps.fx) * (k & 2 ? taps.fy : 1 - taps.fy);
-    if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) continue;
-    const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
-    const CentreHit& there = pixels_.centre(tap.x, tap.y);
-    if (pixel.mixed()) {
-      // Nobody knows how much of what is hidden there the new pixel shows.
-      if (tap.weight < kLeastPart) continue;
+    const float weight = (k & 1 ? taps.fx : 1 - taps.fx) * (k & 2 ? taps.fy : 1 - taps.fy);
+    if (!add_tap(here, from_camera, p.footprint, {x0 + (k & 1), y0 + (k >> 1), weight, {}}, taps)) {
       taps.total = 0;
       taps.count = 0;
       return taps;
     }
-    if (there.border || !(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) continue;
-    if (here.hit()) {
-      if (there.normal != normal_.packed) normal_ = Normal(there.normal, projection_);
-      const double met = normal_.heights.at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
-      if (!(std::abs(dot(from_camera, normal_.direction) - met) <= kPlaneTolerance * p.footprint)) continue;
-    }
-    tap.modulation = Rgb(1, 1, 1);
-    if (there.albedo != here.albedo) {
-      tap.modulation = demodulation(unpack_reflectance(here.albedo)) / demodulation(unpack_reflectance(there.albedo));
-      const float most = max_component(tap.modulation);
-      const float least = std::min(tap.modulation.x, std::min(tap.modulation.y, tap.modulation.z));
-      if (!(most <= kMostAlbedoRatio && least >= 1 / kMostAlbedoRatio)) continue;
-    }
-    taps.total += tap.weight;
-    taps.tap[taps.count++] = tap;
   }
   return taps;
+}
+
+bool SourceView::add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap,
+                         SourceTaps& taps) {
+  if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) return true;
+  const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
+  const CentreHit& there = pixels_.centre(tap.x, tap.y);
+  // Nobody knows how much of what is hidden there the new pixel shows.
+  if (pixel.mixed()) return tap.weight < kLeastPart;
+  if (there.border || !(pixel.known(0) || pixel.known(1)) || !same_surface(here, there)) return true;
+  if (here.hit()) {
+    if (there.normal != normal_.packed) normal_ = Normal(there.normal, projection_);
+    const double met = normal_.heights.at(tap.x + 0.5, tap.y + 0.5, double(there.depth));
+    if (!(std::abs(dot(from_camera, normal_.direction) - met) <= kPlaneTolerance * footprint)) return true;
+  }
+  tap.modulation = Rgb(1, 1, 1);
+  if (there.albedo != here.albedo) {
+    tap.modulation = demodulation(unpack_reflectance(here.albedo)) / demodulation(unpack_reflectance(there.albedo));
+    const float most = max_component(tap.modulation);
+    const float least = std::min(tap.modulation.x, std::min(tap.modulation.y, tap.modulation.z));
+    if (!(most <= kMostAlbedoRatio && least >= 1 / kMostAlbedoRatio)) return true;
+  }
+  taps.total += tap.weight;
+  taps.tap[taps.count++] = tap;
+  return true;
 }
 
 ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const CentreHits& centres) const {

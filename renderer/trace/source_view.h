@@ -10,6 +10,7 @@
 #include "renderer/film/history_source.h"
 #include "renderer/trace/camera_projection.h"
 #include "renderer/trace/centre_hits.h"
+#include "renderer/trace/forward_map.h"
 #include "renderer/trace/source_lookup.h"
 #include "renderer/trace/view_change.h"
 
@@ -23,7 +24,7 @@ struct SourceTap {
 
 // The pixels around a point inside a surface that show that surface, and nothing else.
 struct SourceTaps {
-  SourceTap tap[4];
+  SourceTap tap[kMostTaps];
   int count = 0;
   float total = 0;       // weight, at most 1
   double u = 0, v = 0;   // where the point lies, in pixels from the centre of the first of the film
@@ -32,7 +33,7 @@ struct SourceTaps {
 };
 
 // What a pixel finds in a source.
-struct Sight {
+struct SourceSight {
   SourceTaps taps;
   float zoom = 1;  // size of a pixel of the source over that of a new one
   bool glossy = false;
@@ -49,10 +50,10 @@ struct Sight {
 class SourceView {
  public:
   // viewpoint: where it was taken from (rebased) if surfaces are seen from elsewhere now. now: the new picture's
-  // camera. region: pixels outside it are of pictures that are no longer true. The pixels, which outlive this, are of
-  // the new film's size.
+  // camera. region: pixels outside it are of pictures that are no longer true. landed: what is looked up, null: the
+  // four pixels around each point. It and the pixels, which are of the new film's size, outlive this.
   SourceView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-             const CameraPose& now, const PixelRect& region, const V3d& scene_origin);
+             const CameraPose& now, const PixelRect& region, const V3d& scene_origin, const ForwardMap* landed);
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
@@ -60,13 +61,13 @@ class SourceView {
   // Whether surfaces are seen from elsewhere than there.
   bool moved() const { return viewpoint_.has_value(); }
 
-  // Of a pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new pixel
-  // there. centres: has the pixel in hand.
-  void see(const CentreHit& here, const V3d& position, double footprint, const CentreHits& centres, std::uint32_t key,
-           Sight& sight);
+  // Of the pixel (x, y), whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new
+  // pixel there. centres: has the pixel in hand.
+  void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const CentreHits& centres,
+           std::uint32_t key, SourceSight& sight);
 
   // light: the picture's mean radiance.
-  SourceLookup look(const CentreHit& here, const Sight& sight, const ViewChange& change, const Rgb& light,
+  SourceLookup look(const CentreHit& here, const SourceSight& sight, const ViewChange& change, const Rgb& light,
                     std::uint32_t key) const;
 
   // Whether what the pixel showed was next to another surface.
@@ -90,11 +91,14 @@ class SourceView {
   // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
   // surfaces are textured every pixel asks for itself.
   ViewEvidence evidence_of(const SourceTaps& taps, const CentreHits& centres) const;
-  SourceTaps find_taps(const CentreHit& here, const V3d& position);
+  SourceTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
+  // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
+  bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap, SourceTaps& taps);
   // Each of one of the pixels, as likely as that weighs.
   void pick_directions(const SourceTaps& taps, std::uint32_t key, DirectionReservoir& out) const;
 
   const HistorySource& pixels_;
+  const ForwardMap* landed_;
   PixelRect region_;
   CameraProjection projection_;
   bool same_camera_;

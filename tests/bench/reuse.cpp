@@ -50,12 +50,14 @@ struct MeasuredScene {
 struct Kind {
   RenderMode mode;
   ModeVariant variant = ModeVariant::bounded;
+  ReprojectionMapping mapping = ReprojectionMapping::reverse;
 };
 
 RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, std::uint64_t seed) {
   RenderSettings settings = scene.scene.settings;
   settings.mode = kind.mode;
   settings.variant = kind.variant;
+  settings.reprojection.mapping = kind.mapping;
   if (kind.variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
   settings.seed = seed;
   return settings;
@@ -75,16 +77,23 @@ double without_noise(double error, double noise) {
   return std::max(error - noise, 0.01 * error);
 }
 
-// Share of the pixels' channels that lie within three of the standard errors that they and the reference report.
-double share_inside(const ViewPicture& picture, const ErrorScene& scene) {
-  std::size_t inside = 0;
-  for (int c = 0; c < 3; ++c) {
-    for (std::size_t i = 0; i < picture.samples.size(); ++i) {
+// Shares of the pixels' channels, and of the pixels, that lie within three of the standard errors that they and the
+// reference report.
+void count_inside(const ViewPicture& picture, const ErrorScene& scene, ReusePoint& point) {
+  std::size_t channels = 0, pixels = 0;
+  for (std::size_t i = 0; i < picture.samples.size(); ++i) {
+    double off2 = 0, variance = 0;
+    for (int c = 0; c < 3; ++c) {
       const double off = double(picture.radiance[c][i]) - double(scene.reference.channels[c][i]);
-      inside += off * off <= 9 * (double(picture.variance[c][i]) + double(scene.reference_variance.channels[c][i]));
+      const double known = double(picture.variance[c][i]) + double(scene.reference_variance.channels[c][i]);
+      channels += off * off <= 9 * known;
+      off2 += off * off;
+      variance += known;
     }
+    pixels += off2 <= 9 * variance;
   }
-  return double(inside) / (3.0 * double(picture.samples.size()));
+  point.inside = double(channels) / (3.0 * double(picture.samples.size()));
+  point.pixels_inside = double(pixels) / double(picture.samples.size());
 }
 
 Result<ReusePoint> point_of(const ViewPicture& picture, const MeasuredScene& of) {
@@ -99,7 +108,7 @@ Result<ReusePoint> point_of(const ViewPicture& picture, const MeasuredScene& of)
   point.noise = of.relmse;
   point.dark_relmse = without_noise(dark.relmse, of.dark_relmse);
   point.reported = picture.end.progress.error.relmse;
-  point.inside = share_inside(picture, scene);
+  count_inside(picture, scene, point);
   point.bias = test::mean_radiance(picture) / of.mean - 1;
   point.dark_bias = dark.bias;
   point.bound =
@@ -131,7 +140,7 @@ Result<ReuseCurve> run(RenderEngine& engine, const MeasuredScene& scene, const K
   return curve;
 }
 
-// What the others' time is taken to: the restart's picture before its last, which has twice the samples asked for.
+// The picture whose error the others' times are taken to: the restart's at the samples asked for, the last but one.
 const ReusePoint& goal_of(const ReuseCurve& restart) {
   return restart.points[restart.points.size() - 2];
 }
@@ -162,28 +171,34 @@ std::uint64_t last_seed(RenderEngine& engine, const MeasuredScene& scene, std::u
   return views.render(scene.scene.view, 1).seed;
 }
 
-// The modes beside ours, and the costs.
-Status measure_others(RenderEngine& engine, const MeasuredScene& scene, const ReuseMotion& motion, std::uint32_t most,
-                      std::uint64_t seed, ReuseSeed& result) {
+Result<OtherModes> measure_others(RenderEngine& engine, const MeasuredScene& scene, const ReuseMotion& motion,
+                                  std::uint32_t most, std::uint64_t seed, const ReusePoint& goal) {
   const Kind pt{RenderMode::pt}, ours{RenderMode::combined};
+  const Kind paper_ours{RenderMode::combined, ModeVariant::paper};
+  const Kind paper_reproject{RenderMode::reproject, ModeVariant::paper};
+  OtherModes others;
   for (int k = 0; k < 2; ++k) {
     const auto samples = std::uint32_t(kCostCounts[k]);
-    result.restart_cost[k] = cost_of(engine, scene, pt, seed, motion, samples);
-    result.combined_cost[k] = cost_of(engine, scene, ours, seed, motion, samples);
+    others.restart_cost[k] = cost_of(engine, scene, pt, seed, motion, samples);
+    others.combined_cost[k] = cost_of(engine, scene, ours, seed, motion, samples);
+    others.paper_combined_cost[k] = cost_of(engine, scene, paper_ours, seed, motion, samples);
+    others.paper_reproject_cost[k] = cost_of(engine, scene, paper_reproject, seed, motion, samples);
   }
   const struct {
     Kind kind;
     ReuseCurve& curve;
     std::uint32_t further;
-  } runs[] = {{{RenderMode::reproject}, result.reproject, kFurther * most},
-              {{RenderMode::combined, ModeVariant::paper}, result.paper_combined, 0},
-              {{RenderMode::reproject, ModeVariant::paper}, result.paper_reproject, 0}};
+  } runs[] = {
+      {{RenderMode::reproject}, others.reproject, kFurther * most},
+      {{RenderMode::combined, ModeVariant::bounded, ReprojectionMapping::forward}, others.forward, kFurther * most},
+      {paper_ours, others.paper_combined, 0},
+      {paper_reproject, others.paper_reproject, 0}};
   for (const auto& [kind, curve, further] : runs) {
-    auto measured = run(engine, scene, kind, seed, motion, most, further, goal_of(result.restart));
+    auto measured = run(engine, scene, kind, seed, motion, most, further, goal);
     if (!measured) return measured.error();
     curve = std::move(*measured);
   }
-  return ok_status();
+  return others;
 }
 
 // One entry for each motion.
@@ -207,7 +222,9 @@ Result<std::vector<ReuseSeed>> measure_seed(RenderEngine& engine, const Measured
     if (!combined) return combined.error();
     result.combined = std::move(*combined);
     if (ours_alone) continue;
-    if (const Status done = measure_others(engine, scene, motions[m], most, seed, result); !done) return done.error();
+    auto others = measure_others(engine, scene, motions[m], most, seed, goal_of(result.restart));
+    if (!others) return others.error();
+    result.others = std::move(*others);
   }
   return all;
 }

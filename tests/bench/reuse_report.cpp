@@ -19,29 +19,41 @@ constexpr double kLeastCalibration = 0.8, kMostCalibration = 1.4;
 constexpr double kMostCost[] = {25, 8};
 constexpr const char* kCostNames[] = {"cost_of_one_sample", "cost_of_four_samples"};
 
-using Curve = ReuseCurve ReuseSeed::*;
+using Curve = const ReuseCurve& (*)(const ReuseSeed&);
 using Measure = double ReusePoint::*;
-constexpr Curve kPaper[] = {&ReuseSeed::paper_combined, &ReuseSeed::paper_reproject};
+using OtherCost = FrameCost (OtherModes::*)[2];
+const ReuseCurve& combined_of(const ReuseSeed& seed) {
+  return seed.combined;
+}
+template <ReuseCurve OtherModes::* kCurve>
+const ReuseCurve& other_of(const ReuseSeed& seed) {
+  return (*seed.others).*kCurve;
+}
+constexpr Curve kForward = other_of<&OtherModes::forward>;
+constexpr Curve kPaper[] = {other_of<&OtherModes::paper_combined>, other_of<&OtherModes::paper_reproject>};
 
 class Report {
  public:
   Report(const std::vector<ReuseSeed>& seeds, std::size_t points, const ReuseGoals& goals)
-      : seeds_(seeds), points_(points), goals_(goals), ours_alone_(seeds.front().ours_alone()) {}
+      : seeds_(seeds), points_(points), goals_(goals), others_(seeds.front().others.has_value()) {}
 
   ReuseReport make(double newly_seen) {
     if (seeds_.size() < kLeastSeeds)
       out_.notes.push_back(
           fmt::format("{} seeds, fewer than {}: no limits, no standard errors", seeds_.size(), kLeastSeeds));
     gains(newly_seen);
-    errors("error_over_restart", {&ReuseSeed::combined}, &ReusePoint::relmse, kMostErrorOverRestart);
-    if (!ours_alone_) errors("paper_error_over_restart", {kPaper[0], kPaper[1]}, &ReusePoint::relmse, std::nullopt);
+    errors("error_over_restart", {combined_of}, &ReusePoint::relmse, kMostErrorOverRestart);
+    if (others_) {
+      errors("forward_error_over_restart", {kForward}, &ReusePoint::relmse, std::nullopt);
+      errors("paper_error_over_restart", {kPaper[0], kPaper[1]}, &ReusePoint::relmse, std::nullopt);
+    }
     at_point("at_two", 1);  // a single sample has no second half everywhere
     at_point("at_last", points_ - 1);
-    if (!ours_alone_) costs();
+    if (others_) costs();
     dark_half();
     add("carried", median(of_seeds([](const ReuseSeed& s) { return 100 * s.combined.points[0].carried; })), "%",
         Better::higher);
-    if (!ours_alone_) add("paper_bias", worse_paper_bias(), "%", Better::within);
+    if (others_) add("paper_bias", worse_paper_bias(), "%", Better::within);
     return std::move(out_);
   }
 
@@ -64,7 +76,7 @@ class Report {
   // Of the restart's time to its error over the curve's to the same: at most that where it is not reached.
   double gain_at_most(const ReuseSeed& seed, Curve curve, Measure error) const {
     const ReusePoint& goal = restart_goal(seed);
-    return goal.seconds / time_to(seed.*curve, error, goal.*error).seconds;
+    return goal.seconds / time_to(curve(seed), error, goal.*error).seconds;
   }
   // Ours: 0 where it is not reached, and a note.
   std::vector<double> gains_at_least(Curve curve, Measure error, const std::string& name) {
@@ -72,7 +84,7 @@ class Report {
     std::size_t missed = 0;
     double bound = 0;
     for (const ReuseSeed& seed : seeds_) {
-      const bool reached = time_to(seed.*curve, error, restart_goal(seed).*error).reached;
+      const bool reached = time_to(curve(seed), error, restart_goal(seed).*error).reached;
       const double most = gain_at_most(seed, curve, error);
       gains.push_back(reached ? most : 0);
       missed += !reached;
@@ -87,9 +99,9 @@ class Report {
   }
 
   void gains(double newly_seen) {
-    const auto combined = gains_at_least(&ReuseSeed::combined, &ReusePoint::relmse, "combined_over_restart");
+    const auto combined = gains_at_least(combined_of, &ReusePoint::relmse, "combined_over_restart");
     add("combined_over_restart", median(combined), "x", Better::higher, goals_.worst_gain, goals_.median_gain);
-    if (!ours_alone_) gains_of_others(combined);
+    if (others_) gains_of_others(combined);
     add("newly_seen", 100 * newly_seen, "%", Better::lower);
     if (newly_seen <= 0) {
       out_.notes.push_back("nothing is newly seen: there is no ceiling");
@@ -101,14 +113,17 @@ class Report {
 
   // `combined`: our gains, by seed.
   void gains_of_others(const std::vector<double>& combined) {
-    const auto reproject = gains_at_least(&ReuseSeed::reproject, &ReusePoint::relmse, "reproject_over_restart");
+    const auto reproject =
+        gains_at_least(other_of<&OtherModes::reproject>, &ReusePoint::relmse, "reproject_over_restart");
     add("reproject_over_restart", median(reproject), "x", Better::higher);
+    const auto forward = gains_at_least(kForward, &ReusePoint::relmse, "forward_over_restart");
+    add("forward_over_restart", median(forward), "x", Better::higher);
     std::vector<double> paper[2], over_paper;
     std::size_t missed = 0;
     for (std::size_t i = 0; i < seeds_.size(); ++i) {
       for (int k = 0; k < 2; ++k) {
         paper[k].push_back(gain_at_most(seeds_[i], kPaper[k], &ReusePoint::relmse));
-        missed += !time_to(seeds_[i].*kPaper[k], &ReusePoint::relmse, restart_goal(seeds_[i]).relmse).reached;
+        missed += !time_to(kPaper[k](seeds_[i]), &ReusePoint::relmse, restart_goal(seeds_[i]).relmse).reached;
       }
       over_paper.push_back(combined[i] / std::max(paper[0].back(), paper[1].back()));
     }
@@ -126,18 +141,22 @@ class Report {
   // curves given the worst.
   void errors(const std::string& name, const std::vector<Curve>& curves, Measure error, std::optional<double> goal) {
     double mean = 0, high = 0;
+    std::vector<double> means(points_);
     for (const Curve curve : curves) {
       for (std::size_t k = 0; k < points_; ++k) {
         const auto ratios = of_seeds([&](const ReuseSeed& seed) {
-          const ReusePoint& point = (seed.*curve).points[k];
+          const ReusePoint& point = curve(seed).points[k];
           return point.*error / error_at(seed.restart, error, point.seconds);
         });
         const Interval interval = ratio_interval(ratios);
+        means[k] = std::max(means[k], interval.mean);
         mean = std::max(mean, interval.mean);
         high = std::max(high, interval.high);
       }
     }
     add(name, mean, "x", Better::lower);
+    for (std::size_t k = 0; k < points_ && goal; ++k)
+      add(fmt::format("{}.at_{}", name, 1u << k), means[k], "x", Better::lower);
     if (goal && seeds_.size() >= kLeastSeeds) add(name + ".upper_95", high, "x", Better::lower, goal);
   }
 
@@ -186,18 +205,27 @@ class Report {
     calibration(name + ".reported_over_true", k);
     add(name + ".within_three", median(of_seeds([k](const ReuseSeed& s) { return 100 * s.combined.points[k].inside; })),
         "%", Better::higher, kLeastInside);
+    add(name + ".pixels_within_three",
+        median(of_seeds([k](const ReuseSeed& s) { return 100 * s.combined.points[k].pixels_inside; })), "%",
+        Better::higher, kLeastInside);
     add_bias(name + ".bias", k, &ReusePoint::bias, true);
   }
 
   void costs() {
     for (int k = 0; k < 2; ++k) {
+      const auto frame = [this, k](OtherCost cost) {
+        return median(of_seeds([k, cost](const ReuseSeed& seed) {
+          return 100 * (((*seed.others).*cost)[k].all / seed.others->restart_cost[k].all - 1);
+        }));
+      };
       const std::string name = kCostNames[k];
-      const auto passes =
-          of_seeds([k](const ReuseSeed& seed) { return 100 * seed.combined_cost[k].reuse / seed.restart_cost[k].all; });
-      const auto frames = of_seeds(
-          [k](const ReuseSeed& seed) { return 100 * (seed.combined_cost[k].all / seed.restart_cost[k].all - 1); });
-      add(name + ".passes", median(passes), "%", Better::lower, kMostCost[k]);
-      add(name + ".frame", median(frames), "%", Better::lower, kMostCost[k]);
+      add(name + ".passes", median(of_seeds([k](const ReuseSeed& seed) {
+            return 100 * seed.others->combined_cost[k].reuse / seed.others->restart_cost[k].all;
+          })),
+          "%", Better::lower, kMostCost[k]);
+      add(name + ".frame", frame(&OtherModes::combined_cost), "%", Better::lower, kMostCost[k]);
+      add("paper_combined_" + name + ".frame", frame(&OtherModes::paper_combined_cost), "%", Better::lower);
+      add("paper_reproject_" + name + ".frame", frame(&OtherModes::paper_reproject_cost), "%", Better::lower);
     }
   }
 
@@ -210,9 +238,9 @@ class Report {
       return;
     }
     add("dark.combined_over_restart",
-        median(gains_at_least(&ReuseSeed::combined, &ReusePoint::dark_relmse, "dark.combined_over_restart")), "x",
+        median(gains_at_least(combined_of, &ReusePoint::dark_relmse, "dark.combined_over_restart")), "x",
         Better::higher);
-    errors("dark.error_over_restart", {&ReuseSeed::combined}, &ReusePoint::dark_relmse, std::nullopt);
+    errors("dark.error_over_restart", {combined_of}, &ReusePoint::dark_relmse, std::nullopt);
     add_bias("dark.at_two.bias", 1, &ReusePoint::dark_bias, false);
     add_bias("dark.at_last.bias", points_ - 1, &ReusePoint::dark_bias, false);
   }
@@ -221,7 +249,7 @@ class Report {
     double worse = 0;
     for (const Curve curve : kPaper) {
       const double off = median(of_seeds([&](const ReuseSeed& seed) {
-        return 100 * ((seed.*curve).points[points_ - 1].bias - seed.restart.points.back().bias);
+        return 100 * (curve(seed).points[points_ - 1].bias - seed.restart.points.back().bias);
       }));
       if (std::abs(off) > std::abs(worse)) worse = off;
     }
@@ -231,7 +259,7 @@ class Report {
   const std::vector<ReuseSeed>& seeds_;
   std::size_t points_;
   const ReuseGoals& goals_;
-  const bool ours_alone_;
+  const bool others_;  // are known
   ReuseReport out_;
 };
 

@@ -19,6 +19,7 @@ struct ReusePoint {
   double noise = 0;                // of the reference, that was taken off relmse
   double reported = 0;             // relMSE, as the picture's own variance has it
   double inside = 0;               // share of the channels within three reported standard errors
+  double pixels_inside = 0;        // of the pixels, by the mean over their channels of both
   double bias = 0, dark_bias = 0;  // mean(x - r) / mean(r), with what the reference is off by
   double bound = 0;                // mean of the pixels' bias bounds, over mean(r)
   double carried = 0;              // share of the effective samples
@@ -35,15 +36,17 @@ struct FrameCost {
 
 inline constexpr int kCostCounts[] = {1, 4};  // samples of the frames whose costs are compared
 
+// What stands beside ours.
+struct OtherModes {
+  ReuseCurve reproject, forward, paper_combined, paper_reproject;  // forward: combined, by forward mapping
+  FrameCost restart_cost[2], combined_cost[2], paper_combined_cost[2], paper_reproject_cost[2];  // by kCostCounts
+};
+
 struct ReuseSeed {
   // The restart goes on to twice the samples, so that ours, if slower, is not held against an earlier picture of it;
   // ours goes on where it has not reached the restart's error.
   ReuseCurve restart, combined;
-  // All of these or none of them, and likewise the costs.
-  ReuseCurve reproject, paper_combined, paper_reproject;
-  FrameCost restart_cost[2], combined_cost[2];  // by kCostCounts
-
-  bool ours_alone() const { return reproject.points.empty(); }
+  std::optional<OtherModes> others;
 };
 
 // Time to an error: exact, or a bound where the curve begins below it or ends above it.
@@ -71,8 +74,8 @@ struct ReuseReport {
 };
 
 // `points`: of the curves of ours, up to the samples asked for. `newly_seen`: newly_seen_share(). Precondition: seeds,
-// each with restarts of points + 1 points, others of at least `points` >= 3, or ours_alone() all. What is absent has no
-// figures.
+// each with restarts of points + 1 points, others of at least `points` >= 3. Where a seed lacks the other modes there
+// are no figures of them.
 ReuseReport report_reuse(const std::vector<ReuseSeed>& seeds, std::size_t points, double newly_seen,
                          const ReuseGoals& goals);
 

@@ -32,12 +32,17 @@ ReuseCurve curve_of(double relmse, double seconds, std::size_t points = kPoints)
 ReuseSeed seed_of() {
   ReuseSeed seed;
   seed.restart = curve_of(1, 1, kPoints + 1);
-  seed.combined = seed.reproject = curve_of(0.1, 1);
-  seed.paper_combined = curve_of(0.5, 1);
-  seed.paper_reproject = curve_of(0.2, 1);
+  OtherModes& others = seed.others.emplace();
+  seed.combined = others.reproject = curve_of(0.1, 1);
+  others.forward = curve_of(0.25, 1);
+  others.paper_combined = curve_of(0.5, 1);
+  others.paper_reproject = curve_of(0.2, 1);
   for (int k = 0; k < 2; ++k) {
-    seed.restart_cost[k] = {0, double(kCostCounts[k])};
-    seed.combined_cost[k] = {0.2, double(kCostCounts[k]) + 0.3};
+    const double all = kCostCounts[k];
+    others.restart_cost[k] = {0, all};
+    others.combined_cost[k] = {0.2, all + 0.3};
+    others.paper_combined_cost[k] = {0, 1.5 * all};
+    others.paper_reproject_cost[k] = {0, 1.25 * all};
   }
   return seed;
 }
@@ -84,10 +89,13 @@ TEST(ReuseReport, GainsAndTheirCeiling) {
   EXPECT_NEAR(value(report, "paper_combined_over_restart"), 2, 1e-9);
   EXPECT_NEAR(value(report, "paper_reproject_over_restart"), 5, 1e-9);
   EXPECT_NEAR(value(report, "combined_over_paper"), 1.4, 1e-9);
+  EXPECT_NEAR(value(report, "forward_over_restart"), 4, 1e-9);
   EXPECT_NEAR(value(report, "ceiling"), 10, 1e-9);
   EXPECT_NEAR(value(report, "share_of_ceiling"), 70, 1e-9);
   EXPECT_NEAR(value(report, "error_over_restart"), 0.1, 1e-9);
-  EXPECT_NEAR(value(report, "error_over_restart.upper_95"), 0.1, 1e-9);
+  for (const char* at : {".at_1", ".at_2", ".at_4", ".upper_95"})
+    EXPECT_NEAR(value(report, std::string("error_over_restart") + at), 0.1, 1e-9);
+  EXPECT_NEAR(value(report, "forward_error_over_restart"), 0.25, 1e-9);
   EXPECT_NEAR(value(report, "paper_error_over_restart"), 0.5, 1e-9);
   EXPECT_TRUE(report.notes.empty());
 }
@@ -104,7 +112,7 @@ TEST(ReuseReport, AnErrorThatIsNotReachedIsNoGainOfOursAndABoundOfTheirs) {
   std::vector<ReuseSeed> seeds(3, seed_of());
   for (ReuseSeed& seed : seeds) {
     seed.combined = curve_of(2, 1);
-    seed.paper_combined = seed.paper_reproject = curve_of(4, 1);
+    seed.others->paper_combined = seed.others->paper_reproject = curve_of(4, 1);
   }
   const ReuseReport missed = report_reuse(seeds, kPoints, 0.5, {});
   EXPECT_EQ(value(missed, "combined_over_restart"), 0);
@@ -171,12 +179,14 @@ TEST(ReuseReport, CostIsThatOfThePassesAndOfTheFrame) {
   EXPECT_NEAR(value(report, "cost_of_one_sample.frame"), 30, 1e-9);
   EXPECT_NEAR(value(report, "cost_of_four_samples.passes"), 5, 1e-9);
   EXPECT_NEAR(value(report, "cost_of_four_samples.frame"), 7.5, 1e-9);
+  EXPECT_NEAR(value(report, "paper_combined_cost_of_one_sample.frame"), 50, 1e-9);
+  EXPECT_NEAR(value(report, "paper_reproject_cost_of_four_samples.frame"), 25, 1e-9);
 }
 
 TEST(ReuseReport, OursAloneHasNoFiguresOfOthers) {
   const ReuseReport all = report_reuse(std::vector<ReuseSeed>(3, seed_of()), kPoints, 0.1, {});
   std::vector<ReuseSeed> alone(3, seed_of());
-  for (ReuseSeed& seed : alone) seed.reproject = seed.paper_combined = seed.paper_reproject = {};
+  for (ReuseSeed& seed : alone) seed.others.reset();
   const ReuseReport report = report_reuse(alone, kPoints, 0.1, {});
   for (const char* name :
        {"combined_over_restart", "share_of_ceiling", "error_over_restart", "error_over_restart.upper_95",
@@ -185,8 +195,9 @@ TEST(ReuseReport, OursAloneHasNoFiguresOfOthers) {
     ASSERT_TRUE(find(all, name)) << name;
     EXPECT_EQ(value(report, name), value(all, name)) << name;
   }
-  for (const char* name : {"reproject_over_restart", "paper_combined_over_restart", "combined_over_paper",
-                           "paper_error_over_restart", "paper_bias", "cost_of_one_sample.passes"}) {
+  for (const char* name :
+       {"reproject_over_restart", "forward_over_restart", "forward_error_over_restart", "paper_combined_over_restart",
+        "combined_over_paper", "paper_error_over_restart", "paper_bias", "cost_of_one_sample.passes"}) {
     EXPECT_TRUE(find(all, name)) << name;
     EXPECT_FALSE(find(report, name)) << name;
   }

@@ -96,7 +96,7 @@ class HistoryTransfer final : public PictureTransfer {
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                   PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
-                  const PathSettings& settings);
+                  const PathSettings& settings, ReprojectionMapping mapping = ReprojectionMapping::reverse);
 
   std::size_t parts() const override;  // of the sweep in hand
   int sweeps() const override { return int(sweeps_.size()); }
@@ -130,6 +130,7 @@ class HistoryTransfer final : public PictureTransfer {
   CameraPose pose_;
   PixelFilter filter_;
   PathSettings settings_;
+  ReprojectionMapping mapping_;
   int slot_ = -1;              // that the film goes to; -1: none
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;
