@@ -15,15 +15,13 @@
 //     were: with one, and a view that is shifted by a share f of a pixel, f (1 - f) of the pixels are asked for by
 //     nobody and start over, up to a third when it is shifted along both axes.
 //   - Where several pixels ask for one, the nearest surface gets it, then the first pixel (the paper's GPU leaves that
-//   to
-//     the last thread).
+//     to the last thread).
 //   - V_t-1 is the camera of the picture before, so the error is that of one step: over many small steps it adds up
 //     unseen.
 //   - Stored hits, N and the mean irradiance come with the pixel and are not replaced: "stored when not yet
-//   reprojected".
+//     reprojected".
 //   - A hit without a sampled direction L is copied from surfaces that look the same from everywhere, and from others
-//   only
-//     while the camera stays where it is.
+//     only while the camera stays where it is.
 //   - What leaves the scene has no intersection point, and starts over.
 // The paper's pixels are boxes and its camera is a pinhole: other filters and lenses start over.
 #pragma once

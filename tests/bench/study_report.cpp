@@ -158,8 +158,7 @@ std::string to_markdown(const StudyReport& report) {
   std::string text =
       "# " + report.title + "\n\n" +
       "Ratios to plain path tracing in the same time, below 1 is better; in the first table at the last point, over "
-      "all "
-      "scenes. Against references of 4,096 samples.\n\n";
+      "all scenes. Against references of 4,096 samples.\n\n";
   text += summary_table(report);
   for (const StudyResult& result : report.results) text += scene_table(report, result);
   return text;

@@ -8,8 +8,7 @@
 namespace helio::bench {
 
 // Plain path tracing first; reprojection as published with one and four stored hits, with four also by the two larger
-// bounds of chapter 4.3; its combination with adaptive
-// sampling by the settings that chapter 4.4 takes; ours.
+// bounds of chapter 4.3; its combination with adaptive sampling by the settings that chapter 4.4 takes; ours.
 std::vector<StudyMode> turn_modes();
 
 // One result for each scene, step (options.step_degrees) and number of samples a step (options.step_samples). Its
