@@ -94,12 +94,20 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
       ->capture_default_str();
 }
 
+// Before references are rendered, which may take hours.
+std::string check_motion(const std::string& text) {
+  if (text == "all") return "";
+  const auto motion = reuse_motion(text, CameraPose(), 1);
+  return motion ? "" : motion.error().to_string();
+}
+
 void add_reuse_options(CLI::App& command, BenchOptions& options) {
-  std::vector<std::string> known = reuse_motion_names();
-  known.push_back("all");
-  command.add_option("--motions", options.motions, "Camera motions, separated by commas; default: those with goals")
+  command
+      .add_option("--motions", options.motions,
+                  "Camera motions, separated by commas, or all; NAME@N: N samples at each of several steps. Default: "
+                  "those with goals")
       ->delimiter(',')
-      ->check(CLI::IsMember(known));
+      ->check(check_motion);
   command.add_flag("--ours-alone", options.ours_alone,
                    "Mode combined beside the restart, without other modes and costs: for biases and limits, which take "
                    "many seeds");
