@@ -228,14 +228,15 @@ pb::LightCacheSettings to_message(const LightCacheSettings& cache) {
   return message;
 }
 
-static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant,
-                                              const std::string& where, Problems& problems) {
+static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, RenderMode mode,
+                                              ModeVariant variant, const std::string& where, Problems& problems) {
   ReprojectionSettings reprojection;
   known(pb::ReprojectionMapping_IsValid(message.mapping()), message.mapping(),
         "REPROJECTION_MAPPING_REVERSE (1), REPROJECTION_MAPPING_FORWARD (2), or 0 for REPROJECTION_MAPPING_REVERSE",
         at(where, "mapping"), problems);
   if (variant != ModeVariant::paper) {
-    if (message.mapping() == pb::REPROJECTION_MAPPING_FORWARD) reprojection.mapping = ReprojectionMapping::forward;
+    if (reuses(mode) && message.mapping() == pb::REPROJECTION_MAPPING_FORWARD)
+      reprojection.mapping = ReprojectionMapping::forward;
     return reprojection;
   }
   if (message.stored_hits() != 0)  // what no int holds is refused as well
@@ -287,7 +288,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection =
-      read_reprojection(message.reprojection(), settings.variant, at(where, "reprojection"), problems);
+      read_reprojection(message.reprojection(), settings.mode, settings.variant, at(where, "reprojection"), problems);
   settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();

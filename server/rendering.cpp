@@ -19,8 +19,8 @@ std::uint64_t pixels(const RenderSettings& settings) {
 }  // namespace
 
 std::uint64_t film_bytes(const RenderSettings& settings) {
-  const std::uint64_t film =
-      pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
+  std::uint64_t film = pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
+  if (settings.reprojection.mapping == ReprojectionMapping::forward) film += pixels(settings) * kForwardMapBytes;
   if (!caches_light_vertices(settings.integrator)) return film;
   return film + LightVertexSource::most_bytes(path_settings(settings));
 }

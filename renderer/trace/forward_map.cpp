@@ -1,5 +1,6 @@
 #include "renderer/trace/forward_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -43,7 +44,7 @@ ForwardMap::ForwardMap(const HistorySource& source, const CameraPose& from, cons
       const bool nearer = landed_[place] < 0 || landing.depth < best.depth - tolerance;
       const bool beside = !nearer && landing.depth <= best.depth + tolerance && landing.off2 < best.off2;
       if (!nearer && !beside) continue;
-      best = landing;
+      best = {std::min(best.depth, landing.depth), landing.off2};
       landed_[place] = std::int32_t(y) * width_ + x;
     }
   }

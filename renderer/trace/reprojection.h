@@ -32,9 +32,9 @@
 // (LookupSums::weigh()).
 //
 // Forward mapping is there as well (trace/forward_map.h): each pixel of an earlier picture goes to the one new pixel
-// that its point lies in, by the same rules, as far as the point lies from the new pixel's centre a lookup beside its
-// point. It copies without interpolating, and leaves holes where things are shown larger: tests/bench/README.md
-// compares them.
+// that its point lies in, by the same rules but for mixed pixels beside that one, which nobody asks for. As far as the
+// point lies from the new pixel's centre it is a lookup beside its point. It copies without interpolating, and leaves
+// holes where things are shown larger: tests/bench/README.md compares them.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
 // film's first half alternates from picture to picture: a camera that moves on after every sample, which may be one

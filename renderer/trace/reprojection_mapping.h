@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 namespace helio {
 
 // How a new picture finds pixels of an earlier one (trace/source_view.h, trace/forward_map.h).
@@ -7,5 +9,8 @@ enum class ReprojectionMapping {
   reverse,  // each new pixel looks its centre up, between four pixels of the earlier picture
   forward,  // each pixel of the earlier picture goes to one new pixel
 };
+
+// Of forward mapping, a pixel of the film while a picture is carried over: maps of two sources, and one in the making.
+inline constexpr std::uint64_t kForwardMapBytes = 24;
 
 }  // namespace helio

@@ -58,9 +58,6 @@ class SourceView {
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
 
-  // Whether surfaces are seen from elsewhere than there.
-  bool moved() const { return viewpoint_.has_value(); }
-
   // Of the pixel (x, y), whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new
   // pixel there. centres: has the pixel in hand.
   void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const CentreHits& centres,

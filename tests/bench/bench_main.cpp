@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -200,6 +201,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (options.motions.size() > 1 && std::ranges::find(options.motions, "all") != options.motions.end()) {
+    note("--motions: all stands alone");
+    return 2;
   }
   spdlog::set_level(spdlog::level::err);
 #if !defined(__OPTIMIZE__)

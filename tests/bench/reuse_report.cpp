@@ -35,7 +35,11 @@ constexpr Curve kPaper[] = {other_of<&OtherModes::paper_combined>, other_of<&Oth
 class Report {
  public:
   Report(const std::vector<ReuseSeed>& seeds, std::size_t points, const ReuseGoals& goals)
-      : seeds_(seeds), points_(points), goals_(goals), others_(seeds.front().others.has_value()) {}
+      : seeds_(seeds),
+        points_(points),
+        goals_(goals),
+        others_(
+            std::all_of(seeds.begin(), seeds.end(), [](const ReuseSeed& seed) { return seed.others.has_value(); })) {}
 
   ReuseReport make(double newly_seen) {
     if (seeds_.size() < kLeastSeeds)

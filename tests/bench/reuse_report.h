@@ -74,8 +74,8 @@ struct ReuseReport {
 };
 
 // `points`: of the curves of ours, up to the samples asked for. `newly_seen`: newly_seen_share(). Precondition: seeds,
-// each with restarts of points + 1 points, others of at least `points` >= 3. Where a seed lacks the other modes there
-// are no figures of them.
+// each with restarts of points + 1 points, others of at least `points` >= 3. Unless all have the other modes
+// there are no figures of those.
 ReuseReport report_reuse(const std::vector<ReuseSeed>& seeds, std::size_t points, double newly_seen,
                          const ReuseGoals& goals);
 

@@ -204,6 +204,7 @@ void HistoryTransfer::finish_sweep(int sweep) {
       return;
     case Sweep::clear:
     case Sweep::settle:
+      reprojection_.reset();
       history_.film_complete(scene_, pose_, sweeps_[std::size_t(sweep)] == Sweep::settle);
       note_complete();
       return;
