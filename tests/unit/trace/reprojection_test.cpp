@@ -353,6 +353,44 @@ TEST(ForwardMap, TheNearerSurfaceCounts) {
   EXPECT_GT(both, 20);
 }
 
+// Of one object, with one normal: only the distance between the planes tells the plate from the wall that it hid.
+TEST(Reprojection, WhatAPlateHidIsNotTakenFromIt) {
+  SceneDescription scene;
+  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  Object plates;
+  plates.meshes = {quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0), quad({-20, -20, 1}, {20, 0, 0}, {0, 40, 0}, 0)};
+  add_instance(scene, add_object(scene, std::move(plates)));
+  const auto built = build(scene);
+  const CameraPose before = camera_at({-1, 0, 4}, {0, 0, 0.5}), after = camera_at({1, 0, 4}, {0, 0, 0.5});
+  const auto on_plate = [&](const CameraPose& pose, const CentreHit& centre, int x, int y) {
+    return position_of(CameraProjection(pose, kWidth, kHeight, built->origin()), centre, x, y).z + built->origin().z >
+           0.5;
+  };
+  const HistorySource source = picture(built, before, 0, [&](const Film& film, int x, int y, int) {
+    return HalfSamples{on_plate(before, film.history()->centre(x, y), x, y) ? 100.0 : 1.0, 16, 1};
+  });
+  for (const auto mapping : {ReprojectionMapping::reverse, ReprojectionMapping::forward}) {
+    Film film(kWidth, kHeight, {.history = true});
+    look_through(built, after, film, {{before, &source, 0, false}}, film.bounds(), mapping);
+    int of_plate = 0, of_wall = 0, hidden = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const CarriedPixel& carried = film.history()->carried(x, y);
+        const bool plate = on_plate(after, film.history()->centre(x, y), x, y);
+        if (carried.count[0] == 0) {
+          hidden += !plate;
+          continue;
+        }
+        EXPECT_NEAR(carried.means.mean(0)[1], plate ? 100 : 1, plate ? 0.5 : 0.01) << x << ", " << y;
+        ++(plate ? of_plate : of_wall);
+      }
+    }
+    EXPECT_GT(of_plate, 50);
+    EXPECT_GT(of_wall, 50);
+    EXPECT_GT(hidden, 50);
+  }
+}
+
 TEST(Reprojection, ForwardMappingCopiesPixelsWithTheErrorOfTheirPlace) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const CameraPose before = orthographic_before_wall();
