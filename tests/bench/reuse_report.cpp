@@ -144,7 +144,7 @@ class Report {
   // Over the restart's at equal time, at each count: the largest of means over seeds, and of their upper limits; of the
   // curves given the worst.
   void errors(const std::string& name, const std::vector<Curve>& curves, Measure error, std::optional<double> goal) {
-    double mean = 0, high = 0;
+    double high = 0;
     std::vector<double> means(points_);
     for (const Curve curve : curves) {
       for (std::size_t k = 0; k < points_; ++k) {
@@ -154,11 +154,10 @@ class Report {
         });
         const Interval interval = ratio_interval(ratios);
         means[k] = std::max(means[k], interval.mean);
-        mean = std::max(mean, interval.mean);
         high = std::max(high, interval.high);
       }
     }
-    add(name, mean, "x", Better::lower);
+    add(name, *std::max_element(means.begin(), means.end()), "x", Better::lower);
     for (std::size_t k = 0; k < points_ && goal; ++k)
       add(fmt::format("{}.at_{}", name, 1u << k), means[k], "x", Better::lower);
     if (goal && seeds_.size() >= kLeastSeeds) add(name + ".upper_95", high, "x", Better::lower, goal);
