@@ -23,21 +23,6 @@ constexpr int kViewpoints = 2;  // from which a picture is compared
 // Of an albedo between two views of a surface.
 constexpr float kMostAlbedoChange = 4;
 
-// A direction that was kept more than once knows no more than once. Returns how many there are.
-std::size_t merge_equal(std::span<const WeighedDirection> from, WeighedDirection (&to)[kMostWeighed]) {
-  std::size_t count = 0;
-  std::uint64_t seen = 0;  // of the hashes of those in `to`: most directions are met once
-  for (const WeighedDirection& d : from.first(std::min(from.size(), kMostWeighed))) {
-    const std::uint64_t hash = std::uint64_t(1) << (d.packed * 0x9e3779b9u >> 26);
-    std::size_t i = seen & hash ? 0 : count;
-    seen |= hash;
-    while (i < count && to[i].packed != d.packed) ++i;
-    if (i == count) to[count++] = {d.packed, 0};
-    to[i].weight = std::min(to[i].weight + d.weight, FLT_MAX);
-  }
-  return count;
-}
-
 // What a few samples of a surface's BSDF say of its two views, new and old.
 struct LobeChange {
   float unseen = 1;      // how much of the light along the new one comes otherwise along the old, [0, 1]
@@ -260,7 +245,7 @@ bool CentreHits::textured() const {
          shading.params.model == LobeModel::blend || (mesh && !mesh->colors.empty());
 }
 
-ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const {
+ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& directions) const {
   const Block& b = *block_;
   const SurfaceParams& params = b.shading->params;
   const Frame& frame = b.shading->frame;
@@ -275,12 +260,16 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const Wei
   const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
   ask_lobes(viewpoint, views, from, told);
 
-  WeighedDirection distinct[kMostWeighed];
-  float ratios[kMostWeighed];
+  struct Told {
+    float weight, ratio;
+  } each[kMostWeighed];
+  const float albedo = luminance(told.albedo);
   int count = 0;
   V3d now(0, 0, 0), before(0, 0, 0);
   double whole = 0, known = 0, changed = 0;  // weights may be as large as radiance, and are squared
-  for (const WeighedDirection& d : std::span(distinct, merge_equal(directions, distinct))) {
+  directions.merge_equal();
+  for (std::size_t i = 0; i < directions.count; ++i) {
+    WeighedDirection& d = directions.of[i];
     whole += d.weight;
     Rgb there = inverse, f(1, 1, 1);
     float old = 1;
@@ -296,10 +285,11 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const Wei
     }
     now += V3d(there) * double(d.weight);
     before += V3d(f / old) * double(d.weight);
-    distinct[count] = d;
-    ratios[count] = luminance(there);
+    const float ratio = luminance(there);
+    each[count++] = {d.weight, ratio};
     known += d.weight;
-    changed += double(d.weight) * double(ratios[count++]);
+    changed += double(d.weight) * double(ratio);
+    d.weight = std::min(d.weight * ratio * albedo, FLT_MAX);
   }
   told.lit = whole > 0;
   if (!(known > 0)) {
@@ -311,7 +301,7 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, std::span<const Wei
   const double mean = changed / known, unknown = whole - known;
   double scatter = 0;
   for (int k = 0; k < count; ++k) {
-    const double away = double(distinct[k].weight) / whole * (double(ratios[k]) - mean);
+    const double away = double(each[k].weight) / whole * (double(each[k].ratio) - mean);
     scatter += away * away;
   }
   told.scatter = float(scatter * double(count) / std::max(count - 1, 1));

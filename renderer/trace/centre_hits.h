@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 
 #include "renderer/film/film.h"
 #include "renderer/film/film_history.h"
@@ -11,17 +10,9 @@
 #include "renderer/trace/path_integrator.h"
 #include "renderer/trace/scene_data.h"
 #include "renderer/trace/view_change.h"
+#include "renderer/trace/weighed_directions.h"
 
 namespace helio {
-
-// A direction of a DirectionReservoir, as it is coded there.
-struct WeighedDirection {
-  std::uint32_t packed = 0;
-  float weight = 0;
-};
-
-// Of the four pixels of a lookup, where all are asked.
-inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
 
 class BsdfViews;
 
@@ -57,12 +48,13 @@ class CentreHits {
   bool textured() const;
 
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
-  // (rebased), given directions wi that light which arrived there came from, at most kMostWeighed of them. Picked in
-  // proportion to what they brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. `unseen` is the change of
-  // a few directions of the BSDF's own sampling, for there may be light that none of these has met (eq. 15 of Schalk
-  // 2018 without the irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the first that asked). Light
-  // of delta lobes may change altogether. Precondition: depends_on_view().
-  ViewEvidence evidence_from(const V3f& viewpoint, std::span<const WeighedDirection> directions) const;
+  // (rebased), given directions wi that light which arrived there came from. Picked in proportion to what they
+  // brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Afterwards they are distinct, and each weighs
+  // what it brings to this camera; where nobody can tell, what it brought. `unseen` is the change of a few directions
+  // of the BSDF's own sampling, for there may be light that none of these has met (eq. 15 of Schalk 2018 without the
+  // irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the first that asked). Light of delta lobes may
+  // change altogether. Precondition: depends_on_view().
+  ViewEvidence evidence_from(const V3f& viewpoint, WeighedDirections& directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.
   int material(int x, int y) const;

@@ -225,6 +225,7 @@ class Reprojection::Seeker {
     const SourceSight& sight = sights.of[source];
     const ViewEvidence& own = *sight.evidence;
     const ViewEvidence* alike[9];
+    const WeighedDirections* directions[9];
     std::size_t count = 0;
     const PixelRect around = block ? intersect({x - 1, y - 1, x + 2, y + 2}, block->block) : PixelRect{};
     for (int py = around.y0; py < around.y1; ++py) {
@@ -232,12 +233,20 @@ class Reprojection::Seeker {
         const Sights& there = block->at(px, py);
         if ((px == x && py == y) || there.asked <= source || !there.of[source].evidence) continue;
         const ViewEvidence& evidence = *there.of[source].evidence;
-        if (evidence.like(own) && same_surface(here, of_.film_.history()->centre(px, py))) alike[count++] = &evidence;
+        if (!evidence.like(own) || !same_surface(here, of_.film_.history()->centre(px, py))) continue;
+        directions[count] = &there.of[source].directions;
+        alike[count++] = &evidence;
       }
     }
+    directions[count] = &sight.directions;
     alike[count++] = &own;
     const ViewChange change = pooled_change(own, {alike, count}, sight.shared());
-    return views_[source].look(here, sight, change, of_.light_[source], key_of(x, y, source));
+    const std::uint32_t key = key_of(x, y, source);
+    SourceLookup lookup = views_[source].look(here, sight, change, of_.light_[source], key);
+    // From there on they stand for what the new camera sees: by what they brought to the old one they would lag behind
+    // from the next move on, and meet lobes that leave them more often than lobes that come.
+    if (block && lookup.total() > 0) pick_directions({directions, count}, key, lookup.directions);
+    return lookup;
   }
 
   const CameraPose& pose() const { return of_.centres_.pose(); }

@@ -36,10 +36,10 @@
 // point lies from the new pixel's centre it is a lookup beside its point. It copies without interpolating, and leaves
 // holes where things are shown larger: tests/bench/README.md compares them.
 //
-// What was traced for one half and for the other never meets, so the halves stay independent. Which lineage is the
-// film's first half alternates from picture to picture: a camera that moves on after every sample, which may be one
-// of the first half alone, feeds both. Cameras with a lens do not take part, nor do filters that
-// reach beyond eight pixels.
+// What was traced for one half and for the other never meets, so the halves stay independent, but for the directions,
+// which say together how the view has changed. Which lineage is the film's first half alternates from picture to
+// picture: a camera that moves on after every sample, which may be one of the first half alone, feeds both. Cameras
+// with a lens do not take part, nor do filters that reach beyond eight pixels.
 #pragma once
 
 #include <memory>

@@ -40,7 +40,7 @@ void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, d
   sight.glossy = centres.depends_on_view();
   sight.evidence.reset();
   if (sight.glossy && viewpoint_ && sight.usable()) {
-    sight.evidence = evidence_of(sight.taps, centres);
+    sight.evidence = evidence_of(sight.taps, centres, sight.directions);
   } else {
     sight.lookup = look(here, sight, {}, Rgb(0, 0, 0), key);
   }
@@ -67,7 +67,10 @@ SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, c
                                      sums.bend2(1) * resampling_error2(taps.fy, sight.zoom) +
                                      sums.slope2() * float(off_x * off_x + off_y * off_y));
   SourceLookup result = sums.weigh(resampled, change.error, change.arrival * light);
-  if (sight.glossy && result.total() > 0) pick_directions(taps, key, result.directions);
+  if (sight.glossy && !sight.evidence && result.total() > 0) {
+    const WeighedDirections directions = directions_of(taps, 0), *const all[] = {&directions};
+    pick_directions(all, key, result.directions);
+  }
   return result;
 }
 
@@ -143,37 +146,31 @@ bool SourceView::add_tap(const CentreHit& here, const V3d& from_camera, double f
   return true;
 }
 
-ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const CentreHits& centres) const {
-  WeighedDirection directions[kMostWeighed];
-  std::size_t count = 0;
+ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const CentreHits& centres,
+                                     WeighedDirections& directions) const {
   float least = kLeastShare * taps.total;
   if (!centres.textured()) {
     for (int i = 0; i < taps.count; ++i) least = std::max(least, taps.tap[i].weight);
   }
+  directions = directions_of(taps, least);
+  return centres.evidence_from(*viewpoint_, directions);
+}
+
+WeighedDirections SourceView::directions_of(const SourceTaps& taps, float least) const {
+  WeighedDirections directions;
+  float share = 0;
+  for (int i = 0; i < taps.count; ++i) share += taps.tap[i].weight >= least ? taps.tap[i].weight : 0;
   for (int i = 0; i < taps.count; ++i) {
     const SourceTap& tap = taps.tap[i];
     if (tap.weight < least) continue;
     const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
     for (int h = 0; h < kHalves; ++h) {
-      const float weight = tap.weight * luminance(pixel.means.mean(h));
-      if (!pixel.known(h) || !(weight > 0) || !(weight <= FLT_MAX)) continue;
-      for (const std::uint32_t packed : pixels_.directions(tap.x, tap.y).place[h])
-        directions[count++] = {packed, weight};
+      const float weight = tap.weight / share * luminance(pixel.means.mean(h));
+      if (pixel.known(h) && weight > 0 && weight <= FLT_MAX)
+        directions.add(pixels_.directions(tap.x, tap.y), h, weight);
     }
   }
-  return centres.evidence_from(*viewpoint_, {directions, count});
-}
-
-void SourceView::pick_directions(const SourceTaps& taps, std::uint32_t key, DirectionReservoir& out) const {
-  for (int h = 0; h < kHalves; ++h) {
-    for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
-      key = mix_bits(key + 0x9e3779b9u);
-      float u = unit_float(key) * taps.total;
-      int i = 0;
-      while (i + 1 < taps.count && (u -= taps.tap[i].weight) >= 0) ++i;
-      out.place[h][k] = pixels_.directions(taps.tap[i].x, taps.tap[i].y).place[h][k];
-    }
-  }
+  return directions;
 }
 
 }  // namespace helio

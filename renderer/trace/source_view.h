@@ -13,6 +13,7 @@
 #include "renderer/trace/forward_map.h"
 #include "renderer/trace/source_lookup.h"
 #include "renderer/trace/view_change.h"
+#include "renderer/trace/weighed_directions.h"
 
 namespace helio {
 
@@ -39,6 +40,7 @@ struct SourceSight {
   bool glossy = false;
   // Of surfaces that look different from there: neighbours have a say, and `lookup` is not known yet.
   std::optional<ViewEvidence> evidence;
+  WeighedDirections directions;  // of the evidence: what each brings to the new camera
   SourceLookup lookup;
 
   bool usable() const { return taps.total >= kLeastLookupWeight; }
@@ -63,7 +65,7 @@ class SourceView {
   void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const CentreHits& centres,
            std::uint32_t key, SourceSight& sight);
 
-  // light: the picture's mean radiance.
+  // Without the directions of surfaces that look different from there. light: the picture's mean radiance.
   SourceLookup look(const CentreHit& here, const SourceSight& sight, const ViewChange& change, const Rgb& light,
                     std::uint32_t key) const;
 
@@ -87,12 +89,12 @@ class SourceView {
 
   // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
   // surfaces are textured every pixel asks for itself.
-  ViewEvidence evidence_of(const SourceTaps& taps, const CentreHits& centres) const;
+  ViewEvidence evidence_of(const SourceTaps& taps, const CentreHits& centres, WeighedDirections& directions) const;
   SourceTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
   // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
   bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap, SourceTaps& taps);
-  // Each of one of the pixels, as likely as that weighs.
-  void pick_directions(const SourceTaps& taps, std::uint32_t key, DirectionReservoir& out) const;
+  // Those of the pixels that weigh `least` and more, by what they brought there.
+  WeighedDirections directions_of(const SourceTaps& taps, float least) const;
 
   const HistorySource& pixels_;
   const ForwardMap* landed_;

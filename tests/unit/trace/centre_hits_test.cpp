@@ -40,8 +40,13 @@ class AFloor {
 
   void look_at(int x, int y) { centres_->at(x, y); }
 
-  ViewEvidence evidence_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+  ViewEvidence evidence_from(const V3d& viewpoint, WeighedDirections& directions) const {
     return centres_->evidence_from(V3f(viewpoint - scene_->origin()), directions);
+  }
+  ViewEvidence evidence_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+    WeighedDirections weighed;
+    for (const WeighedDirection& d : directions) weighed.of[weighed.count++] = d;
+    return evidence_from(viewpoint, weighed);
   }
   bool depends_on_view() const { return centres_->depends_on_view(); }
   ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
@@ -158,6 +163,32 @@ TEST(CentreHits, BlackChannelsStayBlackNumbers) {
     const ViewChange change =
         AFloor(red).change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}});
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(change.ratio[c])) << c;
+  }
+}
+
+// By which the next view may pick among them.
+TEST(CentreHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
+  for (const float metallic : {1.0f, 0.3f}) {  // the second one with an albedo that depends on the view
+    Material material = metal(0.2f);
+    material.metallic = metallic;
+    const AFloor floor(material);
+    const V3d left = V3d(-0.5, 1, -0.2).normalized(), right = V3d(0.3, 1, 0.1).normalized();
+    const std::uint32_t a = pack_direction<DirectionReservoir::kAxisBits>(V3f(left));
+    const std::uint32_t b = pack_direction<DirectionReservoir::kAxisBits>(V3f(right));
+    WeighedDirections directions;
+    for (const WeighedDirection& d :
+         {WeighedDirection{a, 2}, {DirectionReservoir::kAny, 5}, {b, 3}, {DirectionReservoir::kNone, 7}, {a, 1}}) {
+      directions.of[directions.count++] = d;
+    }
+    floor.evidence_from(kThere, directions);
+    ASSERT_EQ(directions.count, 4u);
+    const auto change = [&](const V3d& lamp) { return floor.seen_from(kHere, lamp) / floor.seen_from(kThere, lamp); };
+    EXPECT_GT(std::abs(change(left) - change(right)), 0.1);
+    EXPECT_EQ(directions.of[0].packed, a);
+    EXPECT_NEAR(double(directions.of[0].weight) / (3 * change(left)), 1, 0.02);
+    EXPECT_NEAR(directions.of[1].weight, 5, 1e-4f);
+    EXPECT_NEAR(double(directions.of[2].weight) / (3 * change(right)), 1, 0.02);
+    EXPECT_EQ(directions.of[3].weight, 7);  // of a delta lobe: nobody can tell
   }
 }
 

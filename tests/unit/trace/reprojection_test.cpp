@@ -675,9 +675,52 @@ TEST(Reprojection, GlossySurfacesAreTheSameHoweverTheyAreCut) {
       const CarriedPixel &a = whole.history()->carried(x, y), &b = cut.history()->carried(x, y);
       carried += a.count[0] > 0;
       EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << x << ", " << y;
+      EXPECT_EQ(
+          std::memcmp(&whole.history()->directions(x, y), &cut.history()->directions(x, y), sizeof(DirectionReservoir)),
+          0)
+          << x << ", " << y;
     }
   }
   EXPECT_GT(carried, kWidth * kHeight / 2);
+}
+
+// Of two directions that brought as much to the earlier camera, each pixel remembers more of the one that the lobe has
+// turned to; as many of each where the camera stays where it is.
+TEST(Reprojection, DirectionsAreRememberedByWhatTheyBringToTheNewCamera) {
+  Material metal;
+  metal.metallic = 1;
+  metal.base_color = Rgb(1, 1, 1);
+  metal.roughness = 0.6f;
+  const auto scene = wall_of(metal);
+  const std::uint32_t left = pack_direction<DirectionReservoir::kAxisBits>(V3f(-0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
+  const std::uint32_t right = pack_direction<DirectionReservoir::kAxisBits>(V3f(0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
+  DirectionReservoir directions;
+  for (auto& half : directions.place) {
+    half[0] = left;
+    half[1] = right;
+  }
+  const auto plain = [](const Film&, int, int, int) { return HalfSamples{1, 64, 1}; };
+  const HistorySource source = picture(scene, kBeforeWall, 0, plain, directions);
+  const auto share_of_left = [&](const CameraPose& pose) {
+    const Film film = film_of(scene, pose, {{kBeforeWall, &source, 0, false}});
+    int count[2] = {0, 0};
+    for (int y = 10; y < kHeight - 10; ++y) {
+      for (int x = kWidth / 2 - 4; x < kWidth / 2 + 4; ++x) {
+        for (const auto& half : film.history()->directions(x, y).place) {
+          for (const std::uint32_t packed : half) {
+            EXPECT_TRUE(packed == left || packed == right) << packed;
+            ++count[packed == right];
+          }
+        }
+      }
+    }
+    return double(count[0]) / (count[0] + count[1]);
+  };
+  CameraPose to_the_right = kBeforeWall;  // from where the wall shows what lies to the left
+  to_the_right.position.x += 0.8;
+  EXPECT_GT(share_of_left(to_the_right), 0.55);
+  EXPECT_LT(share_of_left(to_the_right), 0.95);
+  EXPECT_NEAR(share_of_left(turned(kBeforeWall, 1)), 0.5, 0.02);
 }
 
 TEST(Reprojection, OnlyTheRegionIsDrawnOn) {
