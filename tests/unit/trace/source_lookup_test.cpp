@@ -71,6 +71,15 @@ TEST(SourceLookup, BoundsAddUpWhereNewErrorsAreSquares) {
   EXPECT_NEAR(lookup.count[0], 1 / (1 / 64.0 + 0.36), 1e-3);
 }
 
+TEST(SourceLookup, WhatMayBeOffByMoreThanHalfAfterAChangeOfViewSaysNothing) {
+  EXPECT_GT(sums_of(4, 64, 1, 1, 3).weigh(0, 0.01f, Rgb(0, 0, 0)).total(), 0);
+  EXPECT_EQ(sums_of(4, 64, 1, 1, 4).weigh(0, 0.01f, Rgb(0, 0, 0)).total(), 0);
+  // However it scatters, for what is off does that as well; and where the view is as it was its bound is its own.
+  EXPECT_EQ(sums_of(4, 64, 1e6f, 1e6f, 4).weigh(0, 0.01f, Rgb(0, 0, 0)).total(), 0);
+  EXPECT_GT(sums_of(4, 64, 1, 1, 4).weigh(0, 0, Rgb(0, 0, 0)).total(), 0);
+  EXPECT_EQ(sums_of(4, 64, 1, 1, 0).weigh(0, 0.6f, Rgb(0, 0, 0)).total(), 0);
+}
+
 TEST(SourceLookup, LightThatArrivesIsAddedAndDoubtedByHalf) {
   const SourceLookup lookup = sums_of(4, 64, 1, 1, 0).weigh(0, 0, Rgb(1, 1, 1));
   EXPECT_EQ(lookup.mean[0][0], 5);
