@@ -11,7 +11,8 @@ namespace helio {
 
 // Each place of a half holds the direction of one of its samples, picked with a probability proportional to the
 // sample's luminance, whatever the number of samples: weighted reservoir sampling (Chao 1982) with replacement, a place
-// at a time.
+// at a time. Pictures that draw on earlier ones begin with directions of either half and of neighbours there
+// (pick_directions()).
 struct DirectionReservoir {
   static constexpr int kPlaces = 2;
   static constexpr int kAxisBits = 12;  // a hundredth of a lobe of alpha 0.1

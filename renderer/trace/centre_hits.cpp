@@ -260,10 +260,9 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& 
   const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
   ask_lobes(viewpoint, views, from, told);
 
-  struct Told {
+  struct Known {
     float weight, ratio;
   } each[kMostWeighed];
-  const float albedo = luminance(told.albedo);
   int count = 0;
   V3d now(0, 0, 0), before(0, 0, 0);
   double whole = 0, known = 0, changed = 0;  // weights may be as large as radiance, and are squared
@@ -289,7 +288,7 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& 
     each[count++] = {d.weight, ratio};
     known += d.weight;
     changed += double(d.weight) * double(ratio);
-    d.weight = std::min(d.weight * ratio * albedo, FLT_MAX);
+    d.weight = std::min(d.weight * luminance(there * told.albedo), FLT_MAX);
   }
   told.lit = whole > 0;
   if (!(known > 0)) {

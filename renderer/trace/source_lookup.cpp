@@ -12,9 +12,9 @@ namespace {
 // Of pixels that are looked up together: how much quieter than their mean variance one is taken to be, at most.
 constexpr float kQuietest = 0x1p-20f;
 
-// A pixel whose view has changed, and that may be off by more than this share of what it shows, tells nothing. What is
-// wrong with it scatters its samples, too, and so would excuse itself: an orbit around curved metal made it grow from
-// step to step.
+// A half whose view has changed, and that may be off by more than this share of what the pixel shows, tells nothing.
+// What is wrong with it scatters its samples, too, and so would excuse itself: an orbit around curved metal made it
+// grow from step to step.
 constexpr float kMostOff = 0.5f;
 
 // Of light that is taken to have come into view: its standard error, over it.
@@ -65,7 +65,6 @@ SourceLookup LookupSums::weigh(float resampled, float view_change, const Rgb& ar
   result.bias2 = bias2_of(shared);
   result.age = age();
   if (!(result.bias2 <= FLT_MAX)) return {};
-  if (change2 > 0 && result.bias2 > sqr(kMostOff) * (square[a] + square[b]) / 2) return {};
   for (int h = 0; h < kHalves; ++h) {
     if (weight(h) < kLeastLookupWeight) continue;
     // The weight of a half must not follow its own samples: a bright one would raise the variance, and so the weight
@@ -73,6 +72,7 @@ SourceLookup LookupSums::weigh(float resampled, float view_change, const Rgb& ar
     const int other = a == b ? h : 1 - h;
     const float v = variance[other] > 0 ? variance[other] : square[other];
     const float added2 = change2 > 0 ? bias2_of(square[other]) : result.bias2;
+    if (change2 > 0 && added2 > sqr(kMostOff) * square[other]) continue;
     float inverse = added2 > 0 ? (v > 0 ? added2 / v : FLT_MAX) : 0;
     // What lies between a quiet pixel and a far noisier one, as the mirror image of a lamp, may be either: what
     // looking up between the two may have brought is held against the geometric mean of their variances.

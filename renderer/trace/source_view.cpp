@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "renderer/film/packed_values.h"
-#include "renderer/trace/sampler.h"
 
 namespace helio {
 namespace {
@@ -68,7 +67,8 @@ SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, c
                                      sums.slope2() * float(off_x * off_x + off_y * off_y));
   SourceLookup result = sums.weigh(resampled, change.error, change.arrival * light);
   if (sight.glossy && !sight.evidence && result.total() > 0) {
-    const WeighedDirections directions = directions_of(taps, 0), *const all[] = {&directions};
+    const WeighedDirections directions = directions_of(taps, 0);
+    const WeighedDirections* const all[] = {&directions};
     pick_directions(all, key, result.directions);
   }
   return result;

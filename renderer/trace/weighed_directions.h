@@ -1,6 +1,7 @@
 // Directions that light of pixels came from, with what they bring, and which of them a new pixel remembers.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,6 +25,7 @@ struct WeighedDirections {
 
   // All that a pixel remembers of a half.
   void add(const DirectionReservoir& reservoir, int half, float weight) {
+    assert(count + DirectionReservoir::kPlaces <= kMostWeighed);
     for (const std::uint32_t packed : reservoir.place[half]) of[count++] = {packed, weight};
   }
   // A direction that was kept more than once knows no more than once.

@@ -289,7 +289,7 @@ TEST(Reuse, AnOrbitAroundAMetalBallDoesNotGrowBrighter) {
   }
   const double error = std::sqrt(off.variance_of_mean());
   std::printf("off by %+.4f +- %.4f\n", off.mean(), error);
-  EXPECT_LT(error, 0.15);
+  EXPECT_LT(error, 0.1);
   EXPECT_LT(std::abs(off.mean()), 0.05 + 3 * error);
 }
 

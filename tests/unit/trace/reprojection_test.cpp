@@ -651,8 +651,10 @@ TEST(Reprojection, GlossySurfacesAreTheSameHoweverTheyAreCut) {
   metal.roughness = 0.5f;
   const auto scene = wall_of(metal);
   DirectionReservoir directions;
-  directions.place[0][0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
-  directions.place[1][1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.6f, 0.8f));
+  for (auto& half : directions.place) {
+    half[0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
+    half[1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.6f, 0.8f));
+  }
   const HistorySource source = picture(
       scene, kBeforeWall, 0,
       [](const Film&, int x, int y, int h) {
@@ -751,15 +753,16 @@ TEST(Reprojection, OnlyTheRegionIsDrawnOn) {
   }
 }
 
-// What a camera that steps aside, or turns, expects to be wrong of a surface of radiance 1, at the film's middle.
-float bias2_after(const Material& material, const CameraPose& pose) {
+// What a camera that steps aside, or turns, expects to be wrong of a surface of radiance 1, at the film's middle; none
+// where it does not draw on what was there.
+std::optional<float> bias2_after(const Material& material, const CameraPose& pose) {
   const auto scene = wall_of(material);
   const HistorySource source = picture(scene, kBeforeWall, 0, [](const Film&, int, int, int) {
     return HalfSamples{1, 1 << 20, 1};
   });
   const Film film = film_of(scene, pose, {{kBeforeWall, &source, 0, false}});
-  EXPECT_GT(film.history()->carried(24, 18).count[0], 0u);
-  return film.history()->carried(24, 18).bias2;
+  const CarriedPixel& carried = film.history()->carried(24, 18);
+  return carried.count[0] > 0 ? std::optional(carried.bias2) : std::nullopt;
 }
 
 TEST(Reprojection, WhatDependsOnTheViewIsLessCertainFromElsewhere) {
@@ -768,14 +771,14 @@ TEST(Reprojection, WhatDependsOnTheViewIsLessCertainFromElsewhere) {
   Material metal;
   metal.metallic = 1;
   metal.base_color = Rgb(1, 1, 1);
+  metal.roughness = 0;
+  EXPECT_EQ(bias2_after(metal, turned(kBeforeWall, 3)), 0);
+  EXPECT_FALSE(bias2_after(metal, aside));  // a mirror shows another thing altogether
   float last = 2;
-  for (const float roughness : {0.0f, 0.2f, 0.5f, 1.0f}) {
+  for (const float roughness : {0.2f, 0.5f, 1.0f}) {
     metal.roughness = roughness;
     EXPECT_EQ(bias2_after(metal, turned(kBeforeWall, 3)), 0);
-    const float bias2 = bias2_after(metal, aside);
-    if (roughness == 0) {
-      EXPECT_NEAR(bias2, 1, 1e-3f);  // a mirror shows another thing altogether
-    }
+    const float bias2 = bias2_after(metal, aside).value_or(-1);
     std::printf("roughness %g: %g\n", double(roughness), double(bias2));
     EXPECT_LT(bias2, 0.8f * last) << roughness;
     EXPECT_GT(bias2, 0) << roughness;
@@ -784,19 +787,20 @@ TEST(Reprojection, WhatDependsOnTheViewIsLessCertainFromElsewhere) {
   EXPECT_EQ(bias2_after(lambert(Rgb(0.5f, 0.5f, 0.5f)), aside), 0);
 }
 
-// A shiny coat on a matte wall, in a room of radiance 1. Of the light half had come by way of the coat, from where it
-// shows no more; what it shows instead no direction tells, and is taken to be as bright as the picture.
+// A shiny coat on a matte wall, in a room of radiance 1. Of the light a quarter had come by way of the coat, from where
+// it shows no more; what it shows instead no direction tells, and is taken to be as bright as the picture.
 TEST(Reprojection, LightThatComesIntoViewIsNotMissing) {
   Material coated;
   coated.base_color = Rgb(1, 1, 1);
-  coated.metallic = 0.5f;
+  coated.metallic = 0.25f;
   coated.roughness = 0.2f;
   const auto scene = wall_of(coated);
   DirectionReservoir directions;
   for (auto& half : directions.place) {
-    half[0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));  // mirrored to the film's middle
-    half[1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.8f, 0.6f));
+    for (Packed24& place : half) place = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.8f, 0.6f));
   }
+  // Mirrored to the film's middle.
+  directions.place[0][0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
   const HistorySource source = picture(
       scene, kBeforeWall, 0,
       [](const Film&, int, int, int) {
