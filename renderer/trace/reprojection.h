@@ -26,11 +26,10 @@
 //     every step,
 //   - edits of the scene since then, which are among it (trace/history_revision.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
-// lookup. That is the weight against fresh samples that makes the squared error smallest. What the view has changed of
-// by so much that b is more than half of the mean counts nothing. Where the pixels of a lookup
-// differ in what they scatter, their mean is not what the new pixel scatters, which may be as any of them does: what
-// looking up between pixels may have brought counts against the geometric mean of their variances instead
-// (LookupSums::weigh()).
+// lookup. That is the weight against fresh samples that makes the squared error smallest. Where the change of view is
+// known so badly that b is more than half of the mean, nothing counts. Where the pixels of a lookup differ in what they
+// scatter, their mean is not what the new pixel scatters, which may be as any of them does: what looking up between
+// pixels may have brought counts against the geometric mean of their variances instead (LookupSums::weigh()).
 //
 // Forward mapping is there as well (trace/forward_map.h): each pixel of an earlier picture goes to the one new pixel
 // that its point lies in, by the same rules but for mixed pixels beside that one, which nobody asks for. As far as the

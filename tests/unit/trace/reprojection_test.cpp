@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "renderer/film/film.h"
@@ -70,6 +71,21 @@ HistorySource picture(const std::shared_ptr<const RenderScene>& scene, const Cam
   HistorySource source(kWidth, kHeight);
   source.gather(film, film.bounds(), film.bounds());
   return source;
+}
+
+// wi: unit.
+std::uint32_t packed(const V3f& wi) {
+  return pack_direction<DirectionReservoir::kAxisBits>(wi);
+}
+
+// What each half of a pixel remembers.
+DirectionReservoir in_each_half(std::uint32_t first, std::uint32_t second) {
+  DirectionReservoir directions;
+  for (auto& half : directions.place) {
+    half[0] = first;
+    half[1] = second;
+  }
+  return directions;
 }
 
 CameraPose turned(CameraPose pose, double degrees) {
@@ -611,17 +627,14 @@ TEST(Reprojection, ASourceThatTheViewHasChangedIsBettered) {
   metal.base_color = Rgb(1, 1, 1);
   metal.roughness = 0.4f;
   const auto scene = wall_of(metal);
-  DirectionReservoir directions;
-  for (auto& half : directions.place) {
-    for (Packed24& place : half) place = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
-  }
+  const std::uint32_t ahead = packed(V3f(0, 0, 1));
   const auto plain = [&](double mean, std::uint32_t count, const CameraPose& pose) {
     return picture(
         scene, pose, 0,
         [&](const Film&, int, int, int) {
           return HalfSamples{mean, count, 1};
         },
-        directions);
+        in_each_half(ahead, ahead));
   };
   CameraPose far = kBeforeWall, near = kBeforeWall;
   far.position.x += 1.5;
@@ -650,17 +663,12 @@ TEST(Reprojection, GlossySurfacesAreTheSameHoweverTheyAreCut) {
   metal.base_color = Rgb(1, 0.8f, 0.5f);
   metal.roughness = 0.5f;
   const auto scene = wall_of(metal);
-  DirectionReservoir directions;
-  for (auto& half : directions.place) {
-    half[0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
-    half[1] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.6f, 0.8f));
-  }
   const HistorySource source = picture(
       scene, kBeforeWall, 0,
       [](const Film&, int x, int y, int h) {
         return HalfSamples{1 + 0.1 * ((x * 7 + y * 5 + h) % 11), 1 << 20, 100};
       },
-      directions);
+      in_each_half(packed(V3f(0, 0, 1)), packed(V3f(0, 0.6f, 0.8f))));
   CameraPose aside = kBeforeWall;
   aside.position.x += 0.4;
   Film whole(kWidth, kHeight, {.history = true}), cut(kWidth, kHeight, {.history = true});
@@ -694,15 +702,10 @@ TEST(Reprojection, DirectionsAreRememberedByWhatTheyBringToTheNewCamera) {
   metal.base_color = Rgb(1, 1, 1);
   metal.roughness = 0.6f;
   const auto scene = wall_of(metal);
-  const std::uint32_t left = pack_direction<DirectionReservoir::kAxisBits>(V3f(-0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
-  const std::uint32_t right = pack_direction<DirectionReservoir::kAxisBits>(V3f(0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
-  DirectionReservoir directions;
-  for (auto& half : directions.place) {
-    half[0] = left;
-    half[1] = right;
-  }
+  const std::uint32_t left = packed(V3f(-0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
+  const std::uint32_t right = packed(V3f(0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
   const auto plain = [](const Film&, int, int, int) { return HalfSamples{1, 64, 1}; };
-  const HistorySource source = picture(scene, kBeforeWall, 0, plain, directions);
+  const HistorySource source = picture(scene, kBeforeWall, 0, plain, in_each_half(left, right));
   const auto share_of_left = [&](const CameraPose& pose) {
     const Film film = film_of(scene, pose, {{kBeforeWall, &source, 0, false}});
     int count[2] = {0, 0};
@@ -795,12 +798,9 @@ TEST(Reprojection, LightThatComesIntoViewIsNotMissing) {
   coated.metallic = 0.25f;
   coated.roughness = 0.2f;
   const auto scene = wall_of(coated);
-  DirectionReservoir directions;
-  for (auto& half : directions.place) {
-    for (Packed24& place : half) place = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0.8f, 0.6f));
-  }
-  // Mirrored to the film's middle.
-  directions.place[0][0] = pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 0, 1));
+  const std::uint32_t beside = packed(V3f(0, 0.8f, 0.6f));
+  DirectionReservoir directions = in_each_half(beside, beside);
+  directions.place[0][0] = packed(V3f(0, 0, 1));  // mirrored to the film's middle
   const HistorySource source = picture(
       scene, kBeforeWall, 0,
       [](const Film&, int, int, int) {
