@@ -10,6 +10,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/direction_reservoir.h"
+#include "renderer/film/film.h"
 #include "renderer/film/packed_values.h"
 
 namespace helio {

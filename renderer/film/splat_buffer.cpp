@@ -45,17 +45,20 @@ void add_saturated(Unsigned128& sum, Unsigned128 term) {
 
 // Of competing exponential clocks with rates w the first to ring is one of those with probability w / sum (Efraimidis
 // and Spirakis 2006, "Weighted random sampling with a reservoir"), and the earliest of all does not depend on the
-// order: the time's bits, which sort as it does, above the direction's.
-constexpr int kDirectionBits = 24;
+// order: the time's bits, which sort as it does, above those of what it tells, a direction and a share.
+constexpr int kDirectionBits = 2 * DirectionReservoir::kAxisBits, kToldBits = kDirectionBits + 8;
 constexpr std::uint64_t kNoDirection = ~std::uint64_t(0);
+static_assert(32 + kToldBits <= 64);
 std::uint64_t ring(const Splat& splat, int half) {
   const float rate = luminance(splat.radiance);
   if (!(rate > 0)) return kNoDirection;
-  const std::uint64_t bits = mix_bits(std::uint64_t(std::bit_cast<std::uint32_t>(rate)) << 32 |
-                                      std::uint64_t(splat.direction) << 1 | std::uint64_t(half));
+  const std::uint64_t told = std::uint64_t(pack_share(splat.told.share)) << kDirectionBits |
+                             (splat.told.direction & ((1u << kDirectionBits) - 1));
+  const std::uint64_t bits =
+      mix_bits(std::uint64_t(std::bit_cast<std::uint32_t>(rate)) << 32 | told << 1 | std::uint64_t(half));
   const double u = double(mix_bits(bits ^ pixel_bits(splat.x, splat.y)) >> 11) * 0x1p-53;  // [0, 1)
   const auto time = std::bit_cast<std::uint32_t>(float(std::min(-std::log1p(-u) / double(rate), double(FLT_MAX))));
-  return std::uint64_t(time) << kDirectionBits | (splat.direction & ((1u << kDirectionBits) - 1));
+  return std::uint64_t(time) << kToldBits | told;
 }
 
 }  // namespace
@@ -221,12 +224,13 @@ Rgb SplatBuffer::mean(int half, int x, int y) const {
   return mean;
 }
 
-std::uint32_t SplatBuffer::direction(int half, int x, int y) const {
-  if (!directions_[half]) return 0;
+ToldLight SplatBuffer::told(int half, int x, int y) const {
+  if (!directions_[half]) return {};
   const Stripe& stripe = locks_[std::size_t(y / kStripeRows)];
   const std::lock_guard lock(stripe.mutex);
   const std::uint64_t first = holds_anything(stripe) ? directions_[half][index(x, y)] : kNoDirection;
-  return first == kNoDirection ? 0 : std::uint32_t(first & ((1u << kDirectionBits) - 1));
+  if (first == kNoDirection) return {};
+  return {std::uint32_t(first & ((1u << kDirectionBits) - 1)), unpack_share(std::uint32_t(first >> kDirectionBits))};
 }
 
 double SplatBuffer::brightest(int y, int x0, int x1) const {

@@ -21,14 +21,15 @@
 #include <span>
 
 #include "renderer/base/math.h"
+#include "renderer/film/direction_reservoir.h"
 
 namespace helio {
 
 struct Splat {
   std::int32_t x = 0, y = 0;  // pixel of the film
   Rgb radiance;               // what its light path alone would make of the pixel's
-  // Where its light comes from at the surface that the pixel shows: as DirectionReservoir has it, 24 bits; 0: not told.
-  std::uint32_t direction = 0;
+  // Where its light comes from at the surface that the pixel shows, and what of it the view changes.
+  ToldLight told = {};
 };
 
 class SplatBuffer {
@@ -61,9 +62,9 @@ class SplatBuffer {
   // the largest splat, and that where all are alike. Radiance of a splat, >= 0.
   double brightest(int y, int x0, int x1) const;
 
-  // That of one of the half's splats on the pixel, picked with a probability proportional to its luminance; 0: there
-  // are none, or none are kept.
-  std::uint32_t direction(int half, int x, int y) const;
+  // That of one of the half's splats on the pixel, picked with a probability proportional to its luminance, the share
+  // in a byte; without any, or if none are kept: nothing is told.
+  ToldLight told(int half, int x, int y) const;
 
   // Splats that did not enter, both halves: of a window of the film, and of those outside the film.
   std::uint64_t invalid_in(const PixelRect& window) const;

@@ -95,7 +95,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
 
   void trace_connections() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
-      watch_.joined(path, paths_.rays.rays()[ray].direction, radiance);
+      watch_.joined(path, ray, paths_.rays.rays()[ray].direction, radiance);
       watch_.ray_arrived(ray);
       group_.paths[path].radiance += radiance;
       if (task_.squares) add_squares(path, squares_of_rays_[ray]);
@@ -179,7 +179,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
-    if constexpr (Watch::kWatches) tell_surface(i, at, point, frame.n, black);
+    if constexpr (Watch::kWatches || Watch::kRecords) tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 
@@ -287,6 +287,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V3f direction(V3d(between) / distance), back = -direction;
     const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
     if (is_black(camera_value.f_cos)) return;
+    watch_.connection_value(direction, camera_value);
     std::optional<ShadingPoint> from_camera;  // the light vertex
     if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
     const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;

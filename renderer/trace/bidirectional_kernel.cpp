@@ -106,10 +106,10 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const std::uint32_t i = pairs_.lights.path_of(v);
       const std::uint32_t key = pairs_.batch.keys[i], index = pairs_.batch.reversed_index[i];
       const V2f lens = lens_sample(task_.camera, key, index, vertex.depth);
-      const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted);
+      const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Watch::kRecords);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
-      film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, direction_of(vertex)};
+      film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, told_of(vertex, *splat)};
       if (task_.squares) {
         // A light path's share of the pixel is its try's, of which there are so many.
         const double tries = counts_.light_paths, brought = luminance(splat->radiance) / tries;
@@ -122,10 +122,10 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
     trace_splats();
   }
 
-  // That the light comes from which the camera sees.
-  static std::uint32_t direction_of(const LightVertex& vertex) {
-    if constexpr (!Watch::kRecords) return 0;
-    return pack_direction<DirectionReservoir::kAxisBits>(-vertex.arrived);
+  // Of the light that the camera sees.
+  static ToldLight told_of(const LightVertex& vertex, const SplatConnection& splat) {
+    if constexpr (!Watch::kRecords) return {};
+    return {pack_direction<DirectionReservoir::kAxisBits>(-vertex.arrived), splat.share};
   }
 
   void trace_splats() {
@@ -169,7 +169,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   struct FilmPoint {
     double x, y;
-    std::uint32_t direction;  // Splat::direction
+    ToldLight told;
   };
   // Of a light path at the camera.
   struct Arrival {
@@ -178,7 +178,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
     std::int32_t x, y;  // of the pixel whose sample it goes with
     std::uint32_t sample;
 
-    Splat splat(int x, int y, double share) const { return {x, y, radiance * float(share), at.direction}; }
+    Splat splat(int x, int y, double share) const { return {x, y, radiance * float(share), at.told}; }
   };
 
   PairedPaths& pairs_;

@@ -49,6 +49,29 @@ BsdfValue evaluate_from_above(const SurfaceParams& params, const V3f& wo, const 
   return {};
 }
 
+Rgb matte_from_above(const SurfaceParams& params, const V3f& wo, const V3f& wi, bool inside) {
+  switch (params.model) {
+    case LobeModel::lambert:
+      return evaluate_lambert(params.base_color, wo, wi).f_cos;
+    case LobeModel::metallic_roughness:
+      return matte_layered(metallic_roughness_lobes(params, inside), wo, wi);
+    case LobeModel::specular_glossiness:
+      return matte_layered(specular_glossiness_lobes(params), wo, wi);
+    case LobeModel::stack:
+      return matte_stack(params, inside, wo, wi);
+    case LobeModel::plastic:
+      return matte_plastic(params, wo, wi);
+    case LobeModel::principled:
+      return matte_principled(params, inside, wo, wi);
+    case LobeModel::conductor:
+    case LobeModel::pane:
+    case LobeModel::blend:
+    case LobeModel::none:
+      break;
+  }
+  return {0, 0, 0};
+}
+
 BsdfSample sample_from_above(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u, bool inside) {
   switch (params.model) {
     case LobeModel::lambert:
@@ -80,6 +103,14 @@ BsdfValue evaluate_in_frame(const SurfaceParams& params, const V3f& wo, const V3
   if (side == Side::none) return {};
   if (side == Side::outside) return evaluate_from_above(params, wo, wi, false);
   return evaluate_from_above(params, mirrored(wo), mirrored(wi), true);
+}
+
+Rgb matte_in_frame(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  if (params.model == LobeModel::blend) return matte_blend(params, wo, wi);
+  const Side side = side_of(params, wo);
+  if (side == Side::none) return {0, 0, 0};
+  if (side == Side::outside) return matte_from_above(params, wo, wi, false);
+  return matte_from_above(params, mirrored(wo), mirrored(wi), true);
 }
 
 BsdfSample sample_in_frame(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
@@ -115,6 +146,15 @@ BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& w
   BsdfValue value = evaluate_in_frame(params, frame.to_local(wo), own_wi);
   if (params.map_alpha2 > 0) value.f_cos *= map_shadowing(params, wi);
   return value;
+}
+
+Rgb matte_cos(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  if (!params.mapped) return matte_in_frame(params, wo, wi);
+  const Frame frame(params.map_normal);
+  const V3f own_wi = frame.to_local(wi);
+  if (!same_side(wi, own_wi)) return {0, 0, 0};
+  const Rgb f_cos = matte_in_frame(params, frame.to_local(wo), own_wi);
+  return params.map_alpha2 > 0 ? f_cos * map_shadowing(params, wi) : f_cos;
 }
 
 BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {

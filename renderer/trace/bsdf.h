@@ -5,6 +5,8 @@
 // flipped to z > 0 by the caller's choice of frame, never in here.
 #pragma once
 
+#include <algorithm>
+
 #include "renderer/base/math.h"
 #include "renderer/scene/scene_description.h"
 
@@ -109,6 +111,16 @@ inline BsdfSample sample_of(const V3f& wi, const BsdfValue& value) {
 }
 
 BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi);
+
+// What of its f_cos diffuse bases send, which look much alike from everywhere; the rest is of lobes that depend on the
+// view. In all models but `principled` a function of wo times one of wi, or a sum of a few of these.
+Rgb matte_cos(const SurfaceParams& params, const V3f& wo, const V3f& wi);
+
+// What of the luminance f_cos, of which matte_cos() is a part, depends on the view: [0, 1].
+inline float varying_share(const Rgb& f_cos, const Rgb& matte) {
+  const float all = luminance(f_cos);
+  return all > 0 ? std::clamp(1 - luminance(matte) / all, 0.0f, 1.0f) : 1.0f;
+}
 
 // u_lobe and u in [0, 1). An invalid sample (pdf_w == 0) ends the path: the direction fell below the surface.
 BsdfSample sample_bsdf(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u);

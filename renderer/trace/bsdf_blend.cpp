@@ -16,6 +16,14 @@ BsdfValue evaluate_blend(const SurfaceParams& params, const V3f& wo, const V3f& 
   return value;
 }
 
+Rgb matte_blend(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  const BlendParams& blend = *params.blend;
+  Rgb f_cos(0, 0, 0);
+  if (blend.weight < 1) f_cos += matte_cos(blend.first, wo, wi) * (1 - blend.weight);
+  if (blend.weight > 0) f_cos += matte_cos(blend.second, wo, wi) * blend.weight;
+  return f_cos;
+}
+
 BsdfSample sample_blend(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
   const BlendParams& blend = *params.blend;
   const bool second = u_lobe < blend.weight;

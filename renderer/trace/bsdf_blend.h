@@ -16,6 +16,7 @@ struct BlendParams {
 
 // `wo` as in evaluate_bsdf(); params.blend set in all of these.
 BsdfValue evaluate_blend(const SurfaceParams& params, const V3f& wo, const V3f& wi);
+Rgb matte_blend(const SurfaceParams& params, const V3f& wo, const V3f& wi);  // of its f_cos, matte_cos() of its parts
 BsdfSample sample_blend(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u);
 bool is_pure_delta_blend(const SurfaceParams& params);
 Rgb blend_albedo(const SurfaceParams& params, const V3f& wo);

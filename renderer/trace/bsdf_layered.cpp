@@ -93,7 +93,11 @@ Rescattering rescattering_of(const LayeredLobes& lobes) {
   return {f * f * (metal * (1 - loss)) / (Rgb(1) - f * loss), loss};
 }
 
-// base_exit() where the terms are at hand.
+// base_entry() and base_exit() where the terms are at hand.
+Rgb base_entry(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
+  if (lobes.filmed_base) return lobes.filmed_base->entering(mu);
+  return Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
+}
 Rgb base_exit(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
   const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
@@ -117,8 +121,7 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
     return view;
   }
   const AlbedoTerms terms = albedo_terms(lobes, wo.z);
-  view.base_entry =
-      lobes.filmed_base ? lobes.filmed_base->entering(wo.z) : Rgb(terms.entering(lobes.coat_f0, lobes.coat_f90));
+  view.base_entry = base_entry(lobes, terms, wo.z);
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
     straight = mean(lobes.tint) * lobes.glass;
@@ -167,14 +170,9 @@ namespace {
 BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival,
                               const V3f& m, float cos_m) {
   BsdfValue value;
-  if (view.diffuse > 0) {
-    value.f_cos += lobes.diffuse * view.base_entry * arrival.base_exit * arrival.cosine_pdf;
-    value.pdf_w += view.diffuse * arrival.cosine_pdf;
-  }
-  if (view.rescattered > 0) {
-    value.f_cos += view.rescattering * (arrival.loss * arrival.cosine_pdf);
-    value.pdf_w += view.rescattered * arrival.loss_pdf;
-  }
+  value.f_cos = matte_reflected(lobes, view, arrival);
+  if (view.diffuse > 0) value.pdf_w += view.diffuse * arrival.cosine_pdf;
+  if (view.rescattered > 0) value.pdf_w += view.rescattered * arrival.loss_pdf;
   if (lobes.mirror) return value;
   const FacetResponse response = facet_response(lobes, cos_m);
   const float pdf = lobes.microfacet.normal_density(m) / (4 * view.visible_area);
@@ -297,6 +295,36 @@ BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view,
   V3f m;
   if (!make_normal(view.wo + arrival.wi, m)) return {};
   return evaluate_reflection(lobes, view, arrival, m, dot(view.wo, m));
+}
+
+Rgb matte_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival) {
+  Rgb f_cos(0, 0, 0);
+  if (view.diffuse > 0) f_cos += lobes.diffuse * view.base_entry * arrival.base_exit * arrival.cosine_pdf;
+  if (view.rescattered > 0) f_cos += view.rescattering * (arrival.loss * arrival.cosine_pdf);
+  return f_cos;
+}
+
+MatteView matte_along(const LayeredLobes& lobes, const V3f& wo) {
+  MatteView view;
+  const bool base = !is_black(lobes.diffuse), metal = rescatters(lobes);
+  if (!base && !metal) return view;
+  const AlbedoTerms terms = albedo_terms(lobes, wo.z);
+  if (base) view.diffuse = lobes.diffuse * base_entry(lobes, terms, wo.z);
+  if (metal) {
+    const Rescattering rescattering = rescattering_of(lobes);
+    view.rescattered = rescattering.share * (terms.loss / rescattering.mean_loss);
+  }
+  return view;
+}
+
+Rgb matte_layered(const LayeredLobes& lobes, const MatteView& view, const V3f& wi) {
+  const bool base = !is_black(view.diffuse), metal = !is_black(view.rescattered);
+  if (!(wi.z > 0) || (!base && !metal)) return {0, 0, 0};
+  const AlbedoTerms terms = albedo_terms(lobes, wi.z);
+  Rgb f(0, 0, 0);
+  if (base) f += view.diffuse * base_exit(lobes, terms, wi.z);
+  if (metal) f += view.rescattered * terms.loss;
+  return f * cosine_hemisphere_pdf_w(wi.z);
 }
 
 BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {

@@ -92,6 +92,13 @@ std::shared_ptr<const PlasticInterface> make_plastic_interface(MicrofacetDistrib
   return interface;
 }
 
+Rgb matte_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+  if (!(wi.z > 0)) return {0, 0, 0};
+  const PlasticInterface& interface = *params.plastic;
+  return base_reflectance(params) *
+         (interface.transmitted(wo.z) * interface.transmitted(wi.z) * cosine_hemisphere_pdf_w(wi.z));
+}
+
 BsdfValue evaluate_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
   if (!(wi.z > 0)) return {};
   const PlasticInterface& interface = *params.plastic;

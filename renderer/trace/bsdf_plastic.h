@@ -45,6 +45,8 @@ float diffuse_internal_reflectance(float ior);
 
 // wo.z > 0, params.plastic set in all of these.
 BsdfValue evaluate_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi);
+// Of its f_cos, the diffuse base.
+Rgb matte_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi);
 BsdfSample sample_plastic(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u);
 Rgb plastic_albedo(const SurfaceParams& params, const V3f& wo);
 

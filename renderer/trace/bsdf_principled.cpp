@@ -76,6 +76,13 @@ class Principled {
     return value;
   }
 
+  Rgb matte(const V3f& wo, const V3f& wi) const {
+    const V3f h = wo + wi;
+    const float squared = length_squared(h);
+    if (!(diffuse_ > 0) || !(wi.z > 0) || !(squared > 1e-24f)) return {0, 0, 0};
+    return diffuse_cos(wo.z, wi.z, dot(wo, h) / std::sqrt(squared));
+  }
+
   BsdfSample sample(const V3f& wo, float u_lobe, const V2f& u) const {
     if (u_lobe < choose_diffuse_) return finish(wo, square_to_cosine_hemisphere(u));
     u_lobe -= choose_diffuse_;
@@ -173,6 +180,10 @@ class Principled {
 
 BsdfValue evaluate_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi) {
   return Principled(params, inside).evaluate(wo, wi);
+}
+
+Rgb matte_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi) {
+  return Principled(params, inside).matte(wo, wi);
 }
 
 BsdfSample sample_principled(const SurfaceParams& params, bool inside, const V3f& wo, float u_lobe, const V2f& u) {

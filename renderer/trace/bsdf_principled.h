@@ -22,6 +22,8 @@ namespace helio {
 
 // wo.z > 0, params.principled set; inside: wo was inside the volume and has been mirrored.
 BsdfValue evaluate_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
+// Of its f_cos, the diffuse lobe.
+Rgb matte_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
 BsdfSample sample_principled(const SurfaceParams& params, bool inside, const V3f& wo, float u_lobe, const V2f& u);
 Rgb principled_albedo(const SurfaceParams& params, bool inside, const V3f& wo);
 

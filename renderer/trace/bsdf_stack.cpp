@@ -31,6 +31,7 @@ class Stack {
 
   void look_from(const V3f& wo);
   BsdfValue evaluate(const V3f& wo, const V3f& wi) const;
+  Rgb matte(const V3f& wo, const V3f& wi) const;
   BsdfSample sample(const V3f& wo, float u_lobe, const V2f& u) const;
   bool pure_delta() const;
   Rgb albedo(const V3f& wo);
@@ -207,6 +208,11 @@ BsdfValue Stack::evaluate(const V3f& wo, const V3f& wi) const {
   return wi.z < 0 ? sum(base, far_diffuse_value(wi)) : BsdfValue{};
 }
 
+Rgb Stack::matte(const V3f& wo, const V3f& wi) const {
+  if (wi.z > 0) return choose_base_ > 0 ? matte_layered(base_, wo, wi) * shared(wi).both : Rgb(0, 0, 0);
+  return far_diffuse_value(wi).f_cos;
+}
+
 BsdfSample Stack::finish(const V3f& wo, const V3f& wi) const {
   BsdfSample sample = sample_of(wi, evaluate(wo, wi));
   sample.transmitted = sample.valid() && wi.z < 0;
@@ -294,6 +300,12 @@ BsdfValue evaluate_stack(const SurfaceParams& params, bool inside, const V3f& wo
   Stack stack(params, inside);
   stack.look_from(wo);
   return stack.evaluate(wo, wi);
+}
+
+Rgb matte_stack(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi) {
+  Stack stack(params, inside);
+  stack.look_from(wo);
+  return stack.matte(wo, wi);
 }
 
 BsdfSample sample_stack(const SurfaceParams& params, bool inside, const V3f& wo, float u_lobe, const V2f& u) {

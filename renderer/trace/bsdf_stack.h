@@ -24,6 +24,8 @@ namespace helio {
 
 // params.layers is set; wo.z > 0; inside: wo was inside the volume and has been mirrored.
 BsdfValue evaluate_stack(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
+// Of its f_cos, what matte_layered() is of the base, and diffuse transmission.
+Rgb matte_stack(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
 BsdfSample sample_stack(const SurfaceParams& params, bool inside, const V3f& wo, float u_lobe, const V2f& u);
 bool is_pure_delta_stack(const SurfaceParams& params);
 Rgb stack_albedo(const SurfaceParams& params, bool inside, const V3f& wo);

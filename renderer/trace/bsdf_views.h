@@ -1,4 +1,5 @@
-// The scattering of one surface as two directions see it: what reprojection compares.
+// The scattering of one surface as two directions see it, which reprojection compares, and what of it looks alike from
+// everywhere.
 #pragma once
 
 #include "renderer/trace/bsdf.h"
@@ -6,7 +7,7 @@
 
 namespace helio {
 
-// evaluate_bsdf() along two wo, to the bit, for many wi. What depends on a wo alone is worked out once, and what
+// evaluate_bsdf() and matte_cos() along two wo, to the bit, for many wi. What depends on a wo alone is worked out once, and what
 // depends on a wi alone once for both, for the models that have but one interface.
 class BsdfViews {
  public:
@@ -14,7 +15,8 @@ class BsdfViews {
   BsdfViews(const SurfaceParams& params, const V3f& first, const V3f& second);
 
   struct Values {
-    Rgb first, second;  // f(wo, wi) |cos wi|, deltas excluded
+    Rgb first, second;              // f(wo, wi) |cos wi|, deltas excluded
+    Rgb first_matte, second_matte;  // of that, matte_cos()
   };
   Values f_cos(const V3f& wi) const;
 
@@ -24,6 +26,22 @@ class BsdfViews {
   bool layered_;
   LayeredLobes lobes_;
   LayeredView first_view_, second_view_;
+};
+
+// matte_cos() along one wo, to the bit, for a few wi.
+class MatteBsdf {
+ public:
+  // wo: local, unit. The parameters outlive this.
+  MatteBsdf(const SurfaceParams& params, const V3f& wo);
+
+  Rgb f_cos(const V3f& wi) const { return layered_ ? matte_layered(lobes_, view_, wi) : matte_cos(params_, wo_, wi); }
+
+ private:
+  const SurfaceParams& params_;
+  V3f wo_;
+  bool layered_;
+  LayeredLobes lobes_;
+  MatteView view_;
 };
 
 }  // namespace helio

@@ -10,6 +10,7 @@
 #include "renderer/film/history_source.h"
 #include "renderer/film/packed_values.h"
 #include "renderer/trace/bsdf_views.h"
+#include "renderer/trace/light_change.h"
 #include "renderer/trace/sampler.h"
 #include "renderer/trace/shading_point.h"
 
@@ -260,56 +261,26 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& 
   const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
   ask_lobes(viewpoint, views, from, told);
 
-  struct Known {
-    float weight, ratio;
-  } each[kMostWeighed];
-  int count = 0;
-  V3d now(0, 0, 0), before(0, 0, 0);
-  double whole = 0, known = 0, changed = 0;  // weights may be as large as radiance, and are squared
+  LightChange change(directions.light);
   directions.merge_equal();
   for (std::size_t i = 0; i < directions.count; ++i) {
     WeighedDirection& d = directions.of[i];
-    whole += d.weight;
-    Rgb there = inverse, f(1, 1, 1);
-    float old = 1;
-    if (d.packed == DirectionReservoir::kNone) continue;
+    SeenLight before{Rgb(1, 1, 1), Rgb(1, 1, 1)}, now{inverse, inverse};
+    if (d.packed == DirectionReservoir::kNone) {
+      change.add_unknown(d.weight);
+      continue;
+    }
     if (d.packed != DirectionReservoir::kAny) {
       const V3f wi = frame.to_local(unpack_direction<DirectionReservoir::kAxisBits>(d.packed));
       const BsdfViews::Values values = views.f_cos(wi);
-      f = values.second;
-      old = luminance(f);
-      there = values.first * inverse / old;
-      if (!(old > 0) || !is_finite(f) || !is_finite(there)) continue;  // the surface is not quite the same
-      there *= std::min(1.0f, kMostRatio / std::max(max_component(there), 1.0f));
+      before = {values.second, values.second_matte};
+      now = {values.first * inverse, values.first_matte * inverse};
     }
-    now += V3d(there) * double(d.weight);
-    before += V3d(f / old) * double(d.weight);
-    const float ratio = luminance(there);
-    each[count++] = {d.weight, ratio};
-    known += d.weight;
-    changed += double(d.weight) * double(ratio);
-    d.weight = std::min(d.weight * luminance(there * told.albedo), FLT_MAX);
+    const float counts = change.add(d.weight, before, now);
+    if (counts >= 0) d.weight = std::min(d.weight * counts * luminance(told.albedo), FLT_MAX);
   }
-  told.lit = whole > 0;
-  if (!(known > 0)) {
-    told.unknown = told.lit ? 1.0f : 0.0f;
-    return told;
-  }
-  told.directions = count;
-
-  const double mean = changed / known, unknown = whole - known;
-  double scatter = 0;
-  for (int k = 0; k < count; ++k) {
-    const double away = double(each[k].weight) / whole * (double(each[k].ratio) - mean);
-    scatter += away * away;
-  }
-  told.scatter = float(scatter * double(count) / std::max(count - 1, 1));
-  told.unknown = float(unknown / whole);
-  told.off = float((changed - known) / whole);
-  for (int c = 0; c < 3; ++c) {
-    const double old = before[c] + unknown;  // 0: the surface is black in this channel
-    if (old > 0) told.change[c] = std::min(float((now[c] + unknown) / old), kMostRatio) - 1;
-  }
+  change.tell(told);
+  directions.light *= double(luminance(told.albedo)) * std::max(1 + double(told.off), 0.0);
   return told;
 }
 

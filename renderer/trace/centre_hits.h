@@ -48,9 +48,9 @@ class CentreHits {
   bool textured() const;
 
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
-  // (rebased), given directions wi that light which arrived there came from. Picked in proportion to what they
-  // brought, the mean of f(new wo, wi) / f(old wo, wi) is that ratio. Afterwards they are distinct, and each weighs
-  // what it brings to this camera; where nobody can tell, what it brought. `unseen` is the change of a few directions
+  // (rebased), given directions wi that light which arrived there came from, picked in proportion to what they counted
+  // there (light_change.h). Afterwards they are distinct, and each weighs what it counts for this camera; where nobody
+  // can tell, what it counted. `unseen` is the change of a few directions
   // of the BSDF's own sampling, for there may be light that none of these has met (eq. 15 of Schalk 2018 without the
   // irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the first that asked). Light of delta lobes may
   // change altogether. Precondition: depends_on_view().

@@ -1,13 +1,16 @@
 // What a kernel notes for a film that later pictures draw on: of each sample, a direction that its light came from at
-// the first hit (film/direction_reservoir.h). Of the general kernel and the bidirectional one: Lambert surfaces look
-// alike from everywhere.
+// the first hit, and how much of it depends on the view (film/direction_reservoir.h). Of the general kernel and the
+// bidirectional one: Lambert surfaces look alike from everywhere.
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <optional>
 #include <vector>
 
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/film_history.h"
+#include "renderer/trace/bsdf_views.h"
 #include "renderer/trace/path_watch.h"
 #include "renderer/trace/sampler.h"
 
@@ -23,18 +26,30 @@ class DirectionRecorder : public NoWatch {
   void make_room(std::size_t samples) { samples_.resize(samples); }
   void arrived(const PathGroup&) {}
 
-  void segment(int vertex, std::uint32_t path, const PathGroup&) {
+  void segment(int vertex, std::uint32_t path, const PathGroup& group) {
     first_ = vertex == 1;
     if (!first_) return;
     paths_[path] = {};
     beta_ = Rgb(1, 1, 1);  // throughput() is not called where nothing is met
+    to_camera_ = -group.rays[path].direction;
   }
   void throughput(std::uint32_t, const Rgb& beta) { beta_ = beta; }
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {
     if (first_) paths_[path].emitted = luminance(beta_ * radiance) * weight;
   }
+  // The parameters are there until the next vertex is looked at.
+  void surface(std::uint32_t, const Surface&, const SurfaceParams& params, const V3f& normal, const V3f&, bool) {
+    if (!first_) return;
+    const bool lambert = params.model == LobeModel::lambert && !params.mapped;
+    params_ = lambert ? nullptr : &params;
+    frame_ = Frame(normal);
+    matte_.reset();
+  }
   void light_sample(std::uint32_t path, const LightSample& light) {
-    if (first_) paths_[path].to_light = pack_direction<DirectionReservoir::kAxisBits>(light.direction);
+    if (first_) paths_[path].light.direction = pack_direction<DirectionReservoir::kAxisBits>(light.direction);
+  }
+  void light_value(std::uint32_t path, const LightSample& light, const BsdfValue& value) {
+    if (first_) paths_[path].light.share = share_of(value.f_cos, frame_.to_local(light.direction));
   }
   void shadow_ray(std::uint32_t path, float, const Rgb& contribution) {
     if (first_) paths_[path].from_light = luminance(contribution);
@@ -42,20 +57,36 @@ class DirectionRecorder : public NoWatch {
   void occluded(std::uint32_t path, bool occluded) {
     if (first_ && occluded) paths_[path].from_light = 0;
   }
-  // Of several, one in proportion to what it brings.
-  void joined(std::uint32_t path, const V3f& direction, const Rgb& contribution) {
+  // In place of occluded(): if it arrives it is joined().
+  void light_ray(std::uint32_t path, int ray, double) {
+    if (!first_) return;
+    note_ray(ray, paths_[path].light.share);
+    paths_[path].from_light = 0;
+  }
+  void connection_value(const V3f& direction, const BsdfValue& value) {
+    if (first_) connected_ = share_of(value.f_cos, frame_.to_local(direction));
+  }
+  void connection(std::uint32_t, int ray, const LightVertex&, double, double, const Rgb&) {
+    if (first_) note_ray(ray, connected_);
+  }
+  // Of several, one in proportion to what it counts.
+  void joined(std::uint32_t path, int ray, const V3f& direction, const Rgb& contribution) {
     if (!first_) return;
     Sample& sample = paths_[path];
-    const float brought = luminance(contribution);
+    const float brought = luminance(contribution), share = ray_shares_[std::size_t(ray)];
+    const float varied = sample.from_light * sample.light.share + brought * share;
     sample.from_light += brought;
+    sample.light.share = sample.from_light > 0 ? std::min(varied / sample.from_light, 1.0f) : 0.0f;
     const std::uint32_t chance = combine_hash(std::bit_cast<std::uint32_t>(direction.x) + std::uint32_t(seed_),
                                               std::bit_cast<std::uint32_t>(direction.y));
-    if (unit_float(chance) * sample.from_light < brought)
-      sample.to_light = pack_direction<DirectionReservoir::kAxisBits>(direction);
+    const float all = sample.from_light * DirectionReservoir::counting(sample.light.share);
+    if (unit_float(chance) * all < brought * DirectionReservoir::counting(share))
+      sample.light.direction = pack_direction<DirectionReservoir::kAxisBits>(direction);
   }
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
     if (!first_ || !sample.valid() || sample.delta) return;
-    paths_[path].onwards = pack_direction<DirectionReservoir::kAxisBits>(frame.to_world(sample.wi));
+    paths_[path].onwards = {pack_direction<DirectionReservoir::kAxisBits>(frame.to_world(sample.wi)),
+                            share_of(sample.weight * sample.pdf_w, sample.wi)};
   }
 
   void store(std::size_t slot, std::uint32_t path, const Rgb& radiance) {
@@ -67,30 +98,58 @@ class DirectionRecorder : public NoWatch {
   void commit(std::size_t slot, int half, std::uint32_t index, std::uint32_t, int x, int y) {
     const Sample& sample = samples_[slot];
     const std::uint32_t key = combine_hash(pixel_key(x, y, half, seed_), index);
-    const float u[DirectionReservoir::kPlaces] = {unit_float(mix_bits(key)), unit_float(mix_bits(~key))};
-    const HalfPixel& pixel = film_.half(half, x, y);
-    const Rgb sum(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]));
-    film_.history()->directions(x, y).add(half, sample.pick(unit_float(key)), sample.whole, double(luminance(sum)), u);
+    DirectionReservoir::Chances u;
+    std::uint32_t bits = key;
+    for (float& place : u.place) place = unit_float(bits = mix_bits(bits));
+    u.share = unit_float(mix_bits(bits));
+    double whole = 0;
+    for (int h = 0; h < kHalves; ++h) {
+      const HalfPixel& pixel = film_.half(h, x, y);
+      whole += double(luminance(Rgb(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]))));
+    }
+    film_.history()->directions(x, y).add(sample.pick(unit_float(key)), sample.whole, sample.varies(), whole, u);
   }
 
  private:
-  // Luminances, and directions as they are kept.
+  // Luminances, and what is told of the light. Of what came by the sampled direction: the rest.
   struct Sample {
     float emitted = 0, from_light = 0, whole = 0;
-    std::uint32_t to_light = DirectionReservoir::kNone, onwards = DirectionReservoir::kNone;
+    ToldLight light, onwards;
 
-    // The direction of one contribution, in proportion to what it brought.
+    float rest() const { return std::max(whole - emitted - from_light, 0.0f); }
+    float varies() const { return std::min(from_light * light.share + rest() * onwards.share, whole); }
+
+    // The direction of one contribution, in proportion to what it counts.
     std::uint32_t pick(float u) const {
-      const float at = u * whole;
-      if (at < emitted) return DirectionReservoir::kAny;
-      return at < emitted + from_light ? to_light : onwards;
+      const float shone = emitted * DirectionReservoir::kMatte;
+      const float lit = from_light * DirectionReservoir::counting(light.share);
+      const float at = u * (shone + lit + rest() * DirectionReservoir::counting(onwards.share));
+      if (at < shone) return DirectionReservoir::kAny;
+      return at < shone + lit ? light.direction : onwards.direction;
     }
   };
+
+  // Of light from `wi`, local, of which the surface in hand sends f_cos on.
+  float share_of(const Rgb& f_cos, const V3f& wi) {
+    if (!params_) return 0;
+    if (!matte_) matte_.emplace(*params_, frame_.to_local(to_camera_));
+    return varying_share(f_cos, matte_->f_cos(wi));
+  }
+  void note_ray(int ray, float share) {
+    if (ray_shares_.size() <= std::size_t(ray)) ray_shares_.resize(std::size_t(ray) + 1);
+    ray_shares_[std::size_t(ray)] = share;
+  }
 
   Film& film_;
   const std::uint64_t seed_;
   bool first_ = false;  // the vertex in hand is the first
   Rgb beta_{1, 1, 1};
+  V3f to_camera_{0, 0, 1};
+  const SurfaceParams* params_ = nullptr;  // of the vertex in hand; null: Lambert
+  Frame frame_{V3f(0, 0, 1)};
+  std::optional<MatteBsdf> matte_;
+  float connected_ = 0;             // of the connection in hand
+  std::vector<float> ray_shares_;   // by ray of the batch
   Sample paths_[kGroupPaths];
   std::vector<Sample> samples_;
 };

@@ -58,10 +58,11 @@ struct PathVertex {
   }
 
   // f |cos to_light|, and the density with which the path tracer, coming from `to_camera`, samples `to_light`; deltas
-  // excluded. `point`, made for `wo`, saves the making of another where it serves; null: none.
+  // excluded. `point`, made for `wo`, saves the making of another where it serves; null: none. matte: if not null, gets
+  // matte_cos() of it; of a Lambert vertex nobody asks.
   BsdfValue scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
-                    const V3f& wo) const {
-    if (!lambert) return scatter_any(scene, to_camera, to_light, point, wo);
+                    const V3f& wo, Rgb* matte = nullptr) const {
+    if (!lambert) return scatter_any(scene, to_camera, to_light, point, wo, matte);
     const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
     if (!(seen * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
     const float pdf_w = cosine_hemisphere_pdf_w(std::fabs(lit));
@@ -70,7 +71,7 @@ struct PathVertex {
 
  private:
   BsdfValue scatter_any(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
-                        const V3f& wo) const;
+                        const V3f& wo, Rgb* matte) const;
   // The surface as it is looked at along a direction, without its shading normal.
   Surface seen_from(const V3f& direction) const;
 };

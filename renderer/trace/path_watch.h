@@ -32,7 +32,7 @@ struct NoWatch {
   void shadow_ray(std::uint32_t, float, const Rgb&) {}
   // Of kernels that join vertices, in place of the two above and below: nothing lies between the vertex and a light or
   // a light path's vertex in this direction, and this is what that brings.
-  void joined(std::uint32_t, const V3f&, const Rgb&) {}
+  void joined(std::uint32_t, int, const V3f&, const Rgb&) {}
   void occluded(std::uint32_t, bool) {}
   void scatter(std::uint32_t, const BsdfSample&, const Frame&) {}
   void next_throughput(std::uint32_t, const Rgb&) {}
@@ -43,6 +43,8 @@ struct NoWatch {
   void splat(std::uint32_t, int, const LightVertex&, const SplatConnection&) {}
   void merged(std::uint32_t, int, const Rgb&) {}
   void light_ray(std::uint32_t, int, double) {}
+  // Before connection(), if that comes: the surface in hand is that of the vertex still.
+  void connection_value(const V3f&, const BsdfValue&) {}
   void connection(std::uint32_t, int, const LightVertex&, double, double, const Rgb&) {}
   void ray_arrived(int) {}
   void rays_traced() {}
@@ -137,7 +139,7 @@ class SampleWatch {
   }
 
   void occluded(std::uint32_t path, bool occluded) { note(path).light.occluded = occluded; }
-  void joined(std::uint32_t, const V3f&, const Rgb&) {}
+  void joined(std::uint32_t, int, const V3f&, const Rgb&) {}
 
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
     VertexTrace& v = note(path);
@@ -191,6 +193,7 @@ class SampleWatch {
     rays_.push_back({ray, kLightSample, 0});
   }
 
+  void connection_value(const V3f&, const BsdfValue&) {}
   void connection(std::uint32_t path, int ray, const LightVertex& light, double distance, double mis_weight,
                   const Rgb& contribution) {
     if (path != watched_) return;

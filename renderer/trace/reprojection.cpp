@@ -114,9 +114,7 @@ void fill(const SourceLookup& lookup, bool swap, Film& film, int x, int y) {
   carried.age = lookup.age + 1;
   if (!lookup.kept || lookup.kept->looked_up()) carried.note_looked_up();
   if (lookup.kept && lookup.kept->mixed()) carried.note_mixed();
-  for (int h = 0; h < kHalves; ++h) {
-    for (int k = 0; k < DirectionReservoir::kPlaces; ++k) directions.place[h][k] = lookup.directions.place[from(h)][k];
-  }
+  directions = lookup.directions;
 }
 
 }  // namespace

@@ -50,6 +50,9 @@ struct ShadingPoint {
     return evaluate_bsdf(params, frame.to_local(wo), local);
   }
 
+  // matte_cos() of that, where it is not black.
+  Rgb matte(const V3f& wo, const V3f& wi) const { return matte_cos(params, frame.to_local(wo), frame.to_local(wi)); }
+
  private:
   static float camera_footprint(const SceneData& scene, const Camera& camera, const Ray& ray, const Hit& hit) {
     RayCone cone = camera.cone();

@@ -13,6 +13,7 @@ struct SplatConnection {
   CameraConnection camera;
   Rgb radiance;       // what its light path alone would make of the pixel's, weighted; if nothing lies between
   double weight = 1;  // which that is
+  float share = 0;    // of the vertex's f_cos, what depends on the view (ToldLight); if asked for
   // The sum of (p_j / p)^2 over the path tracer's techniques j, p being this one's density (rare_squares()).
   double path_tracer = 0;
 };
@@ -21,7 +22,8 @@ struct SplatConnection {
 // technique.
 std::optional<SplatConnection> connect_to_camera(const SceneData& scene, const CameraImportance& camera,
                                                  const LightVertex& vertex, const V2f& lens,
-                                                 const TechniqueCounts& counts, bool unweighted);
+                                                 const TechniqueCounts& counts, bool unweighted,
+                                                 bool with_share = false);
 
 // The ray of a connection. Precondition: `rays` is not full. `path` and `key` tell the light path apart.
 inline void add_splat_ray(const LightVertex& vertex, const SplatConnection& splat, std::uint32_t key,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/history_review.h"
@@ -11,6 +12,7 @@
 #include "renderer/film/sample_demand.h"
 #include "renderer/film/splat_buffer.h"
 #include "renderer/film/splat_row.h"
+#include "tests/support/directions.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {
@@ -206,15 +208,15 @@ TEST(CarriedSplats, LeaveADirectionInProportionToWhatTheyBring) {
   constexpr int kSide = 64;
   SplatBuffer buffer(kSide, kSide, true), backwards(kSide, kSide, true);
   std::vector<Splat> splats;
-  Random random(24);
+  constexpr std::uint32_t kBright = 0x2bcdefu;  // 22 bits
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      for (int i = 0; i < 4; ++i) splats.push_back({x, y, Rgb(0.25f), std::uint32_t(1 + i)});  // 1 together
-      splats.push_back({x, y, Rgb(3), 0xabcdefu});
+      for (int i = 0; i < 4; ++i) splats.push_back({x, y, Rgb(0.25f), {std::uint32_t(1 + i), 1}});  // 1 together
+      splats.push_back({x, y, Rgb(3), {kBright, 0.25f}});
       if (x == 7 && y == 9) splats.resize(splats.size() - 5);
     }
   }
-  splats.push_back({7, 9, Rgb(0), 5});
+  splats.push_back({7, 9, Rgb(0), {5, 1}});
   buffer.add(0, splats, splats.size());
   std::reverse(splats.begin(), splats.end());
   for (const Splat& splat : splats) backwards.add(0, std::vector<Splat>{splat}, 1);
@@ -222,52 +224,61 @@ TEST(CarriedSplats, LeaveADirectionInProportionToWhatTheyBring) {
   int bright = 0, told = 0;
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      bright += buffer.direction(0, x, y) == 0xabcdefu;
-      told += buffer.direction(0, x, y) != 0;
-      EXPECT_EQ(buffer.direction(1, x, y), 0u);
+      const ToldLight light = buffer.told(0, x, y);
+      bright += light.direction == kBright;
+      told += light.direction != 0;
+      EXPECT_NEAR(light.share, light.direction == kBright ? 0.25 : 1, 0.002);
+      EXPECT_EQ(buffer.told(1, x, y).direction, 0u);
     }
   }
   EXPECT_EQ(told, kSide * kSide - 1);
   EXPECT_NEAR(double(bright) / told, 0.75, 0.03);
-  EXPECT_EQ(buffer.direction(0, 7, 9), 0u) << "nothing but a black splat";
-  EXPECT_EQ(SplatBuffer(4, 4).direction(0, 1, 1), 0u);
+  EXPECT_EQ(buffer.told(0, 7, 9).direction, 0u) << "nothing but a black splat";
+  EXPECT_EQ(SplatBuffer(4, 4).told(0, 1, 1).direction, 0u);
   buffer.clear();
-  EXPECT_EQ(buffer.direction(0, 3, 3), 0u);
+  EXPECT_EQ(buffer.told(0, 3, 3).direction, 0u);
 }
 
-// A pixel's reservoir holds what camera paths have met; of its places as many are splats' as these have a share in the
-// mean: 8 of 16 samples are fresh, and of each 3 of 4 are the splats': 3/8.
+// A pixel's reservoir holds what camera paths have met; of its places as many are splats' as these have a share in what
+// counts of the mean: 8 of 16 samples are fresh, and of each 3 of 4 are the splats': 3/8 of the light.
 TEST(CarriedSplats, DirectionsOfASourceAreThoseOfCameraPathsAndSplats) {
   constexpr int kSide = 64;
-  Film film(kSide, kSide, kBoth);
-  for (int h = 0; h < kHalves; ++h) {
-    std::vector<Splat> splats;
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
-        carry(film, h, x, y, 8, 4, 0);
-        for (int i = 0; i < 8; ++i) film.half(h, x, y).add(Rgb(1));
-        for (Packed24& place : film.history()->directions(x, y).place[h]) place = 77u;
-        for (int i = 0; i < 8; ++i) splats.push_back({x, y, Rgb(3.0f * kSide * kSide), 99u});
-      }
-    }
-    film.splats()->add(h, splats, splats.size());
-  }
-  HistorySource source(kSide, kSide);
-  source.gather(film, film.bounds(), film.bounds());
-  double share[kHalves][DirectionReservoir::kPlaces] = {};
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      for (int h = 0; h < kHalves; ++h) {
-        for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
-          const std::uint32_t direction = source.directions(x, y).place[h][k];
-          EXPECT_TRUE(direction == 77 || direction == 99);
-          share[h][k] += direction == 99 ? 1.0 / (kSide * kSide) : 0;
+  constexpr double kSplatted = 0.375;
+  const auto mixed = [](float of_camera, float of_splats) {
+    Film film(kSide, kSide, kBoth);
+    for (int h = 0; h < kHalves; ++h) {
+      std::vector<Splat> splats;
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          carry(film, h, x, y, 8, 4, 0);
+          for (int i = 0; i < 8; ++i) film.half(h, x, y).add(Rgb(1));
+          film.history()->directions(x, y) = test::in_turns(77, 77, of_camera);
+          for (int i = 0; i < 8; ++i) splats.push_back({x, y, Rgb(3.0f * kSide * kSide), {99, of_splats}});
         }
       }
+      film.splats()->add(h, splats, splats.size());
     }
-  }
-  for (const auto& half : share) {
-    for (const double of_place : half) EXPECT_NEAR(of_place, 0.375, 0.03);
+    HistorySource source(kSide, kSide);
+    source.gather(film, film.bounds(), film.bounds());
+    return source;
+  };
+  for (const auto& [of_camera, of_splats] : {std::pair(1.0f, 1.0f), {0.0f, 1.0f}, {0.25f, 0.0f}}) {
+    const HistorySource source = mixed(of_camera, of_splats);
+    const double splatted = kSplatted * double(DirectionReservoir::counting(of_splats));
+    const double expected = splatted / (splatted + (1 - kSplatted) * double(DirectionReservoir::counting(of_camera)));
+    double share[DirectionReservoir::kPlaces] = {};
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        int place = 0;
+        for (const std::uint32_t direction : test::directions_in(source.directions(x, y))) {
+          EXPECT_TRUE(direction == 77 || direction == 99);
+          share[place++] += direction == 99 ? 1.0 / (kSide * kSide) : 0;
+        }
+        EXPECT_NEAR(source.directions(x, y).share(),
+                    kSplatted * double(of_splats) + (1 - kSplatted) * double(of_camera), 0.004);
+      }
+    }
+    for (const double of_place : share) EXPECT_NEAR(of_place, expected, 0.03);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/trace/path_integrator.h"
+#include "renderer/trace/scene_data.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -43,10 +44,29 @@ class AFloor {
   ViewEvidence evidence_from(const V3d& viewpoint, WeighedDirections& directions) const {
     return centres_->evidence_from(V3f(viewpoint - scene_->origin()), directions);
   }
-  ViewEvidence evidence_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+  // Directions with the luminance that came along each, to be seen from `viewpoint`.
+  WeighedDirections weighed(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
     WeighedDirections weighed;
-    for (const WeighedDirection& d : directions) weighed.of[weighed.count++] = d;
-    return evidence_from(viewpoint, weighed);
+    for (const WeighedDirection& d : directions) {
+      weighed.light += double(d.weight);
+      weighed.of[weighed.count++] = {d.packed, d.weight * counting(viewpoint, d.packed)};
+    }
+    return weighed;
+  }
+  ViewEvidence evidence_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+    WeighedDirections all = weighed(viewpoint, directions);
+    return evidence_from(viewpoint, all);
+  }
+  // DirectionReservoir::counting() of light from there, seen from `viewpoint`.
+  float counting(const V3d& viewpoint, std::uint32_t packed) const {
+    if (packed == DirectionReservoir::kNone) return 1;
+    if (packed == DirectionReservoir::kAny) return DirectionReservoir::kMatte;
+    const SurfaceParams& params = scene_->impl().materials[0].params;
+    const Frame frame(V3f(0, 1, 0));
+    const V3f wo = frame.to_local(V3f(viewpoint.normalized()));
+    const V3f wi = frame.to_local(unpack_direction<DirectionReservoir::kAxisBits>(packed));
+    return DirectionReservoir::counting(
+        varying_share(evaluate_bsdf(params, wo, wi).f_cos, matte_cos(params, wo, wi)));
   }
   bool depends_on_view() const { return centres_->depends_on_view(); }
   ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
@@ -175,19 +195,16 @@ TEST(CentreHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
     const V3d left = V3d(-0.5, 1, -0.2).normalized(), right = V3d(0.3, 1, 0.1).normalized();
     const std::uint32_t a = pack_direction<DirectionReservoir::kAxisBits>(V3f(left));
     const std::uint32_t b = pack_direction<DirectionReservoir::kAxisBits>(V3f(right));
-    WeighedDirections directions;
-    for (const WeighedDirection& d :
-         {WeighedDirection{a, 2}, {DirectionReservoir::kAny, 5}, {b, 3}, {DirectionReservoir::kNone, 7}, {a, 1}}) {
-      directions.of[directions.count++] = d;
-    }
+    WeighedDirections directions = floor.weighed(
+        kThere, {{a, 2}, {DirectionReservoir::kAny, 5}, {b, 3}, {DirectionReservoir::kNone, 7}, {a, 1}});
     floor.evidence_from(kThere, directions);
     ASSERT_EQ(directions.count, 4u);
     const auto change = [&](const V3d& lamp) { return floor.seen_from(kHere, lamp) / floor.seen_from(kThere, lamp); };
     EXPECT_GT(std::abs(change(left) - change(right)), 0.1);
     EXPECT_EQ(directions.of[0].packed, a);
-    EXPECT_NEAR(double(directions.of[0].weight) / (3 * change(left)), 1, 0.02);
-    EXPECT_NEAR(directions.of[1].weight, 5, 1e-4f);
-    EXPECT_NEAR(double(directions.of[2].weight) / (3 * change(right)), 1, 0.02);
+    EXPECT_NEAR(double(directions.of[0].weight) / (3 * change(left) * double(floor.counting(kHere, a))), 1, 0.02);
+    EXPECT_NEAR(directions.of[1].weight, 5 * DirectionReservoir::kMatte, 1e-4f);
+    EXPECT_NEAR(double(directions.of[2].weight) / (3 * change(right) * double(floor.counting(kHere, b))), 1, 0.02);
     EXPECT_EQ(directions.of[3].weight, 7);  // of a delta lobe: nobody can tell
   }
 }

@@ -8,14 +8,20 @@
 #include <map>
 #include <span>
 
-namespace helio {
+#include "tests/support/directions.h"
+
+namespace helio::test {
 namespace {
 
-constexpr int kAll = kHalves * DirectionReservoir::kPlaces;
+constexpr int kAll = DirectionReservoir::kPlaces;
 
-WeighedDirections directions_of(std::initializer_list<WeighedDirection> from) {
+// light: over what they weigh.
+WeighedDirections directions_of(std::initializer_list<WeighedDirection> from, double light = 1) {
   WeighedDirections directions;
-  for (const WeighedDirection& d : from) directions.of[directions.count++] = d;
+  for (const WeighedDirection& d : from) {
+    directions.of[directions.count++] = d;
+    directions.light += light * double(d.weight);
+  }
   return directions;
 }
 
@@ -23,9 +29,7 @@ std::map<std::uint32_t, int> picked(std::span<const WeighedDirections* const> am
   DirectionReservoir out;
   pick_directions(among, key, out);
   std::map<std::uint32_t, int> counts;
-  for (const auto& half : out.place) {
-    for (const std::uint32_t packed : half) ++counts[packed];
-  }
+  for (const std::uint32_t packed : directions_in(out)) ++counts[packed];
   return counts;
 }
 
@@ -63,17 +67,35 @@ TEST(WeighedDirections, ArePickedInProportionToTheirWeight) {
   EXPECT_NEAR(mean[4], 0.5 * kAll / 8, 0.02);
 }
 
-// A half whose places are not replaced by samples must not be left with those that came first.
-TEST(WeighedDirections, EachPlaceIsAsLikelyToHoldEach) {
-  const WeighedDirections four = directions_of({{1, 1}, {2, 1}, {3, 1}, {4, 1}});
-  const WeighedDirections* const among[] = {&four};
-  int first[5] = {};
-  for (std::uint32_t key = 0; key < 8000; ++key) {
+// A pixel with as much light that lobes bring as its neighbours have together.
+TEST(WeighedDirections, TheShareIsThatOfWhatIsPickedAmong) {
+  DirectionReservoir lobes, base;
+  lobes.set_share(1);
+  base.set_share(0);
+  WeighedDirections a, b;
+  a.add(lobes, 6);
+  b.add(base, 2);
+  b.add(base, 8);
+  EXPECT_EQ(a.of[0].weight, 1.5f);
+  EXPECT_EQ(b.of[0].weight, 0.5f * DirectionReservoir::kMatte);
+  const WeighedDirections* const among[] = {&a, &b};
+  double mean = 0;
+  constexpr int kTimes = 4000;
+  for (std::uint32_t key = 0; key < kTimes; ++key) {
     DirectionReservoir out;
     pick_directions(among, key, out);
-    ++first[std::uint32_t(out.place[0][0])];
+    EXPECT_NEAR(out.share(), 3.0 / 8, 0.005) << "a byte's step";
+    mean += double(out.share()) / kTimes;
   }
-  for (int i = 1; i < 5; ++i) EXPECT_NEAR(first[i], 2000, 200);
+  EXPECT_NEAR(mean, 3.0 / 8, 2e-4) << "rounded by chance";
+  // What weighs more than its light could, for it was estimated, is all of it.
+  DirectionReservoir out;
+  const WeighedDirections heavy = directions_of({{1, 2}}, 0.5), light = directions_of({{1, 1e-3f}}, 1e3);
+  const WeighedDirections *const one[] = {&heavy}, *const other[] = {&light};
+  pick_directions(one, 1, out);
+  EXPECT_EQ(out.share(), 1);
+  pick_directions(other, 1, out);
+  EXPECT_EQ(out.share(), 0);
 }
 
 TEST(WeighedDirections, NoWeightIsNoDirection) {
@@ -98,4 +120,4 @@ TEST(WeighedDirections, ExtremeWeightsFillEveryPlace) {
 }
 
 }  // namespace
-}  // namespace helio
+}  // namespace helio::test
