@@ -151,33 +151,25 @@ Rgb sample_variance(const HalfPixel& half, const SplatRow& splats, int x) {
   return Rgb(half.deviations[0], half.deviations[1], half.deviations[2]) * divisor;
 }
 
-// Splats leave directions of their own (SplatBuffer::told), those of each half for every other place: for as many as
-// they have a share in what counts of the half's mean, by chance.
-void mix_directions(const Film& film, const SplatRow (&splats)[kHalves], const Rgb (&means)[kHalves], int x, int y,
+// Splats leave directions of their own (SplatBuffer::told): for as many of the half's places as they have a share in
+// what counts of its mean, by chance.
+void mix_directions(const Film& film, const SplatRow& splats, const Rgb& mean, int h, int x, int y,
                     DirectionReservoir& directions) {
-  if (!splats[0].any() && !splats[1].any()) return;
-  const float camera_share = directions.share();
-  double all = 0, varies = 0;
-  for (int h = 0; h < kHalves; ++h) {
-    const double whole = double(luminance(means[h]));
-    if (!(whole > 0)) continue;
-    double brought = 0;
-    if (splats[h].any()) {
-      const double* splat = splats[h].means(x);
-      brought = std::clamp(double(luminance(Rgb(V3d(splat[0], splat[1], splat[2])))), 0.0, whole);
-    }
-    const ToldLight told = film.splats()->told(h, x, y);
-    const double splatted = brought * double(DirectionReservoir::counting(told.share));
-    const double counts = splatted + (whole - brought) * double(DirectionReservoir::counting(camera_share));
-    for (int k = h; k < DirectionReservoir::kPlaces; k += kHalves) {
-      // What chance: that of this picture, and of no other.
-      const float u = dither(x, y, mix_bits(std::uint64_t(k + 1) ^ mix_bits(film.splats()->light_paths(h))));
-      if (double(u) * counts < splatted) directions.set_direction(k, told.direction);
-    }
-    all += whole;
-    varies += brought * double(told.share) + (whole - brought) * double(camera_share);
+  const double whole = double(luminance(mean));
+  if (!splats.any() || !(whole > 0)) return;
+  const double* splat = splats.means(x);
+  const double brought = std::clamp(double(luminance(Rgb(V3d(splat[0], splat[1], splat[2])))), 0.0, whole);
+  const ToldLight told = film.splats()->told(h, x, y);
+  const float camera_share = directions.share(h);
+  const double splatted = brought * double(DirectionReservoir::counting(told.share));
+  const double counts = splatted + (whole - brought) * double(DirectionReservoir::counting(camera_share));
+  for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
+    const auto place = std::uint64_t(h * DirectionReservoir::kPlaces + k + 1);
+    // What chance: that of this picture, and of no other.
+    const float u = dither(x, y, mix_bits(place ^ mix_bits(film.splats()->light_paths(h))));
+    if (double(u) * counts < splatted) directions.set_direction(h, k, told.direction);
   }
-  if (all > 0) directions.set_share(float(varies / all));
+  directions.set_share(h, float((brought * double(told.share) + (whole - brought) * double(camera_share)) / whole));
 }
 
 }  // namespace
@@ -212,8 +204,8 @@ void HistorySource::gather(const Film& film, const PixelRect& window, const Pixe
         const Float4 mean = means_of(half, splats[h], x, Double4{1, 1, 1, 0}, FLT_MAX);
         means_here[h] = Rgb(mean[0], mean[1], mean[2]);
         to.set_spread(h, sample_variance(half, splats[h], x));
+        mix_directions(film, splats[h], means_here[h], h, x, y, pixels_[index(x, y)].directions);
       }
-      mix_directions(film, splats, means_here, x, y, pixels_[index(x, y)].directions);
       if (a.count == 0) means_here[0] = means_here[1];
       if (b.count == 0) means_here[1] = means_here[0];
       to.means = PackedMeans(means_here[0], means_here[1]);

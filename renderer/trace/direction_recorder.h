@@ -102,12 +102,9 @@ class DirectionRecorder : public NoWatch {
     std::uint32_t bits = key;
     for (float& place : u.place) place = unit_float(bits = mix_bits(bits));
     u.share = unit_float(mix_bits(bits));
-    double whole = 0;
-    for (int h = 0; h < kHalves; ++h) {
-      const HalfPixel& pixel = film_.half(h, x, y);
-      whole += double(luminance(Rgb(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]))));
-    }
-    film_.history()->directions(x, y).add(sample.pick(unit_float(key)), sample.whole, sample.varies(), whole, u);
+    const HalfPixel& pixel = film_.half(half, x, y);
+    const double whole = double(luminance(Rgb(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]))));
+    film_.history()->directions(x, y).add(half, sample.pick(unit_float(key)), sample.whole, sample.varies(), whole, u);
   }
 
  private:

@@ -114,7 +114,11 @@ void fill(const SourceLookup& lookup, bool swap, Film& film, int x, int y) {
   carried.age = lookup.age + 1;
   if (!lookup.kept || lookup.kept->looked_up()) carried.note_looked_up();
   if (lookup.kept && lookup.kept->mixed()) carried.note_mixed();
-  directions = lookup.directions;
+  for (int h = 0; h < kHalves; ++h) {
+    for (int k = 0; k < DirectionReservoir::kPlaces; ++k)
+      directions.set_direction(h, k, lookup.directions.direction(from(h), k));
+    directions.set_share(h, lookup.directions.share(from(h)));
+  }
 }
 
 }  // namespace

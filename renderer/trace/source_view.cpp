@@ -164,12 +164,11 @@ WeighedDirections SourceView::directions_of(const SourceTaps& taps, float least)
     const SourceTap& tap = taps.tap[i];
     if (tap.weight < least) continue;
     const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
-    float brought = 0;
     for (int h = 0; h < kHalves; ++h) {
-      const float of_half = tap.weight / share * luminance(pixel.means.mean(h));
-      if (pixel.known(h) && of_half > 0) brought += of_half;
+      const float brought = tap.weight / share * luminance(pixel.means.mean(h));
+      if (pixel.known(h) && brought > 0 && brought <= FLT_MAX)
+        directions.add(pixels_.directions(tap.x, tap.y), h, brought);
     }
-    if (brought > 0 && brought <= FLT_MAX) directions.add(pixels_.directions(tap.x, tap.y), brought);
   }
   return directions;
 }

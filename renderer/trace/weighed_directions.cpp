@@ -24,7 +24,7 @@ void WeighedDirections::merge_equal() {
 }
 
 void pick_directions(std::span<const WeighedDirections* const> among, std::uint32_t key, DirectionReservoir& out) {
-  constexpr unsigned kPlaces = DirectionReservoir::kPlaces;
+  constexpr unsigned kPlaces = kHalves * DirectionReservoir::kPlaces;
   out = {};
   double total = 0, light = 0;
   for (const WeighedDirections* directions : among) {
@@ -33,11 +33,17 @@ void pick_directions(std::span<const WeighedDirections* const> among, std::uint3
   }
   if (!(total > 0)) return;
   key = mix_bits(key);
-  if (light > 0) out.set_share(DirectionReservoir::share_of(float(total / light)), unit_float(mix_bits(~key)));
+  for (int h = 0; light > 0 && h < kHalves; ++h)
+    out.set_share(h, DirectionReservoir::share_of(float(total / light)), unit_float(mix_bits(~key)));
   const double step = total / kPlaces;
   double next = double(unit_float(key)) * step, sum = 0;
+  // Of the first: samples that come all for one half replace none but its places.
+  const unsigned start = mix_bits(key) % kPlaces;
   unsigned filled = 0;
-  const auto fill = [&](std::uint32_t packed) { out.set_direction(int(filled++), packed); };
+  const auto fill = [&](std::uint32_t packed) {
+    const unsigned place = (start + filled++) % kPlaces;
+    out.set_direction(int(place / DirectionReservoir::kPlaces), int(place % DirectionReservoir::kPlaces), packed);
+  };
   std::uint32_t last = DirectionReservoir::kNone;
   for (const WeighedDirections* directions : among) {
     for (const WeighedDirection& d : directions->all()) {

@@ -18,18 +18,18 @@ struct WeighedDirection {
 };
 
 // Of the four pixels of a lookup, where all are asked.
-inline constexpr std::size_t kMostWeighed = 4 * DirectionReservoir::kPlaces;
+inline constexpr std::size_t kMostWeighed = 4 * kHalves * DirectionReservoir::kPlaces;
 
 struct WeighedDirections {
   WeighedDirection of[kMostWeighed];
   std::size_t count = 0;
   double light = 0;  // luminance of what the directions stand for
 
-  // All that a pixel remembers, for light of that luminance.
-  void add(const DirectionReservoir& reservoir, float brought) {
+  // All that a pixel remembers of a half, for light of that luminance.
+  void add(const DirectionReservoir& reservoir, int half, float brought) {
     assert(count + DirectionReservoir::kPlaces <= kMostWeighed);
-    const float weight = brought / DirectionReservoir::kPlaces * DirectionReservoir::counting(reservoir.share());
-    for (int k = 0; k < DirectionReservoir::kPlaces; ++k) of[count++] = {reservoir.direction(k), weight};
+    const float weight = brought / DirectionReservoir::kPlaces * DirectionReservoir::counting(reservoir.share(half));
+    for (int k = 0; k < DirectionReservoir::kPlaces; ++k) of[count++] = {reservoir.direction(half, k), weight};
     light += double(brought);
   }
   // A direction that was kept more than once knows no more than once.
@@ -38,8 +38,8 @@ struct WeighedDirections {
   std::span<const WeighedDirection> all() const { return {of, count}; }
 };
 
-// Fills all places, each as likely with one of `among` as that weighs, and the share that weights and light come to.
-// Systematic sampling: what weighs as much as a place is in it. With no weight at all there is
+// Fills all places, each as likely with one of `among` as that weighs, whatever half it was of: halves share what
+// directions tell; and the share that weights and light come to. Systematic sampling: what weighs as much as a place is in it. With no weight at all there is
 // nothing.
 void pick_directions(std::span<const WeighedDirections* const> among, std::uint32_t key, DirectionReservoir& out);
 

@@ -1,4 +1,4 @@
-// What a pixel remembers of its light: four directions and a share, in twelve bytes.
+// What a pixel remembers of its light: of each half two directions and a share, in twelve bytes.
 #include "renderer/film/direction_reservoir.h"
 
 #include <gtest/gtest.h>
@@ -22,19 +22,21 @@ DirectionReservoir::Chances chances(Random& random) {
   return u;
 }
 
-TEST(DirectionReservoir, PlacesAndShareAreKeptApart) {
+TEST(DirectionReservoir, PlacesAndSharesAreKeptApart) {
   Random random(3);
-  std::uint32_t expected[kPlaces] = {};
+  std::uint32_t expected[kHalves][kPlaces] = {};
+  float shares[kHalves] = {1, 1};
   DirectionReservoir reservoir;
-  EXPECT_EQ(reservoir.share(), 1) << "of what nothing is known all may change";
-  float share = 1;
+  EXPECT_EQ(reservoir.share(0), 1) << "of what nothing is known all may change";
   for (int i = 0; i < 2000; ++i) {
-    const int k = i % kPlaces;
-    const auto code = std::uint32_t(random.next_float() * 0x1p22f) & 0x3fffffu;
-    reservoir.set_direction(k, expected[k] = code);
-    if (i % 3 == 0) reservoir.set_share(share = random.next_float());
-    for (int place = 0; place < kPlaces; ++place) ASSERT_EQ(reservoir.direction(place), expected[place]);
-    ASSERT_NEAR(reservoir.share(), share, 0.004);
+    const int h = i % 2, k = i / 2 % kPlaces;
+    const auto code = std::uint32_t(random.next_float() * 0x1p20f);
+    reservoir.set_direction(h, k, expected[h][k] = code);
+    if (i % 3 == 0) reservoir.set_share(h, shares[h] = random.next_float());
+    for (int a = 0; a < kHalves; ++a) {
+      for (int b = 0; b < kPlaces; ++b) ASSERT_EQ(reservoir.direction(a, b), expected[a][b]);
+      ASSERT_NEAR(reservoir.share(a), shares[a], 0.004);
+    }
   }
 }
 
@@ -60,12 +62,13 @@ TEST(DirectionReservoir, PicksInProportionToWhatCounts) {
       double whole = 0;
       for (int i = 1; i <= kSamples; ++i) {
         const int brought = rising ? i : kSamples + 1 - i;
-        reservoir.add(std::uint32_t(brought), float(brought), float(brought) * share_of(brought), whole += brought,
+        reservoir.add(1, std::uint32_t(brought), float(brought), float(brought) * share_of(brought), whole += brought,
                       chances(random));
-        reservoir.add(99, 0, 0, whole, chances(random));
+        reservoir.add(1, 99, 0, 0, whole, chances(random));
       }
       for (int k = 0; k < kPlaces; ++k) {
-        const std::uint32_t picked = reservoir.direction(k);
+        EXPECT_EQ(reservoir.direction(0, k), DirectionReservoir::kNone) << "of the other half";
+        const std::uint32_t picked = reservoir.direction(1, k);
         ASSERT_TRUE(picked >= 1 && picked <= kSamples);
         ++picks[picked];
       }
@@ -92,11 +95,11 @@ TEST(DirectionReservoir, TheShareIsThatOfAllSamples) {
           const float brought = 0.5f + random.next_float(), of_lobes = random.next_float() < often ? brought : 0.0f;
           whole += double(brought);
           varies += double(of_lobes);
-          reservoir.add(1, brought, of_lobes, whole, chances(random));
+          reservoir.add(0, 1, brought, of_lobes, whole, chances(random));
         }
-        mean += double(reservoir.share()) / trials;
+        mean += double(reservoir.share(0)) / trials;
         truth += varies / whole / trials;
-        squares += std::pow(double(reservoir.share()) - varies / whole, 2) / trials;
+        squares += std::pow(double(reservoir.share(0)) - varies / whole, 2) / trials;
       }
       EXPECT_NEAR(mean, truth, 4 * std::sqrt(squares / trials) + 1e-3) << count << ", " << often;
       EXPECT_LT(std::sqrt(squares), 0.06) << count << ", " << often;
@@ -111,14 +114,14 @@ TEST(DirectionReservoir, ExtremeSamplesLeaveNumbers) {
     double whole = 0;
     for (int i = 0; i < 100; ++i) {
       whole += double(brought);
-      reservoir.add(5, brought, 0.25f * brought, whole, chances(random));
+      reservoir.add(0, 5, brought, 0.25f * brought, whole, chances(random));
     }
     if (!(brought > 0)) {
       EXPECT_TRUE(reservoir == DirectionReservoir());
       continue;
     }
-    EXPECT_NEAR(reservoir.share(), 0.25, 0.05) << brought;
-    EXPECT_EQ(reservoir.direction(0), 5u);
+    EXPECT_NEAR(reservoir.share(0), 0.25, 0.05) << brought;
+    EXPECT_EQ(reservoir.direction(0, 0), 5u);
   }
 }
 

@@ -70,11 +70,11 @@ TEST(PackedValues, DirectionsKeepAFractionOfAMilliradian) {
   }
 }
 
-TEST(PackedValues, CoarseDirectionsKeepTwoMilliradians) {
+TEST(PackedValues, CoarseDirectionsKeepFourMilliradians) {
   for (const V3f& v : {V3f(0, 0, 1), V3f(0, 0, -1), V3f(1, 0, 0), V3f(0.3f, -0.5f, -0.8f), V3f(-0.6f, 0.6f, 0.01f)}) {
-    const std::uint32_t packed = pack_direction<11>(v.normalized());
-    EXPECT_LT(packed, 1u << 22);
-    EXPECT_LT(length(unpack_direction<11>(packed) - v.normalized()), 2.4e-3f);
+    const std::uint32_t packed = pack_direction<10>(v.normalized());
+    EXPECT_LT(packed, 1u << 20);
+    EXPECT_LT(length(unpack_direction<10>(packed) - v.normalized()), 4.8e-3f);
   }
 }
 

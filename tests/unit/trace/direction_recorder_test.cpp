@@ -45,11 +45,11 @@ Told told_by(const SceneDescription& description, const CameraPose& pose, Integr
   HistorySource source(kSide, kSide);
   source.gather(film, film.bounds(), film.bounds());
   Told told;
-  constexpr double kPixels = kSide * kSide, kDirections = kPixels * DirectionReservoir::kPlaces;
+  constexpr double kPixels = kSide * kSide, kDirections = kPixels * kHalves * DirectionReservoir::kPlaces;
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       const DirectionReservoir& reservoir = source.directions(x, y);
-      told.share += double(reservoir.share()) / kPixels;
+      for (int h = 0; h < kHalves; ++h) told.share += double(reservoir.share(h)) / (kHalves * kPixels);
       for (const std::uint32_t direction : directions_in(reservoir)) {
         if (direction == DirectionReservoir::kAny) {
           told.anywhere += 1 / kDirections;

@@ -445,12 +445,12 @@ TEST(Reprojection, ClearingForgetsThePictureBefore) {
   });
   Film film = film_of(scene, orthographic_before_wall(5), {{orthographic_before_wall(), &source, 0, false}});
   ASSERT_GT(film.half(0, 20, 20).count, 0u);
-  film.history()->directions(20, 20).set_direction(0, 77);
+  film.history()->directions(20, 20).set_direction(0, 0, 77);
   Reprojection work(scene, film, film.bounds(), orthographic_before_wall(999), {}, {});
   work.clear({0, 0, kWidth, kHeight - 1});
   EXPECT_EQ(film.half(0, 20, 20).count, 0u);
   EXPECT_EQ(film.history()->carried(20, 20).count[0], 0u);
-  EXPECT_EQ(film.history()->directions(20, 20).direction(0), DirectionReservoir::kNone);
+  EXPECT_EQ(film.history()->directions(20, 20).direction(0, 0), DirectionReservoir::kNone);
   EXPECT_EQ(film.features(20, 20).count, 0u);
   EXPECT_GT(film.half(0, 20, kHeight - 1).count, 0u) << "outside the window";
 }
@@ -620,7 +620,7 @@ TEST(Reprojection, ASourceThatTheViewHasChangedIsBettered) {
         [&](const Film&, int, int, int) {
           return HalfSamples{mean, count, 1};
         },
-        in_turns(ahead, ahead));
+        in_each_half(ahead, ahead));
   };
   CameraPose far = kBeforeWall, near = kBeforeWall;
   far.position.x += 1.5;
@@ -654,7 +654,7 @@ TEST(Reprojection, GlossySurfacesAreTheSameHoweverTheyAreCut) {
       [](const Film&, int x, int y, int h) {
         return HalfSamples{1 + 0.1 * ((x * 7 + y * 5 + h) % 11), 1 << 20, 100};
       },
-      in_turns(packed(V3f(0, 0, 1)), packed(V3f(0, 0.6f, 0.8f))));
+      in_each_half(packed(V3f(0, 0, 1)), packed(V3f(0, 0.6f, 0.8f))));
   CameraPose aside = kBeforeWall;
   aside.position.x += 0.4;
   Film whole(kWidth, kHeight, {.history = true}), cut(kWidth, kHeight, {.history = true});
@@ -688,7 +688,7 @@ TEST(Reprojection, DirectionsAreRememberedByWhatTheyBringToTheNewCamera) {
   const std::uint32_t left = packed(V3f(-0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
   const std::uint32_t right = packed(V3f(0.3f, 0, 1) * (1 / std::sqrt(1.09f)));
   const auto plain = [](const Film&, int, int, int) { return HalfSamples{1, 64, 1}; };
-  const HistorySource source = picture(scene, kBeforeWall, 0, plain, in_turns(left, right));
+  const HistorySource source = picture(scene, kBeforeWall, 0, plain, in_each_half(left, right));
   const auto share_of_left = [&](const CameraPose& pose) {
     const Film film = film_of(scene, pose, {{kBeforeWall, &source, 0, false}});
     int count[2] = {0, 0};
@@ -780,8 +780,8 @@ TEST(Reprojection, LightThatComesIntoViewIsNotMissing) {
   coated.roughness = 0.2f;
   const auto scene = wall_of(coated);
   const std::uint32_t beside = packed(V3f(0, 0.8f, 0.6f));
-  DirectionReservoir directions = in_turns(beside, beside, 0.25f);
-  directions.set_direction(0, packed(V3f(0, 0, 1)));  // mirrored to the film's middle
+  DirectionReservoir directions = in_each_half(beside, beside, 0.25f);
+  directions.set_direction(0, 0, packed(V3f(0, 0, 1)));  // mirrored to the film's middle
   const HistorySource source = picture(
       scene, kBeforeWall, 0,
       [](const Film&, int, int, int) {

@@ -13,7 +13,7 @@
 namespace helio::test {
 namespace {
 
-constexpr int kAll = DirectionReservoir::kPlaces;
+constexpr int kAll = kHalves * DirectionReservoir::kPlaces;
 
 // light: over what they weigh.
 WeighedDirections directions_of(std::initializer_list<WeighedDirection> from, double light = 1) {
@@ -67,25 +67,38 @@ TEST(WeighedDirections, ArePickedInProportionToTheirWeight) {
   EXPECT_NEAR(mean[4], 0.5 * kAll / 8, 0.02);
 }
 
+// A half whose places are not replaced by samples must not be left with those that came first.
+TEST(WeighedDirections, EachPlaceIsAsLikelyToHoldEach) {
+  const WeighedDirections four = directions_of({{1, 1}, {2, 1}, {3, 1}, {4, 1}});
+  const WeighedDirections* const among[] = {&four};
+  int first[5] = {};
+  for (std::uint32_t key = 0; key < 8000; ++key) {
+    DirectionReservoir out;
+    pick_directions(among, key, out);
+    ++first[out.direction(0, 0)];
+  }
+  for (int i = 1; i < 5; ++i) EXPECT_NEAR(first[i], 2000, 200);
+}
+
 // A pixel with as much light that lobes bring as its neighbours have together.
 TEST(WeighedDirections, TheShareIsThatOfWhatIsPickedAmong) {
   DirectionReservoir lobes, base;
-  lobes.set_share(1);
-  base.set_share(0);
+  lobes.set_share(0, 1);
+  for (int h = 0; h < kHalves; ++h) base.set_share(h, 0);
   WeighedDirections a, b;
-  a.add(lobes, 6);
-  b.add(base, 2);
-  b.add(base, 8);
-  EXPECT_EQ(a.of[0].weight, 1.5f);
-  EXPECT_EQ(b.of[0].weight, 0.5f * DirectionReservoir::kMatte);
+  a.add(lobes, 0, 6);
+  b.add(base, 1, 2);
+  b.add(base, 0, 8);
+  EXPECT_EQ(a.of[0].weight, 3);
+  EXPECT_EQ(b.of[0].weight, DirectionReservoir::kMatte);
   const WeighedDirections* const among[] = {&a, &b};
   double mean = 0;
   constexpr int kTimes = 4000;
   for (std::uint32_t key = 0; key < kTimes; ++key) {
     DirectionReservoir out;
     pick_directions(among, key, out);
-    EXPECT_NEAR(out.share(), 3.0 / 8, 0.005) << "a byte's step";
-    mean += double(out.share()) / kTimes;
+    EXPECT_NEAR(out.share(1), 3.0 / 8, 0.005) << "a byte's step";
+    mean += double(out.share(1)) / kTimes;
   }
   EXPECT_NEAR(mean, 3.0 / 8, 2e-4) << "rounded by chance";
   // What weighs more than its light could, for it was estimated, is all of it.
@@ -93,9 +106,9 @@ TEST(WeighedDirections, TheShareIsThatOfWhatIsPickedAmong) {
   const WeighedDirections heavy = directions_of({{1, 2}}, 0.5), light = directions_of({{1, 1e-3f}}, 1e3);
   const WeighedDirections *const one[] = {&heavy}, *const other[] = {&light};
   pick_directions(one, 1, out);
-  EXPECT_EQ(out.share(), 1);
+  EXPECT_EQ(out.share(0), 1);
   pick_directions(other, 1, out);
-  EXPECT_EQ(out.share(), 0);
+  EXPECT_EQ(out.share(0), 0);
 }
 
 TEST(WeighedDirections, NoWeightIsNoDirection) {
