@@ -47,9 +47,7 @@ class DirectionReservoir {
   // The luminance by which light counts, over its luminance. share: of it, what depends on the view.
   static constexpr float counting(float share) { return kMatte + (1 - kMatte) * share; }
   // The share of light that counts as that.
-  static constexpr float share_of(float counting) {
-    return std::clamp((counting - kMatte) / (1 - kMatte), 0.0f, 1.0f);
-  }
+  static constexpr float share_of(float counting) { return std::clamp((counting - kMatte) / (1 - kMatte), 0.0f, 1.0f); }
 
   std::uint32_t direction(int half, int place) const { return field(half, place * kBits, kBits); }
   void set_direction(int half, int place, std::uint32_t code) { set_field(half, place * kBits, kBits, code); }
@@ -62,8 +60,8 @@ class DirectionReservoir {
   struct Chances {
     float place[kPlaces], share;
   };
-  // A sample of luminance `brought` >= 0, of which `varies` depends on the view. whole: of all samples of the half, this
-  // one among them.
+  // A sample of luminance `brought` >= 0, of which `varies` depends on the view. whole: of all samples of the half,
+  // this one among them.
   void add(int half, std::uint32_t direction, float brought, float varies, double whole, const Chances& u) {
     if (!(brought > 0)) return;
     const float before = share(half);

@@ -18,10 +18,10 @@ namespace helio {
 // The carried samples of a pixel. They are among those of the halves: HalfPixel holds `count` samples of mean `means`
 // before the first fresh one.
 struct CarriedPixel {
-  Packed24 count[2];        // effective samples, per half; 0: nothing is carried
-  PackedMeans means;        // of the halves; of one that carries nothing it means nothing
-  Float24 bias2;            // square of what reuse may have added to them, mean over the channels, radiance^2
-  RootByte age;             // moves since they were traced, weighted mean
+  Packed24 count[2];  // effective samples, per half; 0: nothing is carried
+  PackedMeans means;  // of the halves; of one that carries nothing it means nothing
+  Float24 bias2;      // square of what reuse may have added to them, mean over the channels, radiance^2
+  RootByte age;       // moves since they were traced, weighted mean
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 

@@ -45,7 +45,9 @@ void add_saturated(Unsigned128& sum, Unsigned128 term) {
 
 // Of competing exponential clocks with rates w the first to ring is one of those with probability w / sum (Efraimidis
 // and Spirakis 2006, "Weighted random sampling with a reservoir"), and the earliest of all does not depend on the
-// order: the time's bits, which sort as it does, above those of what it tells, a direction and a share.
+// order: the time's bits, which sort as it does, above those of what it tells, a direction and a share. Rates are
+// luminances, and not what splats count as directions do, so that the share of the one that is told is in the mean that
+// of all.
 constexpr int kDirectionBits = 2 * DirectionReservoir::kAxisBits, kToldBits = kDirectionBits + 8;
 constexpr std::uint64_t kNoDirection = ~std::uint64_t(0);
 static_assert(32 + kToldBits <= 64);

@@ -179,7 +179,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
-    if constexpr (Watch::kWatches || Watch::kRecords) tell_surface(i, at, point, frame.n, black);
+    if (Watch::kWatches || (Watch::kRecords && vertex == 1)) tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 

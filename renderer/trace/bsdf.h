@@ -52,17 +52,17 @@ struct LayerParams {
 struct SurfaceParams {
   LobeModel model = LobeModel::lambert;
   MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
-  bool thin = true;              // no volume behind the surface: transmission does not bend
-  float alpha = 1;               // microfacet alpha = perceptual roughness squared, [0, 1]
-  Rgb base_color{1, 1, 1};       // diffuse colour / metal f0 / transmission tint, [0, 1]
-  float metallic = 0;            // [0, 1]
-  float transmission = 0;        // [0, 1]
-  float ior = 1.5f;              // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
-  float specular = 1;            // KHR_materials_specular
-  Rgb specular_color{1, 1, 1};   // also the tint of what conductor, plastic and pane reflect
+  bool thin = true;                // no volume behind the surface: transmission does not bend
+  float alpha = 1;                 // microfacet alpha = perceptual roughness squared, [0, 1]
+  Rgb base_color{1, 1, 1};         // diffuse colour / metal f0 / transmission tint, [0, 1]
+  float metallic = 0;              // [0, 1]
+  float transmission = 0;          // [0, 1]
+  float ior = 1.5f;                // inside over outside, >= 1 (0: specular-glossiness compatibility, f0 = f90 = 1)
+  float specular = 1;              // KHR_materials_specular
+  Rgb specular_color{1, 1, 1};     // also the tint of what conductor, plastic and pane reflect
   bool tinted_reflection = false;  // and of what the interface of metallic_roughness reflects, which keeps its f0
-  Rgb f0{0.04f, 0.04f, 0.04f};   // specular_glossiness
-  Rgb eta{1, 1, 1}, k{0, 0, 0};  // conductor
+  Rgb f0{0.04f, 0.04f, 0.04f};     // specular_glossiness
+  Rgb eta{1, 1, 1}, k{0, 0, 0};    // conductor
   // Anisotropic distributions: alpha along a unit direction of the local frame, and across; `alpha` is their geometric
   // mean.
   float alpha_along = 1, alpha_across = 1;
@@ -74,9 +74,9 @@ struct SurfaceParams {
   float map_alpha2 = 0;
   PrincipledMaterial principled;  // principled
   // Kept alive by whoever made these, and never null for the model that needs them.
-  const LayerParams* layers = nullptr;             // stack
-  const PlasticInterface* plastic = nullptr;       // plastic
-  const BlendParams* blend = nullptr;              // blend
+  const LayerParams* layers = nullptr;        // stack
+  const PlasticInterface* plastic = nullptr;  // plastic
+  const BlendParams* blend = nullptr;         // blend
 };
 
 // Whether light may come out on the far side of the surface.

@@ -45,4 +45,9 @@ BsdfViews::Values BsdfViews::f_cos(const V3f& wi) const {
           matte_reflected(lobes_, second_view_, arrival)};
 }
 
+Rgb BsdfViews::second_f_cos(const V3f& wi) const {
+  if (!layered_ || !(wi.z > 0)) return evaluate_bsdf(params_, second_, wi).f_cos;
+  return evaluate_reflected(lobes_, second_view_, arrival_along(lobes_, wi)).f_cos;
+}
+
 }  // namespace helio

@@ -7,8 +7,8 @@
 
 namespace helio {
 
-// evaluate_bsdf() and matte_cos() along two wo, to the bit, for many wi. What depends on a wo alone is worked out once, and what
-// depends on a wi alone once for both, for the models that have but one interface.
+// evaluate_bsdf() along two wo, to the bit, and matte_cos(), but for rounding, for many wi. What depends on a wo alone
+// is worked out once, and what depends on a wi alone once for both, for the models that have but one interface.
 class BsdfViews {
  public:
   // wo: local, unit. The parameters outlive this.
@@ -19,6 +19,7 @@ class BsdfViews {
     Rgb first_matte, second_matte;  // of that, matte_cos()
   };
   Values f_cos(const V3f& wi) const;
+  Rgb second_f_cos(const V3f& wi) const;  // Values::second alone
 
  private:
   const SurfaceParams& params_;

@@ -42,7 +42,7 @@ LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, cons
     if (!sample.valid() || !is_finite(sample.weight)) continue;
     const float weight = luminance(sample.weight);
     whole += weight;
-    const float there = sample.delta ? 0.0f : expected * luminance(views.f_cos(sample.wi).second) / sample.pdf_w;
+    const float there = sample.delta ? 0.0f : expected * luminance(views.second_f_cos(sample.wi)) / sample.pdf_w;
     changed += std::fabs(there - weight);
     // What ratios that are cut off at the most leave out.
     if (!sample.delta && there * kMostRatio < weight)

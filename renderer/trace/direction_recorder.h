@@ -11,6 +11,7 @@
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/film_history.h"
 #include "renderer/trace/bsdf_views.h"
+#include "renderer/trace/connection_rays.h"
 #include "renderer/trace/path_watch.h"
 #include "renderer/trace/sampler.h"
 
@@ -37,7 +38,8 @@ class DirectionRecorder : public NoWatch {
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {
     if (first_) paths_[path].emitted = luminance(beta_ * radiance) * weight;
   }
-  // The parameters are there until the next vertex is looked at.
+  // The parameters are there until the next vertex is looked at; of a blend, whose parts are made anew with every look,
+  // whenever light_value() and connection_value() are called, which come straight after this vertex was looked at.
   void surface(std::uint32_t, const Surface&, const SurfaceParams& params, const V3f& normal, const V3f&, bool) {
     if (!first_) return;
     const bool lambert = params.model == LobeModel::lambert && !params.mapped;
@@ -49,7 +51,7 @@ class DirectionRecorder : public NoWatch {
     if (first_) paths_[path].light.direction = pack_direction<DirectionReservoir::kAxisBits>(light.direction);
   }
   void light_value(std::uint32_t path, const LightSample& light, const BsdfValue& value) {
-    if (first_) paths_[path].light.share = share_of(value.f_cos, frame_.to_local(light.direction));
+    if (first_) paths_[path].light.share = lobe_share(value.f_cos, frame_.to_local(light.direction));
   }
   void shadow_ray(std::uint32_t path, float, const Rgb& contribution) {
     if (first_) paths_[path].from_light = luminance(contribution);
@@ -64,7 +66,7 @@ class DirectionRecorder : public NoWatch {
     paths_[path].from_light = 0;
   }
   void connection_value(const V3f& direction, const BsdfValue& value) {
-    if (first_) connected_ = share_of(value.f_cos, frame_.to_local(direction));
+    if (first_) connected_ = lobe_share(value.f_cos, frame_.to_local(direction));
   }
   void connection(std::uint32_t, int ray, const LightVertex&, double, double, const Rgb&) {
     if (first_) note_ray(ray, connected_);
@@ -73,7 +75,7 @@ class DirectionRecorder : public NoWatch {
   void joined(std::uint32_t path, int ray, const V3f& direction, const Rgb& contribution) {
     if (!first_) return;
     Sample& sample = paths_[path];
-    const float brought = luminance(contribution), share = ray_shares_[std::size_t(ray)];
+    const float brought = luminance(contribution), share = ray_shares_[ray];
     const float varied = sample.from_light * sample.light.share + brought * share;
     sample.from_light += brought;
     sample.light.share = sample.from_light > 0 ? std::min(varied / sample.from_light, 1.0f) : 0.0f;
@@ -86,7 +88,7 @@ class DirectionRecorder : public NoWatch {
   void scatter(std::uint32_t path, const BsdfSample& sample, const Frame& frame) {
     if (!first_ || !sample.valid() || sample.delta) return;
     paths_[path].onwards = {pack_direction<DirectionReservoir::kAxisBits>(frame.to_world(sample.wi)),
-                            share_of(sample.weight * sample.pdf_w, sample.wi)};
+                            lobe_share(sample.weight * sample.pdf_w, sample.wi)};
   }
 
   void store(std::size_t slot, std::uint32_t path, const Rgb& radiance) {
@@ -126,16 +128,13 @@ class DirectionRecorder : public NoWatch {
     }
   };
 
-  // Of light from `wi`, local, of which the surface in hand sends f_cos on.
-  float share_of(const Rgb& f_cos, const V3f& wi) {
-    if (!params_) return 0;
+  // What of light from `wi`, local, of which the surface in hand sends f_cos on, its lobes do.
+  float lobe_share(const Rgb& f_cos, const V3f& wi) {
+    if (!params_ || is_black(f_cos)) return 0;
     if (!matte_) matte_.emplace(*params_, frame_.to_local(to_camera_));
     return varying_share(f_cos, matte_->f_cos(wi));
   }
-  void note_ray(int ray, float share) {
-    if (ray_shares_.size() <= std::size_t(ray)) ray_shares_.resize(std::size_t(ray) + 1);
-    ray_shares_[std::size_t(ray)] = share;
-  }
+  void note_ray(int ray, float share) { ray_shares_[ray] = share; }
 
   Film& film_;
   const std::uint64_t seed_;
@@ -145,8 +144,8 @@ class DirectionRecorder : public NoWatch {
   const SurfaceParams* params_ = nullptr;  // of the vertex in hand; null: Lambert
   Frame frame_{V3f(0, 0, 1)};
   std::optional<MatteBsdf> matte_;
-  float connected_ = 0;             // of the connection in hand
-  std::vector<float> ray_shares_;   // by ray of the batch
+  float connected_ = 0;  // of the connection in hand
+  float ray_shares_[ConnectionRays::kCapacity];
   Sample paths_[kGroupPaths];
   std::vector<Sample> samples_;
 };

@@ -16,33 +16,31 @@ float LightChange::add(float weight, const SeenLight& before, const SeenLight& n
   const Rgb lobes_before = before.lobes();
   const float whole = luminance(before.all);
   const float counted = luminance(lobes_before) + DirectionReservoir::kMatte * luminance(before.matte);
+  if (!(weight > 0)) return -1;
   if (!(whole > 0) || !(counted > 0) || !(light_ > 0) || !is_finite(before.all) || !is_finite(now.all)) {
     add_unknown(weight);
     return -1;
   }
-  const float most = kMostRatio * whole;
-  const Rgb lobes_now = now.lobes() * std::min(1.0f, most / std::max(max_component(now.all), most));
+  const float most = kMostRatio * whole, cut = std::min(1.0f, most / std::max(max_component(now.all), most));
+  const Rgb lobes_now = now.lobes() * cut, matte_now = now.matte * cut;
   const double part = double(weight) / light_, each = part / double(counted);
   lobes_now_ += V3d(lobes_now) * each;
   lobes_before_ += V3d(lobes_before) * each;
-  matte_now_ += V3d(now.matte) * each;
+  matte_now_ += V3d(matte_now) * each;
   matte_before_ += V3d(before.matte) * each;
   const double off = double(luminance(lobes_now) - luminance(lobes_before)) / double(counted);
   assert(count_ < kMostWeighed);
   each_[count_++] = {part, off};
   known_ += part;
   off_ += part * off;
-  return (luminance(lobes_now) + DirectionReservoir::kMatte * luminance(now.matte)) / counted;
+  return (luminance(lobes_now) + DirectionReservoir::kMatte * luminance(matte_now)) / counted;
 }
 
 void LightChange::tell(ViewEvidence& evidence) const {
   evidence.lit = known_ + unknown_ > 0;
   if (!evidence.lit) return;
   evidence.unknown = float(std::min(unknown_, 1.0));
-  if (!(known_ > 0)) {
-    evidence.unknown = 1;
-    return;
-  }
+  if (!(known_ > 0)) return;
   evidence.directions = int(count_);
   const double share = double(DirectionReservoir::share_of(float(known_ + unknown_)));
   const double base = luminance_of(matte_before_), lobes = luminance_of(lobes_before_);

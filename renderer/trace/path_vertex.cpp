@@ -43,8 +43,9 @@ BsdfValue PathVertex::scatter_any(const SceneData& scene, const V3f& to_camera, 
   std::optional<ShadingPoint> made;
   if (!point || !serves(scene, *point, wo, to_camera))
     point = &made.emplace(scene, hit, seen_from(to_camera), to_camera, footprint);
-  if (matte) *matte = point->matte(to_camera, to_light);
-  return point->evaluate(to_camera, to_light);
+  const BsdfValue value = point->evaluate(to_camera, to_light);
+  if (matte) *matte = is_black(value.f_cos) ? Rgb(0, 0, 0) : point->matte(to_camera, to_light);
+  return value;
 }
 
 }  // namespace helio

@@ -43,7 +43,7 @@ struct NoWatch {
   void splat(std::uint32_t, int, const LightVertex&, const SplatConnection&) {}
   void merged(std::uint32_t, int, const Rgb&) {}
   void light_ray(std::uint32_t, int, double) {}
-  // Before connection(), if that comes: the surface in hand is that of the vertex still.
+  // Before connection(), if that comes, and straight after the vertex was looked at.
   void connection_value(const V3f&, const BsdfValue&) {}
   void connection(std::uint32_t, int, const LightVertex&, double, double, const Rgb&) {}
   void ray_arrived(int) {}

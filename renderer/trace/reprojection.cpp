@@ -245,7 +245,7 @@ class Reprojection::Seeker {
     const ViewChange change = pooled_change(own, {alike, count}, sight.shared());
     const std::uint32_t key = key_of(x, y, source);
     SourceLookup lookup = views_[source].look(here, sight, change, of_.light_[source], key);
-    // From there on they stand for what the new camera sees: by what they brought to the old one they would lag behind
+    // From there on they stand for what the new camera sees: by what they counted for the old one they would lag behind
     // from the next move on, and meet lobes that leave them more often than lobes that come.
     if (block && lookup.total() > 0) pick_directions({directions, count}, key, lookup.directions);
     return lookup;

@@ -40,7 +40,7 @@ struct SourceSight {
   bool glossy = false;
   // Of surfaces that look different from there: neighbours have a say, and `lookup` is not known yet.
   std::optional<ViewEvidence> evidence;
-  WeighedDirections directions;  // of the evidence: what each brings to the new camera
+  WeighedDirections directions;  // of the evidence: what each counts for the new camera
   SourceLookup lookup;
 
   bool usable() const { return taps.total >= kLeastLookupWeight; }
@@ -93,7 +93,7 @@ class SourceView {
   SourceTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
   // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
   bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap, SourceTaps& taps);
-  // Those of the pixels that weigh `least` and more, by what they brought there.
+  // Those of the pixels that weigh `least` and more, by what they counted there.
   WeighedDirections directions_of(const SourceTaps& taps, float least) const;
 
   const HistorySource& pixels_;

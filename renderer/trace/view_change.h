@@ -30,7 +30,7 @@ inline constexpr float kMostRatio = 16;
 struct ViewEvidence {
   Rgb albedo{1, 1, 1};   // ViewChange::albedo
   Rgb change{0, 0, 0};   // [-1, kMostRatio - 1]
-  float off = 0;         // of the luminance, likewise, [-1, kMostRatio - 1]
+  float off = 0;         // of the luminance, likewise
   float scatter = 0;     // squared standard error of that; of no meaning for fewer than two directions
   float unknown = 0;     // share of the light of which no direction tells: it may change altogether
   Rgb arrival{0, 0, 0};  // ViewChange::arrival

@@ -33,8 +33,10 @@ void pick_directions(std::span<const WeighedDirections* const> among, std::uint3
   }
   if (!(total > 0)) return;
   key = mix_bits(key);
+  // Rounded up in one half where they are rounded down in the other.
+  const float first = unit_float(mix_bits(~key)), u[kHalves] = {first, kOneMinusEpsilon - first};
   for (int h = 0; light > 0 && h < kHalves; ++h)
-    out.set_share(h, DirectionReservoir::share_of(float(total / light)), unit_float(mix_bits(~key)));
+    out.set_share(h, DirectionReservoir::share_of(float(total / light)), u[h]);
   const double step = total / kPlaces;
   double next = double(unit_float(key)) * step, sum = 0;
   // Of the first: samples that come all for one half replace none but its places.

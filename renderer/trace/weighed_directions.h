@@ -39,8 +39,8 @@ struct WeighedDirections {
 };
 
 // Fills all places, each as likely with one of `among` as that weighs, whatever half it was of: halves share what
-// directions tell; and the share that weights and light come to. Systematic sampling: what weighs as much as a place is in it. With no weight at all there is
-// nothing.
+// directions tell; and the share that weights and light come to. Systematic sampling: what weighs as much as a place is
+// in it. With no weight at all there is nothing.
 void pick_directions(std::span<const WeighedDirections* const> among, std::uint32_t key, DirectionReservoir& out);
 
 }  // namespace helio

@@ -284,6 +284,18 @@ TEST(CarriedSplats, DirectionsOfASourceAreThoseOfCameraPathsAndSplats) {
   }
 }
 
+TEST(CarriedSplats, AHalfWithoutSamplesHasNoDirectionsOfSplats) {
+  Film film(4, 4, kBoth);
+  film.half(0, 1, 1).add(Rgb(1));
+  for (int h = 0; h < kHalves; ++h) film.splats()->add(h, std::vector<Splat>{{1, 1, Rgb(300), {99, 0}}}, 1);
+  HistorySource source(4, 4);
+  source.gather(film, film.bounds(), film.bounds());
+  const DirectionReservoir& directions = source.directions(1, 1);
+  EXPECT_EQ(directions.direction(0, 0), 99u);
+  EXPECT_EQ(directions.direction(1, 0), DirectionReservoir::kNone);
+  EXPECT_EQ(directions.share(1), 1);
+}
+
 TEST(CarriedSplats, MemoryIsAsDocumented) {
   EXPECT_EQ(Film::bytes_per_pixel(kBoth), 120u + 194 + 196 + 16);
   EXPECT_EQ(Film::bytes_per_pixel({.history = true, .stored_hits = 1, .splats = true}), 120u + 30 + 228 + 196)

@@ -55,6 +55,7 @@ TEST(BsdfViews, AreThoseOfEachDirectionToTheBit) {
           const BsdfViews::Values values = views.f_cos(wi);
           EXPECT_EQ(values.first, evaluate_bsdf(params, first, wi).f_cos);
           EXPECT_EQ(values.second, evaluate_bsdf(params, second, wi).f_cos);
+          EXPECT_EQ(views.second_f_cos(wi), values.second);
           EXPECT_TRUE(near(values.first_matte, matte_cos(params, first, wi)));
           EXPECT_TRUE(near(values.second_matte, matte_cos(params, second, wi)));
           EXPECT_EQ(MatteBsdf(params, first).f_cos(wi), matte_cos(params, first, wi));

@@ -65,8 +65,7 @@ class AFloor {
     const Frame frame(V3f(0, 1, 0));
     const V3f wo = frame.to_local(V3f(viewpoint.normalized()));
     const V3f wi = frame.to_local(unpack_direction<DirectionReservoir::kAxisBits>(packed));
-    return DirectionReservoir::counting(
-        varying_share(evaluate_bsdf(params, wo, wi).f_cos, matte_cos(params, wo, wi)));
+    return DirectionReservoir::counting(varying_share(evaluate_bsdf(params, wo, wi).f_cos, matte_cos(params, wo, wi)));
   }
   bool depends_on_view() const { return centres_->depends_on_view(); }
   ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
@@ -195,8 +194,8 @@ TEST(CentreHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
     const V3d left = V3d(-0.5, 1, -0.2).normalized(), right = V3d(0.3, 1, 0.1).normalized();
     const std::uint32_t a = pack_direction<DirectionReservoir::kAxisBits>(V3f(left));
     const std::uint32_t b = pack_direction<DirectionReservoir::kAxisBits>(V3f(right));
-    WeighedDirections directions = floor.weighed(
-        kThere, {{a, 2}, {DirectionReservoir::kAny, 5}, {b, 3}, {DirectionReservoir::kNone, 7}, {a, 1}});
+    WeighedDirections directions =
+        floor.weighed(kThere, {{a, 2}, {DirectionReservoir::kAny, 5}, {b, 3}, {DirectionReservoir::kNone, 7}, {a, 1}});
     floor.evidence_from(kThere, directions);
     ASSERT_EQ(directions.count, 4u);
     const auto change = [&](const V3d& lamp) { return floor.seen_from(kHere, lamp) / floor.seen_from(kThere, lamp); };

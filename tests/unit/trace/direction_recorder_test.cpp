@@ -23,15 +23,15 @@ Material coated(float base, float roughness) {
 }
 
 struct Told {
-  double share = 0;       // mean over the pixels
-  double towards = 0;     // of the directions, those within 15 degrees of one
-  double anywhere = 0;    // and those of what shines
-  double nowhere = 0;     // and of delta lobes, or of nothing
+  double share = 0;     // mean over the pixels
+  double towards = 0;   // of the directions, those within 15 degrees of one
+  double anywhere = 0;  // and those of what shines
+  double nowhere = 0;   // and of delta lobes, or of nothing
 };
 
 // Of a picture as a source has it; whatever is seen is seen by all pixels.
-Told told_by(const SceneDescription& description, const CameraPose& pose, Integrator integrator,
-             std::uint32_t samples, const V3f& towards, int max_segments = 12) {
+Told told_by(const SceneDescription& description, const CameraPose& pose, Integrator integrator, std::uint32_t samples,
+             const V3f& towards, int max_segments = 12) {
   const auto scene = build(description);
   const bool splats = integrator != Integrator::path;
   Film film(kSide, kSide, {.history = true, .splats = splats});

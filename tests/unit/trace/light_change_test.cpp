@@ -169,6 +169,11 @@ TEST(LightChange, WhatIsNotKnownIsSaid) {
   EXPECT_TRUE(told.lit);
   EXPECT_EQ(told.unknown, 1);
   EXPECT_EQ(told.directions, 0);
+  // All that was picked is a mirror's, for a tenth of the light: no more than that is unknown.
+  LightChange tenth(4);
+  tenth.add_unknown(0.4f);
+  tenth.tell(told);
+  EXPECT_NEAR(told.unknown, 0.1, 1e-6);
   // Half by mirrors: that may change altogether, and is taken to stay.
   LightChange half(2);
   half.add_unknown(1);
@@ -200,6 +205,10 @@ TEST(LightChange, ExtremeNumbersStayNumbers) {
       }
     }
   }
+  // Bases, too, are cut off: one that was next to black, as at grazing angles under a coat, must not outweigh all else.
+  LightChange grazing(2);
+  EXPECT_LE(grazing.add(1, {Rgb(1e-30f), Rgb(1e-30f)}, {Rgb(1), Rgb(1)}), 1.001f * kMostRatio);
+  EXPECT_LT(grazing.add(0, {Rgb(1), Rgb(1)}, {Rgb(1), Rgb(1)}), 0) << "of no weight";
   LightChange change(1);
   EXPECT_LT(change.add(1, {Rgb(INFINITY), Rgb(0, 0, 0)}, {Rgb(1), Rgb(0, 0, 0)}), 0);
   EXPECT_LT(change.add(1, {Rgb(1), Rgb(0, 0, 0)}, {Rgb(NAN), Rgb(0, 0, 0)}), 0);
