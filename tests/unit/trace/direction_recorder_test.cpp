@@ -96,23 +96,30 @@ TEST(DirectionRecorder, TheShareIsWhatLobesBring) {
   EXPECT_EQ(told.nowhere, 0);
 }
 
-// Whichever way paths are put together: a coated floor below a lamp, beside a white wall.
+// Whichever way paths are put together: a coated floor below a lamp, beside a white wall, with layers and without.
 TEST(DirectionRecorder, BidirectionalPathsTellTheSame) {
-  SceneDescription description;
-  description.materials = {coated(0.4f, 0.5f), lambert(Rgb(0.9f, 0.9f, 0.9f)), lambert(Rgb(0, 0, 0), Rgb(8, 8, 8))};
-  add_mesh(description, quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0));
-  add_mesh(description, quad({-1.5f, 0, -2}, {0, 4, 0}, {0, 0, 4}, 1));
-  add_mesh(description, quad({0.3f, 2, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 2));
-  const CameraPose pose = camera_at({1, 1, 0.2}, {-0.3, 0, 0}, 20);
-  const V3f lamp = normalize(V3f(0.9f, 2, 0));
-  const Told path = told_by(description, pose, Integrator::path, 128, lamp);
-  const Told bdpt = told_by(description, pose, Integrator::bdpt, 128, lamp);
-  std::printf("share %.4f %.4f, towards the lamp %.3f %.3f\n", path.share, bdpt.share, path.towards, bdpt.towards);
-  EXPECT_GT(path.share, 0.05);
-  EXPECT_NEAR(bdpt.share / path.share, 1, 0.05);
-  EXPECT_GT(path.towards, 0.1);
-  EXPECT_LT(path.towards, 0.9);
-  EXPECT_NEAR(bdpt.towards, path.towards, 0.05);
+  Material layered = coated(0.4f, 0.7f);
+  layered.layers.clearcoat = 0.7f;
+  layered.layers.clearcoat_roughness = 0.4f;
+  layered.layers.sheen_color = Rgb(0.2f, 0.2f, 0.2f);
+  layered.layers.sheen_roughness = 0.5f;
+  for (const Material& floor : {coated(0.4f, 0.5f), layered}) {
+    SceneDescription description;
+    description.materials = {floor, lambert(Rgb(0.9f, 0.9f, 0.9f)), lambert(Rgb(0, 0, 0), Rgb(8, 8, 8))};
+    add_mesh(description, quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0));
+    add_mesh(description, quad({-1.5f, 0, -2}, {0, 4, 0}, {0, 0, 4}, 1));
+    add_mesh(description, quad({0.3f, 2, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 2));
+    const CameraPose pose = camera_at({1, 1, 0.2}, {-0.3, 0, 0}, 20);
+    const V3f lamp = normalize(V3f(0.9f, 2, 0));
+    const Told path = told_by(description, pose, Integrator::path, 128, lamp);
+    const Told bdpt = told_by(description, pose, Integrator::bdpt, 128, lamp);
+    std::printf("share %.4f %.4f, towards the lamp %.3f %.3f\n", path.share, bdpt.share, path.towards, bdpt.towards);
+    EXPECT_GT(path.share, 0.05);
+    EXPECT_NEAR(bdpt.share / path.share, 1, 0.05);
+    EXPECT_GT(path.towards, 0.1);
+    EXPECT_LT(path.towards, 0.9);
+    EXPECT_NEAR(bdpt.towards, path.towards, 0.05);
+  }
 }
 
 TEST(DirectionRecorder, MirrorsLampsAndMatteWallsTellWhatTheyAre) {
