@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "renderer/film/history_source.h"
 #include "renderer/trace/path_integrator.h"
@@ -31,7 +32,7 @@ struct Told {
 
 // Of a picture as a source has it; whatever is seen is seen by all pixels.
 Told told_by(const SceneDescription& description, const CameraPose& pose, Integrator integrator, std::uint32_t samples,
-             const V3f& towards, int max_segments = 12) {
+             const V3f& towards, int max_segments = 12, std::optional<Technique> technique = {}) {
   const auto scene = build(description);
   const bool splats = integrator != Integrator::path;
   Film film(kSide, kSide, {.history = true, .splats = splats});
@@ -39,6 +40,7 @@ Told told_by(const SceneDescription& description, const CameraPose& pose, Integr
   PathSettings settings;
   settings.integrator = integrator;
   settings.max_segments = max_segments;
+  settings.technique = technique;
   TraceStats stats;
   for (int h = 0; h < kHalves; ++h)
     EXPECT_TRUE(trace_window(*scene, camera, settings, {h, 0, samples}, film.bounds(), {}, film, stats));
@@ -96,7 +98,18 @@ TEST(DirectionRecorder, TheShareIsWhatLobesBring) {
   EXPECT_EQ(told.nowhere, 0);
 }
 
-// Whichever way paths are put together: a coated floor below a lamp, beside a white wall, with layers and without.
+// A coated floor below a lamp, beside a white wall.
+SceneDescription lit_floor(const Material& floor) {
+  SceneDescription description;
+  description.materials = {floor, lambert(Rgb(0.9f, 0.9f, 0.9f)), lambert(Rgb(0, 0, 0), Rgb(8, 8, 8))};
+  add_mesh(description, quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0));
+  add_mesh(description, quad({-1.5f, 0, -2}, {0, 4, 0}, {0, 0, 4}, 1));
+  add_mesh(description, quad({0.3f, 2, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 2));
+  return description;
+}
+const V3f kLamp = normalize(V3f(0.9f, 2, 0));  // from what is seen
+
+// Whichever way paths are put together, with layers and without.
 TEST(DirectionRecorder, BidirectionalPathsTellTheSame) {
   Material layered = coated(0.4f, 0.7f);
   layered.layers.clearcoat = 0.7f;
@@ -104,15 +117,10 @@ TEST(DirectionRecorder, BidirectionalPathsTellTheSame) {
   layered.layers.sheen_color = Rgb(0.2f, 0.2f, 0.2f);
   layered.layers.sheen_roughness = 0.5f;
   for (const Material& floor : {coated(0.4f, 0.5f), layered}) {
-    SceneDescription description;
-    description.materials = {floor, lambert(Rgb(0.9f, 0.9f, 0.9f)), lambert(Rgb(0, 0, 0), Rgb(8, 8, 8))};
-    add_mesh(description, quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0));
-    add_mesh(description, quad({-1.5f, 0, -2}, {0, 4, 0}, {0, 0, 4}, 1));
-    add_mesh(description, quad({0.3f, 2, -0.3f}, {0.6f, 0, 0}, {0, 0, 0.6f}, 2));
+    const SceneDescription description = lit_floor(floor);
     const CameraPose pose = camera_at({1, 1, 0.2}, {-0.3, 0, 0}, 20);
-    const V3f lamp = normalize(V3f(0.9f, 2, 0));
-    const Told path = told_by(description, pose, Integrator::path, 128, lamp);
-    const Told bdpt = told_by(description, pose, Integrator::bdpt, 128, lamp);
+    const Told path = told_by(description, pose, Integrator::path, 128, kLamp);
+    const Told bdpt = told_by(description, pose, Integrator::bdpt, 128, kLamp);
     std::printf("share %.4f %.4f, towards the lamp %.3f %.3f\n", path.share, bdpt.share, path.towards, bdpt.towards);
     EXPECT_GT(path.share, 0.05);
     EXPECT_NEAR(bdpt.share / path.share, 1, 0.05);
@@ -120,6 +128,19 @@ TEST(DirectionRecorder, BidirectionalPathsTellTheSame) {
     EXPECT_LT(path.towards, 0.9);
     EXPECT_NEAR(bdpt.towards, path.towards, 0.05);
   }
+}
+
+// Light paths alone, with what camera paths find of the same light: that of the lamp itself.
+TEST(DirectionRecorder, SplatsTellTheSame) {
+  const SceneDescription description = lit_floor(coated(0.1f, 0.5f));
+  const CameraPose pose = camera_at({1, 1, 0.2}, {-0.3, 0, 0}, 20);
+  const Told path = told_by(description, pose, Integrator::path, 64, kLamp, 2);
+  const Told splats = told_by(description, pose, Integrator::bdpt, 512, kLamp, 2, Technique{2, 1, true});
+  std::printf("share %.4f %.4f\n", path.share, splats.share);
+  EXPECT_GT(path.share, 0.05);
+  EXPECT_NEAR(splats.share / path.share, 1, 0.1);
+  EXPECT_LT(splats.nowhere, 0.02) << "of halves that no splat has met";
+  EXPECT_NEAR(splats.towards, path.towards, 0.04);
 }
 
 TEST(DirectionRecorder, MirrorsLampsAndMatteWallsTellWhatTheyAre) {
