@@ -1,8 +1,11 @@
 // What a subcommand gives to main: its place on the command line and what it does.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
+
+namespace CLI {
+class App;
+}
 
 namespace helio::cli {
 

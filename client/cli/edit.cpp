@@ -112,14 +112,14 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
 }  // namespace
 
 Command add_edit(CLI::App& root) {
-  CLI::App* app = root.add_subcommand("edit", "Change a colour, a light or a place in a loaded scene");
+  CLI::App* app = add_command(root, "edit", "Change a colour, a light or a place in a loaded scene",
+                              std::string(kHelp) + kEditHelp + kExitCodesHelp);
   auto options = std::make_shared<EditCommandOptions>();
   add_scene_options(*app, options->scene);
   add_text(*app, options->scene_id, "--scene-id", "ID", "A scene that the daemon holds, in place of FILE");
   add_edit_options(*app, options->edits);
   add_text(*app, options->session, "--session", "ID", "Session that renders the edited scene from now on");
   add_common_options(*app, options->common, "One JSON object on stdout");
-  app->footer(std::string(kHelp) + kEditHelp + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

@@ -204,18 +204,13 @@ class Reader {
   std::vector<pb::SceneEdit> edits_;
 };
 
-void add_list(CLI::App& app, const std::string& name, std::vector<std::string>& values, const std::string& form,
-              const std::string& help) {
-  app.add_option(name, values, help)->type_name(form)->allow_extra_args(false);
-}
-
 }  // namespace
 
 void add_edit_options(CLI::App& app, EditOptions& options) {
-  add_list(app, "--object", options.objects, "TARGET=VALUES", "Move an object; may be repeated, as the others");
-  add_list(app, "--material", options.materials, "TARGET=VALUES", "Colour, emission or roughness of a material");
-  add_list(app, "--light", options.lights, "TARGET=VALUES", "Intensity of a point, spot or directional light");
-  add_list(app, "--environment-light", options.environment, "VALUES", "Brightness and colour of the environment");
+  add_texts(app, options.objects, "--object", "TARGET=VALUES", "Move an object; may be repeated, as the others");
+  add_texts(app, options.materials, "--material", "TARGET=VALUES", "Colour, emission or roughness of a material");
+  add_texts(app, options.lights, "--light", "TARGET=VALUES", "Intensity of a point, spot or directional light");
+  add_texts(app, options.environment, "--environment-light", "VALUES", "Brightness and colour of the environment");
 }
 
 std::vector<pb::SceneEdit> read_edits(const EditOptions& options, Problems& problems) {

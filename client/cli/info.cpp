@@ -141,12 +141,12 @@ int run(const CLI::App& app, const InfoOptions& options) {
 }  // namespace
 
 Command add_info(CLI::App& root) {
-  CLI::App* app = root.add_subcommand("info", "What the renderer in this program, or a daemon, is and may do");
+  CLI::App* app =
+      add_command(root, "info", "What the renderer in this program, or a daemon, is and may do", kExitCodesHelp);
   auto options = std::make_shared<InfoOptions>();
   add_connection_options(*app, options->connection);
-  app->add_flag("--json", options->json, "One JSON object on stdout");
-  app->allow_extras();
-  app->footer(kExitCodesHelp);
+  add_flag(*app, options->json, "--json", "One JSON object on stdout");
+  allow_unknown(*app);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

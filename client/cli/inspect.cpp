@@ -111,13 +111,12 @@ int run(const CLI::App& app, const InspectOptions& options) {
 }  // namespace
 
 Command add_scene(CLI::App& root) {
-  CLI::App* scene = root.add_subcommand("scene", "Work on scene files");
-  scene->require_subcommand(1);
-  CLI::App* app = scene->add_subcommand("inspect", "Load a scene and report what it holds: exit 0; or why not: exit 3");
+  CLI::App* scene = add_command_group(root, "scene", "Work on scene files");
+  CLI::App* app = add_command(*scene, "inspect", "Load a scene and report what it holds: exit 0; or why not: exit 3",
+                              kExitCodesHelp);
   auto options = std::make_shared<InspectOptions>();
   add_scene_options(*app, options->scene);
   add_common_options(*app, options->common, "One JSON object on stdout");
-  app->footer(kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

@@ -298,7 +298,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
 }  // namespace
 
 Command add_move(CLI::App& root) {
-  CLI::App* app = root.add_subcommand("move", "Move the camera over one stream and keep a picture of each view");
+  CLI::App* app = add_command(root, "move", "Move the camera over one stream and keep a picture of each view",
+                              std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<MoveOptions>();
   add_scene_options(*app, options->scene);
   add_path_options(*app, *options);
@@ -307,7 +308,6 @@ Command add_move(CLI::App& root) {
   add_file_options(*app, options->files, true);
   add_transport_options(*app, options->transport);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
-  app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

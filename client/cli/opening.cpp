@@ -9,8 +9,8 @@ namespace helio::cli {
 void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
   add_connection_options(app, options.connection);
   add_progress_option(app, options.progress);
-  app.add_flag("--json", options.json, json_help);
-  app.allow_extras();
+  add_flag(app, options.json, "--json", json_help);
+  allow_unknown(app);
 }
 
 Opening::Opening(const CLI::App& app, const CommonOptions& options) : terminal(options.json), reader(problems) {

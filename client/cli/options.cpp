@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -34,9 +35,34 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
+CLI::App* add_command(CLI::App& parent, const std::string& name, const std::string& help, const std::string& footer) {
+  return parent.add_subcommand(name, help)->footer(footer);
+}
+
+CLI::App* add_command_group(CLI::App& parent, const std::string& name, const std::string& help) {
+  return parent.add_subcommand(name, help)->require_subcommand(1);
+}
+
+void allow_unknown(CLI::App& app) {
+  app.allow_extras();
+}
+
+bool TextOption::given() const {
+  return option && option->count() > 0;
+}
+
 void add_text(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
               const std::string& help) {
   option.option = app.add_option(name, option.text, help)->type_name(value_name);
+}
+
+void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
+               const std::string& help) {
+  app.add_option(name, values, help)->type_name(value_name)->allow_extra_args(false);
+}
+
+void add_flag(CLI::App& app, bool& given, const std::string& name, const std::string& help) {
+  app.add_flag(name, given, help);
 }
 
 void OptionReader::problem(const TextOption& option, const std::string& message) {

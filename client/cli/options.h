@@ -1,7 +1,6 @@
 // Flags as text, and their validation: every problem of a command line is found before anything is reported.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,18 +10,35 @@
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 
+// CLI11's header makes every file that includes it five times as slow to compile: options.cpp stands between.
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
 namespace helio::cli {
+
+// A command under `parent`; `footer` is the end of its --help.
+CLI::App* add_command(CLI::App& parent, const std::string& name, const std::string& help, const std::string& footer);
+// One that does nothing itself: the name of one of its own commands has to follow.
+CLI::App* add_command_group(CLI::App& parent, const std::string& name, const std::string& help);
+// What the command does not know is left to report_unknown().
+void allow_unknown(CLI::App& app);
 
 // An option with one value. It must not move once it is added to an app.
 struct TextOption {
   std::string text;
   CLI::Option* option = nullptr;
 
-  bool given() const { return option && option->count() > 0; }
+  bool given() const;
 };
 
 void add_text(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
               const std::string& help);
+// An option that may be repeated, with a value each time.
+void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
+               const std::string& help);
+void add_flag(CLI::App& app, bool& given, const std::string& name, const std::string& help);
 
 // Each reader returns none when the option is absent, and adds a problem (name, value, allowed range) and returns none
 // when its value does not fit.

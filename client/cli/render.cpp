@@ -208,7 +208,8 @@ int run(const CLI::App& app, const RenderOptions& options) {
 }  // namespace
 
 Command add_render(CLI::App& root) {
-  CLI::App* app = root.add_subcommand("render", "Render a still until a budget of samples, time or error is reached");
+  CLI::App* app = add_command(root, "render", "Render a still until a budget of samples, time or error is reached",
+                              std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<RenderOptions>();
   add_scene_options(*app, options->scene);
   add_settings_options(*app, options->settings);
@@ -216,7 +217,6 @@ Command add_render(CLI::App& root) {
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
-  app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

@@ -109,12 +109,12 @@ int run(const CLI::App& app, const ReplayOptions& options) {
 }  // namespace
 
 Command add_replay(CLI::App& root) {
-  CLI::App* app = root.add_subcommand("replay", "Trace one sample again, named by a token, and tell every vertex");
+  CLI::App* app = add_command(root, "replay", "Trace one sample again, named by a token, and tell every vertex",
+                              std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<ReplayOptions>();
   add_text(*app, options->token, "TOKEN", "", "What a render with invalid samples gave. Required");
   add_scene_options(*app, options->scene);
   add_common_options(*app, options->common, "One JSON object on stdout");
-  app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

@@ -48,8 +48,8 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
   add_text(app, options.texture_filter, "--texture-filter", "FILTER",
            "How textures of reflection are looked up: " + join(short_names(*pb::TextureFilter_descriptor()), ", ") +
                ". Default: bilinear, the reference; mip has less noise and some bias");
-  app.add_flag("--scene-path", options.scene_path,
-               "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
+  add_flag(app, options.scene_path, "--scene-path",
+           "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
 }
 
 SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& connection, OptionReader& reader) {

@@ -1,4 +1,6 @@
 // heliograph serve: the daemon, exactly as heliographd runs it.
+#include <CLI/CLI.hpp>
+
 #include "client/cli/command.h"
 #include "server/daemon.h"
 

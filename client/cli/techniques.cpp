@@ -324,7 +324,8 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
 
 Command add_techniques(CLI::App& root) {
   CLI::App* app =
-      root.add_subcommand("techniques", "Render what each bidirectional technique brings to a picture, one by one");
+      add_command(root, "techniques", "Render what each bidirectional technique brings to a picture, one by one",
+                  std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<TechniquesOptions>();
   add_scene_options(*app, options->scene);
   add_picture_options(*app, options->settings);
@@ -336,7 +337,6 @@ Command add_techniques(CLI::App& root) {
            "Where the pictures go; made where it does not exist. Default: NAME-techniques in the current folder for "
            "scene NAME.glb");
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
-  app->footer(std::string(kHelp) + kExitCodesHelp);
   return {app, [app, options] { return run(*app, *options); }};
 }
 

@@ -1,3 +1,5 @@
+#include <CLI/CLI.hpp>
+
 #include "client/cli/command.h"
 #include "client/cli/options.h"
 

@@ -19,7 +19,7 @@ struct Case {
   std::string scene;
   std::string figure = "time_to_error";
   // None: the error that the path tracer has at --samples, with an epsilon of 1e-2 of the reference's mean squared.
-  std::optional<ErrorGoal> goal;
+  std::optional<ErrorGoal> goal = std::nullopt;
   double ratio = 0;    // goal: over Mitsuba's seconds of the same run; 0: none
   double seconds = 0;  // goal, where there is no ratio; 0: none
 };
