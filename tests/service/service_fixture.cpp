@@ -274,7 +274,11 @@ void ServiceTest::start(const std::function<void(ServerConfig&)>& change) {
   auto server = Server::start(config);
   ASSERT_TRUE(server.ok()) << server.error().to_string();
   server_ = std::move(*server);
-  if (!server_->address().empty()) stub_ = new_stub();
+  if (server_->address().empty()) return;
+  // A connection that fails for a reason that does not last is tried again; calls would fail with it.
+  const std::shared_ptr<grpc::Channel> channel = new_channel();
+  ASSERT_TRUE(channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(20)));
+  stub_ = pb::RenderService::NewStub(channel);
 }
 
 void ServiceTest::TearDown() {
