@@ -72,25 +72,28 @@ TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
   LoopViews fresh(engine, scene, settings_of(RenderMode::pt, Integrator::bdpt, 77));
   const ViewPicture truth = fresh.render(home, 1024);
   for (const auto& [degrees, shift] : {std::pair(5.0, 0.0), std::pair(0.0, 0.1)}) {
-    for (const std::uint32_t samples : {2u, 16u}) {
-      double reported = 0, squared = 0, restarted = 0;
-      for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-        LoopViews views(engine, scene, settings_of(RenderMode::combined, GetParam().integrator, seed));
-        views.render(turned_and_shifted(home, degrees, shift), 64);
-        const ViewPicture& moved = views.render(home, samples);
-        squared += squared_error(moved.view(), truth.view())->mse;
+    constexpr std::uint32_t kSamples[] = {2, 16};  // in all: the pictures go on
+    double reported[2] = {0, 0}, squared[2] = {0, 0}, restarted[2] = {0, 0};
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      LoopViews views(engine, scene, settings_of(RenderMode::combined, GetParam().integrator, seed));
+      views.render(turned_and_shifted(home, degrees, shift), 64);
+      LoopViews plain(engine, scene, settings_of(RenderMode::pt, GetParam().integrator, 500 + seed));
+      for (int i = 0; i < 2; ++i) {
+        const ViewPicture& moved = views.render(home, kSamples[i]);
+        squared[i] += squared_error(moved.view(), truth.view())->mse;
         for (int c = 0; c < 3; ++c) {
-          for (const float v : moved.variance[c]) reported += double(v) / (3.0 * kSide * kSide);
+          for (const float v : moved.variance[c]) reported[i] += double(v) / (3.0 * kSide * kSide);
         }
-        LoopViews plain(engine, scene, settings_of(RenderMode::pt, GetParam().integrator, 500 + seed));
-        restarted += squared_error(plain.render(home, samples).view(), truth.view())->mse;
+        restarted[i] += squared_error(plain.render(home, kSamples[i]).view(), truth.view())->mse;
       }
-      const double ratio = std::sqrt(reported / squared), gain = restarted / squared;
+    }
+    for (int i = 0; i < 2; ++i) {
+      const double ratio = std::sqrt(reported[i] / squared[i]), gain = restarted[i] / squared[i];
       std::printf("%s %s turn %g shift %g samples %u: reported over true error %.3f, restart over reuse (mse) %.2f\n",
-                  GetParam().scene, to_string(GetParam().integrator), degrees, shift, samples, ratio, gain);
+                  GetParam().scene, to_string(GetParam().integrator), degrees, shift, kSamples[i], ratio, gain);
       EXPECT_GT(ratio, 0.6);
       EXPECT_LT(ratio, 1.7);
-      EXPECT_GT(gain, samples == 2 && GetParam().gains ? 1.5 : 0.0);
+      EXPECT_GT(gain, kSamples[i] == 2 && GetParam().gains ? 1.5 : 0.0);
     }
   }
 }

@@ -10,7 +10,9 @@
 namespace helio::test {
 namespace {
 
-constexpr int kSamples = kChiSquareSamples;
+// Of each of some four hundred tests: densities that are off by 2 % in half of the cells fail, as does a mass that is
+// off by 1 %.
+constexpr int kSamples = kChiSquareSamples / 2;
 constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
 // The roughest, and those next to the delta switch: the smallest that is a lobe, and one a little larger.
 constexpr float kHardAlphas[] = {kDeltaAlpha, 0.0011f, 0.5f, 1.0f};
@@ -161,7 +163,7 @@ TEST_P(BsdfChiSquareAtHardAlpha, ConductorAndGlass) {
     if (material.name != "conductor" && !material.name.starts_with("glass from")) continue;
     ASSERT_FALSE(is_pure_delta(material.params));
     // The half vector of float directions is known to 6e-8 / (2 cosine): at 89.9 degrees to 2 % of the smallest alphas,
-    // which a million samples show.
+    // which half a million samples show.
     for (const double angle : {0.0, 80.0, material.params.alpha < 0.01f ? 89.0 : 89.9})
       expect_samples_follow_density(material, angle);
   }

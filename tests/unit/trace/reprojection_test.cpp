@@ -349,7 +349,9 @@ TEST(ForwardMap, TheNearerSurfaceCounts) {
   for (int i = 0; i < kWidth * kHeight; ++i) {
     const auto found = map.at(i % kWidth, i / kWidth);
     ASSERT_EQ(found.has_value(), of_plate[std::size_t(i)] || of_wall[std::size_t(i)]);
-    if (found) EXPECT_EQ(source.centre(found->x, found->y).instance == 1, of_plate[std::size_t(i)]);
+    if (found) {
+      EXPECT_EQ(source.centre(found->x, found->y).instance == 1, of_plate[std::size_t(i)]);
+    }
     both += of_plate[std::size_t(i)] && of_wall[std::size_t(i)];
   }
   EXPECT_GT(both, 20);
