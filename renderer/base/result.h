@@ -5,11 +5,12 @@
 // that gives the value found and the range allowed.
 #pragma once
 
-#include <cassert>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 
@@ -46,15 +47,15 @@ class [[nodiscard]] Result {
   explicit operator bool() const { return ok(); }
 
   T& value() & {
-    assert(ok());
+    HELIO_CHECK(ok());
     return *std::get_if<0>(&state_);
   }
   const T& value() const& {
-    assert(ok());
+    HELIO_CHECK(ok());
     return *std::get_if<0>(&state_);
   }
   T&& value() && {
-    assert(ok());
+    HELIO_CHECK(ok());
     return std::move(*std::get_if<0>(&state_));
   }
   T& operator*() & { return value(); }
@@ -63,11 +64,11 @@ class [[nodiscard]] Result {
   const T* operator->() const { return &value(); }
 
   const Error& error() const& {
-    assert(!ok());
+    HELIO_CHECK(!ok());
     return *std::get_if<1>(&state_);
   }
   Error&& error() && {
-    assert(!ok());
+    HELIO_CHECK(!ok());
     return std::move(*std::get_if<1>(&state_));
   }
 
@@ -94,7 +95,7 @@ class Problems {
 
   // One Error whose message joins all problems with "; ". Precondition: not empty().
   Error to_error(ErrorCode code = ErrorCode::invalid_argument) const {
-    assert(!empty());
+    HELIO_CHECK(!empty());
     std::string all;
     for (const Item& item : items_) {
       if (!all.empty()) all += "; ";

@@ -9,10 +9,10 @@
 // its neighbourhood the relative error of Veach's plates came out at 1.5 times the true one.
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cfloat>
 #include <limits>
 
+#include "renderer/base/check.h"
 #include "renderer/film/box_rows.h"
 #include "renderer/film/error_estimate.h"
 #include "renderer/film/film_history.h"
@@ -101,7 +101,7 @@ std::vector<std::array<int, 2>> cut(int begin, int end, int size) {
 
 ErrorEstimate::ErrorEstimate(const Film& film, const PixelRect& region)
     : film_(&film), roi_(intersect(region, film.bounds())) {
-  assert(!roi_.empty());
+  HELIO_DCHECK(!roi_.empty());
   for (const auto [y0, y1] : cut(roi_.y0, roi_.y1, kTileSide)) {
     for (const auto [x0, x1] : cut(roi_.x0, roi_.x1, kTileSide * kTilesPerBlock)) {
       Part part;

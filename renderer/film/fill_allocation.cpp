@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <limits>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_demand.h"
@@ -36,7 +36,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
     : DemandAllocation(film, region, 1, settings, request),
       first_(!film.targets()->demand_known),
       fresh_(!first_ && !film.targets()->fresh_demand_known && film.targets()->fresh_least >= kPilot) {
-  assert(film.history());
+  HELIO_DCHECK(film.history());
   if (first_) {
     film.targets()->fresh_demand_known = false;
     film.targets()->fresh_least = 0;  // the last picture's, until this one's counts are solved for

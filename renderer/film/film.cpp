@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/first_hits.h"
 #include "renderer/film/sample_targets.h"
@@ -17,16 +17,16 @@ Film::Film(int width, int height, const FilmState& state)
       block_columns_((width + kFilmBlock - 1) / kFilmBlock),
       merging_(state.merging),
       invalid_(std::size_t(width) * std::size_t(height)) {
-  assert(width > 0 && height > 0);
+  HELIO_DCHECK(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (std::vector<HalfPixel>& half : halves_) half.resize(pixels);
   features_.resize(pixels);
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
-  assert(state.targets || !state.threshold);
-  assert(state.threshold || !state.targets || state.stored_hits == 0);
+  HELIO_DCHECK(state.targets || !state.threshold);
+  HELIO_DCHECK(state.threshold || !state.targets || state.stored_hits == 0);
   if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height, state.threshold);
-  assert(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
+  HELIO_DCHECK(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
   if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
   if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
   if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height, state.history && state.stored_hits == 0);

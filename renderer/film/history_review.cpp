@@ -1,9 +1,9 @@
 #include "renderer/film/history_review.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
+#include "renderer/base/check.h"
 #include "renderer/film/box_rows.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
@@ -78,7 +78,7 @@ void scale_deviations(const Film& film, const SplatRow& before, double factor, i
 
 HistoryReview::HistoryReview(Film& film, const PixelRect& region)
     : film_(film), region_(intersect(region, film.bounds())) {
-  assert(film.history() && !region_.empty());
+  HELIO_DCHECK(film.history() && !region_.empty());
   constexpr int kRows = 2 * kFilmBlock, kColumns = 16 * kFilmBlock;
   windows_ = cut_aligned(region_, kColumns, kRows);
   taken_.resize(windows_.size());

@@ -1,9 +1,9 @@
 #include "renderer/film/resolve.h"
 
-#include <cassert>
 #include <cfloat>
 #include <cmath>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/splat_buffer.h"
 #include "renderer/film/splat_row.h"
@@ -77,7 +77,7 @@ Rgb resolve_mean(const Film& film, int x, int y) {
 
 ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels,
                           double mean_samples) {
-  assert(!window.empty() && intersect(window, film.bounds()) == window);
+  HELIO_DCHECK(!window.empty() && intersect(window, film.bounds()) == window);
   ResolvedTile tile;
   tile.window = window;
   tile.invalid_samples = film.invalid_in(window) + (film.splats() ? film.splats()->invalid_in(window) : 0);

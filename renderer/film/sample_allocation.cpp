@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 
+#include "renderer/base/check.h"
 #include "renderer/film/fill_allocation.h"
 #include "renderer/film/film_windows.h"
 #include "renderer/film/neyman_allocation.h"
@@ -32,7 +32,7 @@ SampleAllocation::SampleAllocation(Film& film, const PixelRect& region, int swee
       region_(intersect(region, film.bounds())),
       windows_(cut_aligned(region_, kPartColumns, kPartRows)),
       sweeps_(sweeps) {
-  assert(film.targets() && !region_.empty());
+  HELIO_DCHECK(film.targets() && !region_.empty());
   sums_.resize(windows_.size());
 }
 

@@ -12,12 +12,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film.h"
 
 namespace helio {
@@ -77,7 +77,7 @@ class SampleTargets {
   }
   // The target is `uniform`. Not of the published rule.
   void set_uniform(int h, int x, int y) {
-    assert(!threshold_);
+    HELIO_DCHECK(!threshold_);
     codes_[h][index(x, y)] = kUniform;
   }
 
@@ -93,7 +93,7 @@ class SampleTargets {
   }
   // Of the published rule: see there. >= 0; 0: not calculated yet.
   float& probability(int x, int y) {
-    assert(threshold_);
+    HELIO_DCHECK(threshold_);
     return probability_[index(x, y)];
   }
   float probability(int x, int y) const { return probability_[index(x, y)]; }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "renderer/base/check.h"
 #include "renderer/film/pixel_hash.h"
 
 namespace helio {
@@ -80,7 +80,7 @@ static double rounded_pixels(int width, int height) {
 
 SplatBuffer::SplatBuffer(int width, int height, bool directions)
     : width_(width), height_(height), stripes_((height + kStripeRows - 1) / kStripeRows) {
-  assert(width > 0 && height > 0);
+  HELIO_DCHECK(width > 0 && height > 0);
   static_assert(kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   pixels_ = rounded_pixels(width, height);

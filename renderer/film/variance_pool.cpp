@@ -1,9 +1,9 @@
 #include "renderer/film/variance_pool.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cfloat>
 
+#include "renderer/base/check.h"
 #include "renderer/film/box_rows.h"
 #include "renderer/film/similar_counts.h"
 #include "renderer/film/spatial_variance.h"
@@ -167,7 +167,7 @@ class Pool {
 
 void pool_variance(const Film& film, const PixelRect& window, const PixelRect& roi, const RowVisitor& visit_row,
                    std::vector<float> (&variance)[3]) {
-  assert(intersect(window, film.bounds()) == window && intersect(roi, film.bounds()) == roi);
+  HELIO_DCHECK(intersect(window, film.bounds()) == window && intersect(roi, film.bounds()) == roi);
   thread_local Pool pool;  // kept: its memory would cost more to allocate than to fill
   pool.begin(film, window, roi);
   for (std::vector<float>& channel : variance) channel.reserve(std::size_t(window.area()));

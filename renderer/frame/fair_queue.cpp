@@ -1,7 +1,8 @@
 #include "renderer/frame/fair_queue.h"
 
 #include <algorithm>
-#include <cassert>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 
@@ -15,7 +16,7 @@ FairQueue::Id FairQueue::add(int rank, double weight) {
 }
 
 void FairQueue::remove(Id id) {
-  assert(clients_.at(id).in_flight == 0);
+  HELIO_DCHECK(clients_.at(id).in_flight == 0);
   clients_.erase(id);
 }
 

@@ -1,8 +1,9 @@
 #include "renderer/frame/frame_pipeline.h"
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 
@@ -12,7 +13,7 @@ void FramePipeline::enter(Stage stage) {
 }
 
 void FramePipeline::start(const FramePlan& plan, const Film& film, const Works& works) {
-  assert(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
+  HELIO_DCHECK(in_flight_ == 0 && bool(works.allocate) == plan.allocate.has_value() &&
          bool(works.reproject) == (plan.reproject || plan.centres) && bool(works.review) == plan.review &&
          bool(works.choose) == plan.choose);
   plan_ = plan;

@@ -3,8 +3,7 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include <cassert>
-
+#include "renderer/base/check.h"
 #include "renderer/frame/thread_clock.h"
 
 namespace helio {
@@ -25,7 +24,7 @@ RenderEngine::Impl::Impl(int threads) {
 RenderEngine::Impl::~Impl() {
   {
     const std::lock_guard lock(mutex_);
-    assert(clients_.empty());
+    HELIO_DCHECK(clients_.empty());
     stop_ = true;
   }
   work_or_stop_.notify_all();

@@ -3,9 +3,10 @@
 #include <half.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstring>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 namespace {
@@ -221,7 +222,7 @@ struct TextureTable::Pyramid {
 TextureTable::TextureTable(std::span<const Image> images, const TextureOptions& options) {
   views_.reserve(images.size());
   for (const Image& image : images) {
-    assert(image.texels.size() == std::size_t(image.width) * image.height * image.channels * bytes_of(image.format));
+    HELIO_DCHECK(image.texels.size() == std::size_t(image.width) * image.height * image.channels * bytes_of(image.format));
     if (image.format == TexelFormat::u16) make_srgb_u16();
     views_.push_back(
         {image.texels.data(), image.width, image.height, image.channels, image.format, has_alpha_below_one(image)});
@@ -252,7 +253,7 @@ TextureTable::TextureTable(std::span<const Image> images, const TextureOptions& 
 TextureTable::~TextureTable() = default;
 
 V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv) const {
-  assert(slot.present() && std::size_t(slot.image) < views_.size());
+  HELIO_DCHECK(slot.present() && std::size_t(slot.image) < views_.size());
   const View& view = views_[std::size_t(slot.image)];
   const V2f t = transform_uv(slot, uv);
   const float u = safe_coordinate(t.x), v = safe_coordinate(t.y);

@@ -1,9 +1,9 @@
 #include "renderer/trace/change_samples.h"
 
-#include <cassert>
 #include <cmath>
 #include <limits>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_windows.h"
 
 namespace helio {
@@ -30,7 +30,7 @@ ChangeSamples::ChangeSamples(std::shared_ptr<const RenderScene> before, std::sha
       margin_y_(rows_ * side - height),
       pose_(widened(pose, double(rows_) * side / height)),
       bound_(columns_, rows_) {
-  assert(!region.empty() && pose.lens_radius == 0);
+  HELIO_DCHECK(!region.empty() && pose.lens_radius == 0);
   for (std::unique_ptr<Film>& film : films_) film = std::make_unique<Film>(columns_, rows_);
   const PixelRect cells = {column(region.x0), row(region.y0), column(region.x1 - 1) + 1, row(region.y1 - 1) + 1};
   windows_ = cut_aligned(cells, kPathGroupSize, kPathGroupSize);

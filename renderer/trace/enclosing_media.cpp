@@ -1,8 +1,8 @@
 #include "renderer/trace/enclosing_media.h"
 
-#include <cassert>
 #include <memory>
 
+#include "renderer/base/check.h"
 #include "renderer/trace/surface.h"
 
 namespace helio {
@@ -42,7 +42,7 @@ MediumStack outermost_first(const MediumStack& media) {
 
 std::uint64_t find_enclosing_media(const SceneData& scene, const Ray* rays, const std::uint32_t* order,
                                    std::size_t count, MediumStack* media) {
-  assert(count <= kMostEnclosed);
+  HELIO_DCHECK(count <= kMostEnclosed);
   struct Walks {
     Walk walk[kMostEnclosed];
     Ray rays[kMostEnclosed];

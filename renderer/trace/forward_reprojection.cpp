@@ -1,9 +1,9 @@
 #include "renderer/trace/forward_reprojection.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
 #include "renderer/film/packed_values.h"
@@ -64,7 +64,7 @@ ForwardReprojection::ForwardReprojection(std::shared_ptr<const RenderScene> scen
       same_viewpoint_(same_view_of_everything(from, to)),
       far_away_(from.projection == Projection::orthographic),
       max_error_(max_error) {
-  assert(film.first_hits() && film.history());
+  HELIO_DCHECK(film.first_hits() && film.history());
 }
 
 // The third validation. `hit` lies where the stored hit was, whose pixel that is.

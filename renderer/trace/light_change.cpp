@@ -1,7 +1,8 @@
 #include "renderer/trace/light_change.h"
 
 #include <algorithm>
-#include <cassert>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 namespace {
@@ -29,7 +30,7 @@ float LightChange::add(float weight, const SeenLight& before, const SeenLight& n
   matte_now_ += V3d(matte_now) * each;
   matte_before_ += V3d(before.matte) * each;
   const double off = double(luminance(lobes_now) - luminance(lobes_before)) / double(counted);
-  assert(count_ < kMostWeighed);
+  HELIO_DCHECK(count_ < kMostWeighed);
   each_[count_++] = {part, off};
   known_ += part;
   off_ += part * off;

@@ -1,7 +1,6 @@
 #include "renderer/trace/light_vertex_cache.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 

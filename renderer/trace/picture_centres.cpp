@@ -1,10 +1,10 @@
 #include "renderer/trace/picture_centres.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <vector>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
 #include "renderer/trace/centre_hits.h"
@@ -35,7 +35,7 @@ PictureCentres::PictureCentres(std::shared_ptr<const RenderScene> scene, Film& f
       camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
       reach_(filter_reach(filter)),
       box_(filter.kind == PixelFilterKind::box) {
-  assert(film.history());
+  HELIO_DCHECK(film.history());
 }
 
 std::uint64_t PictureCentres::find(const PixelRect& window) {

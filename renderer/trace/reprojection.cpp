@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cfloat>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "renderer/base/check.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
 #include "renderer/film/packed_values.h"
@@ -140,7 +140,7 @@ Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film,
       centres_(std::move(scene), film, region, pose, filter),
       sources_(std::move(sources)),
       mapping_(mapping) {
-  assert(sources_.size() <= kMostSources && film_.history());
+  HELIO_DCHECK(sources_.size() <= kMostSources && film_.history());
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
   for (const double number : {p.x, p.y, p.z, f.x, f.y, f.z})

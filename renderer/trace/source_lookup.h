@@ -1,9 +1,9 @@
 // What an earlier picture says of a pixel of the new one, from the pixels that were looked up there.
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 
+#include "renderer/base/check.h"
 #include "renderer/base/math.h"
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/history_source.h"
@@ -96,7 +96,7 @@ inline void LookupSums::add(const SourcePixel& pixel, float w, const Rgb& modula
   for (int h = 0; h < kHalves; ++h) {
     if (!pixel.known(h) || !(pixel.inverse_count(h) < 1)) continue;
     const float value = (own_spreads[3 * h] + own_spreads[3 * h + 1] + own_spreads[3 * h + 2]) / 3;
-    assert(known[h] < kMostTaps);
+    HELIO_DCHECK(known[h] < kMostTaps);
     known_spreads[h][known[h]++] = {w, value};
   }
   rest += Float4{pixel.known(0) ? 1.0f : 0.0f, pixel.known(1) ? 1.0f : 0.0f, pixel.slope2(), pixel.age()} * w;

@@ -1,11 +1,11 @@
 // Directions that light of pixels came from, with what they bring, and which of them a new pixel remembers.
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "renderer/base/check.h"
 #include "renderer/film/direction_reservoir.h"
 #include "renderer/film/film.h"
 
@@ -27,7 +27,7 @@ struct WeighedDirections {
 
   // All that a pixel remembers of a half, for light of that luminance.
   void add(const DirectionReservoir& reservoir, int half, float brought) {
-    assert(count + DirectionReservoir::kPlaces <= kMostWeighed);
+    HELIO_DCHECK(count + DirectionReservoir::kPlaces <= kMostWeighed);
     const float weight = brought / DirectionReservoir::kPlaces * DirectionReservoir::counting(reservoir.share(half));
     for (int k = 0; k < DirectionReservoir::kPlaces; ++k) of[count++] = {reservoir.direction(half, k), weight};
     light += double(brought);

@@ -1,7 +1,8 @@
 #include "renderer/frame/passes/integrate.h"
 
 #include <algorithm>
-#include <cassert>
+
+#include "renderer/base/check.h"
 
 namespace helio {
 
@@ -60,7 +61,7 @@ double IntegratePass::sample_cost(std::size_t tile) const {
 }
 
 void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film, const LightVertexCache* lights) {
-  assert(in_flight_ == 0);
+  HELIO_DCHECK(in_flight_ == 0);
   lights_ = lights;
   film_ = &film;
   targets_ = plan.round ? film.targets() : nullptr;
@@ -141,7 +142,7 @@ std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds
       }
     }
   }
-  assert(false && "open_cells_ counts a cell that no tile has");
+  HELIO_DCHECK(false && "open_cells_ counts a cell that no tile has");
   open_cells_ = 0;
   return std::nullopt;
 }
