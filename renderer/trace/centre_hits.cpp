@@ -83,7 +83,7 @@ struct CentreHits::Block {
   // lobe_change() of the pixel that asked last in a cell: others there that show the like take it over.
   struct CellChange {
     const MaterialRecord* material = nullptr;
-    V3f viewpoint, normal;
+    V3f viewpoint{0}, normal{0};
     LobeChange change;
   };
   static constexpr int kCell = 4, kCells = kPathGroupSize / kCell;
