@@ -23,6 +23,7 @@ struct BidirectionalScene {
 struct NamedBidirectionalScene {
   const char* name;
   BidirectionalScene (*make)();
+  bool in_short_tier = false;  // one scene for each class of light transport
 };
 
 std::span<const NamedBidirectionalScene> bidirectional_scenes();

@@ -18,6 +18,7 @@
 #include "tests/statistical/bidirectional_scenes.h"
 #include "tests/support/light_cache.h"
 #include "tests/support/loop_picture.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 namespace {
@@ -124,6 +125,7 @@ void expect_agreement(const Renderer& renderer, const BidirectionalScene& scene,
 class Bidirectional : public testing::TestWithParam<NamedBidirectionalScene> {};
 
 TEST_P(Bidirectional, AgreesWithThePathTracer) {
+  if (!GetParam().in_short_tier) HELIO_FULL_TIER_ONLY();
   const BidirectionalScene scene = GetParam().make();
   const Renderer renderer(scene);
   ASSERT_TRUE(renderer.built());

@@ -9,13 +9,15 @@
 #include "tests/statistical/estimates.h"
 #include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 namespace {
 
 const std::filesystem::path kSource = HELIO_SOURCE_DIR;
 
-constexpr int kSamples = 2048, kReferenceSamples = 64 * 1024;
+const int kSamples = by_tier(512, 2048);
+constexpr int kReferenceSamples = 64 * 1024;
 
 struct OwnReferenceScene {
   const char* name;

@@ -15,17 +15,19 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 
 // Probability of a false alarm of a whole family of tests.
 inline constexpr double kSignificance = 0.01;
 
-// Of a test; sanitizers, which look at the code and not at its statistics, need fewer.
+// Samples of a test. What a test resolves goes with their root: twice as much escapes the short tier. Sanitizers look
+// at the code and not at its statistics.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr int kChiSquareSamples = 100'000;
+inline const int kChiSquareSamples = 100'000;
 #else
-inline constexpr int kChiSquareSamples = 1'000'000;
+inline const int kChiSquareSamples = by_tier(250'000, 1'000'000);
 #endif
 
 // Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 - P, for a > 0, x >= 0: power series below a + 1,

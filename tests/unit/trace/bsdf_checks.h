@@ -89,7 +89,7 @@ inline void check_refraction_is_reciprocal(const SurfaceParams& params, float io
 // "elsewhere". `tests`: how many of these there are, an angle and a material each.
 inline void check_samples_follow_density(const NamedMaterial& material, std::initializer_list<double> angles,
                                          std::uint64_t seed, int tests) {
-  constexpr int kSamples = kChiSquareSamples;
+  const int kSamples = kChiSquareSamples;
   for (const double angle : angles) {
     SCOPED_TRACE(material.name + ", " + std::to_string(angle) + " degrees");
     V3f wo = direction_at(angle, 25);

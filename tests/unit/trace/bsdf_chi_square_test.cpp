@@ -12,7 +12,7 @@ namespace {
 
 // Of each of some four hundred tests: densities that are off by 2 % in half of the cells fail, as does a mass that is
 // off by 1 %.
-constexpr int kSamples = kChiSquareSamples / 2;
+const int kSamples = kChiSquareSamples / 2;
 constexpr float kAlphas[] = {0.01f, 0.15f, 0.7f};
 // The roughest, and those next to the delta switch: the smallest that is a lobe, and one a little larger.
 constexpr float kHardAlphas[] = {kDeltaAlpha, 0.0011f, 0.5f, 1.0f};

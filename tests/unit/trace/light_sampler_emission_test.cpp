@@ -323,7 +323,7 @@ TEST(LightEmission, SelectsByPowerEvenWhereThereIsATree) {
       test::add_quad(input.areas, {radiance, 0, 0}, {0.5f, 0, 0}, {0, 0.5f, 0}, radiance);
     input.use_tree = use_tree;
     const LightSampler lights(std::move(input));
-    constexpr int kCount = test::kChiSquareSamples;
+    const int kCount = test::kChiSquareSamples;
     std::vector<double> observed(3), expected;
     for (const double power : {1.0, 2.0, 5.0}) expected.push_back(kCount * (0.9 * power / 8 + 0.1 / 3));
     Random random(51);
@@ -397,7 +397,8 @@ TEST(LightEmission, DisksCoverTheSceneEvenly) {
     input.scene_bounds = Box3f(center - V3f(2, 1, 3), center + V3f(2, 1, 3));
     const LightSampler lights(std::move(input));
     const double radius = std::sqrt(14.0);
-    constexpr int kRings = 10, kSectors = 20, kCount = test::kChiSquareSamples;
+    constexpr int kRings = 10, kSectors = 20;
+    const int kCount = test::kChiSquareSamples;
     std::vector<double> observed(kRings * kSectors), expected(observed.size(), double(kCount) / (kRings * kSectors));
     Random random(71);
     for (int i = 0; i < kCount; ++i) {

@@ -151,7 +151,7 @@ TEST(MicrofacetAlbedo, DirectionsFollowTheLoss) {
       SCOPED_TRACE(name_of(distribution) + ' ' + std::to_string(alpha));
       std::vector<double> observed(kCells, 0.0), expected(kCells, 0.0);
       for (int i = 0; i < kChiSquareSamples; ++i) {
-        const float u = (float(i) + 0.5f) / kChiSquareSamples;
+        const float u = (float(i) + 0.5f) / float(kChiSquareSamples);
         const float mu = sample_loss_cosine(distribution, alpha, u);
         ASSERT_TRUE(mu >= 0 && mu <= 1) << u;
         observed[std::size_t(std::min(kCells - 1, int(std::sqrt(std::sqrt(mu)) * kCells)))] += 1;

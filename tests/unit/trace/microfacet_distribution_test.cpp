@@ -59,7 +59,7 @@ TEST(MicrofacetDistribution, ProjectedAreaIsTheIntegralOverFacingNormals) {
 }
 
 TEST(MicrofacetDistribution, VisibleNormalsHaveTheirDensity) {
-  constexpr int kSamples = kChiSquareSamples;
+  const int kSamples = kChiSquareSamples;
   const int tests = int(std::size(kDistributions) * std::size(kAlphas) * std::size(kAngles));
   for (const auto distribution : kDistributions) {
     for (const float alpha : kAlphas) {

@@ -20,7 +20,8 @@ TEST(ShapePoints, PlanarLightsAreCoveredEvenly) {
   for (const bool is_triangle : {false, true}) {
     const AreaShape shape = is_triangle ? make_triangle_shape(kCorner, kE1, kE2, kNormal, false)
                                         : make_parallelogram_shape(kCorner, kE1, kE2, kNormal, false);
-    constexpr int kCells = 16, kCount = test::kChiSquareSamples;
+    constexpr int kCells = 16;
+    const int kCount = test::kChiSquareSamples;
     std::vector<double> observed(kCells * kCells), expected(kCells * kCells);
     for (int y = 0; y < kCells; ++y) {
       for (int x = 0; x < kCells; ++x) {
