@@ -4,13 +4,14 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "renderer/base/check.h"
+#include "renderer/frame/failure_reason.h"
 #include "renderer/frame/thread_clock.h"
 
 namespace helio {
 
 struct RenderEngine::Impl::Arena {
   // Every slot is reserved for our own threads: none waits for a worker of oneTBB's pool, which is free for BVH builds.
-  explicit Arena(int threads) : arena(threads, unsigned(threads)) {}
+  explicit Arena(int threads) : arena(threads, unsigned(threads)) { arena.initialize(); }
   tbb::task_arena arena;
 };
 
@@ -18,10 +19,19 @@ RenderEngine::Impl::Impl(int threads) {
   const int count = threads > 0 ? threads : tbb::info::default_concurrency();
   arena_ = std::make_unique<Arena>(count);
   workers_.reserve(std::size_t(count));
-  for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
+  try {
+    for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
+  } catch (...) {
+    stop();
+    throw;
+  }
 }
 
 RenderEngine::Impl::~Impl() {
+  stop();
+}
+
+void RenderEngine::Impl::stop() {
   {
     const std::lock_guard lock(mutex_);
     HELIO_DCHECK(clients_.empty());
@@ -34,7 +44,12 @@ RenderEngine::Impl::~Impl() {
 FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank) {
   const std::lock_guard lock(mutex_);
   const FairQueue::Id id = queue_.add(rank == RenderRank::interactive ? 0 : 1);
-  clients_[id].source = &source;
+  try {
+    clients_[id].source = &source;
+  } catch (...) {
+    queue_.remove(id);
+    throw;
+  }
   return id;
 }
 
@@ -66,6 +81,14 @@ double RenderEngine::Impl::used_seconds(FairQueue::Id id) const {
   return queue_.used_seconds(id);
 }
 
+bool RenderEngine::Impl::run_piece(PieceSource& source) noexcept {
+  try {
+    return arena_->arena.execute([&] { return source.run_piece(); });
+  } catch (...) {
+    return source.failed(failure_reason());
+  }
+}
+
 void RenderEngine::Impl::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -76,7 +99,7 @@ void RenderEngine::Impl::work() {
     const std::uint64_t wakes = client.wakes;
     lock.unlock();
     const double started = thread_cpu_s();
-    const bool more = arena_->arena.execute([&] { return client.source->run_piece(); });
+    const bool more = run_piece(*client.source);
     const double seconds = thread_cpu_s() - started;
     lock.lock();
     if (more) {

@@ -48,7 +48,8 @@ struct RenderLoopOptions {
 // Thread safe. No member blocks on rendering, except the destructor, which cancels and waits for the pieces in flight
 // (at most about 5 ms each) and must not be called from the sink; the sink is not called after it returns, not even for
 // the end of the frame in flight. The film is allocated by the constructor and by an update that changes its size, in
-// the calling thread: std::bad_alloc leaves the loop as it was.
+// the calling thread: std::bad_alloc leaves the loop as it was. What workers or the sink throw ends the frame in flight
+// as failed, with the reason; the next update begins anew.
 class RenderLoop {
  public:
   RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,

@@ -2,12 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <future>
+#include <new>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <thread>
 
 #include "fake_integrator.h"
 #include "latency.h"
 #include "recording_sink.h"
+#include "renderer/frame/render_engine.h"
 #include "renderer/frame/render_loop.h"
 
 namespace helio {
@@ -26,6 +31,41 @@ std::unique_ptr<RenderLoop> endless_loop(RenderEngine& engine, const FakeIntegra
 TEST(RenderEngine, ThreadCount) {
   EXPECT_EQ(RenderEngine(3).threads(), 3);
   EXPECT_GE(RenderEngine(0).threads(), 1);
+}
+
+// Throws what it is given, once.
+struct ThrowingSource final : PieceSource {
+  std::function<void()> raise;
+  std::promise<std::string> told;
+  bool run_piece() override {
+    raise();
+    return false;
+  }
+  bool failed(std::string reason) noexcept override {
+    told.set_value(std::move(reason));
+    return false;
+  }
+};
+
+TEST(RenderEngine, WhatAPieceThrowsIsToldToItsSourceAlone) {
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  FakeIntegrator integrator;
+  const auto bystander = endless_loop(engine, integrator, 64, RenderRank::interactive, sink);
+  const std::string text = "a text that is longer than what a string holds by itself";
+  const std::pair<std::function<void()>, std::string> cases[] = {{[] { throw std::bad_alloc(); }, "out of memory"},
+                                                                 {[&] { throw std::runtime_error(text); }, text},
+                                                                 {[] { throw 7; }, "unknown error"}};
+  for (const auto& [raise, reason] : cases) {
+    ThrowingSource source;
+    source.raise = raise;
+    const auto id = engine.impl().add(source, RenderRank::interactive);
+    engine.impl().wake(id);
+    EXPECT_EQ(source.told.get_future().get(), reason);
+    engine.impl().remove(id);
+  }
+  const std::size_t tiles = sink->read([&] { return sink->tiles.size(); });
+  EXPECT_TRUE(sink->wait([&] { return sink->tiles.size() > tiles; })) << "no worker is left";
 }
 
 TEST(RenderEngine, IdleWorkersSleep) {
