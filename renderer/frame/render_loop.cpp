@@ -57,9 +57,14 @@ void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
 
+bool suits(const Film& film, const RenderSettings& settings) {
+  return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
+}
+
 // What takes long to free, and so is freed after the lock.
 struct Retired {
-  std::unique_ptr<Film> film;
+  std::shared_ptr<const void> scratch_count;  // first, and so released last
+  std::shared_ptr<Film> film;
   std::vector<std::shared_ptr<const RenderScene>> scenes;
   std::shared_ptr<LightVertexSource> lights;
   std::shared_ptr<LightVertexWork> pass;
@@ -115,11 +120,13 @@ struct RenderLoop::Impl final : PieceSource {
 
   RenderEngine::Impl& engine;
   const std::shared_ptr<FrameSink> sink;
-  const RenderLoopOptions options;
+  RenderLoopOptions options;  // without the film, which has a life of its own
   const bool passes;  // PublishPolicy::passes
   FairQueue::Id id = 0;
 
   mutable std::mutex mutex;
+  // Before all that they count, and so released after it. The second takes over with the next frame; null: none does.
+  std::shared_ptr<const void> scratch_count, next_scratch_count;
   // What is asked for.
   std::shared_ptr<const IntegrateFunction> integrate;
   std::shared_ptr<const RenderScene> scene;  // that it traces; null: another source of radiance
@@ -134,11 +141,11 @@ struct RenderLoop::Impl final : PieceSource {
   bool another_picture = false;  // the film's samples are of no use to it as they are
   bool another_kind = false;     // and to no later picture
   bool another_grid = true;
-  std::unique_ptr<Film> next_film;  // null: the same film
+  std::shared_ptr<Film> next_film;  // null: the same film
   std::shared_ptr<FrameRecord> next_record;  // of the frame that is asked for; null: none is
 
   // What is.
-  std::unique_ptr<Film> film;
+  std::shared_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
@@ -175,14 +182,17 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       sink(std::move(sink_)),
       options(options_),
       passes(options_.publish_passes.value_or(rank == RenderRank::interactive)),
+      scratch_count(options_.scratch_count),
       integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
       scene(std::move(scene_)),
       settings(settings_),
       budget(budget_),
       channels(options_.channels),
-      film(std::make_unique<Film>(settings_.width, settings_.height, film_state(settings_))),
+      film(options_.film && suits(*options_.film, settings_) ? options_.film : make_film(settings_)),
       pipeline(engine_.threads(), kPieceSeconds),
       scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
+  options.film.reset();
+  options.scratch_count.reset();
   id = engine.add(*this, rank);
 }
 
@@ -205,35 +215,30 @@ bool RenderLoop::Impl::has_work() const {
 }
 
 std::uint64_t RenderLoop::Impl::update(const Update& update) {
+  std::shared_ptr<const IntegrateFunction> tracer;
+  if (update.scene) tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
+  // Freed after the lock.
+  std::shared_ptr<Film> fresh = update.film, retired;
+  std::shared_ptr<const void> retired_count;
+  std::shared_ptr<const RenderScene> retired_scene;
   std::unique_lock lock(mutex);
-  std::unique_ptr<Film> fresh, retired;
   while (update.settings) {
-    const Film& newest = next_film ? *next_film : *film;
-    const int width = update.settings->width, height = update.settings->height;
-    const FilmState state = film_state(*update.settings);
-    const auto suits = [&](const Film& film) {
-      return film.width() == width && film.height() == height && film.state() == state;
-    };
-    const bool fits = suits(newest);
-    if (fits || (fresh && suits(*fresh))) {
-      if (fits) fresh.reset();
+    if (suits(next_film ? *next_film : *film, *update.settings)) {
+      fresh.reset();
       break;
     }
+    if (fresh && suits(*fresh, *update.settings)) break;
     lock.unlock();  // clearing the memory of a large film takes long
-    fresh = std::make_unique<Film>(width, height, state);
+    fresh = make_film(*update.settings);
     lock.lock();
   }
+  if (!update.settings) fresh.reset();
+  const bool other_scene = update.scene && update.scene != scene;
+  const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
-  // First all that may throw: then nothing has changed.
-  std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
-  std::optional<SceneDifference> difference;
-  std::shared_ptr<const IntegrateFunction> tracer;
-  if (update.scene && update.scene != scene) {
-    if (scene) difference = scene_difference(*scene, *update.scene);
-    tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
-  }
   if (!next_record) next_record = std::make_shared<FrameRecord>();
 
+  // Nothing has changed so far, and nothing throws from here on.
   const double now = now_s();
   if (update.settings && *update.settings != settings) {
     if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
@@ -244,6 +249,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     retired = std::move(next_film);
     next_film = std::move(fresh);
   }
+  if (update.scratch_count) retired_count = std::exchange(next_scratch_count, update.scratch_count);
   if (update.view) {
     if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
       another_picture = true;
@@ -251,7 +257,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     }
     view = update.view;
   }
-  if (tracer) {
+  if (other_scene) {
     const bool published = film_state(settings).stored_hits > 0;  // which knows of camera moves alone
     if (!difference || (published && !difference->empty())) another_kind = true;
     if (!difference || !difference->empty() || !reuses(settings.mode)) {
@@ -466,6 +472,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     retired.film = std::move(film);
     film = std::move(next_film);
   }
+  if (next_scratch_count) retired.scratch_count = std::exchange(scratch_count, std::move(next_scratch_count));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
@@ -749,6 +756,16 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   deliver_waiting(lock);
 }
 
+std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<const void> count) {
+  struct CountedFilm {
+    std::shared_ptr<const void> count;
+    Film film;
+  };
+  auto counted = std::make_shared<CountedFilm>(
+      CountedFilm{std::move(count), Film(settings.width, settings.height, film_state(settings))});
+  return {counted, &counted->film};
+}
+
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
@@ -764,6 +781,10 @@ RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const 
 RenderLoop::~RenderLoop() = default;
 std::uint64_t RenderLoop::update(const Update& update) {
   return impl_->update(update);
+}
+bool RenderLoop::film_suits(const RenderSettings& settings) const {
+  const std::lock_guard lock(impl_->mutex);
+  return suits(impl_->next_film ? *impl_->next_film : *impl_->film, settings);
 }
 void RenderLoop::cancel() {
   impl_->cancel();
