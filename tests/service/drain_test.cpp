@@ -151,6 +151,8 @@ TEST_F(DrainTest, TakenPortIsAnError) {
 TEST_F(DrainTest, PortFileAndEnvironment) {
   const auto path = std::filesystem::temp_directory_path() / ("helio-port-" + std::to_string(getpid()));
   {
+    // Another daemon's draft, on a disk that is full.
+    std::filesystem::create_symlink("/dev/full", path.string() + ".tmp");
     DaemonProcess daemon({"--port-file", path.string(), "--log-level", "off"}, {"HELIOGRAPH_MAX_SESSIONS=5"});
     std::string port;
     std::ifstream(path) >> port;
@@ -164,6 +166,7 @@ TEST_F(DrainTest, PortFileAndEnvironment) {
     EXPECT_EQ(daemon.wait(), 0);
   }
   std::filesystem::remove(path);
+  std::filesystem::remove(path.string() + ".tmp");
   DaemonProcess bad({"--max-jobs", "-1"});
   EXPECT_EQ(bad.wait(), 2);
 }
