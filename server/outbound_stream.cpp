@@ -1,5 +1,7 @@
 #include "server/outbound_stream.h"
 
+#include <new>
+
 #include "renderer/base/clock.h"
 
 namespace helio {
@@ -9,7 +11,30 @@ void OutboundStream::kick() {
   advance();
 }
 
-void OutboundStream::advance() {
+void OutboundStream::advance() noexcept {
+  try {
+    send_next();
+  } catch (...) {
+    // A message may be lost, and with it what the listener waits for: it can attach again.
+    set_end({grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory"});
+    queue_.close();
+    if (!writing_ && !finished_) {
+      finished_ = true;
+      call_->finish(*end_);
+    }
+  }
+}
+
+void OutboundStream::set_end(const grpc::Status& status) noexcept {
+  if (end_) return;
+  try {
+    end_ = status;
+  } catch (const std::bad_alloc&) {
+    end_ = grpc::Status(status.error_code(), "");
+  }
+}
+
+void OutboundStream::send_next() {
   while (!writing_ && !finished_) {
     OutboundQueue::Next next = queue_.pop(now_s());
     if (next.message) {
@@ -39,14 +64,14 @@ void OutboundStream::wake_at(double at_s) {
 
 void OutboundStream::finish(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (!end_) end_ = status;
+  set_end(status);
   queue_.close();
   advance();
 }
 
 void OutboundStream::finish_when_drained(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (!end_) end_ = status;
+  set_end(status);
   advance();
 }
 
@@ -60,7 +85,7 @@ void OutboundStream::write_done(bool ok) {
   writing_ = false;
   message_.Clear();
   if (!ok) {
-    if (!end_) end_ = grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone");
+    set_end({grpc::StatusCode::CANCELLED, "client is gone"});
     queue_.close();
   }
   advance();

@@ -56,7 +56,10 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   void write_done(bool ok);
 
  private:
-  void advance();  // with mutex_ held
+  // All with mutex_ held. What is thrown on the way of a message ends the call: RESOURCE_EXHAUSTED.
+  void advance() noexcept;
+  void send_next();
+  void set_end(const grpc::Status& status) noexcept;  // the first one counts
   void wake_at(double at_s);
 
   Call* const call_;
