@@ -110,6 +110,7 @@ struct RenderLoop::Impl final : PieceSource {
   void fail_frame(std::string reason) noexcept;
   void give_up(std::string reason) noexcept;
   FrameProgress progress_at(double now) const;
+  bool anything_to_show() const;
   std::optional<Piece> take(std::size_t backlog, Retired& retired);
   void run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired);
 
@@ -286,7 +287,7 @@ void RenderLoop::Impl::cancel() {
 void RenderLoop::Impl::republish() {
   {
     const std::lock_guard lock(mutex);
-    if (film_samples == 0 || next != Next::nothing || another_picture) return;
+    if (next != Next::nothing || another_picture || !anything_to_show()) return;
     if (frame) {
       state.republish = true;
     } else {
@@ -295,6 +296,11 @@ void RenderLoop::Impl::republish() {
     }
   }
   engine.wake(id);
+}
+
+// The film's pixels are of the picture that was asked for last, and say something.
+bool RenderLoop::Impl::anything_to_show() const {
+  return film_samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
 }
 
 // Ends the frame in flight from outside and drops what it had to say.
