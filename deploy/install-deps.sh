@@ -2,7 +2,8 @@
 # Installs the Debian packages that Heliograph is built from and tested with: Debian 12 or 13, as root or through sudo.
 # Asks dpkg first and leaves apt alone when nothing is missing.
 #
-# usage: deploy/install-deps.sh [--with-bench] [--with-fuzz] [--print]
+# usage: deploy/install-deps.sh [--demo] [--with-bench] [--with-fuzz] [--print]
+#   --demo        only what heliograph and heliographd are built from, without what the tests need
 #   --with-bench  also what the benches' optional peers need: Blender, and LLVM 19 for Mitsuba, which itself comes by
 #                 pip into a virtual environment
 #   --with-fuzz   also what the fuzzers are built with
@@ -16,22 +17,25 @@ packages=(
   libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libssl-dev libtbb-dev nlohmann-json3-dev
   zlib1g-dev
-  # tests and benches; the tests read our files with exrheader and oiiotool
-  libgtest-dev openexr openimageio-tools
 )
+# The tests read our files with exrheader and oiiotool.
+test_packages=(libgtest-dev openexr openimageio-tools)
 fuzz_packages=(clang libclang-rt-dev)
 bench_packages=(blender python3-numpy python3-venv libllvm19)
 
 print=false
+tests=true
 for argument in "$@"; do
   case $argument in
+    --demo) tests=false ;;
     --with-bench) packages+=("${bench_packages[@]}") ;;
     --with-fuzz) packages+=("${fuzz_packages[@]}") ;;
     --print) print=true ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
-    *) echo "install-deps: unknown argument '$argument'; allowed: --with-bench, --with-fuzz, --print" >&2; exit 2 ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "install-deps: unknown argument '$argument'; allowed: --demo, --with-bench, --with-fuzz, --print" >&2; exit 2 ;;
   esac
 done
+if $tests; then packages+=("${test_packages[@]}"); fi
 if $print; then
   printf '%s\n' "${packages[@]}"
   exit 0
