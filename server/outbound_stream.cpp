@@ -31,10 +31,10 @@ void OutboundStream::advance() {
 
 void OutboundStream::wake_at(double at_s) {
   if (wake_at_s_ == at_s) return;
-  wake_at_s_ = at_s;
   timers_.call_at(at_s, [weak = weak_from_this()] {
     if (const auto stream = weak.lock()) stream->kick();
   });
+  wake_at_s_ = at_s;
 }
 
 void OutboundStream::finish(const grpc::Status& status) {
