@@ -225,7 +225,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     lock.lock();
   }
 
-  // First all that may throw: then nothing has changed.
+  // All that may throw comes first, while nothing has changed.
   std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
   std::optional<SceneDifference> difference;
   std::shared_ptr<const IntegrateFunction> tracer;
@@ -380,7 +380,7 @@ std::size_t RenderLoop::Impl::memory_bytes() const {
          techniques.bytes() + (lights ? lights->bytes() : 0);
 }
 
-// What the sink is told beside the event itself.
+// Notes that the event is told now, and completes an end.
 void RenderLoop::Impl::prepare(SinkEvent& event, double now) {
   FrameRecord& record = *event.frame;
   if (std::holds_alternative<FrameBegun>(event.what)) {
@@ -449,7 +449,7 @@ void RenderLoop::Impl::sink_failed(const std::shared_ptr<FrameRecord>& record, S
   }
 }
 
-// The frame that was asked for, so that it may fail, has its tag from here on.
+// The frame that was asked for is in flight from here on, and may fail.
 void RenderLoop::Impl::open_frame() noexcept {
   frame = std::move(next_record);
   frame->begin.tag = {revision, view->id, ++frames};
@@ -623,7 +623,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     } else {
       transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
                                                    samples, path_settings(frame->begin.settings),
-                                                   settings.reprojection.mapping);
+                                                   settings.reprojection.mapping, token);
     }
     works.reproject = transfer;
   }
