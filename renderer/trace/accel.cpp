@@ -227,6 +227,7 @@ Status run_build(int threads, std::size_t max_bytes, const CancelToken* cancel, 
   const auto limit = std::ptrdiff_t(std::min(max_bytes, std::size_t(no_limit)));
   g_device_limit = limit < no_limit - bytes_before ? bytes_before + limit : no_limit;
   tbb::task_arena arena(build_concurrency(threads));
+  const NiceBuildWorkers nice(arena);
   arena.execute([&] {
     rtcGetDeviceError(device());
     build();
