@@ -10,6 +10,20 @@ void OutboundStream::kick() {
 }
 
 void OutboundStream::advance() {
+  try {
+    send_next();
+  } catch (...) {
+    // The message in hand is lost, and the client would wait for it. No text is longer than what a string holds by
+    // itself.
+    end_ = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory");
+    queue_.close();
+    if (writing_ || finished_) return;
+    finished_ = true;
+    call_->finish(*end_);
+  }
+}
+
+void OutboundStream::send_next() {
   while (!writing_ && !finished_) {
     OutboundQueue::Next next = queue_.pop(now_s());
     if (next.message) {
