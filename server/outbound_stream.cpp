@@ -15,8 +15,9 @@ void OutboundStream::advance() noexcept {
   try {
     send_next();
   } catch (...) {
-    // A message may be lost, and with it what the listener waits for: it can attach again.
-    set_end({grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory"});
+    // The message in hand is lost, and the client would wait for it; it can attach again. No text is longer than what a
+    // string holds by itself.
+    end_ = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory");
     queue_.close();
     if (!writing_ && !finished_) {
       finished_ = true;
@@ -56,10 +57,10 @@ void OutboundStream::send_next() {
 
 void OutboundStream::wake_at(double at_s) {
   if (wake_at_s_ == at_s) return;
-  wake_at_s_ = at_s;
   timers_.call_at(at_s, [weak = weak_from_this()] {
     if (const auto stream = weak.lock()) stream->kick();
   });
+  wake_at_s_ = at_s;
 }
 
 void OutboundStream::finish(const grpc::Status& status) {

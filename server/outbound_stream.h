@@ -38,7 +38,8 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   OutboundQueue& queue() { return queue_; }
   const OutboundQueue& queue() const { return queue_; }
 
-  // Sends what can be sent. Call it after anything was put into the queue or credit was added.
+  // Sends what can be sent. Call it after anything was put into the queue or credit was added. A message that cannot be
+  // encoded, as where memory is out, ends the call with RESOURCE_EXHAUSTED.
   void kick();
   template <class... T>  // as OutboundQueue::push
   void push(T&&... message) {

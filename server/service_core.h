@@ -30,6 +30,8 @@ struct ServiceCore {
         jobs(config.max_jobs),
         loader(std::size_t(config.max_queued_loads)),
         films(kMaxWaitingFilms, kFilmThreads) {}
+  // Timers first: a function in hand may use anything below.
+  ~ServiceCore() { timers.stop(); }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
   Rendering::Resources resources() {

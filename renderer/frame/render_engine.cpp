@@ -9,13 +9,16 @@
 
 namespace helio {
 
+// Of the machine, where both have work.
+constexpr double kInteractiveShare = 8, kJobShare = 1;
+
 struct RenderEngine::Impl::Arena {
   // Every slot is reserved for our own threads: none waits for a worker of oneTBB's pool, which is free for BVH builds.
   explicit Arena(int threads) : arena(threads, unsigned(threads)) { arena.initialize(); }
   tbb::task_arena arena;
 };
 
-RenderEngine::Impl::Impl(int threads) {
+RenderEngine::Impl::Impl(int threads) : queue_({kInteractiveShare, kJobShare}) {
   const int count = threads > 0 ? threads : tbb::info::default_concurrency();
   arena_ = std::make_unique<Arena>(count);
   workers_.reserve(std::size_t(count));
@@ -43,7 +46,7 @@ void RenderEngine::Impl::stop() {
 
 FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank) {
   const std::lock_guard lock(mutex_);
-  const FairQueue::Id id = queue_.add(rank == RenderRank::interactive ? 0 : 1);
+  const FairQueue::Id id = queue_.add(std::size_t(rank));
   try {
     clients_[id].source = &source;
   } catch (...) {

@@ -1,4 +1,5 @@
-// The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue. What a piece
+// The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue: while
+// both have work, interactive ones together get eight times as much of the machine as jobs together. What a piece
 // throws ends the work of its source, never a worker.
 //
 // The threads are ours and step into one oneTBB arena for each piece, so whatever parallel algorithm a piece may call
@@ -57,7 +58,7 @@ struct RenderEngine::Impl {
 
   mutable std::mutex mutex_;
   std::condition_variable work_or_stop_, piece_finished_;
-  FairQueue queue_;
+  FairQueue queue_;  // groups: by RenderRank
   std::map<FairQueue::Id, Client> clients_;
   bool stop_ = false;
   std::unique_ptr<Arena> arena_;

@@ -115,6 +115,7 @@ struct RenderLoop::Impl final : PieceSource {
   void fail_frame(std::string reason) noexcept;
   void give_up(std::string reason) noexcept;
   FrameProgress progress_at(double now) const;
+  bool anything_to_show() const;
   std::optional<Piece> take(std::size_t backlog, Retired& retired);
   void run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired);
 
@@ -292,7 +293,7 @@ void RenderLoop::Impl::cancel() {
 void RenderLoop::Impl::republish() {
   {
     const std::lock_guard lock(mutex);
-    if (film_samples == 0 || next != Next::nothing || another_picture) return;
+    if (next != Next::nothing || another_picture || !anything_to_show()) return;
     if (frame) {
       state.republish = true;
     } else {
@@ -301,6 +302,11 @@ void RenderLoop::Impl::republish() {
     }
   }
   engine.wake(id);
+}
+
+// The film's pixels are of the picture that was asked for last, and say something.
+bool RenderLoop::Impl::anything_to_show() const {
+  return film_samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
 }
 
 // Ends the frame in flight from outside and drops what it had to say.
@@ -380,7 +386,7 @@ std::size_t RenderLoop::Impl::memory_bytes() const {
          techniques.bytes() + (lights ? lights->bytes() : 0);
 }
 
-// What the sink is told beside the event itself.
+// Notes that the event is told now, and completes an end.
 void RenderLoop::Impl::prepare(SinkEvent& event, double now) {
   FrameRecord& record = *event.frame;
   if (std::holds_alternative<FrameBegun>(event.what)) {
@@ -449,7 +455,7 @@ void RenderLoop::Impl::sink_failed(const std::shared_ptr<FrameRecord>& record, S
   }
 }
 
-// The frame that was asked for, so that it may fail, has its tag from here on.
+// The frame that was asked for is in flight from here on, and may fail.
 void RenderLoop::Impl::open_frame() noexcept {
   frame = std::move(next_record);
   frame->begin.tag = {revision, view->id, ++frames};
@@ -624,7 +630,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     } else {
       transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
                                                    samples, path_settings(frame->begin.settings),
-                                                   settings.reprojection.mapping);
+                                                   settings.reprojection.mapping, token);
     }
     works.reproject = transfer;
   }

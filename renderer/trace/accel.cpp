@@ -295,6 +295,7 @@ Status run_build(const Input& input, BuildMemory& memory, const Build& build) {
   tbb::task_arena arena(build_concurrency(input.threads));
   arena.initialize();
   {
+    const NiceBuildWorkers nice(arena);
     const BuildThreads observer(arena, number);
     arena.execute([&] {
       rtcGetDeviceError(device());
