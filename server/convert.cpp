@@ -546,6 +546,7 @@ pb::Progress to_message(const FrameProgress& progress, const std::string& sessio
   message.set_paths(progress.trace.paths);
   message.set_light_paths(progress.trace.light_paths);
   message.set_invalid_samples(progress.trace.invalid_samples + progress.trace.invalid_splats);
+  message.set_media_overflows(progress.trace.media_overflows);
   pb::ErrorEstimate& error = *message.mutable_error();
   error.set_known(progress.error.known);
   if (progress.error.known) {

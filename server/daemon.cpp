@@ -8,9 +8,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <cstdint>
 #include <cstdlib>
-#include <fstream>
 
+#include "renderer/codec/atomic_file.h"
 #include "server/build_info.h"
 #include "server/server.h"
 
@@ -46,10 +47,9 @@ sigset_t stop_signals() {
 }
 
 // The number appears in one step, so that whoever waits for the file never reads half of it.
-bool write_port_file(const std::string& path, const std::string& address) {
-  const std::string draft = path + ".tmp";
-  std::ofstream(draft) << address.substr(address.rfind(':') + 1) << "\n";
-  return std::rename(draft.c_str(), path.c_str()) == 0;
+Status write_port_file(const std::string& path, const std::string& address) {
+  const std::string text = address.substr(address.rfind(':') + 1) + "\n";
+  return write_file_atomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
 }  // namespace
@@ -76,9 +76,11 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
     std::fprintf(stderr, "%s: %s\n", program.c_str(), server.error().to_string().c_str());
     return server.error().code == ErrorCode::invalid_argument ? kBadConfig : kCouldNotServe;
   }
-  if (!config.port_file.empty() && !write_port_file(config.port_file, (*server)->address())) {
-    std::fprintf(stderr, "%s: port-file: cannot write '%s'\n", program.c_str(), config.port_file.c_str());
-    return kCouldNotServe;
+  if (!config.port_file.empty()) {
+    if (const Status written = write_port_file(config.port_file, (*server)->address()); !written.ok()) {
+      std::fprintf(stderr, "%s: port-file: %s\n", program.c_str(), written.error().to_string().c_str());
+      return kCouldNotServe;
+    }
   }
   std::printf(request->json ? "{\"listening\": \"%s\"}\n" : "heliographd listening on %s\n",
               (*server)->address().c_str());

@@ -8,6 +8,7 @@
 #include "server/grpc_status.h"
 #include "server/guarded.h"
 #include "server/message_check.h"
+#include "server/retry.h"
 #include "server/scene_edit_messages.h"
 
 namespace helio {
@@ -51,7 +52,8 @@ Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   return Error{ErrorCode::resource_exhausted,
                fmt::format("max_queued_loads: {} loads and edits wait already", core_.config.max_queued_loads),
-               {}};
+               {},
+               kRetrySeconds};
 }
 
 }  // namespace helio

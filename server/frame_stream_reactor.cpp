@@ -40,10 +40,44 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     }
     return;
   }
-  pb::StreamRequest request;
-  if (const Status parsed = parse_message(request_, request); !parsed.ok()) return end(to_grpc_status(parsed));
-  request_.Clear();
-  if (handle(request)) StartRead(&request_);
+  const Status handled = guarded([&]() -> Status {
+    auto request = std::make_shared<pb::StreamRequest>();
+    if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
+    request_.Clear();
+    if (request->request_case() == pb::StreamRequest::kSettings) {
+      handle_later(std::move(request));
+    } else if (handle(*request)) {
+      StartRead(&request_);
+    }
+    return ok_status();
+  });
+  if (!handled.ok()) end(to_grpc_status(handled));
+}
+
+void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> request) {
+  hold_.begin();
+  const auto over = [this](bool read_on) {
+    const auto status = hold_.end([&] {
+      if (read_on) StartRead(&request_);
+    });
+    if (status) Finish(*status);  // this may be gone now
+  };
+  const Status taken = guarded([&]() -> Status {
+    const bool submitted = core_.films.submit([this, request = std::move(request), over] {
+      bool read_on = false;
+      const Status handled = guarded([&] {
+        read_on = handle(*request);
+        return ok_status();
+      });
+      if (!handled.ok()) end(to_grpc_status(handled));
+      over(read_on && handled.ok());
+    });
+    if (submitted) return ok_status();
+    return core_.too_many_waiting();
+  });
+  if (taken.ok()) return;
+  end(to_grpc_status(taken));
+  over(false);
 }
 
 bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
@@ -146,6 +180,7 @@ void FrameStreamReactor::end(const grpc::Status& status) {
 }
 
 void FrameStreamReactor::OnDone() {
+  hold_.wait();
   if (const auto attached = session()) attached->detach(stream_.get());
   delete this;
 }

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 
+#include "server/call_hold.h"
 #include "server/outbound_stream.h"
 #include "server/service_core.h"
 
@@ -26,8 +27,12 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
 
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
-  void finish(const grpc::Status& status) override { Finish(status); }
+  void finish(const grpc::Status& status) override {
+    if (!hold_.defer(status)) Finish(status);
+  }
 
+  // Where a film may be allocated, on a thread that can take the time.
+  void handle_later(std::shared_ptr<const pb::StreamRequest> request);
   // False: the stream ends, nothing more is read.
   bool handle(const pb::StreamRequest& request);
   Status open(const pb::StreamRequest::Open& open);
@@ -38,6 +43,7 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
   std::string session_id_;  // set before anything is sent
   grpc::ByteBuffer request_;
   std::shared_ptr<OutboundStream> stream_;
+  CallHold hold_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<Session> session_;

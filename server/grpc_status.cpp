@@ -1,5 +1,12 @@
 #include "server/grpc_status.h"
 
+#include <google/protobuf/any.pb.h>
+#include <google/protobuf/duration.pb.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <cstdint>
+
 namespace helio {
 namespace {
 
@@ -27,6 +34,32 @@ grpc::StatusCode to_grpc_code(ErrorCode code) {
   return grpc::StatusCode::UNKNOWN;
 }
 
+void add_field(std::string& message, int number, const std::string& bytes) {
+  constexpr int kLengthDelimited = 2;
+  message += char(number << 3 | kLengthDelimited);
+  std::size_t size = bytes.size();
+  for (; size >= 0x80; size >>= 7) message += char((size & 0x7f) | 0x80);
+  message += char(size);
+  message += bytes;
+}
+
+// A serialized google.rpc.Status { code = 1; message = 2; Any details = 3 } of RetryInfo { Duration retry_delay = 1 }.
+// Their definitions come with no package that we use.
+std::string retry_details(grpc::StatusCode code, const std::string& text, double seconds) {
+  google::protobuf::Duration delay;
+  delay.set_seconds(std::int64_t(seconds));
+  delay.set_nanos(std::int32_t((seconds - std::floor(seconds)) * 1e9));
+  std::string retry_info;
+  add_field(retry_info, 1, delay.SerializeAsString());
+  google::protobuf::Any detail;
+  detail.set_type_url("type.googleapis.com/google.rpc.RetryInfo");
+  detail.set_value(retry_info);
+  std::string status{char(1 << 3), char(code)};
+  add_field(status, 2, text);
+  add_field(status, 3, detail.SerializeAsString());
+  return status;
+}
+
 }  // namespace
 
 grpc::Status to_grpc_status(const Error& error) {
@@ -37,7 +70,10 @@ grpc::Status to_grpc_status(const Error& error) {
     text.resize(end);
     text += " ...";
   }
-  return {to_grpc_code(error.code), text};
+  const grpc::StatusCode code = to_grpc_code(error.code);
+  if (!(error.retry_after_s > 0)) return {code, text};
+  text += fmt::format("; try again in {:g} s", error.retry_after_s);
+  return {code, text, retry_details(code, text, error.retry_after_s)};
 }
 
 }  // namespace helio

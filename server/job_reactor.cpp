@@ -51,8 +51,29 @@ JobReactor::JobReactor(ServiceCore& core, const grpc::ByteBuffer& request) : cor
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
       core.timers);
-  const Status started = guarded([&] { return start(request); });
-  if (!started.ok()) stream_->finish(to_grpc_status(started));
+  start_later(request);
+}
+
+// On a thread that can take the time which a film takes to allocate.
+void JobReactor::start_later(const grpc::ByteBuffer& request) {
+  hold_.begin();
+  const Status taken = guarded([&]() -> Status {
+    const bool submitted = core_.films.submit([this, request] {
+      const Status started = guarded([&] { return start(request); });
+      if (!started.ok()) stream_->finish(to_grpc_status(started));
+      start_over();
+    });
+    if (submitted) return ok_status();
+    return core_.too_many_waiting();
+  });
+  if (taken.ok()) return;
+  stream_->finish(to_grpc_status(taken));
+  start_over();
+}
+
+void JobReactor::start_over() {
+  const auto status = hold_.end([] {});
+  if (status) Finish(*status);  // this may be gone now
 }
 
 Status JobReactor::start(grpc::ByteBuffer bytes) {
@@ -79,13 +100,18 @@ Status JobReactor::start(grpc::ByteBuffer bytes) {
 
   auto id = core_.jobs.reserve();
   if (!id) return id.error();
-  job_id_ = *id;
+  job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
   auto rendering = Rendering::create(core_.resources(), std::move(*scene), settings, budget, RenderRank::job, tiles,
                                      format.channels);
   if (!rendering) return rendering.error();
   if (const Status fits = (*rendering)->reserve_queue(settings, format); !fits.ok()) return fits;
-  job_ = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
+  auto job = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
+  {
+    const std::lock_guard lock(cancel_mutex_);
+    if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
+    job_ = std::move(job);
+  }
   core_.jobs.add(job_);
 
   pb::RunJobResponse greeting;
@@ -127,11 +153,18 @@ void JobReactor::OnWriteDone(bool ok) {
 }
 
 void JobReactor::OnCancel() {
-  if (job_) job_->stop();
+  std::shared_ptr<Job> job;
+  {
+    const std::lock_guard lock(cancel_mutex_);
+    cancelled_ = true;
+    job = job_;
+  }
+  if (job) job->stop();
   stream_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
 }
 
 void JobReactor::OnDone() {
+  hold_.wait();
   if (job_) {
     job_->rendering().publisher().detach(stream_.get());
     spdlog::info("job over id={}", job_id_);

@@ -6,8 +6,10 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 
+#include "server/call_hold.h"
 #include "server/outbound_stream.h"
 #include "server/service_core.h"
 
@@ -24,13 +26,20 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
 
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
-  void finish(const grpc::Status& status) override { Finish(status); }
+  void finish(const grpc::Status& status) override {
+    if (!hold_.defer(status)) Finish(status);
+  }
+  void start_later(const grpc::ByteBuffer& request);
+  void start_over();
   Status start(grpc::ByteBuffer request);
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;
+  CallHold hold_;  // while it starts
   std::string job_id_;  // empty: none was reserved
   std::shared_ptr<Job> job_;
+  std::mutex cancel_mutex_;  // with job_ until the greeting is sent
+  bool cancelled_ = false;
   std::shared_ptr<OutboundStream> stream_;
   std::uint32_t views_done_ = 0;  // encode()'s alone
   bool result_sent_ = false;      // encode()'s alone

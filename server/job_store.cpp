@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "renderer/base/clock.h"
+#include "server/retry.h"
 #include "server/session_registry.h"
 
 namespace helio {
@@ -34,7 +35,8 @@ Result<std::string> JobStore::reserve() {
   if (jobs_.size() >= std::size_t(max_jobs_)) {
     return Error{ErrorCode::resource_exhausted,
                  fmt::format("max_jobs: {} jobs are running, as many as are allowed", jobs_.size()),
-                 {}};
+                 {},
+                 kRetrySeconds};
   }
   std::string id = make_id("j-");
   jobs_.emplace(id, nullptr);

@@ -10,6 +10,7 @@
 #include "server/grpc_status.h"
 #include "server/guarded.h"
 #include "server/message_check.h"
+#include "server/retry.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
 
@@ -161,7 +162,8 @@ Status LoadSceneReactor::submit() {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   return Error{ErrorCode::resource_exhausted,
                fmt::format("max_queued_loads: {} loads wait already", core_.config.max_queued_loads),
-               {}};
+               {},
+               kRetrySeconds};
 }
 
 void LoadSceneReactor::OnCancel() {

@@ -2,6 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
+#include "server/retry.h"
+
 namespace helio {
 
 Reservation& Reservation::operator=(Reservation&& other) noexcept {
@@ -20,14 +24,7 @@ void Reservation::release() {
 }
 
 Result<Reservation> MemoryAccount::reserve(std::uint64_t bytes, const std::string& what) {
-  const std::lock_guard lock(mutex_);
-  if (bytes > limit_ - used_) {
-    return Error{
-        ErrorCode::resource_exhausted,
-        fmt::format("max_memory: {} bytes are needed for {}, {} of {} are left", bytes, what, limit_ - used_, limit_),
-        {}};
-  }
-  used_ += bytes;
+  if (!take(bytes)) return refusal(bytes, what, bytes);
   return Reservation(this, bytes);
 }
 
@@ -36,9 +33,64 @@ std::uint64_t MemoryAccount::used() const {
   return used_;
 }
 
-void MemoryAccount::give_back(std::uint64_t bytes) {
+std::uint64_t MemoryAccount::peak() const {
+  const std::lock_guard lock(mutex_);
+  return peak_;
+}
+
+bool MemoryAccount::take(std::uint64_t bytes) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (bytes > limit_ - used_) return false;
+  used_ += bytes;
+  peak_ = std::max(peak_, used_);
+  return true;
+}
+
+void MemoryAccount::give_back(std::uint64_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
   used_ -= bytes;
+}
+
+// What is larger than the limit never fits.
+Error MemoryAccount::refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const {
+  return {ErrorCode::resource_exhausted,
+          fmt::format("max_memory: {} bytes are needed for {}, {} of {} are left", bytes, what, available(), limit_),
+          {},
+          in_all <= limit_ ? kRetrySeconds : 0};
+}
+
+bool GrowingReservation::grow(std::uint64_t bytes) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (!account_.take(bytes)) return false;
+  held_ += bytes;
+  return true;
+}
+
+void GrowingReservation::shrink(std::uint64_t bytes) noexcept {
+  const std::lock_guard lock(mutex_);
+  bytes = std::min(bytes, held_);
+  held_ -= bytes;
+  account_.give_back(bytes);
+}
+
+std::uint64_t GrowingReservation::held() const {
+  const std::lock_guard lock(mutex_);
+  return held_;
+}
+
+Error GrowingReservation::refusal(std::uint64_t bytes, const std::string& what) const {
+  return account_.refusal(bytes, what, held() + bytes);
+}
+
+Result<Reservation> GrowingReservation::split(std::uint64_t bytes, const std::string& what) {
+  const std::lock_guard lock(mutex_);
+  if (bytes > held_) {
+    const std::uint64_t missing = bytes - held_;
+    if (!account_.take(missing)) return account_.refusal(missing, what, bytes);
+    held_ += missing;
+  }
+  held_ -= bytes;
+  return Reservation(&account_, bytes);
 }
 
 }  // namespace helio

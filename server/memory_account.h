@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
 
 namespace helio {
@@ -25,6 +26,7 @@ class Reservation {
 
  private:
   friend class MemoryAccount;
+  friend class GrowingReservation;
   Reservation(MemoryAccount* account, std::uint64_t bytes) : account_(account), bytes_(bytes) {}
 
   MemoryAccount* account_ = nullptr;
@@ -41,15 +43,43 @@ class MemoryAccount {
 
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const;
+  std::uint64_t peak() const;  // the most that was ever used
   std::uint64_t available() const { return limit_ - used(); }
 
  private:
   friend class Reservation;
-  void give_back(std::uint64_t bytes);
+  friend class GrowingReservation;
+  bool take(std::uint64_t bytes) noexcept;
+  void give_back(std::uint64_t bytes) noexcept;
+  // `in_all`: with what the caller holds already.
+  Error refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const;
 
   const std::uint64_t limit_;
   mutable std::mutex mutex_;
-  std::uint64_t used_ = 0;
+  std::uint64_t used_ = 0, peak_ = 0;
+};
+
+// Of work whose need shows as it goes on: it takes from the account before each allocation, and in the end hands over
+// what it has made. The rest is given back when it goes.
+class GrowingReservation final : public MemoryLedger {
+ public:
+  explicit GrowingReservation(MemoryAccount& account) : account_(account) {}
+  GrowingReservation(const GrowingReservation&) = delete;
+  GrowingReservation& operator=(const GrowingReservation&) = delete;
+  ~GrowingReservation() override { account_.give_back(held_); }
+
+  bool grow(std::uint64_t bytes) noexcept override;
+  void shrink(std::uint64_t bytes) noexcept override;
+  std::uint64_t held() const override;
+  Error refusal(std::uint64_t bytes, const std::string& what) const override;
+
+  // So much of it becomes a reservation of its own; what is missing is reserved first. Errors: as reserve().
+  Result<Reservation> split(std::uint64_t bytes, const std::string& what);
+
+ private:
+  MemoryAccount& account_;
+  mutable std::mutex mutex_;
+  std::uint64_t held_ = 0;
 };
 
 }  // namespace helio

@@ -42,14 +42,21 @@ void OutboundQueue::push(EncodedTile tile) {
   const std::lock_guard lock(mutex_);
   if (!wants_locked(tile.tag)) return;
   const std::pair corner{tile.window.x0, tile.window.y0};
-  bytes_ += tile.exr.size();
+  const std::size_t bytes = tile.exr.size();
   if (const auto place = frame_->places.find(corner); place != frame_->places.end()) {
     bytes_ -= place->second->exr.size();
     ++frame_->dropped;
     *place->second = std::move(tile);
   } else {
-    frame_->places[corner] = frame_->tiles.insert(frame_->tiles.end(), std::move(tile));
+    const auto at = frame_->tiles.insert(frame_->tiles.end(), std::move(tile));
+    try {
+      frame_->places[corner] = at;
+    } catch (...) {
+      frame_->tiles.erase(at);
+      throw;
+    }
   }
+  bytes_ += bytes;
   peak_bytes_ = std::max(peak_bytes_, bytes_);
 }
 

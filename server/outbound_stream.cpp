@@ -1,5 +1,7 @@
 #include "server/outbound_stream.h"
 
+#include <new>
+
 #include "renderer/base/clock.h"
 
 namespace helio {
@@ -9,7 +11,31 @@ void OutboundStream::kick() {
   advance();
 }
 
-void OutboundStream::advance() {
+void OutboundStream::advance() noexcept {
+  try {
+    send_next();
+  } catch (...) {
+    // The message in hand is lost, and the client would wait for it; it can attach again. No text is longer than what a
+    // string holds by itself.
+    end_ = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory");
+    queue_.close();
+    if (!writing_ && !finished_) {
+      finished_ = true;
+      call_->finish(*end_);
+    }
+  }
+}
+
+void OutboundStream::set_end(const grpc::Status& status) noexcept {
+  if (end_) return;
+  try {
+    end_ = status;
+  } catch (const std::bad_alloc&) {
+    end_ = grpc::Status(status.error_code(), "");
+  }
+}
+
+void OutboundStream::send_next() {
   while (!writing_ && !finished_) {
     OutboundQueue::Next next = queue_.pop(now_s());
     if (next.message) {
@@ -31,22 +57,22 @@ void OutboundStream::advance() {
 
 void OutboundStream::wake_at(double at_s) {
   if (wake_at_s_ == at_s) return;
-  wake_at_s_ = at_s;
   timers_.call_at(at_s, [weak = weak_from_this()] {
     if (const auto stream = weak.lock()) stream->kick();
   });
+  wake_at_s_ = at_s;
 }
 
 void OutboundStream::finish(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (!end_) end_ = status;
+  set_end(status);
   queue_.close();
   advance();
 }
 
 void OutboundStream::finish_when_drained(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (!end_) end_ = status;
+  set_end(status);
   advance();
 }
 
@@ -60,7 +86,7 @@ void OutboundStream::write_done(bool ok) {
   writing_ = false;
   message_.Clear();
   if (!ok) {
-    if (!end_) end_ = grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone");
+    set_end({grpc::StatusCode::CANCELLED, "client is gone"});
     queue_.close();
   }
   advance();

@@ -38,7 +38,8 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   OutboundQueue& queue() { return queue_; }
   const OutboundQueue& queue() const { return queue_; }
 
-  // Sends what can be sent. Call it after anything was put into the queue or credit was added.
+  // Sends what can be sent. Call it after anything was put into the queue or credit was added. A message that cannot be
+  // encoded, as where memory is out, ends the call with RESOURCE_EXHAUSTED.
   void kick();
   template <class... T>  // as OutboundQueue::push
   void push(T&&... message) {
@@ -56,7 +57,10 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   void write_done(bool ok);
 
  private:
-  void advance();  // with mutex_ held
+  // All with mutex_ held. What is thrown on the way of a message ends the call: RESOURCE_EXHAUSTED.
+  void advance() noexcept;
+  void send_next();
+  void set_end(const grpc::Status& status) noexcept;  // the first one counts
   void wake_at(double at_s);
 
   Call* const call_;

@@ -16,6 +16,7 @@
 #include "server/replay_reactor.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
+#include "server/unary_call.h"
 #include "server/watch_reactor.h"
 
 namespace helio {
@@ -39,6 +40,48 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
   if (result) *response = to_bytes(*result);
   reactor->Finish(result ? grpc::Status::OK : to_grpc_status(result.error()));
   return reactor;
+}
+
+bool may_allocate_film(const pb::CreateSessionRequest&) {
+  return true;
+}
+bool may_allocate_film(const pb::UpdateSessionRequest& request) {
+  return request.has_settings();
+}
+
+// As answer(); requests that may allocate a film on a thread that can take the time.
+template <class Request, class Method>
+class FilmCall final : public UnaryCall {
+ public:
+  FilmCall(ServiceCore& core, const grpc::ByteBuffer& bytes, grpc::ByteBuffer* response, Method method)
+      : UnaryCall(response) {
+    begin([&]() -> Status {
+      auto request = std::make_shared<Request>();
+      grpc::ByteBuffer copy(bytes);  // shares the slices
+      if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
+      const auto answer = [outcome = outcome(), request, method = std::move(method)] {
+        if (outcome->cancel.cancelled()) return;  // nobody would know of what is made
+        const auto result = guarded([&] { return method(*request); });
+        if (result) {
+          outcome->finish(*result);
+        } else {
+          outcome->fail(to_grpc_status(result.error()));
+        }
+      };
+      if (!may_allocate_film(*request)) {
+        answer();
+        return ok_status();
+      }
+      if (core.films.submit(answer)) return ok_status();
+      return core.too_many_waiting();
+    });
+  }
+};
+
+template <class Request, class Method>
+grpc::ServerUnaryReactor* answer_later(ServiceCore& core, const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response,
+                                       Method method) {
+  return new FilmCall<Request, Method>(core, *bytes, response, std::move(method));
 }
 
 Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
@@ -163,11 +206,11 @@ grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext
       });
 }
 
-grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
-                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return answer<pb::CreateSessionRequest>(context, request, response, [this](const pb::CreateSessionRequest& create) {
-    return create_session(core_, create);
-  });
+grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  return answer_later<pb::CreateSessionRequest>(
+      core_, request, response,
+      [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
 }
 
 grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
@@ -197,11 +240,11 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::Stre
   return new FrameStreamReactor(core_);
 }
 
-grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
-                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return answer<pb::UpdateSessionRequest>(context, request, response, [this](const pb::UpdateSessionRequest& update) {
-    return update_session(core_, update);
-  });
+grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  return answer_later<pb::UpdateSessionRequest>(
+      core_, request, response,
+      [this](const pb::UpdateSessionRequest& update) { return update_session(core_, update); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext*,

@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 #include "renderer/base/clock.h"
 #include "renderer/frame/passes/allocate.h"
 #include "renderer/frame/passes/trace_lights.h"
@@ -19,22 +21,61 @@ std::uint64_t pixels(const RenderSettings& settings) {
 }  // namespace
 
 std::uint64_t film_bytes(const RenderSettings& settings) {
-  std::uint64_t film = pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
-  if (settings.reprojection.mapping == ReprojectionMapping::forward) film += pixels(settings) * kForwardMapBytes;
-  if (!caches_light_vertices(settings.integrator)) return film;
-  return film + LightVertexSource::most_bytes(path_settings(settings));
+  return pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
 }
+
+std::uint64_t scratch_bytes(const RenderSettings& settings) {
+  std::uint64_t bytes = 0;
+  if (settings.reprojection.mapping == ReprojectionMapping::forward) bytes += pixels(settings) * kForwardMapBytes;
+  if (caches_light_vertices(settings.integrator)) bytes += LightVertexSource::most_bytes(path_settings(settings));
+  return bytes;
+}
+
+namespace {
+
+// What has ended may still be on its way to the reaper's end, and what nobody uses can be ended.
+Result<std::shared_ptr<const Reservation>> reserve(const Rendering::Resources& resources, std::uint64_t bytes,
+                                                   const std::string& what) {
+  auto memory = resources.memory.reserve(bytes, what);
+  while (!memory) {
+    resources.reaper.wait_until_idle();
+    memory = resources.memory.reserve(bytes, what);
+    if (memory) break;
+    const std::uint64_t missing = bytes - std::min(bytes, resources.memory.available());
+    if (!resources.make_room || !resources.make_room(missing)) return memory.error();
+  }
+  return std::make_shared<const Reservation>(std::move(*memory));
+}
+
+Result<std::shared_ptr<Film>> reserve_film(const Rendering::Resources& resources, const RenderSettings& settings) {
+  auto memory =
+      reserve(resources, film_bytes(settings), fmt::format("a film of {} x {}", settings.width, settings.height));
+  if (!memory) return memory.error();
+  return make_film(settings, std::move(*memory));
+}
+
+Result<std::shared_ptr<const Reservation>> reserve_scratch(const Rendering::Resources& resources,
+                                                           const RenderSettings& settings) {
+  return reserve(resources, scratch_bytes(settings),
+                 fmt::format("light paths and maps of {} x {} pixels", settings.width, settings.height));
+}
+
+}  // namespace
 
 Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
                                                      const RenderSettings& settings, const Budget& budget,
                                                      RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
-  std::shared_ptr<Rendering> rendering(new Rendering(resources));
+  auto film = reserve_film(resources, settings);
+  if (!film) return film.error();
+  auto scratch = reserve_scratch(resources, settings);
+  if (!scratch) return scratch.error();
+  const std::shared_ptr<Rendering> rendering(new Rendering(resources), [](Rendering* r) { r->give_to_reaper(); });
   rendering->scenes_->current = std::move(scene);
-  if (const Status fits = rendering->resize(settings); !fits.ok()) return fits.error();
   rendering->publisher_ = std::make_shared<FramePublisher>(
       tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
         const auto snapshot = frame.scene.lock();
         const std::lock_guard lock(scenes->mutex);
+        if (!scenes->current.get()) return std::string();  // the rendering has ended
         if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);
         const auto before = scenes->before.lock();
         return before && before->snapshot == snapshot ? make_replay_token(*before, frame, sample) : std::string();
@@ -42,6 +83,9 @@ Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources,
   RenderLoopOptions options;
   options.channels = channels;
   options.publish_passes = tiles == FramePublisher::Tiles::all;
+  options.film = std::move(*film);
+  options.scratch_count = *scratch;
+  rendering->scratch_ = *scratch;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
                                                   rendering->publisher_, options);
   return rendering;
@@ -69,20 +113,29 @@ std::uint64_t Rendering::switch_scene(SceneLease scene, RenderLoop::Update updat
   }
 }
 
-Status Rendering::resize(const RenderSettings& settings) {
-  const std::uint64_t bytes = film_bytes(settings);
-  if (bytes == film_memory_.bytes()) return ok_status();
-  // The film that is replaced goes first, so that its bytes count as free.
-  const std::uint64_t before = film_memory_.bytes();
-  film_memory_.release();
-  auto memory = resources_.memory.reserve(bytes, fmt::format("a film of {} x {}", settings.width, settings.height));
-  if (memory) {
-    film_memory_ = std::move(*memory);
-    return ok_status();
+Status Rendering::prepare(const RenderSettings& settings, RenderLoop::Update& update) {
+  if (!loop_->film_suits(settings)) {
+    auto film = reserve_film(resources_, settings);
+    if (!film) return film.error();
+    update.film = std::move(*film);
   }
-  auto restored = resources_.memory.reserve(before, "the film");
-  if (restored) film_memory_ = std::move(*restored);
-  return memory.error();
+  const auto before = scratch_.lock();
+  if (!before || before->bytes() != scratch_bytes(settings)) {
+    auto scratch = reserve_scratch(resources_, settings);
+    if (!scratch) return scratch.error();
+    scratch_ = *scratch;
+    update.scratch_count = std::move(*scratch);
+  }
+  return ok_status();
+}
+
+// The scene may be unloaded at once; what is left of it here stays counted until the loop has gone.
+void Rendering::give_to_reaper() noexcept {
+  {
+    const std::lock_guard lock(scenes_->mutex);
+    scenes_->current = {};
+  }
+  resources_.reaper.take(this);
 }
 
 Status Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) {

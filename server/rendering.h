@@ -1,6 +1,7 @@
 // What a session and a job have in common: a scene, a render loop, and the way of its frames to whoever listens.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -8,23 +9,29 @@
 #include "renderer/frame/render_loop.h"
 #include "server/frame_publisher.h"
 #include "server/memory_account.h"
+#include "server/reaper.h"
 #include "server/scene_registry.h"
 #include "server/timer_queue.h"
 
 namespace helio {
 
-// Bytes of a film of this size.
+// Bytes of a film of this size, and of what its pictures need besides: light vertices, the map of a forward transfer.
 std::uint64_t film_bytes(const RenderSettings& settings);
+std::uint64_t scratch_bytes(const RenderSettings& settings);
 
-class Rendering : public std::enable_shared_from_this<Rendering> {
+// Freed by the reaper, whoever lets go of it last: its film may have gigabytes.
+class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper::Item {
  public:
   struct Resources {
     RenderEngine& engine;
     MemoryAccount& memory;
     TimerQueue& timers;
+    Reaper& reaper;
+    // Called when so many bytes are not left, without any lock. True: some have been given back. Empty: nobody can.
+    std::function<bool(std::uint64_t bytes)> make_room = {};
   };
 
-  // Reserves the film's memory. resource_exhausted: max_memory.
+  // Reserves and allocates the film, which for gigabytes takes seconds. resource_exhausted: max_memory.
   static Result<std::shared_ptr<Rendering>> create(const Resources& resources, SceneLease scene,
                                                    const RenderSettings& settings, const Budget& budget,
                                                    RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
@@ -39,10 +46,12 @@ class Rendering : public std::enable_shared_from_this<Rendering> {
   FramePublisher& publisher() { return *publisher_; }
   const FramePublisher& publisher() const { return *publisher_; }
 
-  // Memory for a film of these settings instead of the present one; on error the present one stays.
-  Status resize(const RenderSettings& settings);
-  // Memory for the queue of a listener, two frames; it is given back when another one replaces it.
+  // Puts into `update` what these settings need of memory that is not there, reserved and allocated beside the present
+  // film. Takes as long as create(); one call at a time, and its update comes before the next call.
+  Status prepare(const RenderSettings& settings, RenderLoop::Update& update);
+  // Memory for the queue of a listener, two frames; it is given back when another one replaces it or none is left.
   Status reserve_queue(const RenderSettings& settings, const TileFormat& format);
+  void release_queue() { queue_memory_.release(); }
 
   // Puts the progress into the stream's queue about four times a second, until the stream ends or is replaced.
   void report_progress(const std::shared_ptr<OutboundStream>& stream);
@@ -56,11 +65,14 @@ class Rendering : public std::enable_shared_from_this<Rendering> {
   };
 
   explicit Rendering(const Resources& resources) : resources_(resources) {}
+  ~Rendering() override = default;
+  void give_to_reaper() noexcept;
   void report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told);
 
   Resources resources_;
   const std::shared_ptr<Scenes> scenes_ = std::make_shared<Scenes>();  // with the maker of replay tokens
-  Reservation film_memory_, queue_memory_;
+  std::weak_ptr<const Reservation> scratch_;  // the newest; the loop keeps it
+  Reservation queue_memory_;
   std::shared_ptr<FramePublisher> publisher_;
   std::unique_ptr<RenderLoop> loop_;  // after what its sink uses
 };

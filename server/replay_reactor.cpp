@@ -14,6 +14,7 @@
 #include "server/message_check.h"
 #include "server/replay_messages.h"
 #include "server/replay_token.h"
+#include "server/retry.h"
 
 namespace helio {
 namespace {
@@ -90,7 +91,8 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
   if (taken) return ok_status();
   return Error{ErrorCode::resource_exhausted,
                fmt::format("max_queued_loads: {} loads and replays wait already", core_.config.max_queued_loads),
-               {}};
+               {},
+               kRetrySeconds};
 }
 
 }  // namespace helio

@@ -123,6 +123,7 @@ class SceneRegistry::Load {
     SceneLoadOptions options;
     options.time_s = request_.time_s;
     options.max_memory_bytes = std::min(registry_.limits_.max_scene_memory, registry_.memory_.available());
+    options.ledger = &reserved_;
     options.environment = environment_;
     options.environment_source = environment_files_ ? environment_files_.get() : files_.get();
     auto description = load_scene(*files_, manifest_.main_file, options);
@@ -135,14 +136,14 @@ class SceneRegistry::Load {
     build.threads = registry_.limits_.build_threads;
     build.texture_filter = request_.texture_filter;
     build.cancel = &cancel;
+    build.ledger = &reserved_;
     auto snapshot = RenderScene::build(std::move(*description), build);
     if (!snapshot) return snapshot.error();
     if (cancel.cancelled()) return cancelled();
-    auto memory = registry_.reserve(**snapshot);
-    if (!memory) return memory.error();
-    scene->report = (*snapshot)->description().report;
-    scene->snapshot = std::move(*snapshot);
-    scene->memory = std::move(*memory);
+    auto counted = registry_.count(std::move(*snapshot), reserved_);
+    if (!counted) return counted.error();
+    scene->snapshot = std::move(*counted);
+    scene->report = scene->snapshot->description().report;
     record_files(*scene);
     scene->id = manifest_.id();
     scene->manifest = manifest_;
@@ -173,6 +174,7 @@ class SceneRegistry::Load {
   std::string environment_;  // as the loader is to read it
   std::unique_ptr<RecordingSource> files_, environment_files_;
   Reservation bundle_memory_;
+  GrowingReservation reserved_{registry_.memory_};
 };
 
 Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const CancelToken& cancel) {
@@ -204,19 +206,17 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
   if (const Status room = make_room(); !room) return room.error();
 
   for (;;) {
+    GrowingReservation reserved(memory_);
     EditOptions options;
     options.threads = limits_.build_threads;
     options.max_bytes = std::min(limits_.max_scene_memory, memory_.available());
+    options.ledger = &reserved;
     options.cancel = &cancel;
     auto snapshot = edit_scene(base->snapshot, *changes, options);
+    if (snapshot) snapshot = count(std::move(*snapshot), reserved);
     if (snapshot) {
-      auto memory = reserve(**snapshot);
-      if (memory) {
-        scene->memory = std::move(*memory);
-        scene->snapshot = std::move(*snapshot);
-        break;
-      }
-      snapshot = memory.error();
+      scene->snapshot = std::move(*snapshot);
+      break;
     }
     if (snapshot.error().code != ErrorCode::resource_exhausted || !evict_edited()) return snapshot.error();
   }
@@ -257,21 +257,30 @@ std::string edited_scene_id(const std::string& loaded_id, const SceneChanges& ch
   return to_hex(hash.finish());
 }
 
-Result<std::vector<std::shared_ptr<const Reservation>>> SceneRegistry::reserve(const RenderScene& snapshot) {
-  std::vector<std::shared_ptr<const Reservation>> reservations;
-  const std::lock_guard lock(mutex_);
-  std::erase_if(shares_, [](const auto& entry) { return entry.second.expired(); });
-  for (const MemoryShare& share : snapshot.memory()) {
-    auto& known = shares_[share.what.get()];
-    auto reservation = known.lock();
-    if (!reservation) {
-      auto fresh = memory_.reserve(share.bytes, "the scene");
-      if (!fresh) return fresh.error();
-      known = reservation = std::make_shared<const Reservation>(std::move(*fresh));
+Result<std::shared_ptr<const RenderScene>> SceneRegistry::count(std::shared_ptr<const RenderScene> snapshot,
+                                                                GrowingReservation& reserved) {
+  struct Counted {
+    std::vector<std::shared_ptr<const Reservation>> memory;  // released after the snapshot
+    std::shared_ptr<const RenderScene> snapshot;
+  };
+  auto counted = std::make_shared<Counted>();
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(shares_, [](const auto& entry) { return entry.second.expired(); });
+    for (const MemoryShare& share : snapshot->memory()) {
+      auto& known = shares_[share.what.get()];
+      auto reservation = known.lock();
+      if (!reservation) {
+        auto fresh = reserved.split(share.bytes, "the scene");
+        if (!fresh) return fresh.error();
+        known = reservation = std::make_shared<const Reservation>(std::move(*fresh));
+      }
+      counted->memory.push_back(std::move(reservation));
     }
-    reservations.push_back(std::move(reservation));
   }
-  return reservations;
+  counted->snapshot = std::move(snapshot);
+  const RenderScene* scene = counted->snapshot.get();
+  return std::shared_ptr<const RenderScene>(std::move(counted), scene);
 }
 
 Status SceneRegistry::make_room() {

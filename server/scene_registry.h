@@ -42,9 +42,7 @@ struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   std::map<std::string, Sha256Digest> disk_files;  // by absolute path; none for an upload
   double load_seconds = 0;
   LoadReport report;
-  std::shared_ptr<const RenderScene> snapshot;
-  // Of what the snapshot holds; scenes that share memory share its reservation.
-  std::vector<std::shared_ptr<const Reservation>> memory;
+  std::shared_ptr<const RenderScene> snapshot;  // counted in the memory account as long as anybody holds it
   std::string edited_from;  // id of the scene as loaded; empty: this is it
   SceneChanges changes;     // since then
   mutable std::atomic<int> references{0};
@@ -105,7 +103,8 @@ class SceneRegistry {
     std::shared_ptr<const LoadedScene> scene;
     bool already_loaded = false;
   };
-  // Takes seconds; one call at a time. `cancel` is looked at between the stages.
+  // Takes seconds. `cancel` is looked at between the stages. Memory is reserved as the load goes on, each part before
+  // it is allocated.
   Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
 
   // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
@@ -122,7 +121,9 @@ class SceneRegistry {
   std::shared_ptr<const LoadedScene> find(const std::string& id) const;
   std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
   Result<Outcome> keep(std::shared_ptr<LoadedScene> scene);
-  Result<std::vector<std::shared_ptr<const Reservation>>> reserve(const RenderScene& snapshot);
+  // Takes what the snapshot holds from what its making has reserved. Scenes that share memory share its reservation.
+  Result<std::shared_ptr<const RenderScene>> count(std::shared_ptr<const RenderScene> snapshot,
+                                                   GrowingReservation& reserved);
   // Unloads the edited scene that is least recently used; false when all are in use.
   bool evict_edited();
   // Room for one more scene, if need be by evicting one.

@@ -9,6 +9,8 @@
 #include "renderer/frame/render_loop.h"
 #include "server/job_store.h"
 #include "server/memory_account.h"
+#include "server/reaper.h"
+#include "server/retry.h"
 #include "server/scene_registry.h"
 #include "server/server_config.h"
 #include "server/session_registry.h"
@@ -26,14 +28,30 @@ struct ServiceCore {
                {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads}, memory),
         sessions(config.max_sessions, timers),
         jobs(config.max_jobs),
-        loader(std::size_t(config.max_queued_loads)) {}
+        loader(std::size_t(config.max_queued_loads)),
+        films(kMaxWaitingFilms, kFilmThreads) {}
+  // Timers first: a function in hand may use anything below.
+  ~ServiceCore() { timers.stop(); }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  Rendering::Resources resources() { return {engine, memory, timers}; }
+  Rendering::Resources resources() {
+    return {engine, memory, timers, reaper, [this](std::uint64_t bytes) { return sessions.make_room(bytes); }};
+  }
+  // After films.submit() gave false.
+  Error too_many_waiting() const {
+    if (draining) return check_accepting().error();
+    return {ErrorCode::resource_exhausted,
+            "the daemon: " + std::to_string(kMaxWaitingFilms) + " requests wait for their films already", {},
+            kRetrySeconds};
+  }
   Status check_accepting() const {
     if (!draining) return ok_status();
     return Error{ErrorCode::unavailable, "the daemon is draining", {}};
   }
+
+  // For requests that may allocate a film: those that take seconds do not hold up small ones.
+  static constexpr std::size_t kMaxWaitingFilms = 4096;
+  static constexpr int kFilmThreads = 4;
 
   const ServerConfig config;
   const double started_s = now_s();
@@ -43,10 +61,12 @@ struct ServiceCore {
   MemoryAccount memory;
   RenderEngine engine;
   SceneRegistry scenes;
+  Reaper reaper;  // frees what renders
   TimerQueue timers;
   SessionRegistry sessions;
   JobStore jobs;
   TaskThread loader;
+  TaskThread films;
 };
 
 }  // namespace helio

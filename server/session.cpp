@@ -5,6 +5,11 @@
 #include "renderer/base/clock.h"
 
 namespace helio {
+namespace {
+
+constexpr double kAttached = -1;
+
+}  // namespace
 
 Session::Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings,
                  const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
@@ -22,11 +27,9 @@ RenderSettings Session::settings() const {
   return settings_;
 }
 
-Result<std::uint64_t> Session::update(const Change& change) {
-  const std::lock_guard lock(mutex_);
+Status Session::read(const Change& change, RenderLoop::Update& update) const {
   if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
   Problems problems;
-  RenderLoop::Update update;
   if (change.view) {
     const LoadedScene& scene = change.scene ? **change.scene : rendering_->scene();
     const ViewRules rules{&scene.snapshot->description().cameras, scene.manifest.time_s, last_view_id_};
@@ -35,12 +38,40 @@ Result<std::uint64_t> Session::update(const Change& change) {
   if (change.settings) update.settings = read_settings(*change.settings, limits_, "settings", problems);
   if (change.budget) update.budget = read_budget(*change.budget, "budget", problems);
   if (!problems.empty()) return problems.to_error();
+  if (!update.settings) return ok_status();
+  return check_film_size(*update.settings, limits_, "settings");
+}
+
+Result<std::uint64_t> Session::update(const Change& change) {
+  RenderLoop::Update update;
+  std::unique_lock resizing(resize_mutex_, std::defer_lock);
+  if (change.settings) resizing.lock();
+  std::unique_lock lock(mutex_);
+  if (const Status usable = read(change, update); !usable.ok()) return usable.error();
+  struct Made {  // keeps close_idle() away until the update is made
+    Made(int& u, std::unique_lock<std::mutex>& l) : updates(u), lock(l) { ++updates; }
+    ~Made() {
+      if (!lock.owns_lock()) lock.lock();
+      --updates;
+    }
+    int& updates;
+    std::unique_lock<std::mutex>& lock;
+  } made(updates_, lock);
   if (update.settings) {
-    if (const Status fits = check_film_size(*update.settings, limits_, "settings"); !fits.ok()) return fits.error();
-    if (const Status fits = rendering_->resize(*update.settings); !fits.ok()) return fits.error();
+    lock.unlock();
+    const Status fits = rendering_->prepare(*update.settings, update);
+    lock.lock();
+    if (!fits.ok()) return fits.error();
+    // Meanwhile the session may have been closed, or have got a newer view.
+    if (const Status usable = read(change, update); !usable.ok()) return usable.error();
   }
 
-  // May throw when it allocates a film; nothing has changed then.
+  if (update.settings && rendering_->publisher().stream()) {
+    const Status fits = rendering_->reserve_queue(*update.settings, format_);
+    if (!fits.ok()) return fits.error();
+  }
+
+  // May throw when memory is out; nothing has changed then.
   const std::uint64_t revision =
       change.scene ? rendering_->switch_scene(std::move(*change.scene), update) : rendering_->loop().update(update);
   if (update.settings) settings_ = *update.settings;
@@ -79,6 +110,8 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   stream->queue().drop_before(loop.revision());
   const bool was_over = frame_over();
   const auto before = rendering_->publisher().attach(stream, format);
+  idle_since_s_ = kAttached;
+  format_ = format;
   if (before) {
     before->finish({grpc::StatusCode::ABORTED, "another stream took session '" + id_ + "' over"});
     spdlog::info("session taken over id={}", id_);
@@ -102,6 +135,7 @@ void Session::detach(const OutboundStream* stream) {
   const std::lock_guard lock(mutex_);
   if (!rendering_->publisher().detach(stream)) return;
   idle_since_s_ = now_s();
+  rendering_->release_queue();
   if (!frame_over()) pause();
 }
 
@@ -125,6 +159,17 @@ void Session::drain(const grpc::Status& status) {
 
 void Session::close(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
+  close_locked(status);
+}
+
+bool Session::close_idle(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (closed_ || updates_ > 0 || rendering_->publisher().stream()) return false;
+  close_locked(status);
+  return true;
+}
+
+void Session::close_locked(const grpc::Status& status) {
   closed_ = true;
   rendering_->loop().cancel();
   if (const auto stream = rendering_->publisher().stream()) stream->finish(status);
@@ -143,13 +188,18 @@ pb::SessionInfo Session::info() const {
   info.set_memory_bytes(rendering_->loop().memory_bytes() + (stream ? stream->queue().bytes() : 0));
   info.set_invalid_samples(rendering_->loop().invalid_samples());
   info.set_used_seconds(rendering_->loop().used_seconds());
-  info.set_idle_s(stream ? 0 : now_s() - idle_since_s_);
+  info.set_idle_s(idle_s());
   return info;
 }
 
+std::uint64_t Session::held_bytes() const {
+  const RenderSettings settings = this->settings();
+  return film_bytes(settings) + scratch_bytes(settings);
+}
+
 double Session::idle_s() const {
-  const std::lock_guard lock(mutex_);
-  return rendering_->publisher().stream() ? 0 : now_s() - idle_since_s_;
+  const double since = idle_since_s_;
+  return since == kAttached ? 0 : now_s() - since;
 }
 
 // Whether the newest revision's frame has ended by itself (or there is none).

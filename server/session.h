@@ -5,6 +5,7 @@
 // bounded by time or samples, else when someone attaches.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -26,7 +27,8 @@ class Session : public std::enable_shared_from_this<Session> {
   RenderSettings settings() const;
 
   // Parts that are null stay as they are. On error nothing has changed. The new revision; when it returns, no tile of
-  // an older one will be handed to gRPC any more.
+  // an older one will be handed to gRPC any more. With settings it may allocate a film, which takes long: only another
+  // update with settings waits for that.
   struct Change {
     const pb::View* view = nullptr;
     const pb::RenderSettings* settings = nullptr;
@@ -48,12 +50,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void drain(const grpc::Status& status);
   // The listener's call ends with this status.
   void close(const grpc::Status& status);
+  // As close(), if nobody listens and no update is being made; else false.
+  bool close_idle(const grpc::Status& status);
 
   pb::SessionInfo info() const;
-  // Seconds without a stream; 0 while attached.
+  // Bytes that its end gives back.
+  std::uint64_t held_bytes() const;
+  // Seconds without a stream; 0 while attached. Never waits.
   double idle_s() const;
 
  private:
+  // Reads what `change` has; with mutex_ held.
+  Status read(const Change& change, RenderLoop::Update& update) const;
+  void close_locked(const grpc::Status& status);
   bool bounded() const { return budget_.time_s || budget_.samples; }
   bool frame_over() const;
   void pause();
@@ -63,14 +72,17 @@ class Session : public std::enable_shared_from_this<Session> {
   const RenderLimits limits_;
   const std::shared_ptr<Rendering> rendering_;
 
+  std::mutex resize_mutex_;  // one film at a time; taken before mutex_
   mutable std::mutex mutex_;
   RenderSettings settings_;
   Budget budget_;
   unsigned channels_;               // that tiles are resolved with
+  TileFormat format_;               // of the listener
   std::uint64_t last_view_id_ = 0;  // 0: no view yet
   bool paused_ = false;             // a frame was in flight and waits for a listener
   bool closed_ = false;
-  double idle_since_s_;
+  int updates_ = 0;                    // being made
+  std::atomic<double> idle_since_s_;  // kAttached: somebody listens
 };
 
 }  // namespace helio

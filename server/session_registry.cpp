@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "renderer/base/clock.h"
+#include "server/retry.h"
 #include "server/sha256.h"
 
 namespace helio {
@@ -17,32 +18,53 @@ std::string make_id(const char* prefix) {
   return prefix + to_hex(bytes);
 }
 
+class SessionRegistry::Place {
+ public:
+  explicit Place(SessionRegistry& registry) : registry_(registry) {}
+  Place(const Place&) = delete;
+  ~Place() {
+    const std::lock_guard lock(registry_.mutex_);
+    if (taken_) --registry_.creating_;
+  }
+
+  bool take() {
+    const std::lock_guard lock(registry_.mutex_);
+    if (int(registry_.sessions_.size()) + registry_.creating_ >= registry_.max_sessions_) return false;
+    ++registry_.creating_;
+    return taken_ = true;
+  }
+  // The session has it now. The registry's mutex is held.
+  void pass_on() {
+    --registry_.creating_;
+    taken_ = false;
+  }
+
+ private:
+  SessionRegistry& registry_;
+  bool taken_ = false;
+};
+
 Result<std::shared_ptr<Session>> SessionRegistry::create(const Rendering::Resources& resources, SceneLease scene,
                                                          const RenderSettings& settings, const Budget& budget,
                                                          double grace_s, const RenderLimits& limits) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (int(sessions_.size()) + creating_ >= max_sessions_) {
-      return Error{ErrorCode::resource_exhausted,
-                   fmt::format("max_sessions: {} sessions exist, as many as are allowed", sessions_.size() + creating_),
-                   {}};
-    }
-    ++creating_;  // the film is allocated without the lock
+  Place place(*this);
+  while (!place.take()) {
+    if (end_longest_idle()) continue;
+    return Error{
+        ErrorCode::resource_exhausted,
+        fmt::format("max_sessions: there are {} sessions with a listener, as many as are allowed", max_sessions_),
+        {},
+        kRetrySeconds};
   }
   auto rendering = Rendering::create(resources, std::move(scene), settings, budget, RenderRank::interactive,
                                      FramePublisher::Tiles::all, TileFormat().channels);
-  std::shared_ptr<Session> session;
-  if (rendering) {
-    session = std::make_shared<Session>(make_id("s-"), std::move(*rendering), settings, budget, TileFormat().channels,
-                                        grace_s, limits);
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    --creating_;
-    if (!session) return rendering.error();
-    sessions_.emplace(session->id(), session);
-  }
-  check_grace_later(session, grace_s);
+  if (!rendering) return rendering.error();
+  auto session = std::make_shared<Session>(make_id("s-"), std::move(*rendering), settings, budget,
+                                           TileFormat().channels, grace_s, limits);
+  const std::lock_guard lock(mutex_);
+  check_grace_later(session, grace_s);  // it finds the session once the lock is free
+  sessions_.emplace(session->id(), session);
+  place.pass_on();
   return session;
 }
 
@@ -71,6 +93,51 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::list() const {
   std::vector<std::shared_ptr<Session>> sessions;
   for (const auto& [id, session] : sessions_) sessions.push_back(session);
   return sessions;
+}
+
+std::vector<std::shared_ptr<Session>> SessionRegistry::by_idle_time() const {
+  std::vector<std::pair<double, std::shared_ptr<Session>>> idle;
+  for (auto& session : list()) {
+    if (const double seconds = session->idle_s(); seconds > 0) idle.emplace_back(seconds, std::move(session));
+  }
+  std::sort(idle.begin(), idle.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::shared_ptr<Session>> sessions;
+  for (auto& [seconds, session] : idle) sessions.push_back(std::move(session));
+  return sessions;
+}
+
+bool SessionRegistry::end_idle(const std::shared_ptr<Session>& session) {
+  const double idle_s = session->idle_s();
+  if (!session->close_idle({grpc::StatusCode::NOT_FOUND, "the session was ended to make room"})) return false;
+  {
+    const std::lock_guard lock(mutex_);
+    sessions_.erase(session->id());
+  }
+  spdlog::info("session ended to make room id={} idle_s={:.1f}", session->id(), idle_s);
+  return true;
+}
+
+bool SessionRegistry::end_longest_idle() {
+  for (const auto& session : by_idle_time()) {
+    if (end_idle(session)) return true;
+  }
+  return false;
+}
+
+bool SessionRegistry::make_room(std::uint64_t bytes) {
+  const auto idle = by_idle_time();
+  std::uint64_t held = 0;
+  for (const auto& session : idle) held += session->held_bytes();
+  if (held < bytes) return false;
+  bool ended = false;
+  for (const auto& session : idle) {
+    const std::uint64_t of_session = session->held_bytes();
+    if (!end_idle(session)) continue;
+    ended = true;
+    bytes -= std::min(bytes, of_session);
+    if (bytes == 0) break;
+  }
+  return ended;
 }
 
 // Looks again when the session may have been alone for its whole grace time.

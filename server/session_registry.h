@@ -18,7 +18,8 @@ class SessionRegistry {
  public:
   SessionRegistry(int max_sessions, TimerQueue& timers) : max_sessions_(max_sessions), timers_(timers) {}
 
-  // resource_exhausted: max_sessions, max_memory.
+  // Takes long, as Rendering::create(). Where no place is left, the session to which nobody has listened for the
+  // longest time is ended. resource_exhausted: max_sessions (somebody listens to every session), max_memory.
   Result<std::shared_ptr<Session>> create(const Rendering::Resources& resources, SceneLease scene,
                                           const RenderSettings& settings, const Budget& budget, double grace_s,
                                           const RenderLimits& limits);
@@ -27,7 +28,17 @@ class SessionRegistry {
   Status close(const std::string& id, const std::string& where, const grpc::Status& status);
   std::vector<std::shared_ptr<Session>> list() const;
 
+  // Ends sessions to which nobody listens, those that have waited longest first, until the films of the ended ones have
+  // `bytes`. False: they have less together; none was ended.
+  bool make_room(std::uint64_t bytes);
+
  private:
+  // A place that is taken before its session is there.
+  class Place;
+
+  bool end_longest_idle();
+  std::vector<std::shared_ptr<Session>> by_idle_time() const;  // those without a listener, the longest first
+  bool end_idle(const std::shared_ptr<Session>& session);
   void check_grace_later(const std::shared_ptr<Session>& session, double in_s);
 
   const int max_sessions_;

@@ -1,12 +1,19 @@
 #include "server/task_thread.h"
 
+#include <spdlog/spdlog.h>
+
+#include <exception>
+
 namespace helio {
 
-TaskThread::TaskThread(std::size_t max_waiting) : max_waiting_(max_waiting), thread_([this] { run(); }) {}
+TaskThread::TaskThread(std::size_t max_waiting, int threads) : max_waiting_(max_waiting) {
+  threads_.reserve(std::size_t(threads));
+  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+}
 
 TaskThread::~TaskThread() {
   stop();
-  thread_.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
 bool TaskThread::submit(std::function<void()> task) {
@@ -22,12 +29,12 @@ void TaskThread::stop() {
   const std::lock_guard lock(mutex_);
   stopping_ = true;
   dropped.swap(waiting_);
-  changed_.notify_one();
+  changed_.notify_all();
 }
 
 bool TaskThread::busy() const {
   const std::lock_guard lock(mutex_);
-  return busy_;
+  return busy_ > 0;
 }
 
 void TaskThread::run() {
@@ -37,12 +44,16 @@ void TaskThread::run() {
     if (waiting_.empty()) return;
     std::function<void()> task = std::move(waiting_.front());
     waiting_.pop_front();
-    busy_ = true;
+    ++busy_;
     lock.unlock();
-    task();
+    try {
+      task();
+    } catch (const std::exception& exception) {
+      spdlog::error("a task failed: {}", exception.what());
+    }
     task = nullptr;
     lock.lock();
-    busy_ = false;
+    --busy_;
   }
 }
 

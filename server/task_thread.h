@@ -1,4 +1,4 @@
-// A thread that works through a bounded queue: scene loads, which take seconds and must not hold gRPC's threads.
+// Threads that work through a bounded queue: scene loads and films, which take long and must not hold gRPC's threads.
 #pragma once
 
 #include <condition_variable>
@@ -7,15 +7,16 @@
 #include <functional>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace helio {
 
 class TaskThread {
  public:
-  explicit TaskThread(std::size_t max_waiting);
-  ~TaskThread();  // waits for the task in hand; those still waiting are destroyed without being called
+  explicit TaskThread(std::size_t max_waiting, int threads = 1);
+  ~TaskThread();  // waits for the tasks in hand; those still waiting are destroyed without being called
 
-  // False when max_waiting tasks wait already or the thread was stopped.
+  // False when max_waiting tasks wait already or the threads were stopped. What a task throws is logged.
   bool submit(std::function<void()> task);
   // Refuses further tasks and destroys those that wait.
   void stop();
@@ -28,8 +29,9 @@ class TaskThread {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> waiting_;
-  bool stopping_ = false, busy_ = false;
-  std::thread thread_;
+  bool stopping_ = false;
+  int busy_ = 0;  // tasks in hand
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace helio

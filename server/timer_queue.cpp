@@ -1,6 +1,11 @@
 #include "server/timer_queue.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
+#include <exception>
+#include <new>
+#include <utility>
 
 #include "renderer/base/clock.h"
 
@@ -9,16 +14,22 @@ namespace helio {
 TimerQueue::TimerQueue() : thread_([this] { run(); }) {}
 
 TimerQueue::~TimerQueue() {
+  stop();
+}
+
+void TimerQueue::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   changed_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  waiting_.clear();
 }
 
 void TimerQueue::call_at(double at_s, std::function<void()> function) {
   const std::lock_guard lock(mutex_);
+  if (stopping_) return;
   const auto added = waiting_.emplace(at_s, std::move(function));
   if (added == waiting_.begin()) changed_.notify_one();
 }
@@ -37,9 +48,22 @@ void TimerQueue::run() {
     }
     auto due = waiting_.extract(waiting_.begin());
     lock.unlock();
-    due.mapped()();
-    due = {};
+    bool again = false;
+    try {
+      due.mapped()();
+    } catch (const std::bad_alloc&) {
+      again = true;
+    } catch (const std::exception& exception) {
+      spdlog::error("timer: {}", exception.what());
+    } catch (...) {
+      spdlog::error("timer: unknown error");
+    }
+    if (!again) due = {};
     lock.lock();
+    if (again) {
+      due.key() = now_s() + kAgainAfter;
+      waiting_.insert(std::move(due));  // allocates nothing
+    }
   }
 }
 

@@ -15,7 +15,14 @@ class TimerQueue {
   ~TimerQueue();  // functions that are still waiting are dropped
 
   // Calls `function` once, at time `at_s` of now_s() or soon after. It must be short and hold what it uses by weak_ptr.
+  // One that throws std::bad_alloc is called again kAgainAfter later: until then it may have done a part of its work.
+  // Other exceptions are logged.
   void call_at(double at_s, std::function<void()> function);
+  static constexpr double kAgainAfter = 0.1;  // seconds
+
+  // Drops the functions that wait, and waits for the one in hand; none is called from then on. Must not be called from
+  // one.
+  void stop();
 
  private:
   void run();

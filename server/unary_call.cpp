@@ -11,8 +11,11 @@ namespace helio {
 void UnaryCall::Outcome::finish(const google::protobuf::MessageLite& answer) {
   const std::lock_guard lock(mutex_);
   if (!call_) return;
-  response_ = to_bytes(answer);
-  std::exchange(call_, nullptr)->Finish(grpc::Status::OK);
+  const Status written = guarded([&] {
+    response_ = to_bytes(answer);
+    return ok_status();
+  });
+  std::exchange(call_, nullptr)->Finish(to_grpc_status(written));
 }
 
 void UnaryCall::Outcome::fail(const grpc::Status& status) {

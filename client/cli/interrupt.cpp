@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <thread>
 
 namespace helio::cli {
@@ -16,11 +17,13 @@ std::atomic<int> g_signal{0};
 std::atomic<int> g_wake_fd{-1};
 
 void handle(int signal) {
+  const int error = errno;  // of the code that was interrupted
   int expected = 0;
   if (!g_signal.compare_exchange_strong(expected, signal)) _exit(128 + signal);
   const char byte = 's';
   const ssize_t written = write(g_wake_fd.load(), &byte, 1);
   static_cast<void>(written);  // a full pipe wakes the thread as well
+  errno = error;
 }
 
 }  // namespace

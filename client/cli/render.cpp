@@ -38,6 +38,7 @@ constexpr const char* kHelp =
     "(and density_map, reuse_map, each with its ..._range), reuse_share (of the samples, from earlier pictures),\n"
     "bias and bias_error (of the mean luminance, by merging light paths), verification_rays, pass_seconds (processor "
     "time of each pass),\n"
+    "media_overflows (times that a volume within eight others was entered, whose absorption is left out),\n"
     "unsampled (light that the integrator leaves out of a picture of this scene; also the comments of the EXR),\n"
     "partial, warnings, notices, unread, camera, scene_id, triangles, decode_seconds, build_seconds,\n"
     "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"

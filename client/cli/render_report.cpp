@@ -17,6 +17,7 @@ void add_progress(Json& json, const pb::Progress& progress) {
   json["estimated_rmse"] = known(error.rmse());
   json["estimated_relmse"] = known(error.relmse());
   json["invalid_samples"] = progress.invalid_samples();
+  json["media_overflows"] = progress.media_overflows();
   json["paths"] = progress.paths();
   json["light_paths"] = progress.light_paths();
   json["samples_per_second"] = progress.samples_per_second();
@@ -67,6 +68,12 @@ std::string caution(const pb::FrameEnd& end) {
   else if (end.totals().error().hidden_rmse() > end.totals().error().rmse())
     text = fmt::format("{:.2g} % of the pixels saw no light although it may reach them: the error may be {:.2g} more",
                        100 * end.totals().error().unproven(), end.totals().error().hidden_rmse());
+  if (end.totals().media_overflows() > 0) {
+    if (!text.empty()) text += "; ";
+    text += fmt::format(
+        "volumes lie within eight others, {} times entered: they absorb what the innermost of the eight does",
+        human_count(double(end.totals().media_overflows())));
+  }
   if (end.totals().invalid_samples() == 0) return text;
   if (!text.empty()) text += "; ";
   text += fmt::format("{} samples were NaN or infinite and left out", end.totals().invalid_samples());

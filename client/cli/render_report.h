@@ -9,7 +9,7 @@
 namespace helio::cli {
 
 // samples, render_seconds, rays, rays_per_path, estimated_rmse, estimated_relmse (null while unknown),
-// invalid_samples, paths, light_paths, samples_per_second, worst_tile_rmse, all_black, unproven, hidden_rmse,
+// invalid_samples, media_overflows, paths, light_paths, samples_per_second, worst_tile_rmse, all_black, unproven, hidden_rmse,
 // reuse_share, verification_rays, ended_by, first_tile_seconds, pass_seconds {pass: processor time}, and when samples
 // were invalid: first_invalid {x, y, half, index} (and light_path, where it was one that all pixels share) and
 // replay_token.

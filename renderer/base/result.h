@@ -30,6 +30,7 @@ struct Error {
   ErrorCode code = ErrorCode::internal;
   std::string message;
   std::string where;
+  double retry_after_s = 0;  // when the same request may succeed; 0: not by waiting
 
   std::string to_string() const { return where.empty() ? message : where + ": " + message; }
 };

@@ -39,6 +39,14 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
   return true;
 }
 
+// Else the name may be lost with the power. Not every file system can, and the file is in its place already.
+void flush_directory_of(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const Descriptor opened{::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  if (opened.value >= 0) ::fsync(opened.value);
+}
+
 }  // namespace
 
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes) {
@@ -54,7 +62,10 @@ Status write_file_atomically(const std::string& path, std::span<const std::uint8
   } else if (std::rename(temporary.c_str(), path.c_str()) != 0) {
     failed = "cannot be put in place";
   }
-  if (failed == nullptr) return ok_status();
+  if (failed == nullptr) {
+    flush_directory_of(path);
+    return ok_status();
+  }
   const Error error = failure(path, failed);
   ::unlink(temporary.c_str());
   return error;

@@ -10,8 +10,8 @@
 
 namespace helio {
 
-// Writes a temporary file beside `path`, flushes it to the disk and renames it. On failure `path` is as it was and
-// no temporary file is left.
+// Writes a temporary file beside `path`, flushes it to the disk, renames it and flushes the directory. On failure `path`
+// is as it was and no temporary file is left.
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes);
 
 // not_found, or resource_exhausted when the file is larger than max_bytes.

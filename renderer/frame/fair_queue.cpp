@@ -6,47 +6,66 @@
 
 namespace helio {
 
-FairQueue::Id FairQueue::add(int rank, double weight) {
+FairQueue::FairQueue(const std::vector<double>& weights) : groups_(weights.size()) {
+  for (std::size_t g = 0; g < weights.size(); ++g) groups_[g].weight = weights[g];
+}
+
+FairQueue::Id FairQueue::add(std::size_t group) {
   Client client;
-  client.rank = rank;
-  client.weight = weight;
-  client.virtual_time = rank_time_[rank];
+  client.group = &groups_.at(group);
+  client.virtual_time = client.group->client_time;
   clients_.emplace(next_id_, client);
   return next_id_++;
 }
 
 void FairQueue::remove(Id id) {
   HELIO_DCHECK(clients_.at(id).in_flight == 0);
+  set_ready(id, false);
   clients_.erase(id);
 }
 
 void FairQueue::set_ready(Id id, bool ready) {
   Client& client = clients_.at(id);
-  if (ready && !client.ready && client.in_flight == 0)
-    client.virtual_time = std::max(client.virtual_time, rank_time_[client.rank]);
+  if (ready == client.ready) return;
   client.ready = ready;
+  Group& group = *client.group;
+  if (!ready) {
+    --group.ready;
+    return;
+  }
+  if (client.in_flight == 0) client.virtual_time = std::max(client.virtual_time, group.client_time);
+  if (group.ready == 0 && group.in_flight == 0) group.virtual_time = std::max(group.virtual_time, group_time_);
+  ++group.ready;
 }
 
 bool FairQueue::any_ready() const {
-  return std::any_of(clients_.begin(), clients_.end(), [](const auto& item) { return item.second.ready; });
+  return std::any_of(groups_.begin(), groups_.end(), [](const Group& group) { return group.ready > 0; });
+}
+
+void FairQueue::charge(Client& client, double seconds) {
+  client.virtual_time += seconds;
+  client.group->virtual_time += seconds / client.group->weight;
 }
 
 std::optional<FairQueue::Id> FairQueue::take() {
+  Group* group = nullptr;
+  for (Group& g : groups_) {
+    if (g.ready > 0 && (!group || g.virtual_time < group->virtual_time)) group = &g;
+  }
+  if (!group) return std::nullopt;
   auto best = clients_.end();
   for (auto it = clients_.begin(); it != clients_.end(); ++it) {
     const Client& c = it->second;
-    if (!c.ready) continue;
-    if (best == clients_.end() || c.rank < best->second.rank ||
-        (c.rank == best->second.rank && c.virtual_time < best->second.virtual_time))
-      best = it;
+    if (!c.ready || c.group != group) continue;
+    if (best == clients_.end() || c.virtual_time < best->second.virtual_time) best = it;
   }
-  if (best == clients_.end()) return std::nullopt;
   Client& client = best->second;
-  double& rank_time = rank_time_[client.rank];
-  rank_time = std::max(rank_time, client.virtual_time);
+  group_time_ = std::max(group_time_, group->virtual_time);
+  group->client_time = std::max(group->client_time, client.virtual_time);
   ++client.in_flight;
+  ++group->in_flight;
   client.charged_ahead += client.piece_seconds;
-  client.virtual_time += client.piece_seconds / client.weight;
+  charge(client, client.piece_seconds);
   return best->first;
 }
 
@@ -55,7 +74,8 @@ void FairQueue::finish(Id id, double seconds) {
   const double ahead = client.charged_ahead / client.in_flight;
   client.charged_ahead -= ahead;
   --client.in_flight;
-  client.virtual_time += (seconds - ahead) / client.weight;
+  --client.group->in_flight;
+  charge(client, seconds - ahead);
   client.used_seconds += seconds;
   client.piece_seconds += 0.1 * (seconds - client.piece_seconds);
 }

@@ -1,12 +1,15 @@
-// Weighted-fair queue over clients (render loops) that share the workers: start-time fair queueing (Goyal, Vin, Cheng
-// 1996) over the time that each has used, under strict ranks.
+// Weighted-fair queue over clients (render loops) that share the workers: hierarchical start-time fair queueing (Goyal,
+// Guo, Vin 1996; Goyal, Vin, Cheng 1996) over the time that each has used. Groups with something to run share in
+// proportion to their weights, the clients of a group evenly.
 //
 // A plain data structure: its owner locks it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <vector>
 
 namespace helio {
 
@@ -14,12 +17,14 @@ class FairQueue {
  public:
   using Id = std::uint64_t;
 
-  // A lower rank goes first, always. Clients of one rank get time in proportion to weight, > 0.
-  Id add(int rank, double weight = 1);
+  // weights: of the groups, > 0.
+  explicit FairQueue(const std::vector<double>& weights);
+
+  Id add(std::size_t group);
   void remove(Id id);  // precondition: nothing of it is in flight
 
-  // Whether the client has something to run. One that was idle starts level with those that were not: idling saves up
-  // no credit.
+  // Whether the client has something to run. One that was idle starts level with those that were not, and so does a
+  // group of which all were: idling saves up no credit.
   void set_ready(Id id, bool ready);
   bool any_ready() const;
 
@@ -31,19 +36,26 @@ class FairQueue {
   double used_seconds(Id id) const { return clients_.at(id).used_seconds; }
 
  private:
-  struct Client {
-    int rank = 0;
+  struct Group {
     double weight = 1;
+    int ready = 0, in_flight = 0;  // clients | pieces
+    double virtual_time = 0;       // seconds over weight
+    double client_time = 0;        // virtual time at which the group's last piece was handed out
+  };
+  struct Client {
+    Group* group = nullptr;
     bool ready = false;
     int in_flight = 0;
-    double virtual_time = 0;  // seconds over weight
+    double virtual_time = 0;  // seconds
     double used_seconds = 0;
     double piece_seconds = 1e-3;  // running mean of what a piece takes
     double charged_ahead = 0;     // seconds charged for pieces in flight
   };
+  static void charge(Client& client, double seconds);
 
+  std::vector<Group> groups_;
   std::map<Id, Client> clients_;
-  std::map<int, double> rank_time_;  // virtual time at which the rank's last piece was handed out
+  double group_time_ = 0;  // virtual time of the group of which the last piece was handed out
   Id next_id_ = 1;
 };
 

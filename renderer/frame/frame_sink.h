@@ -2,8 +2,9 @@
 //
 // A frame is one view's picture from its first sample until a budget ends it, a newer revision supersedes it or it is
 // cancelled. On the way each of its tiles is published several times (passes), each time with more samples.
-// Calls come from render workers, one at a time per render loop, in order: begun, tiles..., ended. They must not throw
-// and must return soon: a worker that waits in a sink renders for nobody.
+// Calls come from render workers, one at a time per render loop, in order: begun, tiles..., ended. They must return
+// soon: a worker that waits in a sink renders for nobody. A call that throws, as where memory is out, fails its frame:
+// the next call is that of its end, with the reason `failed`. An end that throws is told again, eight times at most.
 #pragma once
 
 #include <cstdint>

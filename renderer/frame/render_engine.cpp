@@ -4,24 +4,37 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "renderer/base/check.h"
+#include "renderer/frame/failure_reason.h"
 #include "renderer/frame/thread_clock.h"
 
 namespace helio {
 
+// Of the machine, where both have work.
+constexpr double kInteractiveShare = 8, kJobShare = 1;
+
 struct RenderEngine::Impl::Arena {
   // Every slot is reserved for our own threads: none waits for a worker of oneTBB's pool, which is free for BVH builds.
-  explicit Arena(int threads) : arena(threads, unsigned(threads)) {}
+  explicit Arena(int threads) : arena(threads, unsigned(threads)) { arena.initialize(); }
   tbb::task_arena arena;
 };
 
-RenderEngine::Impl::Impl(int threads) {
+RenderEngine::Impl::Impl(int threads) : queue_({kInteractiveShare, kJobShare}) {
   const int count = threads > 0 ? threads : tbb::info::default_concurrency();
   arena_ = std::make_unique<Arena>(count);
   workers_.reserve(std::size_t(count));
-  for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
+  try {
+    for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
+  } catch (...) {
+    stop();
+    throw;
+  }
 }
 
 RenderEngine::Impl::~Impl() {
+  stop();
+}
+
+void RenderEngine::Impl::stop() {
   {
     const std::lock_guard lock(mutex_);
     HELIO_DCHECK(clients_.empty());
@@ -33,8 +46,13 @@ RenderEngine::Impl::~Impl() {
 
 FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank) {
   const std::lock_guard lock(mutex_);
-  const FairQueue::Id id = queue_.add(rank == RenderRank::interactive ? 0 : 1);
-  clients_[id].source = &source;
+  const FairQueue::Id id = queue_.add(std::size_t(rank));
+  try {
+    clients_[id].source = &source;
+  } catch (...) {
+    queue_.remove(id);
+    throw;
+  }
   return id;
 }
 
@@ -66,6 +84,14 @@ double RenderEngine::Impl::used_seconds(FairQueue::Id id) const {
   return queue_.used_seconds(id);
 }
 
+bool RenderEngine::Impl::run_piece(PieceSource& source) noexcept {
+  try {
+    return arena_->arena.execute([&] { return source.run_piece(); });
+  } catch (...) {
+    return source.failed(failure_reason());
+  }
+}
+
 void RenderEngine::Impl::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -76,7 +102,7 @@ void RenderEngine::Impl::work() {
     const std::uint64_t wakes = client.wakes;
     lock.unlock();
     const double started = thread_cpu_s();
-    const bool more = arena_->arena.execute([&] { return client.source->run_piece(); });
+    const bool more = run_piece(*client.source);
     const double seconds = thread_cpu_s() - started;
     lock.lock();
     if (more) {

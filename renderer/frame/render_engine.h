@@ -1,4 +1,6 @@
-// The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue.
+// The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue: while
+// both have work, interactive ones together get eight times as much of the machine as jobs together. What a piece
+// throws ends the work of its source, never a worker.
 //
 // The threads are ours and step into one oneTBB arena for each piece, so whatever parallel algorithm a piece may call
 // stays within the engine's share of the machine, while an idle worker sleeps on a condition variable and holds no
@@ -9,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -22,8 +25,11 @@ class PieceSource {
  public:
   virtual ~PieceSource() = default;
   // Runs one piece (at most about 5 ms) on the calling worker, if there is one; several workers may call at once. True
-  // when another call would find something to do. Must not throw.
+  // when another call would find something to do. failed() is called with the reason of what it throws.
   virtual bool run_piece() = 0;
+  // A call of run_piece() threw: by the worker that called, while others may be in theirs. What the source was about is
+  // given up, and whoever waits for it is told, without memory if need be. Returns what run_piece() would.
+  virtual bool failed(std::string reason) noexcept = 0;
 };
 
 // Thread safe.
@@ -45,12 +51,14 @@ struct RenderEngine::Impl {
     bool removing = false;
   };
 
+  void stop();
   void work();
+  bool run_piece(PieceSource& source) noexcept;
   void set_ready(FairQueue::Id id, Client& client);
 
   mutable std::mutex mutex_;
   std::condition_variable work_or_stop_, piece_finished_;
-  FairQueue queue_;
+  FairQueue queue_;  // groups: by RenderRank
   std::map<FairQueue::Id, Client> clients_;
   bool stop_ = false;
   std::unique_ptr<Arena> arena_;

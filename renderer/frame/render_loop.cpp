@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <exception>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "renderer/film/pixel_hash.h"
 #include "renderer/film/sample_targets.h"
 #include "renderer/film/splat_buffer.h"
+#include "renderer/frame/failure_reason.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/passes/allocate.h"
@@ -42,6 +42,9 @@ int channel_count(unsigned channels) {
   return count;
 }
 
+// A sink that throws when it is told of an end is told again, so many times in all.
+constexpr int kMostEndTries = 8;
+
 // Of a region's pixels, the share that must have been carried for counts to fill up what is missing.
 constexpr double kFillShare = 0.25;
 
@@ -54,9 +57,14 @@ void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
 
+bool suits(const Film& film, const RenderSettings& settings) {
+  return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
+}
+
 // What takes long to free, and so is freed after the lock.
 struct Retired {
-  std::unique_ptr<Film> film;
+  std::shared_ptr<const void> scratch_count;  // first, and so released last
+  std::shared_ptr<Film> film;
   std::vector<std::shared_ptr<const RenderScene>> scenes;
   std::shared_ptr<LightVertexSource> lights;
   std::shared_ptr<LightVertexWork> pass;
@@ -74,6 +82,7 @@ struct RenderLoop::Impl final : PieceSource {
   ~Impl() override;
 
   bool run_piece() override;
+  bool failed(std::string reason) noexcept override;
 
   std::uint64_t update(const Update& update);
   void cancel();
@@ -91,24 +100,34 @@ struct RenderLoop::Impl final : PieceSource {
   }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work() const;
-  bool deliver_waiting(std::unique_lock<std::mutex>& lock);
+  bool deliver_waiting(std::unique_lock<std::mutex>& lock) noexcept;
+  void prepare(SinkEvent& event, double now);
+  void sink_failed(const std::shared_ptr<FrameRecord>& record, SinkEventSlot& slot, std::string reason) noexcept;
+  void open_frame() noexcept;
   void begin_frame(Retired& retired);
   void advance(std::size_t backlog);
   void note_transfer();
   double mean_of_tiles() const;
   void note_finished_plan(double now);
-  void end_frame(FrameEndReason reason, std::string message);
-  void abandon_frame(FrameEndReason reason);
+  // These allocate nothing.
+  void end_frame(FrameEndReason reason, std::string message) noexcept;
+  void abandon_frame(FrameEndReason reason) noexcept;
+  void fail_frame(std::string reason) noexcept;
+  void give_up(std::string reason) noexcept;
   FrameProgress progress_at(double now) const;
+  bool anything_to_show() const;
   std::optional<Piece> take(std::size_t backlog, Retired& retired);
+  void run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired);
 
   RenderEngine::Impl& engine;
   const std::shared_ptr<FrameSink> sink;
-  const RenderLoopOptions options;
+  RenderLoopOptions options;  // without the film, which has a life of its own
   const bool passes;  // PublishPolicy::passes
   FairQueue::Id id = 0;
 
   mutable std::mutex mutex;
+  // Before all that they count, and so released after it. The second takes over with the next frame; null: none does.
+  std::shared_ptr<const void> scratch_count, next_scratch_count;
   // What is asked for.
   std::shared_ptr<const IntegrateFunction> integrate;
   std::shared_ptr<const RenderScene> scene;  // that it traces; null: another source of radiance
@@ -123,10 +142,11 @@ struct RenderLoop::Impl final : PieceSource {
   bool another_picture = false;  // the film's samples are of no use to it as they are
   bool another_kind = false;     // and to no later picture
   bool another_grid = true;
-  std::unique_ptr<Film> next_film;  // null: the same film
+  std::shared_ptr<Film> next_film;  // null: the same film
+  std::shared_ptr<FrameRecord> next_record;  // of the frame that is asked for; null: none is
 
   // What is.
-  std::unique_ptr<Film> film;
+  std::shared_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
   std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
@@ -136,6 +156,8 @@ struct RenderLoop::Impl final : PieceSource {
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
+  int running = 0;      // pieces
+  bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
   FrameScheduler scheduler;
   FrameState state;
   TraceStats trace;                                   // since the film was cleared
@@ -161,14 +183,17 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       sink(std::move(sink_)),
       options(options_),
       passes(options_.publish_passes.value_or(rank == RenderRank::interactive)),
+      scratch_count(options_.scratch_count),
       integrate(std::make_shared<const IntegrateFunction>(std::move(integrate_))),
       scene(std::move(scene_)),
       settings(settings_),
       budget(budget_),
       channels(options_.channels),
-      film(std::make_unique<Film>(settings_.width, settings_.height, film_state(settings_))),
+      film(options_.film && suits(*options_.film, settings_) ? options_.film : make_film(settings_)),
       pipeline(engine_.threads(), kPieceSeconds),
       scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
+  options.film.reset();
+  options.scratch_count.reset();
   id = engine.add(*this, rank);
 }
 
@@ -186,30 +211,35 @@ RenderLoop::Impl::~Impl() {
 
 bool RenderLoop::Impl::has_work() const {
   if (!waiting.empty() && !delivering) return true;
-  if (pipeline.in_flight() == 0 && (next != Next::nothing || (frame && pipeline.over()))) return true;
+  if (running == 0 && (next != Next::nothing || (frame && pipeline.over()))) return true;
   return frame && next == Next::nothing && pipeline.may_take(room());
 }
 
 std::uint64_t RenderLoop::Impl::update(const Update& update) {
+  std::shared_ptr<const IntegrateFunction> tracer;
+  if (update.scene) tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
+  // Freed after the lock.
+  std::shared_ptr<Film> fresh = update.film, retired;
+  std::shared_ptr<const void> retired_count;
+  std::shared_ptr<const RenderScene> retired_scene;
   std::unique_lock lock(mutex);
-  std::unique_ptr<Film> fresh, retired;
   while (update.settings) {
-    const Film& newest = next_film ? *next_film : *film;
-    const int width = update.settings->width, height = update.settings->height;
-    const FilmState state = film_state(*update.settings);
-    const auto suits = [&](const Film& film) {
-      return film.width() == width && film.height() == height && film.state() == state;
-    };
-    const bool fits = suits(newest);
-    if (fits || (fresh && suits(*fresh))) {
-      if (fits) fresh.reset();
+    if (suits(next_film ? *next_film : *film, *update.settings)) {
+      fresh.reset();
       break;
     }
+    if (fresh && suits(*fresh, *update.settings)) break;
     lock.unlock();  // clearing the memory of a large film takes long
-    fresh = std::make_unique<Film>(width, height, state);
+    fresh = make_film(*update.settings);
     lock.lock();
   }
+  if (!update.settings) fresh.reset();
+  const bool other_scene = update.scene && update.scene != scene;
+  const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
+  if (!next_record) next_record = std::make_shared<FrameRecord>();
+
+  // Nothing has changed so far, and nothing throws from here on.
   const double now = now_s();
   if (update.settings && *update.settings != settings) {
     if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
@@ -220,6 +250,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     retired = std::move(next_film);
     next_film = std::move(fresh);
   }
+  if (update.scratch_count) retired_count = std::exchange(next_scratch_count, update.scratch_count);
   if (update.view) {
     if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
       another_picture = true;
@@ -227,9 +258,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     }
     view = update.view;
   }
-  std::shared_ptr<const RenderScene> retired_scene;  // freed after the lock
-  if (update.scene && update.scene != scene) {
-    const auto difference = scene ? scene_difference(*scene, *update.scene) : std::nullopt;
+  if (other_scene) {
     const bool published = film_state(settings).stored_hits > 0;  // which knows of camera moves alone
     if (!difference || (published && !difference->empty())) another_kind = true;
     if (!difference || !difference->empty() || !reuses(settings.mode)) {
@@ -237,7 +266,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
       view_accepted_s = now;
     }
     retired_scene = std::exchange(scene, update.scene);
-    integrate = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
+    integrate = std::move(tracer);
   }
   if (update.budget) budget = *update.budget;
   if (update.channels) channels = *update.channels;
@@ -264,18 +293,24 @@ void RenderLoop::Impl::cancel() {
 void RenderLoop::Impl::republish() {
   {
     const std::lock_guard lock(mutex);
-    if (film_samples == 0 || next != Next::nothing || another_picture) return;
+    if (next != Next::nothing || another_picture || !anything_to_show()) return;
     if (frame) {
       state.republish = true;
     } else {
+      if (!next_record) next_record = std::make_shared<FrameRecord>();
       next = Next::show_again;
     }
   }
   engine.wake(id);
 }
 
+// The film's pixels are of the picture that was asked for last, and say something.
+bool RenderLoop::Impl::anything_to_show() const {
+  return film_samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
+}
+
 // Ends the frame in flight from outside and drops what it had to say.
-void RenderLoop::Impl::abandon_frame(FrameEndReason reason) {
+void RenderLoop::Impl::abandon_frame(FrameEndReason reason) noexcept {
   waiting.drop_tiles();
   if (!frame) return;
   token->cancel();
@@ -288,16 +323,39 @@ void RenderLoop::Impl::abandon_frame(FrameEndReason reason) {
   }
 }
 
-void RenderLoop::Impl::end_frame(FrameEndReason reason, std::string message) {
+void RenderLoop::Impl::end_frame(FrameEndReason reason, std::string message) noexcept {
   FrameEnd end;
-  end.tag = frame->begin.tag;
+  end.tag = end.progress.tag = frame->begin.tag;
   end.reason = reason;
   end.message = std::move(message);
-  end.progress = progress_at(now_s());
+  if (frame->begun_s > 0) end.progress = progress_at(now_s());
   last_progress = end.progress;
   last_reason = reason;
-  waiting.push({frame, std::move(end)});
+  waiting.push(frame->end_slot, {frame, std::move(end)});
   frame.reset();
+}
+
+// The sink is told of the frame in flight that it failed, whatever it knows of it.
+void RenderLoop::Impl::fail_frame(std::string reason) noexcept {
+  token->cancel();
+  pipeline.stop();
+  waiting.drop_tiles();
+  if (!frame->begin_slot.empty()) waiting.push(frame->begin_slot, {frame, FrameBegun()});
+  end_frame(FrameEndReason::failed, std::move(reason));
+}
+
+bool RenderLoop::Impl::failed(std::string reason) noexcept {
+  const std::lock_guard lock(mutex);
+  give_up(std::move(reason));
+  return has_work();
+}
+
+// Something was thrown: the film may hold half a piece, and the pipeline half a decision.
+void RenderLoop::Impl::give_up(std::string reason) noexcept {
+  broken = another_picture = another_kind = another_grid = true;
+  if (!frame && next != Next::nothing) open_frame();
+  next = Next::nothing;
+  if (frame) fail_frame(std::move(reason));
 }
 
 FrameProgress RenderLoop::Impl::progress_at(double now) const {
@@ -328,53 +386,99 @@ std::size_t RenderLoop::Impl::memory_bytes() const {
          techniques.bytes() + (lights ? lights->bytes() : 0);
 }
 
+// Notes that the event is told now, and completes an end.
+void RenderLoop::Impl::prepare(SinkEvent& event, double now) {
+  FrameRecord& record = *event.frame;
+  if (std::holds_alternative<FrameBegun>(event.what)) {
+    record.begin_delivered = true;
+  } else if (std::holds_alternative<FrameTile>(event.what)) {
+    if (record.first_tile_s == 0) record.first_tile_s = now;
+  } else {
+    auto& end = std::get<FrameEnd>(event.what);
+    if (record.first_tile_s > 0) end.first_tile_seconds = record.first_tile_s - record.accepted_s;
+    end.passes = {{"integrate", record.integrate_seconds},
+                  {"measure", record.measure_seconds},
+                  {"resolve", record.resolve_seconds},
+                  {"publish", record.publish_seconds}};
+    if (record.reproject_seconds > 0) end.passes.push_back({"reproject", record.reproject_seconds});
+    if (record.choose_seconds > 0) end.passes.push_back({"choose", record.choose_seconds});
+    if (record.lights_seconds > 0) end.passes.push_back({"trace_lights", record.lights_seconds});
+    if (record.review_seconds > 0) end.passes.push_back({"review", record.review_seconds});
+    if (record.allocate_seconds > 0) end.passes.push_back({"allocate", record.allocate_seconds});
+  }
+}
+
 // One worker at a time tells the sink what waits. True: something was told.
-bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) {
+bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) noexcept {
   if (delivering || waiting.empty()) return false;
   delivering = true;
   const double began = now_s();
   double now = began;
   while (!waiting.empty() && now - began < kPieceSeconds) {
-    SinkEvent event = waiting.pop();
-    const std::shared_ptr<FrameRecord> record = event.frame;
-    if (std::holds_alternative<FrameBegin>(event.what)) {
-      record->begin_delivered = true;
-    } else if (std::holds_alternative<FrameTile>(event.what)) {
-      if (record->first_tile_s == 0) record->first_tile_s = now;
-    } else {
-      auto& end = std::get<FrameEnd>(event.what);
-      if (record->first_tile_s > 0) end.first_tile_seconds = record->first_tile_s - record->accepted_s;
-      end.passes = {{"integrate", record->integrate_seconds},
-                    {"measure", record->measure_seconds},
-                    {"resolve", record->resolve_seconds},
-                    {"publish", record->publish_seconds}};
-      if (record->reproject_seconds > 0) end.passes.push_back({"reproject", record->reproject_seconds});
-      if (record->choose_seconds > 0) end.passes.push_back({"choose", record->choose_seconds});
-      if (record->lights_seconds > 0) end.passes.push_back({"trace_lights", record->lights_seconds});
-      if (record->review_seconds > 0) end.passes.push_back({"review", record->review_seconds});
-      if (record->allocate_seconds > 0) end.passes.push_back({"allocate", record->allocate_seconds});
+    SinkEventSlot slot = waiting.pop();
+    const std::shared_ptr<FrameRecord> record = slot.front().frame;
+    std::optional<std::string> failure;
+    double cpu_seconds = 0;
+    try {
+      prepare(slot.front(), now);
+      lock.unlock();
+      const double cpu_started = thread_cpu_s();
+      deliver(slot.front(), *sink);
+      cpu_seconds = thread_cpu_s() - cpu_started;
+    } catch (...) {
+      failure = failure_reason();
     }
-    lock.unlock();
-    const double cpu_started = thread_cpu_s();
-    deliver(std::move(event), *sink);
-    const double cpu_seconds = thread_cpu_s() - cpu_started;
     now = now_s();
-    lock.lock();
+    if (!lock.owns_lock()) lock.lock();
     record->publish_seconds += cpu_seconds;
+    if (failure) sink_failed(record, slot, std::move(*failure));
   }
   delivering = false;
   return true;
+}
+
+// The sink threw when it was told the event. A frame whose beginning or whose tile it does not have has failed.
+void RenderLoop::Impl::sink_failed(const std::shared_ptr<FrameRecord>& record, SinkEventSlot& slot,
+                                   std::string reason) noexcept {
+  const auto fail = [&](FrameEnd& end) {
+    if (end.reason == FrameEndReason::superseded || end.reason == FrameEndReason::cancelled) return;
+    end.reason = FrameEndReason::failed;
+    end.message = std::move(reason);
+  };
+  if (auto* end = std::get_if<FrameEnd>(&slot.front().what)) {
+    fail(*end);
+    if (++record->end_tries < kMostEndTries) waiting.put_back(slot);
+  } else if (record == frame) {
+    fail_frame(std::move(reason));
+  } else if (FrameEnd* end = waiting.end_of(*record)) {
+    fail(*end);
+  }
+}
+
+// The frame that was asked for is in flight from here on, and may fail.
+void RenderLoop::Impl::open_frame() noexcept {
+  frame = std::move(next_record);
+  frame->begin.tag = {revision, view->id, ++frames};
+  frame->begin.region = settings.rendered_region();
+  frame->begin.camera = view->camera;
+  frame->begin.scene = scene;
+  frame->begin.settings = frame_settings();
+  frame->accepted_s = accepted_s;
 }
 
 void RenderLoop::Impl::begin_frame(Retired& retired) {
   // The plan that the transfer began may have been cut short after it.
   if (state.reproject_due && transfer && transfer->complete()) note_transfer();
   const bool show_again = next == Next::show_again;
+  open_frame();
   next = Next::nothing;
+  if (broken) pipeline = FramePipeline(engine.threads(), kPieceSeconds);
+  broken = false;
   if (next_film) {
     retired.film = std::move(film);
     film = std::move(next_film);
   }
+  if (next_scratch_count) retired.scratch_count = std::exchange(scratch_count, std::move(next_scratch_count));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
@@ -415,21 +519,15 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;
 
-  frame = std::make_shared<FrameRecord>();
-  frame->begin.tag = {revision, view->id, ++frames};
-  frame->begin.settings = frame_settings();
-  frame->begin.region = settings.rendered_region();
-  frame->begin.camera = view->camera;
-  frame->begin.scene = scene;
+  frame->begin.settings = frame_settings();  // the seed is that of the generation by now
   if (scene) frame->begin.unsampled = unsampled_light(settings.integrator, scene->features());
-  frame->accepted_s = accepted_s;
-  frame->begun_s = now_s();
-  waiting.push({frame, frame->begin});
   token = std::make_shared<CancelToken>();
   scheduler = FrameScheduler(budget, publish_policy(), allocation_settings(settings));
   frame_samples = 0;
   planned = false;
 
+  frame->begun_s = now_s();
+  waiting.push(frame->begin_slot, {frame, FrameBegun()});
   state.revision = revision;
   state.begun_s = frame->begun_s;
   state.published = state.published_final = state.republish = false;
@@ -532,7 +630,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
     } else {
       transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
                                                    samples, path_settings(frame->begin.settings),
-                                                   settings.reprojection.mapping);
+                                                   settings.reprojection.mapping, token);
     }
     works.reproject = transfer;
   }
@@ -557,11 +655,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
 
 std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, Retired& retired) {
   if (next != Next::nothing) {
-    if (pipeline.in_flight() > 0) return std::nullopt;
+    if (running > 0) return std::nullopt;
     begin_frame(retired);
   }
   while (frame) {
-    if (!planned || (pipeline.over() && pipeline.in_flight() == 0)) advance(backlog);
+    if (!planned || (pipeline.over() && running == 0)) advance(backlog);
     if (!frame) break;
     if (auto piece = pipeline.take(room(), now_s())) return piece;
     if (!pipeline.over()) break;
@@ -573,10 +671,22 @@ bool RenderLoop::Impl::run_piece() {
   const std::size_t backlog = sink->backlog();
   Retired retired;
   std::unique_lock lock(mutex);
-  if (deliver_waiting(lock)) return has_work();
-  std::optional<Piece> piece = take(backlog, retired);
-  if (!piece) return has_work();
+  try {
+    run_piece(lock, backlog, retired);
+  } catch (...) {
+    // Before another worker sees what was left half done.
+    give_up(failure_reason());
+  }
+  return has_work();
+}
 
+// Throws with the lock held.
+void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired) {
+  if (deliver_waiting(lock)) return;
+  std::optional<Piece> piece = take(backlog, retired);
+  if (!piece) return;
+
+  ++running;  // nothing throws until it is counted down
   const std::shared_ptr<FrameRecord> mine = frame;
   const std::shared_ptr<CancelToken> cancelled = token;
   const CameraPose camera = view->camera;
@@ -610,15 +720,14 @@ bool RenderLoop::Impl::run_piece() {
     } else {
       tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
     }
-  } catch (const std::exception& e) {
-    failure = e.what();
   } catch (...) {
-    failure = "unknown exception";
+    failure = failure_reason();
   }
   const double ended = now_s(), cpu_seconds = thread_cpu_s() - cpu_started;
 
   lock.lock();
-  pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
+  --running;
+  if (!broken) pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
   const bool current = frame == mine;
   if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
     mine->integrate_seconds += cpu_seconds;
@@ -648,15 +757,19 @@ bool RenderLoop::Impl::run_piece() {
   }
   if (failure) {
     another_picture = another_kind = true;  // the film may hold half a piece
-    if (current) {
-      token->cancel();
-      pipeline.stop();
-      waiting.drop_tiles();
-      end_frame(FrameEndReason::failed, *failure);
-    }
+    if (current) fail_frame(std::move(*failure));
   }
   deliver_waiting(lock);
-  return has_work();
+}
+
+std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<const void> count) {
+  struct CountedFilm {
+    std::shared_ptr<const void> count;
+    Film film;
+  };
+  auto counted = std::make_shared<CountedFilm>(
+      CountedFilm{std::move(count), Film(settings.width, settings.height, film_state(settings))});
+  return {counted, &counted->film};
 }
 
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
@@ -674,6 +787,10 @@ RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const 
 RenderLoop::~RenderLoop() = default;
 std::uint64_t RenderLoop::update(const Update& update) {
   return impl_->update(update);
+}
+bool RenderLoop::film_suits(const RenderSettings& settings) const {
+  const std::lock_guard lock(impl_->mutex);
+  return suits(impl_->next_film ? *impl_->next_film : *impl_->film, settings);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

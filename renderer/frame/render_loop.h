@@ -1,7 +1,7 @@
 // One session's resident state (film, view, settings, revision) and the loop that turns it into frames.
 //
 // RenderEngine owns the machine: one oneTBB arena whose workers pull pieces of at most about 5 ms from a weighted-fair
-// queue over all render loops (interactive before jobs; equal ranks by time used). RenderLoop is what a session or a
+// queue over all render loops (interactive ones and jobs share 8 to 1, those of equal rank evenly). RenderLoop is what a session or a
 // job holds: it plans (FrameScheduler), hands out pieces (FramePipeline) and speaks through its FrameSink.
 #pragma once
 
@@ -16,7 +16,14 @@
 
 namespace helio {
 
+// Where both have work, interactive loops together have eight ninths of the machine, jobs together one.
 enum class RenderRank { interactive, job };
+
+class Film;
+
+// A cleared film for pictures of these settings; seconds for gigabytes. `count` is whatever the caller counts its
+// memory by: it is released once the film has been freed. Throws std::bad_alloc.
+std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<const void> count = nullptr);
 
 class RenderEngine {
  public:
@@ -43,12 +50,16 @@ struct RenderLoopOptions {
   double publish_interval_s = 0.25;
   double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per channel
   bool keep_light_vertices = true;  // from view to view (passes/trace_lights.h); false tells what that saves
+  // As in RenderLoop::Update.
+  std::shared_ptr<Film> film;
+  std::shared_ptr<const void> scratch_count;
 };
 
 // Thread safe. No member blocks on rendering, except the destructor, which cancels and waits for the pieces in flight
 // (at most about 5 ms each) and must not be called from the sink; the sink is not called after it returns, not even for
-// the end of the frame in flight. The film is allocated by the constructor and by an update that changes its size, in
-// the calling thread: std::bad_alloc leaves the loop as it was.
+// the end of the frame in flight. Without a film that suits, the constructor and an update that changes the film's size
+// allocate one in the calling thread: std::bad_alloc leaves the loop as it was. What workers or the sink throw ends the
+// frame in flight as failed, with the reason; the next update begins anew.
 class RenderLoop {
  public:
   RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
@@ -69,7 +80,13 @@ class RenderLoop {
     std::optional<unsigned> channels;          // RenderLoopOptions::channels
     std::shared_ptr<const RenderScene> scene;  // null: unchanged. Modes that reuse pictures keep of the
                                                // film what an edit has left true; another load begins anew
+    std::shared_ptr<Film> film;                // by make_film(), for these settings; null, or no longer the right
+                                               // kind: the loop makes one itself, if it needs another
+    // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
+    std::shared_ptr<const void> scratch_count;
   };
+  // Whether pictures of these settings need no other film than the newest one.
+  bool film_suits(const RenderSettings& settings) const;
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may
   // differ). Rendering starts with the first view.

@@ -5,10 +5,15 @@
 
 namespace helio {
 
-SinkEvent SinkQueue::pop() {
-  SinkEvent event = std::move(events_.front());
-  events_.pop_front();
-  return event;
+void SinkQueue::push(SinkEventSlot& slot, SinkEvent event) noexcept {
+  slot.front() = std::move(event);
+  events_.splice(events_.end(), slot, slot.begin());
+}
+
+SinkEventSlot SinkQueue::pop() noexcept {
+  SinkEventSlot slot;
+  slot.splice(slot.end(), events_, events_.begin());
+  return slot;
 }
 
 std::size_t SinkQueue::bytes() const {
@@ -24,19 +29,27 @@ std::size_t SinkQueue::bytes() const {
   return floats * sizeof(float);
 }
 
-void SinkQueue::drop_tiles() {
+FrameEnd* SinkQueue::end_of(const FrameRecord& frame) {
+  for (SinkEvent& event : events_) {
+    if (event.frame.get() == &frame && std::holds_alternative<FrameEnd>(event.what))
+      return &std::get<FrameEnd>(event.what);
+  }
+  return nullptr;
+}
+
+void SinkQueue::drop_tiles() noexcept {
   std::erase_if(events_, [](const SinkEvent& event) { return std::holds_alternative<FrameTile>(event.what); });
 }
 
-void SinkQueue::drop_frame(const FrameRecord& frame) {
+void SinkQueue::drop_frame(const FrameRecord& frame) noexcept {
   std::erase_if(events_, [&](const SinkEvent& event) { return event.frame.get() == &frame; });
 }
 
-void deliver(SinkEvent event, FrameSink& sink) {
+void deliver(SinkEvent& event, FrameSink& sink) {
   if (auto* tile = std::get_if<FrameTile>(&event.what)) {
     sink.tile_ready(std::move(*tile));
-  } else if (const auto* begin = std::get_if<FrameBegin>(&event.what)) {
-    sink.frame_begun(*begin);
+  } else if (std::holds_alternative<FrameBegun>(event.what)) {
+    sink.frame_begun(event.frame->begin);
   } else {
     sink.frame_ended(std::get<FrameEnd>(event.what));
   }

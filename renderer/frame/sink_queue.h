@@ -2,13 +2,25 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
+#include <list>
 #include <memory>
 #include <variant>
 
 #include "renderer/frame/frame_sink.h"
 
 namespace helio {
+
+struct FrameRecord;
+
+struct FrameBegun {};  // its FrameBegin is the record's
+
+struct SinkEvent {
+  std::shared_ptr<FrameRecord> frame;
+  std::variant<FrameBegun, FrameTile, FrameEnd> what;
+};
+
+// Memory for one event, and the event once it has one; empty when the memory was handed on.
+using SinkEventSlot = std::list<SinkEvent>;
 
 // One frame, from the sink's side. Times in seconds; points in time on the now_s() clock.
 struct FrameRecord {
@@ -18,30 +30,33 @@ struct FrameRecord {
   double reproject_seconds = 0, choose_seconds = 0, review_seconds = 0, allocate_seconds = 0, lights_seconds = 0,
          integrate_seconds = 0, measure_seconds = 0, resolve_seconds = 0, publish_seconds = 0;
   bool begin_delivered = false;
-};
-
-struct SinkEvent {
-  std::shared_ptr<FrameRecord> frame;
-  std::variant<FrameBegin, FrameTile, FrameEnd> what;
+  int end_tries = 0;  // the sink threw when it was told of the end
+  // Allocated with the record: a frame that has one can begin and end without memory.
+  SinkEventSlot begin_slot{1}, end_slot{1};
 };
 
 class SinkQueue {
  public:
   void push(SinkEvent event) { events_.push_back(std::move(event)); }
-  SinkEvent pop();  // precondition: !empty()
+  // Precondition: the slot is not empty. Allocates nothing.
+  void push(SinkEventSlot& slot, SinkEvent event) noexcept;
+  SinkEventSlot pop() noexcept;  // precondition: !empty()
+  void put_back(SinkEventSlot& slot) noexcept { events_.splice(events_.begin(), slot); }
   bool empty() const { return events_.empty(); }
   std::size_t size() const { return events_.size(); }
   std::size_t bytes() const;
+  // Null: it does not wait.
+  FrameEnd* end_of(const FrameRecord& frame);
 
-  void drop_tiles();
-  void drop_frame(const FrameRecord& frame);
-  void clear() { events_.clear(); }
+  void drop_tiles() noexcept;
+  void drop_frame(const FrameRecord& frame) noexcept;
+  void clear() noexcept { events_.clear(); }
 
  private:
-  std::deque<SinkEvent> events_;
+  std::list<SinkEvent> events_;
 };
 
 // Hands the event over. Precondition: an end is complete.
-void deliver(SinkEvent event, FrameSink& sink);
+void deliver(SinkEvent& event, FrameSink& sink);
 
 }  // namespace helio

@@ -68,19 +68,14 @@ class ImageLoader {
       return std::nullopt;
     }
     if (encoded && check_format(*encoded, place, decode) && decode) {
-      Result<Image> decoded = decode_image(encoded->bytes, image.name, budget_.remaining());
+      Result<Image> decoded = decode_image(encoded->bytes, image.name, budget_.remaining(),
+                                           [&](std::uint64_t bytes) { return budget_.reserve(bytes, ""); });
       if (decoded.ok())
         result = std::move(*decoded);
       else
         diagnostics_.fail(place, decoded.error());
     }
-    budget_.release(budget_.used() - used_before);  // the encoded bytes
-    if (result) {
-      if (Status s = budget_.reserve(result->bytes(), ""); !s.ok()) {
-        diagnostics_.fail(place, s.error());
-        return std::nullopt;
-      }
-    }
+    budget_.release(budget_.used() - used_before - (result ? result->bytes() : 0));  // the encoded bytes
     return result;
   }
 

@@ -346,10 +346,30 @@ void JsonObject::each(const char* key, const std::function<void(const JsonObject
   for (std::size_t i = 0; i < value->size(); ++i) visit(JsonObject((*value)[i], place_ / key / i, *diagnostics_), i);
 }
 
+namespace {
+
+// A destructor of nlohmann's allocates a stack for what an array or object holds, and ends the process where it cannot.
+// One of empty containers does not. Values are at most kMaxDepth levels deep.
+void dismantle(json& value) noexcept {
+  if (value.is_array()) {
+    auto& values = value.get_ref<json::array_t&>();
+    for (json& element : values) dismantle(element);
+    values.clear();
+  } else if (value.is_object()) {
+    auto& values = value.get_ref<json::object_t&>();
+    for (auto& [key, element] : values) dismantle(element);
+    values.clear();
+  }
+}
+
+}  // namespace
+
 JsonDocument::JsonDocument(std::unique_ptr<json> json) : json_(std::move(json)) {}
 JsonDocument::JsonDocument(JsonDocument&&) noexcept = default;
 JsonDocument& JsonDocument::operator=(JsonDocument&&) noexcept = default;
-JsonDocument::~JsonDocument() = default;
+JsonDocument::~JsonDocument() {
+  if (json_) dismantle(*json_);
+}
 
 Result<JsonDocument> JsonDocument::parse(std::span<const std::uint8_t> text, const std::string& file,
                                          std::size_t offset, MemoryBudget& budget) {

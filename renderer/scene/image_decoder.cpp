@@ -174,7 +174,8 @@ Result<Layout> choose_layout(const OIIO::ImageSpec& spec, ImageFormat format, co
   return layout;
 }
 
-Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes) {
+Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes,
+                     const ReserveBytes& reserve) {
   const ImageProbe probe = probe_image(bytes);
   if (probe.format == ImageFormat::unknown) {
     return Error{ErrorCode::unimplemented, "image format is not known (allowed: PNG, JPEG, OpenEXR, HDR, PNM, WebP)",
@@ -234,6 +235,9 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
         fmt::format("image of {}x{} needs {} bytes (allowed: at most {})", spec.width, spec.height, needed, max_bytes),
         name};
   }
+  if (reserve) {
+    if (const Status reserved = reserve(needed); !reserved.ok()) return reserved.error();
+  }
 
   Image image;
   image.name = name;
@@ -251,9 +255,10 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
 
 }  // namespace
 
-Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes) {
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes,
+                           const ReserveBytes& reserve) {
   try {
-    return decode(bytes, name, max_bytes);
+    return decode(bytes, name, max_bytes, reserve);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::resource_exhausted, "out of memory while decoding the image", name};
   } catch (const std::exception& e) {

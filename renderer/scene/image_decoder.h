@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -29,6 +30,11 @@ inline constexpr int kMaxImageSide = 65536;
 //
 // Errors, `where` = name: invalid_argument (broken, truncated, deep, luminance-chroma or empty image), unimplemented
 // (unknown format, no reader for it in this OpenImageIO), resource_exhausted (larger than max_bytes or kMaxImageSide).
-Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes);
+//
+// `reserve`, if any, is called with Image::bytes() before they are allocated; its error is decode_image()'s. After
+// another error the caller gives back what it reserved.
+using ReserveBytes = std::function<Status(std::uint64_t bytes)>;
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes,
+                           const ReserveBytes& reserve = {});
 
 }  // namespace helio

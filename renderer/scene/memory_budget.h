@@ -1,7 +1,8 @@
 // Counts what a load holds against a limit, before anything is allocated.
 //
 // The limit is the smaller of a configured maximum and an allowance that grows with the bytes actually read from the
-// scene's files: a small file cannot claim much memory, whatever counts it declares.
+// scene's files: a small file cannot claim much memory, whatever counts it declares. What is counted is taken from a
+// ledger too, which other loads draw on at the same time; it stays there when the budget goes.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <set>
 #include <string>
 
+#include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
 
 namespace helio {
@@ -20,7 +22,8 @@ class MemoryBudget {
   static constexpr std::uint64_t kBaseAllowance = 256ull << 20;
   static constexpr std::uint64_t kAllowancePerByte = 256;
 
-  explicit MemoryBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
+  explicit MemoryBudget(std::uint64_t max_bytes, MemoryLedger* ledger = nullptr)
+      : max_bytes_(max_bytes), ledger_(ledger) {}
 
   // Tells that a file was read; raises the allowance, once per file however often it is read.
   void add_source_file(const std::string& path, std::uint64_t bytes) {
@@ -31,15 +34,23 @@ class MemoryBudget {
   // Errors: resource_exhausted, naming the limit that was met.
   Status reserve(std::uint64_t bytes, const std::string& where) {
     if (bytes > remaining()) return refuse(bytes, where);
-    used_ += bytes;
-    return ok_status();
+    return take(bytes, where);
+  }
+  // Of what no file's size bounds: only the configured maximum counts.
+  Status reserve_configured(std::uint64_t bytes, const std::string& where) {
+    if (bytes > remaining_configured()) return refuse(bytes, where);
+    return take(bytes, where);
   }
   // As reserve for count elements of size bytes each, without overflow.
   Status reserve(std::uint64_t count, std::uint64_t size, const std::string& where) {
     if (size != 0 && count > UINT64_MAX / size) return refuse(UINT64_MAX, where);
     return reserve(count * size, where);
   }
-  void release(std::uint64_t bytes) { used_ -= std::min(bytes, used_); }
+  void release(std::uint64_t bytes) {
+    bytes = std::min(bytes, used_);
+    used_ -= bytes;
+    if (ledger_) ledger_->shrink(bytes);
+  }
 
   std::uint64_t limit() const {
     const std::uint64_t most = (UINT64_MAX - kBaseAllowance) / kAllowancePerByte;
@@ -51,6 +62,15 @@ class MemoryBudget {
   std::uint64_t remaining() const { return limit() - std::min(limit(), used_); }
 
  private:
+  Status take(std::uint64_t bytes, const std::string& where) {
+    if (ledger_ && !ledger_->grow(bytes)) {
+      Error error = ledger_->refusal(bytes, "the scene");
+      error.where = where;
+      return error;
+    }
+    used_ += bytes;
+    return ok_status();
+  }
   Error refuse(std::uint64_t bytes, const std::string& where) const {
     const bool configured = limit() == max_bytes_;
     return {ErrorCode::resource_exhausted,
@@ -64,6 +84,7 @@ class MemoryBudget {
   }
 
   std::uint64_t max_bytes_;
+  MemoryLedger* ledger_;  // null: none
   std::set<std::string> files_;
   std::uint64_t source_bytes_ = 0;
   std::uint64_t used_ = 0;

@@ -142,13 +142,13 @@ int load_image(const Plugin& plugin, const std::string& filename, LoadContext& c
     context.diagnostics.fail(plugin.place(), file.error());
     return -1;
   }
-  Result<Image> image = decode_image(file->bytes, file->path, context.budget.remaining());
+  const std::uint64_t used_before = context.budget.used();
+  Result<Image> image =
+      decode_image(file->bytes, file->path, context.budget.remaining(),
+                   [&](std::uint64_t bytes) { return context.budget.reserve(bytes, file->path); });
   if (!image.ok()) {
+    context.budget.release(context.budget.used() - used_before);
     context.diagnostics.fail(plugin.place(), image.error());
-    return -1;
-  }
-  if (Status s = context.budget.reserve(image->bytes(), file->path); !s.ok()) {
-    context.diagnostics.fail(plugin.place(), s.error());
     return -1;
   }
   return context.images[filename] = add_image(std::move(*image), context);

@@ -43,7 +43,7 @@ Result<std::vector<std::string>> referenced_files(std::span<const std::uint8_t> 
 
 Result<SceneDescription> load_scene(const FileSource& source, const std::string& path,
                                     const SceneLoadOptions& options) {
-  MemoryBudget budget(options.max_memory_bytes);
+  MemoryBudget budget(options.max_memory_bytes, options.ledger);
   Result<std::vector<std::uint8_t>> file = source.read(path, options.max_memory_bytes);
   if (!file.ok()) return file.error();
   budget.add_source_file(path, file->size());
@@ -58,8 +58,9 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
   if (!loaded.ok()) return loaded;
   SceneDescription& scene = *loaded;
   if (!options.environment.empty()) {
-    Result<Environment> environment =
-        parse_environment(options.environment, options.environment_source, budget.remaining_configured(), scene.images);
+    Result<Environment> environment = parse_environment(
+        options.environment, options.environment_source, budget.remaining_configured(), scene.images,
+        [&](std::uint64_t bytes) { return budget.reserve_configured(bytes, options.environment); });
     if (!environment.ok()) return environment.error();
     scene.environment = *environment;
   } else if (!has_light(scene)) {

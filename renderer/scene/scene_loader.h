@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
 
@@ -38,6 +39,7 @@ std::unique_ptr<FileSource> make_memory_source(std::vector<NamedFile> files);
 struct SceneLoadOptions {
   double time_s = 0;                        // animations are evaluated at this time
   std::uint64_t max_memory_bytes = 8ull << 30;  // everything that loading may hold at once, decoded images included
+  MemoryLedger* ledger = nullptr;  // what loading holds is taken from it besides, and left in it; null: none
   // "FILE.exr" (read through environment_source) or "R,G,B"; empty: what the scene says. See environment.h.
   std::string environment;
   const FileSource* environment_source = nullptr;

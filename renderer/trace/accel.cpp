@@ -3,11 +3,14 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_scheduler_observer.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "renderer/trace/accel_impl.h"
@@ -20,22 +23,77 @@ using embree::AlphaContext;
 
 constexpr int kLanes = 16;
 
-// One Embree device for the process; it owns no threads of its own: builds run in the caller's arena.
-std::atomic<std::ptrdiff_t> g_device_bytes{0};
+// What one build has allocated and not freed. It leaves the ledger again unless it is kept.
+class BuildMemory {
+ public:
+  BuildMemory(std::size_t max_bytes, MemoryLedger* ledger)
+      : limit_(std::ptrdiff_t(std::min(max_bytes, std::size_t(std::numeric_limits<std::ptrdiff_t>::max())))),
+        ledger_(ledger) {}
+  BuildMemory(const BuildMemory&) = delete;
+  ~BuildMemory() {
+    if (ledger_ && !kept_) ledger_->shrink(std::uint64_t(std::max<std::ptrdiff_t>(0, bytes_)));
+  }
 
-// What they may come to; beyond, Embree ends the build that asks for more.
-std::atomic<std::ptrdiff_t> g_device_limit{std::numeric_limits<std::ptrdiff_t>::max()};
+  // False: so much is not left. `made`: it is allocated already, which cannot be refused any more.
+  bool count(std::ptrdiff_t bytes, bool made) noexcept {
+    if (bytes <= 0) {
+      bytes_ += bytes;
+      if (ledger_) ledger_->shrink(std::uint64_t(-bytes));
+      return true;
+    }
+    std::ptrdiff_t before = bytes_;
+    do {
+      if (!made && bytes > limit_ - before) return false;
+    } while (!bytes_.compare_exchange_weak(before, before + bytes));
+    if (!ledger_ || ledger_->grow(std::uint64_t(bytes)) || made) return true;
+    bytes_ -= bytes;
+    refused_ = bytes;
+    return false;
+  }
+  void keep() { kept_ = true; }
+  std::ptrdiff_t bytes() const { return bytes_; }
+  // The ledger's error, once it has refused something.
+  std::optional<Error> refusal() const {
+    if (refused_ == 0) return std::nullopt;
+    return ledger_->refusal(std::uint64_t(refused_.load()), "the BVH");
+  }
+
+ private:
+  const std::ptrdiff_t limit_;
+  MemoryLedger* const ledger_;
+  std::atomic<std::ptrdiff_t> bytes_{0}, refused_{0};
+  bool kept_ = false;
+};
+
+// Embree tells of each allocation, not for which scene it is. There is one build at a time, and its threads bear its
+// number: what others free meanwhile is another scene's. Threads may leave an arena unseen, with a number that is over.
+std::atomic<std::uint64_t> g_build_number{0};
+BuildMemory* g_build = nullptr;
+thread_local std::uint64_t t_build_number = 0;
 
 bool count_bytes(void*, ssize_t bytes, bool allocated) {
-  if (bytes > 0 && !allocated && bytes > g_device_limit - g_device_bytes) return false;
-  g_device_bytes += bytes;
-  return true;
+  if (t_build_number == 0 || t_build_number != g_build_number) return true;
+  return g_build->count(bytes, allocated);
 }
+
+class BuildThreads final : public tbb::task_scheduler_observer {
+ public:
+  BuildThreads(tbb::task_arena& arena, std::uint64_t number) : task_scheduler_observer(arena), number_(number) {
+    observe(true);
+  }
+  ~BuildThreads() override { observe(false); }
+  void on_scheduler_entry(bool) override { t_build_number = number_; }
+  void on_scheduler_exit(bool) override { t_build_number = 0; }
+
+ private:
+  const std::uint64_t number_;
+};
 
 bool go_on(void* cancel, double) {
   return !static_cast<const CancelToken*>(cancel)->cancelled();
 }
 
+// One for the process; it owns no threads of its own: builds run in the caller's arena.
 RTCDevice device() {
   static const RTCDevice instance = [] {
     RTCDevice created = rtcNewDevice("start_threads=0,set_affinity=0");
@@ -161,6 +219,7 @@ void attach_parts(RTCScene scene, const std::vector<AccelPart>& parts) {
 
 // As above.
 void make_geometries(FlatGeometry& flat, double margin) {
+  flat.geometries.reserve(flat.parts.size());
   for (const AccelPart& part : flat.parts) {
     RTCGeometry geometry = make_geometry(part, margin);
     if (!geometry) return;
@@ -216,41 +275,57 @@ double reach_limit(const std::vector<AccelInstance>& instances) {
   return limit;
 }
 
-// Calls `build` in an arena of `threads` with a limit on what it may allocate. One build at a time: builds use every
-// core by themselves, and the memory monitor counts for the whole device.
-template <class Build>
-Status run_build(int threads, std::size_t max_bytes, const CancelToken* cancel, const Build& build) {
+constexpr std::chrono::milliseconds kCancelPoll(5);
+
+// Calls `build`, with what it allocates, in an arena of `threads`. One build at a time: builds use every core by
+// themselves.
+template <class Input, class Build>
+Status run_build(const Input& input, BuildMemory& memory, const Build& build) {
+  const CancelToken* const cancel = input.cancel;
+  static std::timed_mutex build_mutex;
+  std::unique_lock lock(build_mutex, std::defer_lock);
+  while (!lock.try_lock_for(kCancelPoll)) {
+    if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
+  }
   RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
-  static std::mutex build_mutex;
-  const std::lock_guard lock(build_mutex);
-  const std::ptrdiff_t bytes_before = g_device_bytes, no_limit = std::numeric_limits<std::ptrdiff_t>::max();
-  const auto limit = std::ptrdiff_t(std::min(max_bytes, std::size_t(no_limit)));
-  g_device_limit = limit < no_limit - bytes_before ? bytes_before + limit : no_limit;
-  tbb::task_arena arena(build_concurrency(threads));
-  arena.execute([&] {
-    rtcGetDeviceError(device());
-    build();
-    error = rtcGetDeviceError(device());
-  });
-  g_device_limit = no_limit;
-  if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, max_bytes);
-  if (error != RTC_ERROR_NONE) return build_error(error, max_bytes);
+  static std::uint64_t builds = 0;
+  const std::uint64_t number = ++builds;
+  g_build = &memory;
+  g_build_number = number;
+  tbb::task_arena arena(build_concurrency(input.threads));
+  arena.initialize();
+  {
+    const NiceBuildWorkers nice(arena);
+    const BuildThreads observer(arena, number);
+    arena.execute([&] {
+      rtcGetDeviceError(device());
+      build();
+      error = rtcGetDeviceError(device());
+    });
+  }
+  if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
+  if (auto refusal = memory.refusal()) return *std::move(refusal);
+  if (error != RTC_ERROR_NONE) return build_error(error, input.max_bytes);
+  memory.keep();
   return ok_status();
 }
 
-// By how much the device's memory has grown while it lived.
+// By how much a build's memory has grown while it lived.
 class BytesTaken {
  public:
-  std::size_t operator()() const { return std::size_t(std::max<std::ptrdiff_t>(0, g_device_bytes - before_)); }
+  explicit BytesTaken(const BuildMemory& memory) : memory_(memory), before_(memory.bytes()) {}
+  std::size_t operator()() const { return std::size_t(std::max<std::ptrdiff_t>(0, memory_.bytes() - before_)); }
 
  private:
-  const std::ptrdiff_t before_ = g_device_bytes;
+  const BuildMemory& memory_;
+  const std::ptrdiff_t before_;
 };
 
 std::shared_ptr<const AccelScenes> build_objects(const std::vector<AccelObject>& objects, bool robust,
-                                                 const CancelToken* cancel) {
+                                                 const CancelToken* cancel, const BuildMemory& memory) {
   auto built = std::make_shared<AccelScenes>();
-  const BytesTaken bytes;
+  const BytesTaken bytes(memory);
+  built->scenes.reserve(objects.size());
   for (const AccelObject& object : objects) {
     if (cancel && cancel->cancelled()) break;
     RTCScene scene = make_scene(robust, cancel);
@@ -283,6 +358,7 @@ Accel::~Accel() = default;
 
 Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   if (!device()) return Error{ErrorCode::internal, "Embree cannot create a device", {}};
+  BuildMemory memory(input.max_bytes, input.ledger);  // goes after what was built
   auto impl = std::make_unique<Impl>();
   impl->alpha_test = input.alpha_test;
   impl->flat_count = std::uint32_t(input.flat.size());
@@ -293,17 +369,18 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   impl->ray_limit = float(reach_limit(input.instances));
   impl->widening_radius = input.widening_radius;
   const bool robust = !(input.widening_radius > 0);
-  const Status built = run_build(input.threads, input.max_bytes, input.cancel, [&] {
-    if (!input.objects.empty()) impl->objects.push_back(build_objects(input.objects, robust, input.cancel));
+  const Status built = run_build(input, memory, [&] {
+    if (!input.objects.empty()) impl->objects.push_back(build_objects(input.objects, robust, input.cancel, memory));
     if (input.cancel && input.cancel->cancelled()) return;
-    const BytesTaken flat_bytes;
+    const BytesTaken flat_bytes(memory);
     auto flat = std::make_shared<FlatGeometry>();
     flat->parts = input.flat;
     flat->widening_radius = input.widening_radius;
     make_geometries(*flat, double(input.widening_radius) * double(input.widening));
     flat->bytes = flat_bytes();
-    const BytesTaken top_bytes;
+    const BytesTaken top_bytes(memory);
     auto top = std::make_shared<AccelScenes>();
+    top->scenes.reserve(1);
     impl->top = top->scenes.emplace_back(make_scene(robust, input.cancel));
     attach_flat(impl->top, *flat, {});
     attach_instances(impl->top, input.instances, impl->object_scenes(), impl->flat_count);
@@ -323,6 +400,7 @@ std::unique_ptr<Accel> Accel::share(const Accel& base, const AlphaTest* alpha_te
 }
 
 Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& edit, const AlphaTest* alpha_test) {
+  BuildMemory memory(edit.max_bytes, edit.ledger);  // goes after what was built
   auto impl = std::make_unique<Impl>(*base.impl_);
   impl->alpha_test = alpha_test;
   impl->top = nullptr;
@@ -338,8 +416,10 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
   if (restore) impl->flat = std::exchange(impl->widened, nullptr);
   impl->widening_radius = edit.robust ? 0 : impl->flat->widening_radius;
   const bool any_flat = std::find(edit.taken_out.begin(), edit.taken_out.end(), false) != edit.taken_out.end();
-  const Status built = run_build(edit.threads, edit.max_bytes, edit.cancel, [&] {
-    if (!edit.new_objects.empty()) impl->objects.push_back(build_objects(edit.new_objects, true, edit.cancel));
+  const Status built = run_build(edit, memory, [&] {
+    if (!edit.new_objects.empty()) {
+      impl->objects.push_back(build_objects(edit.new_objects, true, edit.cancel, memory));
+    }
     if (edit.cancel && edit.cancel->cancelled()) return;
     if (give_up) {
       auto flat = std::make_shared<FlatGeometry>();
@@ -349,8 +429,9 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
     }
     if (!same_rest) impl->rest.reset();
     if (!same_rest && any_flat) {
-      const BytesTaken rest_bytes;
+      const BytesTaken rest_bytes(memory);
       auto rest = std::make_shared<AccelScenes>();
+      rest->scenes.reserve(1);
       rest->scenes.push_back(make_scene(!(impl->widening_radius > 0), edit.cancel));
       attach_flat(rest->scenes[0], *impl->flat, edit.taken_out);
       commit(rest->scenes[0]);
@@ -358,8 +439,9 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
       impl->rest = std::move(rest);
     }
     if (edit.cancel && edit.cancel->cancelled()) return;
-    const BytesTaken top_bytes;
+    const BytesTaken top_bytes(memory);
     auto top = std::make_shared<AccelScenes>();
+    top->scenes.reserve(1);
     impl->top = top->scenes.emplace_back(make_scene(true, edit.cancel));
     attach_instances(impl->top, edit.instances, impl->object_scenes(), impl->flat_count);
     impl->rest_id = RTC_INVALID_GEOMETRY_ID;

@@ -9,6 +9,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
+#include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/widening.h"
 
@@ -82,7 +83,8 @@ struct AccelInput {
   float widening = float(kWidening);  // in radii; other values are for measuring what it is good for
   int threads = 0;
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();  // of the BVH and of what its build takes meanwhile
-  const CancelToken* cancel = nullptr;                              // looked at during the build; null: never
+  MemoryLedger* ledger = nullptr;       // what Embree allocates is taken from it besides, and left in it; null: none
+  const CancelToken* cancel = nullptr;  // looked at before and during the build; null: never
 };
 
 // What an edited scene asks of the Accel of the scene that it was made from. Flat parts keep their numbers.
@@ -94,6 +96,7 @@ struct AccelEdit {
   bool robust = false;
   int threads = 0;
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
+  MemoryLedger* ledger = nullptr;
   const CancelToken* cancel = nullptr;
 };
 
@@ -111,7 +114,7 @@ enum class RayOrder {
 
 class Accel {
  public:
-  // Errors: resource_exhausted (max_bytes, or the machine's memory), cancelled.
+  // Errors: resource_exhausted (max_bytes, the ledger, or the machine's memory), cancelled.
   static Result<std::unique_ptr<Accel>> build(const AccelInput& input);
   // The BVH of `base`, all of it, for a scene that differs in materials and lights only.
   static std::unique_ptr<Accel> share(const Accel& base, const AlphaTest* alpha_test);

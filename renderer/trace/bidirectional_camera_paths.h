@@ -213,7 +213,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     path.normal = light_normal;
     if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
-    if (sample.transmitted && material.volume) path.media.cross(surface.part->material, wo.z > 0);
+    if (sample.transmitted && material.volume)
+      stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
     watch_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
     if (vertex >= task_.settings.roulette_from) {

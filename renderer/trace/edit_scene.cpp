@@ -139,7 +139,19 @@ class SceneEditor {
           fmt::format("{} lights need {} bytes where {} are left", count, emitter_bytes(count), options_.max_bytes),
           "lights"};
     }
-    return ok_status();
+    return hold();
+  }
+
+  // All but the BVH, which counts itself: records and names again, light tables at their largest, and a new table of
+  // the environment map where its colour changes.
+  Status hold() const {
+    if (!options_.ledger) return ok_status();
+    const auto& map = old_.environment_table.distribution;
+    const std::uint64_t bytes = old_.table_bytes +
+                                (data_->features.area_lights ? emitter_bytes(data_->features.light_count) : 0) +
+                                (changes_.environment && map ? map->memory_bytes() : 0);
+    if (options_.ledger->grow(bytes)) return ok_status();
+    return options_.ledger->refusal(bytes, "the edited scene");
   }
 
   // ---- moved objects ------------------------------------------------------------------------------------------------
@@ -309,6 +321,7 @@ class SceneEditor {
     edit.threads = options_.threads;
     edit.max_bytes = std::size_t(options_.max_bytes);
     edit.cancel = options_.cancel;
+    edit.ledger = options_.ledger;
     auto accel = Accel::edit(*old_.accel, edit, data_.get());
     if (!accel) return std::move(accel).error();
     data_->accel = std::move(*accel);

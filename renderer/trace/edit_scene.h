@@ -25,6 +25,7 @@ struct EditOptions {
   int threads = 0;  // for what is built of the BVH; 0: all cores
   // Of all that the edited scene holds and its base does not, while it is built.
   std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max();
+  MemoryLedger* ledger = nullptr;       // what the edit takes is taken from it besides, and left in it; null: none
   const CancelToken* cancel = nullptr;  // null: never
 };
 

@@ -26,12 +26,13 @@ bool contains(const MediumStack& media, std::uint32_t material) {
 void cross(Walk& walk, std::uint32_t material, bool from_front) {
   if (from_front)
     walk.entered.enter(material);
-  else if (contains(walk.entered, material))
+  else if (walk.entered.beyond > 0 || contains(walk.entered, material))
     walk.entered.leave(material);
   else
     walk.left.enter(material);
 }
 
+// Those beyond are the outermost, which the ray leaves last.
 MediumStack outermost_first(const MediumStack& media) {
   MediumStack turned;
   for (int i = media.count - 1; i >= 0; --i) turned.enter(media.material[std::size_t(i)]);
@@ -40,8 +41,8 @@ MediumStack outermost_first(const MediumStack& media) {
 
 }  // namespace
 
-std::uint64_t find_enclosing_media(const SceneData& scene, const Ray* rays, const std::uint32_t* order,
-                                   std::size_t count, MediumStack* media) {
+void find_enclosing_media(const SceneData& scene, const Ray* rays, const std::uint32_t* order, std::size_t count,
+                          MediumStack* media, TraceStats& stats) {
   HELIO_DCHECK(count <= kMostEnclosed);
   struct Walks {
     Walk walk[kMostEnclosed];
@@ -56,11 +57,10 @@ std::uint64_t find_enclosing_media(const SceneData& scene, const Ray* rays, cons
     w.walk[j] = {rays[order[j]], order[j], {}, {}};
     w.active[j] = std::uint32_t(j);
   }
-  std::uint64_t traced = 0;
   for (int round = 0; round < kMostBoundaries && active > 0; ++round) {
     for (std::size_t j = 0; j < active; ++j) w.rays[w.active[j]] = w.walk[w.active[j]].ray;
     scene.accel->intersect(w.rays, w.active, active, w.hits, RayOrder::scattered);
-    traced += active;
+    stats.rays += active;
     std::size_t left = 0;
     for (std::size_t j = 0; j < active; ++j) {
       const std::uint32_t i = w.active[j];
@@ -73,8 +73,11 @@ std::uint64_t find_enclosing_media(const SceneData& scene, const Ray* rays, cons
     }
     active = left;
   }
-  for (std::size_t j = 0; j < count; ++j) media[w.walk[j].start] = outermost_first(w.walk[j].left);
-  return traced;
+  for (std::size_t j = 0; j < count; ++j) {
+    const Walk& walk = w.walk[j];
+    media[walk.start] = outermost_first(walk.left);
+    stats.media_overflows += walk.left.beyond;
+  }
 }
 
 }  // namespace helio

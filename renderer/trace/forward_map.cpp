@@ -15,7 +15,7 @@ constexpr double kSameDepths = 0.01;
 }  // namespace
 
 ForwardMap::ForwardMap(const HistorySource& source, const CameraPose& from, const CameraPose& to,
-                       const PixelRect& region, const V3d& scene_origin)
+                       const PixelRect& region, const V3d& scene_origin, const CancelToken* cancel)
     : width_(source.width()), landed_(std::size_t(source.width()) * std::size_t(source.height()), -1) {
   const CameraProjection there(from, source.width(), source.height(), scene_origin);
   const CameraProjection here(to, source.width(), source.height(), scene_origin);
@@ -25,6 +25,7 @@ ForwardMap::ForwardMap(const HistorySource& source, const CameraPose& from, cons
   std::vector<Landing> landings(landed_.size());
   const PixelRect seen = intersect(region, {0, 0, source.width(), source.height()});
   for (int y = seen.y0; y < seen.y1; ++y) {
+    if (cancel && cancel->cancelled()) return;
     for (int x = seen.x0; x < seen.x1; ++x) {
       const CentreHit& centre = source.centre(x, y);
       if (centre.border || source.pixel(x, y).empty()) continue;

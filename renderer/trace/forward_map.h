@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
 #include "renderer/film/history_source.h"
 #include "renderer/trace/camera.h"
@@ -24,9 +25,10 @@ class ForwardMap {
   };
 
   // `source`: of the camera `from`; pixels outside the region are of pictures that are no longer true. The new picture
-  // is of the same size. Takes one thread, and 20 bytes a pixel while it is made, four of which it keeps.
+  // is of the same size. Takes one thread, and 20 bytes a pixel while it is made, four of which it keeps. `cancel`, which
+  // may be null, is polled at every row; once it is raised the rest is left out.
   ForwardMap(const HistorySource& source, const CameraPose& from, const CameraPose& to, const PixelRect& region,
-             const V3d& scene_origin);
+             const V3d& scene_origin, const CancelToken* cancel = nullptr);
 
   // What has landed in a pixel of the new picture.
   std::optional<Pixel> at(int x, int y) const {

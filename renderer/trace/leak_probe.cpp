@@ -161,6 +161,7 @@ LeakEstimate estimate_leaks(const SceneData& scene, int threads) {
   }
   std::vector<Tally> tallies(kBlocks);
   tbb::task_arena arena(build_concurrency(threads));
+  const NiceBuildWorkers nice(arena);
   arena.execute([&] {
     tbb::parallel_for(0, kBlocks, [&](int block) {
       const auto walker = std::make_unique<Walker>(scene, cameras, block);

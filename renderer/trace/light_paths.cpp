@@ -24,7 +24,7 @@ void LightPaths::trace(const SceneData& scene, const PathSettings& settings, con
   path_of_.clear();
   std::fill_n(last_, batch.count, kNoVertex);
   start(scene, batch);
-  if (scene.features.absorption) stats.rays += enter_media_of_lights(scene);
+  if (scene.features.absorption) enter_media_of_lights(scene, stats);
   for (int depth = 1; active_count_ > 0 && depth < settings.max_segments; ++depth) {
     if (cancel.cancelled()) return;
     scene.accel->intersect(rays_, active_, std::size_t(active_count_), hits_, RayOrder::scattered);
@@ -32,7 +32,7 @@ void LightPaths::trace(const SceneData& scene, const PathSettings& settings, con
     int survivors = 0;
     for (int j = 0; j < active_count_; ++j) {
       const std::uint32_t i = active_[j];
-      if (shade(scene, settings, batch, counts, depth, i)) active_[survivors++] = i;
+      if (shade(scene, settings, batch, counts, depth, i, stats)) active_[survivors++] = i;
     }
     active_count_ = survivors;
   }
@@ -51,7 +51,7 @@ void LightPaths::start(const SceneData& scene, const LightBatch& batch) {
     state.throughput = emission.weight;
     state.relative = Rgb(1, 1, 1);
     state.mis = MisState::light(emission.pdf_emission, emission.cos_light, emission.delta);
-    state.media.count = 0;
+    state.media.clear();
     state.from_light = true;
     Ray& ray = rays_[i];
     // Off the light's surface as rays are from others: far enough that it does not stop its own light.
@@ -68,7 +68,7 @@ void LightPaths::start(const SceneData& scene, const LightBatch& batch) {
 }
 
 // Lights may be inside of volumes; those at infinity are not.
-std::uint64_t LightPaths::enter_media_of_lights(const SceneData& scene) {
+void LightPaths::enter_media_of_lights(const SceneData& scene, TraceStats& stats) {
   std::uint32_t finite[kLightBatch] = {};
   MediumStack media[kLightBatch];
   std::size_t count = 0;
@@ -76,14 +76,13 @@ std::uint64_t LightPaths::enter_media_of_lights(const SceneData& scene) {
     if (states_[active_[j]].emission.finite) finite[count++] = active_[j];
   }
   static_assert(kLightBatch <= kMostEnclosed);
-  const std::uint64_t rays = find_enclosing_media(scene, rays_, finite, count, media);
+  find_enclosing_media(scene, rays_, finite, count, media, stats);
   for (std::size_t j = 0; j < count; ++j) states_[finite[j]].media = media[finite[j]];
-  return rays;
 }
 
 // One vertex. True when the path goes on along the new ray.
 bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
-                       const TechniqueCounts& counts, int depth, std::uint32_t i) {
+                       const TechniqueCounts& counts, int depth, std::uint32_t i, TraceStats& stats) {
   const Hit& hit = hits_[i];
   if (!hit.valid()) return false;
   State& state = states_[i];
@@ -155,7 +154,8 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   state.throughput *= weight;
   state.relative *= weight;
   if (is_black(state.throughput)) return false;
-  if (sample.transmitted && material.volume) state.media.cross(surface.part->material, wo.z > 0);
+  if (sample.transmitted && material.volume)
+    stats.media_overflows += !state.media.cross(surface.part->material, wo.z > 0);
 
   if (depth >= settings.roulette_from) {
     const float survival = survival_probability(settings.roulette, state.relative);

@@ -35,7 +35,7 @@ struct LightBatch {
 class LightPaths {
  public:
   // Traces the batch to the end of its paths, in place of what was there. A path has up to max_segments - 1 segments.
-  // The bits depend on the batch as a whole. Adds to `stats` rays alone. Ends early, with paths that are of no use, once
+  // The bits depend on the batch as a whole. Adds to `stats` rays and media_overflows. Ends early, with paths that are of no use, once
   // `cancel` is raised.
   void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
              const TechniqueCounts& counts, const CancelToken& cancel, TraceStats& stats);
@@ -58,9 +58,9 @@ class LightPaths {
   };
 
   void start(const SceneData& scene, const LightBatch& batch);
-  std::uint64_t enter_media_of_lights(const SceneData& scene);  // returns the rays that it took
+  void enter_media_of_lights(const SceneData& scene, TraceStats& stats);
   bool shade(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
-             const TechniqueCounts& counts, int depth, std::uint32_t i);
+             const TechniqueCounts& counts, int depth, std::uint32_t i, TraceStats& stats);
 
   Ray rays_[kLightBatch];
   Hit hits_[kLightBatch];

@@ -197,29 +197,71 @@ bool LightVertexCache::tell(std::uint64_t path, const Camera& camera, const Canc
   return true;
 }
 
-void LightVertexCache::index() {
+void LightVertexCache::begin_index(std::size_t parts) {
+  constexpr std::size_t kMostChunks = 128;
+  index_parts_ = std::max<std::size_t>(parts, 1);
+  const std::size_t most = std::min(index_parts_, kMostChunks);
+  chunk_batches_ = std::max<std::size_t>(1, (batches_.size() + most - 1) / most);
   std::size_t count = 0;
-  for (Batch& batch : batches_) {
-    batch.begin = count;
-    count += batch.records.size();
+  std::vector<std::uint32_t> chunk_sizes((batches_.size() + chunk_batches_ - 1) / chunk_batches_, 0);
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    batches_[b].begin = count;
+    count += batches_[b].records.size();
+    chunk_sizes[b / chunk_batches_] += std::uint32_t(batches_[b].records.size());
   }
-  records_.resize(count);
+  records_ = RawArray<Record>(count);
   if (radius_ > 0) {
-    std::vector<V3f> positions;
-    positions.reserve(count);
-    for (const Batch& batch : batches_) {
-      for (const Record& record : batch.records) positions.push_back(record.position());
-    }
-    grid_.build(positions, radius_, order_);
+    builder_.emplace(chunk_sizes, radius_);
   } else {
-    order_.resize(count);
-    for (std::size_t i = 0; i < count; ++i) order_[i] = std::uint32_t(i);
+    order_ = RawArray<std::uint32_t>(count);
+  }
+}
+
+void LightVertexCache::run_index(int sweep, std::size_t part) {
+  const std::size_t first = std::min(part * chunk_batches_, batches_.size());
+  const std::size_t end = std::min(first + chunk_batches_, batches_.size());
+  if (!builder_) {  // as they were traced
+    for (std::size_t b = first; sweep == 0 && b < end; ++b) {
+      const std::size_t begin = batches_[b].begin;
+      for (std::size_t k = 0; k < batches_[b].records.size(); ++k) order_[begin + k] = std::uint32_t(begin + k);
+    }
+    return;
+  }
+  if (sweep == 2) {
+    for (std::size_t bucket = part; bucket < builder_->buckets(); bucket += index_parts_) builder_->sort(bucket);
+    return;
+  }
+  if (first == end) return;
+  if (sweep == 1) {
+    builder_->distribute(part);
+    return;
+  }
+  std::vector<V3f> points;
+  points.reserve(builder_->chunk_size(part));
+  for (std::size_t b = first; b < end; ++b) {
+    for (const Record& record : batches_[b].records) points.push_back(record.position());
+  }
+  builder_->add(part, points);
+}
+
+void LightVertexCache::finish_index_sweep(int sweep) {
+  if (!builder_) return;
+  if (sweep == 0) builder_->finish_adding();
+  if (sweep == 2) builder_->finish(grid_, order_);
+}
+
+void LightVertexCache::index() {
+  begin_index(1);
+  for (int sweep = 0; sweep < kIndexSweeps; ++sweep) {
+    run_index(sweep, 0);
+    finish_index_sweep(sweep);
   }
 }
 
 void LightVertexCache::gather(std::size_t b) {
+  if (b == 0) builder_.reset();  // where nobody waits
   Batch& batch = batches_[b];
-  for (std::size_t k = 0; k < batch.records.size(); ++k) records_[order_[batch.begin + k]] = batch.records[k];
+  for (std::size_t k = 0; k < batch.records.size(); ++k) records_.put(order_[batch.begin + k], batch.records[k]);
   batch.records = std::vector<Record>();
 }
 
@@ -239,7 +281,7 @@ LightVertex LightVertexCache::load(std::size_t v) const {
 }
 
 std::size_t LightVertexCache::bytes() const {
-  std::size_t sum = records_.capacity() * sizeof(Record) + order_.capacity() * sizeof(std::uint32_t) + grid_.bytes();
+  std::size_t sum = records_.bytes() + order_.bytes() + grid_.bytes();
   for (const Batch& batch : batches_) {
     sum += batch.records.capacity() * sizeof(Record) + batch.paths.capacity() * sizeof(std::uint32_t);
   }

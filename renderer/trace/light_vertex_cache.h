@@ -3,15 +3,18 @@
 // from all of them, or merged with those nearby (vertex_grid.h).
 //
 // Nothing in it depends on the camera, so it serves every view of the scene. It is made in batches, on several threads:
-//   trace() all of them, index() once, gather() all of them, finish(); from then on it is read.
+//   trace() all of them; the sweeps of the index, or index() in one go; gather() all of them, finish(); from then on it
+//   is read.
 // Bits depend on the scene and the settings alone.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "renderer/base/raw_array.h"
 #include "renderer/trace/light_paths.h"
 #include "renderer/trace/vertex_grid.h"
 
@@ -42,6 +45,13 @@ class LightVertexCache {
   bool trace(std::size_t batch, const Camera* camera, const CancelToken& cancel, Film& film, TraceStats& stats);
   // What a batch brings to another camera. Precondition: ready().
   bool splat(std::size_t batch, const Camera& camera, const CancelToken& cancel, Film& film, TraceStats& stats);
+  // Where each vertex goes: begin_index(); run_index() of every part of a sweep, in any order and by several threads,
+  // then finish_index_sweep(), for each of the sweeps. With enough parts a call looks at a small share of the vertices.
+  // index(): all of that.
+  static constexpr int kIndexSweeps = 3;
+  void begin_index(std::size_t parts);
+  void run_index(int sweep, std::size_t part);
+  void finish_index_sweep(int sweep);
   void index();
   void gather(std::size_t batch);
   void finish() { ready_ = true; }
@@ -108,8 +118,10 @@ class LightVertexCache {
   double radius_;
   TechniqueCounts counts_;
   std::vector<Batch> batches_;
-  std::vector<std::uint32_t> order_;  // where a record goes, by its number as traced
-  std::vector<Record> records_;       // ordered by the grid where there is merging
+  RawArray<std::uint32_t> order_;  // where a record goes, by its number as traced
+  RawArray<Record> records_;       // ordered by the grid where there is merging
+  std::size_t index_parts_ = 0, chunk_batches_ = 1;
+  std::optional<VertexGridBuilder> builder_;  // of the index that is being made
   VertexGrid grid_;
   bool ready_ = false;
 };

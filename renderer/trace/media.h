@@ -11,22 +11,36 @@
 namespace helio {
 
 // Innermost last. The camera is taken to lie outside of all volumes; for lights see enclosing_media.h.
+//
+// Media that lie within kDepth others are counted, not known: light crosses them as it crosses the innermost that is
+// known. They are left before it is, as where volumes are nested.
 struct MediumStack {
-  static constexpr int kDepth = 4;
+  static constexpr int kDepth = 8;
   std::array<std::uint16_t, kDepth> material{};
-  int count = 0;
+  std::uint8_t count = 0;
+  std::uint8_t beyond = 0;  // within those; stops at 255
 
-  void enter(std::uint32_t m) {
-    if (count < kDepth) material[std::size_t(count++)] = std::uint16_t(m);
+  void clear() { count = beyond = 0; }
+  // False: the medium lies within kDepth others.
+  bool enter(std::uint32_t m) {
+    if (count < kDepth) {
+      material[count++] = std::uint16_t(m);
+      return true;
+    }
+    beyond = std::uint8_t(beyond + (beyond < 255));
+    return false;
   }
-  // Through the surface of a volume, from its front or from its back.
-  void cross(std::uint32_t m, bool from_front) {
-    if (from_front)
-      enter(m);
-    else
-      leave(m);
+  // Through the surface of a volume, from its front or from its back. False: into one that lies within kDepth others.
+  bool cross(std::uint32_t m, bool from_front) {
+    if (from_front) return enter(m);
+    leave(m);
+    return true;
   }
   void leave(std::uint32_t m) {
+    if (beyond > 0) {
+      --beyond;
+      return;
+    }
     for (int i = count - 1; i >= 0; --i) {
       if (material[std::size_t(i)] != std::uint16_t(m)) continue;
       for (int j = i; j + 1 < count; ++j) material[std::size_t(j)] = material[std::size_t(j + 1)];

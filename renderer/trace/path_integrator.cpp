@@ -40,6 +40,7 @@ void TraceStats::add(const TraceStats& other) {
   invalid_samples += other.invalid_samples;
   invalid_splats += other.invalid_splats;
   bright_splats += other.bright_splats;
+  media_overflows += other.media_overflows;
   dropped += other.dropped;
 }
 

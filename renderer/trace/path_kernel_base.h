@@ -187,7 +187,7 @@ class PathKernelBase {
       path.eta_scale = 1;
       path.normal = V3f(0, 0, 0);
       path.key = b.keys[i];
-      path.media.count = 0;
+      path.media.clear();
       b.active[i] = std::uint32_t(i);
     }
     reversed_index_ = index;

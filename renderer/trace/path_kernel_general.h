@@ -19,7 +19,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
   friend Base;
   using Base::add_emission, Base::add_shadow_ray, Base::alpha_key, Base::emitted, Base::group_, Base::has_lights_,
       Base::instance_name, Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::shadow_count_,
-      Base::task_, Base::trace_shadow_rays, Base::watch_;
+      Base::stats_, Base::task_, Base::trace_shadow_rays, Base::watch_;
 
   void prepare_paths(int count) {
     if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
@@ -139,7 +139,8 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     path.normal = light_normal;
     if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
-    if (sample.transmitted && material.volume) path.media.cross(surface.part->material, wo.z > 0);
+    if (sample.transmitted && material.volume)
+      stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
     watch_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
 

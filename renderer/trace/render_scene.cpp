@@ -63,7 +63,7 @@ class Builder {
     if (drop_untraceable_instances()) place();
     TextureOptions texture_options;
     if (options.texture_filter == TextureFilter::mip) texture_options.mip_mapped = reflection_textures();
-    if (Status fits = check_size(texture_options); !fits) return fits;
+    if (Status fits = check_size(texture_options, options); !fits) return fits;
     if (cancelled()) return cancelled_error();
     data_.mip_mapped = !texture_options.mip_mapped.empty();
     assets_->material_uses = find_material_uses(scene_);
@@ -105,7 +105,7 @@ class Builder {
   static Error cancelled_error() { return {ErrorCode::cancelled, "the build was cancelled", {}}; }
 
   // What can be counted is held to its limits before any of it is made.
-  Status check_size(const TextureOptions& texture_options) {
+  Status check_size(const TextureOptions& texture_options, const RenderSceneOptions& options) {
     if (scene_.materials.size() > kMaxMaterials) {
       return Error{ErrorCode::resource_exhausted,
                    fmt::format("{} materials; allowed: at most {}", scene_.materials.size(), kMaxMaterials),
@@ -127,13 +127,25 @@ class Builder {
                       scene_.instances.size(), memory_.pyramids, memory_.emitters, memory_.emitter_count),
           "memory"};
     }
-    return ok_status();
+    return hold(options, memory_.total() + map_bytes());
+  }
+
+  Status hold(const RenderSceneOptions& options, std::uint64_t bytes) const {
+    if (!options.ledger || options.ledger->raise_to(bytes)) return ok_status();
+    return options.ledger->refusal(bytes - std::min(bytes, options.ledger->held()), "the scene");
+  }
+
+  // Read while the images are still the description's.
+  std::uint64_t map_bytes() const {
+    const int map = scene_.environment ? scene_.environment->image : -1;
+    return map >= 0 ? scene_.images[std::size_t(map)].bytes() : 0;
   }
 
   Status make_accel(const RenderSceneOptions& options) {
     accel_input_.alpha_test = &data_;
     accel_input_.threads = options.threads;
     accel_input_.cancel = options.cancel;
+    accel_input_.ledger = options.ledger;
     accel_input_.max_bytes = std::size_t(scene_.memory_limit - std::min(scene_.memory_limit, resident_bytes()));
     if (widen_) {
       accel_input_.widening_radius = data_.radius;
@@ -148,7 +160,9 @@ class Builder {
         set_flat_offsets(data_, data_.radius);
         return ok_status();
       }
+      const std::size_t given_up = data_.accel ? data_.accel->memory_bytes() : 0;
       data_.accel.reset();
+      if (options.ledger) options.ledger->shrink(given_up);
       if (options.cancel && options.cancel->cancelled()) return cancelled_error();
     }
     accel_input_.widening_radius = 0;

@@ -8,6 +8,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
+#include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/scene/scene_features.h"
@@ -24,6 +25,8 @@ struct RenderSceneOptions {
   int threads = 0;  // for the BVH build; 0: all cores
   RayMode rays = RayMode::measured;
   const CancelToken* cancel = nullptr;  // looked at between and during the stages of the build; null: never
+  // What the build takes is taken from it besides, and left in it; the description may be in it already. Null: none.
+  MemoryLedger* ledger = nullptr;
   // Of the textures that tell how surfaces reflect. Emission, alpha and environments are looked up bilinearly always:
   // light sampling and rays that hit a light must find the same there.
   TextureFilter texture_filter = TextureFilter::bilinear;

@@ -135,11 +135,12 @@ void ReprojectionStats::add(const ReprojectionStats& other) {
 
 Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                            const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources,
-                           ReprojectionMapping mapping)
+                           ReprojectionMapping mapping, std::shared_ptr<const CancelToken> cancel)
     : film_(film),
       centres_(std::move(scene), film, region, pose, filter),
       sources_(std::move(sources)),
-      mapping_(mapping) {
+      mapping_(mapping),
+      cancel_(std::move(cancel)) {
   HELIO_DCHECK(sources_.size() <= kMostSources && film_.history());
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
@@ -155,7 +156,8 @@ void Reprojection::prepare_lookups() const {
       if (!scene.features().only_lambert && other_viewpoint(source.pose, centres_.pose(), scene))
         light_[i] = mean_radiance(*source.pixels, centres_.region());
       if (mapping_ == ReprojectionMapping::forward && source.pose != centres_.pose())
-        landed_[i].emplace(*source.pixels, source.pose, centres_.pose(), centres_.region(), scene.origin());
+        landed_[i].emplace(*source.pixels, source.pose, centres_.pose(), centres_.region(), scene.origin(),
+                           cancel_.get());
     }
   });
 }

@@ -85,10 +85,12 @@ bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
-  // know equally much. At most kMostSources. All have the film's size.
+  // know equally much. At most kMostSources. All have the film's size. Once `cancel`, which may be null, is raised what
+  // is carried is of no use.
   Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
                const PixelFilter& filter, std::vector<PictureSource> sources,
-               ReprojectionMapping mapping = ReprojectionMapping::reverse);
+               ReprojectionMapping mapping = ReprojectionMapping::reverse,
+               std::shared_ptr<const CancelToken> cancel = nullptr);
 
   static constexpr std::size_t kMostSources = 2;
 
@@ -116,6 +118,7 @@ class Reprojection {
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
   ReprojectionMapping mapping_;
+  std::shared_ptr<const CancelToken> cancel_;
   // By source, made by the first sweep that needs it: mean radiance of what it shows, beside lamps, where the camera
   // has moved, and with forward mapping where its pixels have gone.
   mutable std::once_flag prepared_;

@@ -4,18 +4,17 @@
 
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/base/raw_array.h"
 
 namespace helio {
 
+// Empty by default; made by a VertexGridBuilder.
 class VertexGrid {
  public:
-  // Orders the points: order[i] is where point i goes. Points of one cell keep their order. radius > 0; coordinates
-  // within 2^30 radii of zero.
-  void build(const std::vector<V3f>& points, double radius, std::vector<std::uint32_t>& order);
-
   // Calls visit(place) for all points within the radius, by place in the order.
   template <typename Function>
   void for_each_near(const V3f& point, Function&& visit) const {
@@ -58,9 +57,10 @@ class VertexGrid {
     for (int k = 0; !places_.empty() && k < 4; ++k) __builtin_prefetch(places_.data() + begins_[slot(low, k)]);
   }
 
-  std::size_t bytes() const { return places_.capacity() * sizeof(V3f) + begins_.capacity() * sizeof(std::uint32_t); }
+  std::size_t bytes() const { return places_.bytes() + begins_.bytes(); }
 
  private:
+  friend class VertexGridBuilder;
   // The lowest of the eight cells that a search looks at.
   struct Corner {
     std::int32_t x, y, z;
@@ -76,11 +76,45 @@ class VertexGrid {
     return ((h ^ (h >> 15)) * 0x2c1b3c6du + std::uint32_t(x)) & mask_;
   }
 
-  std::vector<V3f> places_;
-  std::vector<std::uint32_t> begins_;  // by slot, and one more
+  RawArray<V3f> places_;
+  RawArray<std::uint32_t> begins_;  // by slot, and one more
   std::uint32_t mask_ = 0;
   double scale_ = 0;
   double radius_squared_ = 0;
+};
+
+// Orders points in three sweeps, which threads may share: add() of all chunks, distribute() of all chunks, sort() of
+// all buckets, with finish_adding() and finish() where they end. Buckets are runs of the grid's slots. Points of one
+// slot keep their order, so that the bits do not depend on how they were cut into chunks.
+class VertexGridBuilder {
+ public:
+  // chunk_sizes: points of each chunk. radius > 0; coordinates within 2^30 radii of zero.
+  VertexGridBuilder(const std::vector<std::uint32_t>& chunk_sizes, double radius);
+
+  std::size_t chunks() const { return chunk_begins_.size() - 1; }
+  std::size_t buckets() const { return buckets_; }
+  std::size_t chunk_size(std::size_t chunk) const { return chunk_begins_[chunk + 1] - chunk_begins_[chunk]; }
+
+  // points: chunk_size() of them.
+  void add(std::size_t chunk, std::span<const V3f> points);
+  void finish_adding();
+  void distribute(std::size_t chunk);
+  void sort(std::size_t bucket);
+  // Points of a bucket, after finish_adding().
+  std::size_t bucket_size(std::size_t bucket) const { return bucket_begins_[bucket + 1] - bucket_begins_[bucket]; }
+  // order[i] is where point i goes. What remains is to be destroyed.
+  void finish(VertexGrid& grid, RawArray<std::uint32_t>& order);
+
+ private:
+  VertexGrid grid_;
+  std::vector<std::uint32_t> chunk_begins_;   // and one more
+  RawArray<V3f> points_;
+  RawArray<std::uint32_t> slots_;             // by point; after sort() its place
+  RawArray<std::uint32_t> sorted_;            // points by bucket
+  std::size_t buckets_ = 0;
+  int bucket_shift_ = 0;                      // of a slot
+  std::vector<std::uint32_t> counts_;         // by chunk and bucket; later where in sorted_ the chunk's go
+  std::vector<std::uint32_t> bucket_begins_;  // and one more
 };
 
 }  // namespace helio

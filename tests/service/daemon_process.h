@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ class DaemonProcess {
   const std::string& address() const { return address_; }
   const std::string& output() const { return output_; }
   void signal(int number);
+  // Bytes of its memory that are resident.
+  std::uint64_t resident_bytes() const;
   // Exit code, or 128 + the signal that ended it; -1 when it does not end within 20 s.
   int wait();
 

@@ -141,6 +141,35 @@ TEST_F(DrainTest, KilledDaemonIsUnavailableToItsClients) {
   EXPECT_EQ(daemon_->wait(), 128 + SIGKILL);
 }
 
+// Small films: the allocator takes them from its heaps, and does not give those back by itself.
+TEST_F(DrainTest, MemoryOfFilmsGoesBackToTheSystem) {
+  start_process({"--max-sessions", "256"});
+  const std::string scene = load_quad();
+  const auto live = [&](int sessions) {
+    std::vector<std::string> ids;
+    std::vector<std::unique_ptr<StreamClient>> clients;
+    for (int i = 0; i < sessions; ++i) {
+      ids.push_back(create_session(scene, 320, 180, 1));
+      clients.push_back(std::make_unique<StreamClient>(stub(), ids.back()));
+      clients.back()->send(view(1));
+    }
+    for (const auto& client : clients) EXPECT_TRUE(client->reader().wait_for_frame_end(1));
+    const std::uint64_t most = daemon_->resident_bytes();
+    for (const std::string& id : ids) {
+      pb::CloseSessionRequest close;
+      close.set_session_id(id);
+      pb::CloseSessionResponse closed;
+      EXPECT_TRUE(call(&pb::RenderService::Stub::CloseSession, close, &closed).ok());
+    }
+    return most;
+  };
+  const std::uint64_t before = daemon_->resident_bytes(), most = live(32);
+  EXPECT_GT(most, before + (100 << 20));
+  EXPECT_TRUE(eventually([&] { return daemon_->resident_bytes() <= before + before / 10; }))
+      << (before >> 20) << " MiB before, " << (most >> 20) << " at most, " << (daemon_->resident_bytes() >> 20)
+      << " after";
+}
+
 TEST_F(DrainTest, TakenPortIsAnError) {
   start_process();
   DaemonProcess second({"--listen", daemon_->address(), "--log-level", "off"});
@@ -151,6 +180,8 @@ TEST_F(DrainTest, TakenPortIsAnError) {
 TEST_F(DrainTest, PortFileAndEnvironment) {
   const auto path = std::filesystem::temp_directory_path() / ("helio-port-" + std::to_string(getpid()));
   {
+    // Another daemon's draft, on a disk that is full.
+    std::filesystem::create_symlink("/dev/full", path.string() + ".tmp");
     DaemonProcess daemon({"--port-file", path.string(), "--log-level", "off"}, {"HELIOGRAPH_MAX_SESSIONS=5"});
     std::string port;
     std::ifstream(path) >> port;
@@ -164,6 +195,7 @@ TEST_F(DrainTest, PortFileAndEnvironment) {
     EXPECT_EQ(daemon.wait(), 0);
   }
   std::filesystem::remove(path);
+  std::filesystem::remove(path.string() + ".tmp");
   DaemonProcess bad({"--max-jobs", "-1"});
   EXPECT_EQ(bad.wait(), 2);
 }

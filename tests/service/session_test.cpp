@@ -122,14 +122,34 @@ TEST_F(SessionTest, UnknownIdsAreNotFound) {
 TEST_F(SessionTest, SessionsAreLimited) {
   start([](ServerConfig& config) { config.max_sessions = 2; });
   const std::string scene = load_quad();
-  const std::string first = create_session(scene, 8, 8);
-  create_session(scene, 8, 8);
+  const std::string first = create_session(scene, 8, 8), second = create_session(scene, 8, 8);
+  StreamClient one(stub(), first), other(stub(), second);
+  const auto opened = [](const auto& m) { return m.has_opened(); };
+  ASSERT_TRUE(one.reader().wait_for(opened) && other.reader().wait_for(opened));
   pb::CreateSessionRequest request;
   request.set_scene_id(scene);
   pb::CreateSessionResponse response;
-  expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_sessions", "2"});
+  const grpc::Status refused = create(request, &response);
+  expect_status(refused, StatusCode::RESOURCE_EXHAUSTED, {"max_sessions", "2", "try again in 2 s"});
+  // google.rpc.RetryInfo, as any client library finds it: field 1 is a Duration whose field 1 is 2.
+  const std::string details = refused.error_details();
+  EXPECT_NE(details.find("type.googleapis.com/google.rpc.RetryInfo\x12\x04\x0a\x02\x08\x02"), std::string::npos);
   ASSERT_TRUE(close(first).ok());
   EXPECT_TRUE(create(request, &response).ok()) << "a place is free again";
+}
+
+TEST_F(SessionTest, AFullDaemonEndsASessionWithoutAStreamBeforeItRefuses) {
+  start([](ServerConfig& config) { config.max_sessions = 2; });
+  const std::string scene = load_quad();
+  const std::string first = create_session(scene, 8, 8), second = create_session(scene, 8, 8);
+  StreamClient listener(stub(), first);
+  ASSERT_TRUE(listener.reader().wait_for([](const auto& m) { return m.has_opened(); }));
+  const std::string third = create_session(scene, 8, 8);
+  EXPECT_FALSE(session_info(first).session_id().empty());
+  EXPECT_TRUE(session_info(second).session_id().empty());
+  StreamClient late(stub(), second);
+  expect_status(late.status(), StatusCode::NOT_FOUND, {second});
+  EXPECT_FALSE(session_info(third).session_id().empty());
 }
 
 TEST_F(SessionTest, ScenesAreLimited) {
@@ -152,6 +172,8 @@ TEST_F(SessionTest, MemoryIsLimitedAndGivenBack) {
   expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "4096 x 4096"});
   // 540 x 540 pixels take 38 MB: one fits, a second does not, until the first has gone.
   const std::string first = create_session(scene, 540, 540);
+  StreamClient listener(stub(), first);
+  ASSERT_TRUE(listener.reader().wait_for([](const auto& m) { return m.has_opened(); }));
   request.mutable_settings()->set_width(540);
   request.mutable_settings()->set_height(540);
   expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_memory"});

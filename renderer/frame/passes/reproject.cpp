@@ -43,7 +43,8 @@ void PictureHistory::slot_complete(int slot) {
 
 HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
-                                 double film_samples, const PathSettings& settings, ReprojectionMapping mapping)
+                                 double film_samples, const PathSettings& settings, ReprojectionMapping mapping,
+                                 std::shared_ptr<const CancelToken> cancel)
     : scene_(std::move(scene)),
       film_(film),
       region_(region),
@@ -51,7 +52,8 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
       pose_(pose),
       filter_(filter),
       settings_(settings),
-      mapping_(mapping) {
+      mapping_(mapping),
+      cancel_(std::move(cancel)) {
   settings_.seed = mix_bits(settings.seed ^ kOtherPaths);
   windows_ = transfer_windows(region);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
@@ -92,7 +94,8 @@ void HistoryTransfer::prepare_reprojection() {
         {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
   sweeps_.push_back(sources.empty() ? Sweep::clear : Sweep::glance);
-  reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources), mapping_);
+  reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources), mapping_,
+                                                 cancel_);
 }
 
 // Where nobody waits: these may be the last that hold a scene.

@@ -93,10 +93,12 @@ class PictureHistory {
 // revise; then glance, and carry, find borders, settle, or clear where nothing is to be found.
 class HistoryTransfer final : public PictureTransfer {
  public:
-  // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
+  // film_samples: fresh ones per pixel, both halves. Film and history outlive this. A work that was cancelled is to be
+  // dropped before its sweep ends.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                   PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
-                  const PathSettings& settings, ReprojectionMapping mapping = ReprojectionMapping::reverse);
+                  const PathSettings& settings, ReprojectionMapping mapping = ReprojectionMapping::reverse,
+                  std::shared_ptr<const CancelToken> cancel = nullptr);
 
   std::size_t parts() const override;  // of the sweep in hand
   int sweeps() const override { return int(sweeps_.size()); }
@@ -131,6 +133,7 @@ class HistoryTransfer final : public PictureTransfer {
   PixelFilter filter_;
   PathSettings settings_;
   ReprojectionMapping mapping_;
+  std::shared_ptr<const CancelToken> cancel_;
   int slot_ = -1;              // that the film goes to; -1: none
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;

@@ -41,10 +41,8 @@ void LightVertexWork::run(int sweep, std::size_t part) {
     gathered_.resize(cache_->batches(), 0);
     return;
   }
-  if (sweep == kIndex) {
-    if (part > 0 || !traced_ || made_ || indexed_) return;
-    cache_->index();
-    indexed_ = true;
+  if (sweep >= kIndex && sweep < kGather) {
+    if (gathers() && !indexed_) cache_->run_index(sweep - kIndex, part);
     return;
   }
   TraceStats stats;
@@ -53,7 +51,7 @@ void LightVertexWork::run(int sweep, std::size_t part) {
   const std::size_t end = std::min((part + 1) * kBatches, cache_->batches());
   for (std::size_t b = part * kBatches; b < end; ++b) {
     if (sweep == kGather) {
-      if (!traced_ || made_ || gathered_[b]) continue;
+      if (!gathers() || gathered_[b]) continue;
       cache_->gather(b);
       gathered_[b] = true;
     } else if (!done_[b]) {
@@ -67,7 +65,13 @@ void LightVertexWork::run(int sweep, std::size_t part) {
 }
 
 void LightVertexWork::finish_sweep(int sweep) {
-  if (sweep == kTrace) traced_ = std::all_of(done_.begin(), done_.end(), [](std::uint8_t done) { return done != 0; });
+  if (sweep == kTrace) {
+    traced_ = std::all_of(done_.begin(), done_.end(), [](std::uint8_t done) { return done != 0; });
+    if (gathers() && !indexed_) cache_->begin_index(parts());
+  } else if (sweep >= kIndex && sweep < kGather && gathers() && !indexed_) {
+    cache_->finish_index_sweep(sweep - kIndex);
+    indexed_ = sweep + 1 == kGather;
+  }
   if (sweep != kGather || !traced_) return;
   complete_ = true;
   cache_->finish();

@@ -32,7 +32,7 @@ class LightVertexWork {
 
   // SweepPass.
   std::size_t parts() const;
-  int sweeps() const { return 4; }
+  int sweeps() const { return kGather + 1; }
   void run(int sweep, std::size_t part);
   void finish_sweep(int sweep);
 
@@ -48,7 +48,8 @@ class LightVertexWork {
   TraceStats take_stats();
 
  private:
-  enum Sweep { kPrepare, kTrace, kIndex, kGather };
+  enum Sweep { kPrepare, kTrace, kIndex, kGather = kIndex + LightVertexCache::kIndexSweeps };
+  bool gathers() const { return traced_ && !made_; }
   static constexpr std::size_t kBatches = 2;  // of a part: about 5 ms
 
   std::shared_ptr<const RenderScene> scene_;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace helio {
@@ -22,8 +23,37 @@ std::vector<double> run(FairQueue& queue, int pieces, const std::vector<std::pai
   return used;
 }
 
+// Workers beside each other, for so many seconds of a clock of its own.
+std::vector<double> run_workers(FairQueue& queue, int workers, double seconds,
+                                const std::vector<std::pair<FairQueue::Id, double>>& costs) {
+  struct Worker {
+    FairQueue::Id id = 0;  // 0: none
+    double free_s = 0, cost = 0;
+  };
+  std::vector<double> before, used;
+  for (const auto& [id, cost] : costs) before.push_back(queue.used_seconds(id));
+  std::vector<Worker> all(std::size_t(workers), Worker{});
+  for (;;) {
+    Worker& next = *std::min_element(all.begin(), all.end(),
+                                     [](const Worker& a, const Worker& b) { return a.free_s < b.free_s; });
+    if (next.id != 0) queue.finish(next.id, next.cost);
+    next.id = 0;
+    if (next.free_s >= seconds) break;
+    next.id = *queue.take();
+    for (const auto& [candidate, cost] : costs) {
+      if (candidate == next.id) next.cost = cost;
+    }
+    next.free_s += next.cost;
+  }
+  for (const Worker& worker : all) {
+    if (worker.id != 0) queue.finish(worker.id, worker.cost);
+  }
+  for (std::size_t i = 0; i < costs.size(); ++i) used.push_back(queue.used_seconds(costs[i].first) - before[i]);
+  return used;
+}
+
 TEST(FairQueue, EmptyHasNoTurn) {
-  FairQueue queue;
+  FairQueue queue({1});
   EXPECT_FALSE(queue.take().has_value());
   const auto id = queue.add(0);
   EXPECT_FALSE(queue.take().has_value()) << "not ready";
@@ -33,10 +63,12 @@ TEST(FairQueue, EmptyHasNoTurn) {
   EXPECT_EQ(queue.in_flight(id), 1);
   queue.finish(id, 0.25);
   EXPECT_EQ(queue.used_seconds(id), 0.25);
+  queue.remove(id);
+  EXPECT_FALSE(queue.any_ready());
 }
 
 TEST(FairQueue, TimeIsSharedEvenlyWhateverThePiecesCost) {
-  FairQueue queue;
+  FairQueue queue({1});
   std::vector<std::pair<FairQueue::Id, double>> costs;
   for (int i = 0; i < 8; ++i) {
     costs.push_back({queue.add(0), 0.5e-3 * (i + 1)});  // 0.5 to 4 ms
@@ -47,32 +79,56 @@ TEST(FairQueue, TimeIsSharedEvenlyWhateverThePiecesCost) {
   for (const double u : used) EXPECT_NEAR(u, mean, 0.01 * mean);
 }
 
-TEST(FairQueue, WeightsShareInProportion) {
-  FairQueue queue;
-  const auto one = queue.add(0, 1), three = queue.add(0, 3);
-  queue.set_ready(one, true);
-  queue.set_ready(three, true);
-  const auto used = run(queue, 4000, {{one, 1e-3}, {three, 1e-3}});
-  EXPECT_NEAR(used[1] / used[0], 3, 0.02);
+// Sessions beside jobs: 8 to 1 of the whole, however many there are of either and whatever their pieces cost.
+TEST(FairQueue, GroupsShareInProportionAndClientsEvenly) {
+  for (const int workers : {1, 4}) {
+    for (const int sessions : {1, 5}) {
+      for (const int jobs : {1, 2, 7}) {
+        FairQueue queue({8, 1});
+        std::vector<std::pair<FairQueue::Id, double>> costs;
+        for (int i = 0; i < sessions + jobs; ++i) {
+          costs.push_back({queue.add(i < sessions ? 0 : 1), i < sessions ? 1e-3 : 4e-3 - 1e-4 * i});
+          queue.set_ready(costs.back().first, true);
+        }
+        const auto used = run_workers(queue, workers, 20, costs);
+        for (int i = 0; i < sessions + jobs; ++i) {
+          const double share = i < sessions ? 8.0 / 9 / sessions : 1.0 / 9 / jobs;
+          EXPECT_NEAR(used[std::size_t(i)], share * workers * 20, 0.02 * share * workers * 20)
+              << workers << " workers, " << sessions << " sessions, " << jobs << " jobs: " << i;
+        }
+      }
+    }
+  }
 }
 
-TEST(FairQueue, LowerRankGoesFirst) {
-  FairQueue queue;
-  const auto job = queue.add(1), session = queue.add(0);
+// A session that wakes up goes before jobs until it has had its share, and a job is not made to wait longer than that.
+TEST(FairQueue, AGroupThatWakesUpGoesFirst) {
+  FairQueue queue({8, 1});
+  const auto session = queue.add(0), job = queue.add(1), other_job = queue.add(1);
   queue.set_ready(job, true);
-  EXPECT_EQ(queue.take(), job);
-  queue.finish(job, 1e-3);
-  queue.set_ready(session, true);
-  for (int i = 0; i < 100; ++i) {
-    EXPECT_EQ(queue.take(), session);
-    queue.finish(session, 5e-3);
+  queue.set_ready(other_job, true);
+  run(queue, 2000, {{job, 2e-3}, {other_job, 2e-3}});
+  for (int burst = 0; burst < 10; ++burst) {
+    queue.set_ready(session, true);
+    for (int i = 0; i < 8; ++i) {
+      EXPECT_EQ(queue.take(), session) << "burst " << burst << ", piece " << i;
+      queue.finish(session, 1e-3);
+    }
+    queue.set_ready(session, false);
+    run(queue, 5, {{job, 2e-3}, {other_job, 2e-3}});
   }
-  queue.set_ready(session, false);
-  EXPECT_EQ(queue.take(), job);
+  // Minutes of the session alone earns the jobs nothing but their share from then on, and the reverse.
+  queue.set_ready(job, false);
+  queue.set_ready(other_job, false);
+  queue.set_ready(session, true);
+  run(queue, 100000, {{session, 2e-3}});
+  queue.set_ready(job, true);
+  const auto used = run(queue, 900, {{session, 2e-3}, {job, 2e-3}});
+  EXPECT_NEAR(used[1] / (used[0] + used[1]), 1.0 / 9, 0.01);
 }
 
 TEST(FairQueue, IdlingSavesUpNoCredit) {
-  FairQueue queue;
+  FairQueue queue({1});
   const auto busy = queue.add(0), idler = queue.add(0);
   queue.set_ready(busy, true);
   run(queue, 1000, {{busy, 1e-3}});  // a second ahead
@@ -83,7 +139,7 @@ TEST(FairQueue, IdlingSavesUpNoCredit) {
 }
 
 TEST(FairQueue, WaitingForAPieceInFlightIsNotIdling) {
-  FairQueue queue;
+  FairQueue queue({1});
   const auto behind = queue.add(0), busy = queue.add(0);
   queue.set_ready(behind, true);
   queue.set_ready(busy, true);
@@ -106,7 +162,7 @@ TEST(FairQueue, WaitingForAPieceInFlightIsNotIdling) {
 }
 
 TEST(FairQueue, AdvanceChargeSpreadsSimultaneousWorkers) {
-  FairQueue queue;
+  FairQueue queue({1});
   const auto a = queue.add(0), b = queue.add(0);
   queue.set_ready(a, true);
   queue.set_ready(b, true);

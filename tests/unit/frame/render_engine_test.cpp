@@ -2,12 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <future>
+#include <new>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <thread>
 
 #include "fake_integrator.h"
 #include "latency.h"
 #include "recording_sink.h"
+#include "renderer/frame/render_engine.h"
 #include "renderer/frame/render_loop.h"
 
 namespace helio {
@@ -26,6 +31,41 @@ std::unique_ptr<RenderLoop> endless_loop(RenderEngine& engine, const FakeIntegra
 TEST(RenderEngine, ThreadCount) {
   EXPECT_EQ(RenderEngine(3).threads(), 3);
   EXPECT_GE(RenderEngine(0).threads(), 1);
+}
+
+// Throws what it is given, once.
+struct ThrowingSource final : PieceSource {
+  std::function<void()> raise;
+  std::promise<std::string> told;
+  bool run_piece() override {
+    raise();
+    return false;
+  }
+  bool failed(std::string reason) noexcept override {
+    told.set_value(std::move(reason));
+    return false;
+  }
+};
+
+TEST(RenderEngine, WhatAPieceThrowsIsToldToItsSourceAlone) {
+  RenderEngine engine(2);
+  const auto sink = std::make_shared<RecordingSink>();
+  FakeIntegrator integrator;
+  const auto bystander = endless_loop(engine, integrator, 64, RenderRank::interactive, sink);
+  const std::string text = "a text that is longer than what a string holds by itself";
+  const std::pair<std::function<void()>, std::string> cases[] = {{[] { throw std::bad_alloc(); }, "out of memory"},
+                                                                 {[&] { throw std::runtime_error(text); }, text},
+                                                                 {[] { throw 7; }, "unknown error"}};
+  for (const auto& [raise, reason] : cases) {
+    ThrowingSource source;
+    source.raise = raise;
+    const auto id = engine.impl().add(source, RenderRank::interactive);
+    engine.impl().wake(id);
+    EXPECT_EQ(source.told.get_future().get(), reason);
+    engine.impl().remove(id);
+  }
+  const std::size_t tiles = sink->read([&] { return sink->tiles.size(); });
+  EXPECT_TRUE(sink->wait([&] { return sink->tiles.size() > tiles; })) << "no worker is left";
 }
 
 TEST(RenderEngine, IdleWorkersSleep) {
@@ -77,27 +117,23 @@ TEST(RenderEngine, EightLoopsShareEvenly) {
   EXPECT_LT(*most, 1.1 * *least);
 }
 
-TEST(RenderEngine, InteractiveLoopsComeBeforeJobs) {
-  RenderEngine engine(2);
+// By processor time, of one worker: which of two has work whenever it asks.
+TEST(RenderEngine, AJobBesideAnEndlessSessionGetsItsShare) {
+  RenderEngine engine(1);
   FakeIntegrator for_job, for_session;
   for_job.seconds_per_sample = for_session.seconds_per_sample = 1e-6;
   const auto job = endless_loop(engine, for_job, 256, RenderRank::job, std::make_shared<RecordingSink>());
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
   auto session = endless_loop(engine, for_session, 256, RenderRank::interactive, std::make_shared<RecordingSink>());
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  // A job gets what an interactive loop leaves: the ends of its plans, longer ones where the machine keeps the
-  // session's thread from the core. Equals would have a share of one whenever it is looked at.
-  double share = 1;
-  for (int look = 0; look < 10 && share >= 0.15; ++look) {
-    const double before = job->used_seconds(), session_before = session->used_seconds();
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    share = (job->used_seconds() - before) / std::max(session->used_seconds() - session_before, 1e-9);
-  }
+  const auto sum = [&] { return job->used_seconds() + session->used_seconds(); };
+  while (sum() < 0.1) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const double before = job->used_seconds(), sum_before = sum();
+  while (sum() < sum_before + 0.5) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const double share = (job->used_seconds() - before) / (sum() - sum_before);
+  EXPECT_GT(share, 0.08);
   EXPECT_LT(share, 0.15);
   session.reset();
   const std::uint64_t samples = for_job.counters->samples;
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  EXPECT_GT(for_job.counters->samples, samples);
+  while (for_job.counters->samples == samples) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 TEST(RenderEngine, CancelTakesEffectInTime) {

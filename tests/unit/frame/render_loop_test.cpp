@@ -490,6 +490,65 @@ TEST_F(RenderLoopTest, AThrowingIntegratorFailsTheFrameAndOnlyIt) {
   EXPECT_EQ(next->progress.trace.paths, 64u * 64 * 2) << "the film of a failed frame is not to be trusted";
 }
 
+// A sink that throws when it is told one thing, so many times, before it notes it.
+struct ThrowingSink final : FrameSink {
+  enum class At { begin, tile, end, backlog } at;
+  std::atomic<int> left;
+  RecordingSink& next;
+
+  ThrowingSink(At where, int times, RecordingSink& sink) : at(where), left(times), next(sink) {}
+  void raise_at(At here) {
+    if (here == at && left > 0 && left-- > 0) throw std::runtime_error("the sink is full");
+  }
+  void frame_begun(const FrameBegin& begin) override {
+    next.frame_begun(begin);
+    raise_at(At::begin);
+  }
+  void tile_ready(FrameTile tile) override {
+    raise_at(At::tile);
+    next.tile_ready(std::move(tile));
+  }
+  void frame_ended(const FrameEnd& end) override {
+    raise_at(At::end);
+    next.frame_ended(end);
+  }
+  std::size_t backlog() const override {
+    const_cast<ThrowingSink*>(this)->raise_at(At::backlog);
+    return 0;
+  }
+};
+
+TEST_F(RenderLoopTest, AThrowingSinkFailsTheFrameAndOnlyIt) {
+  for (const auto at :
+       {ThrowingSink::At::begin, ThrowingSink::At::tile, ThrowingSink::At::end, ThrowingSink::At::backlog}) {
+    SCOPED_TRACE(int(at));
+    sink = std::make_shared<RecordingSink>();
+    const auto throwing = std::make_shared<ThrowingSink>(at, 1, *sink);
+    RenderLoop loop(engine, integrator.function(), film_of(64, 64), samples(4), RenderRank::interactive, throwing);
+    const auto end = sink->wait_for_end(loop.update(view_update(1, 0)));
+    ASSERT_TRUE(end.has_value());
+    EXPECT_EQ(end->reason, FrameEndReason::failed);
+    EXPECT_EQ(end->message, "the sink is full");
+    EXPECT_EQ(end->tag.view_id, 1u);
+    const auto next = sink->wait_for_end(loop.update(view_update(2, 1)));
+    ASSERT_TRUE(next.has_value());
+    EXPECT_EQ(next->reason, FrameEndReason::samples);
+    EXPECT_EQ(next->progress.samples_per_pixel, 4u);
+    expect_final_cover(next->tag.frame, {0, 0, 64, 64});
+  }
+  EXPECT_EQ(integrator.counters->out_of_order, 0u);
+}
+
+TEST_F(RenderLoopTest, ASinkThatNeverTakesAnEndIsGivenUp) {
+  const auto throwing = std::make_shared<ThrowingSink>(ThrowingSink::At::end, 1000000, *sink);
+  RenderLoop loop(engine, integrator.function(), film_of(64, 64), samples(4), RenderRank::interactive, throwing);
+  loop.update(view_update(1, 0));
+  ASSERT_TRUE(sink->wait([&] { return !sink->tiles.empty() && sink->tiles.back().final; }));
+  while (throwing->left > 1000000 - 8) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(throwing->left, 1000000 - 8);
+}
+
 TEST_F(RenderLoopTest, ASlowReaderGetsLessOften) {
   sink->backlog_tiles = 1000;
   const auto loop = make(film_of(128, 128), samples(1024));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "recording_sink.h"
 #include "renderer/film/film.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
@@ -73,6 +74,29 @@ TEST_P(ReuseFrame, TheSameViewKeepsItsBits) {
     const ViewPicture moved = views.render(home(), 16);
     EXPECT_TRUE(same_pixels(views.render(home(), 16), moved));
   }
+}
+
+// Time was over before the first fresh sample: what was carried is a picture all the same, for who comes later.
+TEST_P(ReuseFrame, ACarriedPictureWithoutSamplesIsShownAgain) {
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, room, settings_of(GetParam()), {}, RenderRank::interactive, sink);
+  RenderLoop::Update update;
+  update.view = View{1, turned_and_shifted(home(), 1, 0)};
+  update.budget = Budget{};
+  update.budget->samples = 16;
+  ASSERT_TRUE(sink->wait_for_end(loop.update(update)));
+  update.view = View{2, home()};
+  update.budget = Budget{};
+  update.budget->time_s = 1e-9;
+  const auto end = sink->wait_for_end(loop.update(update));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->progress.samples_per_pixel, 0u);
+  EXPECT_EQ(end->progress.reuse_share, 1);
+  loop.republish();
+  ASSERT_TRUE(sink->wait([&] { return sink->ends.size() == 3; }));
+  EXPECT_EQ(sink->ends[2].tag.view_id, 2u);
+  EXPECT_EQ(sink->tiles.back().tag.frame, sink->ends[2].tag.frame);
+  EXPECT_TRUE(sink->tiles.back().final);
 }
 
 TEST_P(ReuseFrame, BitsDependNeitherOnThreadsNorOnTiles) {

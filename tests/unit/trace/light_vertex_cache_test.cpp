@@ -55,7 +55,12 @@ TEST_F(LightVertexCacheTest, HoldsTheSameVerticesWhoeverMakesThem) {
   const auto cache = make(&seen_by, one, stats);
   LightVertexCache backwards(scene_, settings_, 0, 0, kPaths, mean_light_vertices(*scene_, settings_));
   for (std::size_t b = backwards.batches(); b-- > 0;) backwards.trace(b, nullptr, CancelToken(), other, stats);
-  backwards.index();
+  constexpr std::size_t kParts = 3;
+  backwards.begin_index(kParts);
+  for (int sweep = 0; sweep < LightVertexCache::kIndexSweeps; ++sweep) {
+    for (std::size_t part = kParts; part-- > 0;) backwards.run_index(sweep, part);
+    backwards.finish_index_sweep(sweep);
+  }
   for (std::size_t b = backwards.batches(); b-- > 0;) backwards.gather(b);
   backwards.finish();
   ASSERT_EQ(cache->vertices(), backwards.vertices());

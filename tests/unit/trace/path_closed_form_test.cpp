@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "renderer/trace/media.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -107,6 +108,54 @@ TEST(PathClosedForm, NestedAbsorption) {
   settings.roulette_from = 10;
   expect_mean(render(*build(scene), pose, 8, 8, 16, settings), V3d(0.25 * 0.25, 0.25 * 1, 0.25 * 0.9),
               "nested absorption");
+}
+
+// Boxes within each other, of their own material each: every one is 0.1 thick on either side of those within, and keeps
+// (0.9 - 0.05 k, 1, 1) of the light per unit.
+SceneDescription nested_boxes(int depth) {
+  SceneDescription scene;
+  for (int k = 0; k < depth; ++k) {
+    scene.materials.push_back(glass(1.0f));
+    scene.materials.back().attenuation_color = Rgb(0.9f - 0.05f * float(k), 1, 1);
+    scene.materials.back().attenuation_distance = 0.1f;
+    const float half = 0.1f * float(depth - k);
+    add_mesh(scene, box({-9 + 0.1f * float(k), -9, -half}, {9 - 0.1f * float(k), 9, half}, k));
+  }
+  scene.environment = constant(1);
+  return scene;
+}
+
+TEST(PathClosedForm, EightNestedMedia) {
+  CameraPose pose = camera_at({0, 0, 10}, {0, 0, 0});
+  pose.projection = Projection::orthographic;
+  pose.half_height = 1;
+  PathSettings settings;
+  settings.max_segments = settings.roulette_from = 30;
+  for (const int depth : {4, 5, 8, 9, 12}) {
+    TraceStats stats;
+    const Film film = render(*build(nested_boxes(depth)), pose, 8, 8, 1, settings, &stats);
+    // Of media within the eighth the eighth absorbs.
+    double red = 1;
+    for (int k = 0; k < depth; ++k) red *= std::pow(double(0.9f - 0.05f * float(std::min(k, 7))), 2);
+    // Starts of rays, off each surface, take a little of each way.
+    EXPECT_NEAR(mean_of(film).mean[0], red, 0.003 * red) << depth;
+    EXPECT_EQ(stats.media_overflows, stats.paths * std::uint64_t(std::max(0, depth - 8))) << depth;
+  }
+}
+
+// A medium that is not known is left before one that is, though both are of one material.
+TEST(PathClosedForm, LeavingAMediumBeyondTheDepthLeavesNoOther) {
+  MediumStack media;
+  for (std::uint32_t m = 0; m < 8; ++m) EXPECT_TRUE(media.cross(m, true));
+  EXPECT_FALSE(media.cross(3, true));
+  EXPECT_FALSE(media.cross(7, true));
+  media.cross(7, false);
+  media.cross(3, false);
+  EXPECT_EQ(media.count, 8);
+  media.cross(7, false);
+  EXPECT_EQ(media.count, 7);
+  EXPECT_EQ(media.material[6], 6);
+  EXPECT_TRUE(media.cross(9, true));
 }
 
 // Punctual lights over a Lambert floor seen straight from above: albedo / pi x irradiance.

@@ -293,6 +293,18 @@ TEST(ForwardMap, PixelsGoWhereTheirPointsAre) {
   }
 }
 
+TEST(ForwardMap, ACancelEndsIt) {
+  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
+  const HistorySource source = numbered_picture(scene, orthographic_before_wall());
+  CancelToken cancel;
+  cancel.cancel();
+  const ForwardMap map(source, orthographic_before_wall(), orthographic_before_wall(), {0, 0, kWidth, kHeight},
+                       scene->origin(), &cancel);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) ASSERT_FALSE(map.at(x, y)) << x << ", " << y;
+  }
+}
+
 TEST(ForwardMap, OfMagnifiedPicturesAQuarterIsFoundAndOfReducedOnesTheNearest) {
   const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   const CameraPose before = orthographic_before_wall();
