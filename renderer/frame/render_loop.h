@@ -1,8 +1,9 @@
 // One session's resident state (film, view, settings, revision) and the loop that turns it into frames.
 //
 // RenderEngine owns the machine: one oneTBB arena whose workers pull pieces of at most about 5 ms from a weighted-fair
-// queue over all render loops (interactive ones and jobs share 8 to 1, those of equal rank evenly). RenderLoop is what a session or a
-// job holds: it plans (FrameScheduler), hands out pieces (FramePipeline) and speaks through its FrameSink.
+// queue over all render loops (interactive ones and jobs share 8 to 1, those of equal rank evenly). RenderLoop is what
+// a session or a job holds: it plans (FrameScheduler), hands out pieces (FramePipeline) and speaks through its
+// FrameSink.
 #pragma once
 
 #include <cstdint>

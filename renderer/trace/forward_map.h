@@ -25,8 +25,8 @@ class ForwardMap {
   };
 
   // `source`: of the camera `from`; pixels outside the region are of pictures that are no longer true. The new picture
-  // is of the same size. Takes one thread, and 20 bytes a pixel while it is made, four of which it keeps. `cancel`, which
-  // may be null, is polled at every row; once it is raised the rest is left out.
+  // is of the same size. Takes one thread, and 20 bytes a pixel while it is made, four of which it keeps. `cancel`,
+  // which may be null, is polled at every row; once it is raised the rest is left out.
   ForwardMap(const HistorySource& source, const CameraPose& from, const CameraPose& to, const PixelRect& region,
              const V3d& scene_origin, const CancelToken* cancel = nullptr);
 

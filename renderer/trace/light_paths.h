@@ -35,8 +35,8 @@ struct LightBatch {
 class LightPaths {
  public:
   // Traces the batch to the end of its paths, in place of what was there. A path has up to max_segments - 1 segments.
-  // The bits depend on the batch as a whole. Adds to `stats` rays and media_overflows. Ends early, with paths that are of no use, once
-  // `cancel` is raised.
+  // The bits depend on the batch as a whole. Adds to `stats` rays and media_overflows. Ends early, with paths that are
+  // of no use, once `cancel` is raised.
   void trace(const SceneData& scene, const PathSettings& settings, const LightBatch& batch,
              const TechniqueCounts& counts, const CancelToken& cancel, TraceStats& stats);
 
