@@ -245,6 +245,9 @@ struct Instance {
   std::string name;  // node name, or "node 7"
   int object = 0;
   M44d to_world;     // row vectors: p_world = p_local * to_world
+  // Of a transform that presses a volume flat: it is the limit of transforms that mirror, so fronts are where those have
+  // them. Others tell by their determinant.
+  bool flat_mirrored = false;
 };
 
 // ---- lights, environment, cameras ----------------------------------------------------------------------------------
