@@ -82,6 +82,7 @@ struct Outcome {
   Unsampled unsampled;
   std::optional<pb::Progress> progress;
   std::optional<Error> broken_tile;
+  std::vector<std::string> notices;  // of the picture
 };
 
 void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& terminal, CallControl& control,
@@ -98,7 +99,9 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& t
     outcome.unsampled.assign(accepted.unsampled().begin(), accepted.unsampled().end());
     for (const std::string& text : outcome.unsampled) terminal.say("notice: " + single_line(text));
   };
+    outcome.notices.assign(accepted.notices().begin(), accepted.notices().end());
   callbacks.progress = [&](const pb::Progress& progress) {
+    for (const std::string& text : outcome.notices) terminal.say("notice: " + single_line(text));
     outcome.progress = progress;
     terminal.progress(describe(progress));
   };
@@ -202,6 +205,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   json["decode_seconds"] = scene.load_seconds();
   json["build_seconds"] = scene.build_seconds();
   add_load_report(json, open.loaded.response);
+  for (const std::string& text : outcome.notices) json["notices"].push_back(text);
   return finish(terminal, interrupt, outcome, names, std::move(json));
 }
 

@@ -68,3 +68,4 @@ void read_cameras(const JsonObject& root, Document& document) {
 }
 
 }  // namespace helio::gltf
+    camera.keeps_aspect = camera.aspect > 0;

@@ -296,6 +296,7 @@ struct CameraDescription {
   double vertical_fov = 0.8;        // perspective: full angle, (0, pi)
   double half_height = 1;           // orthographic: half of the view's height
   double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
+  bool keeps_aspect = false;        // pictures of another aspect show all that one of `aspect` would, and more
   int width = 0, height = 0;        // pixels that the file asks for; 0: none
   PixelRect crop;                   // of them, what the file wants rendered; empty: all
   std::optional<PixelFilter> filter;  // that the file asks for

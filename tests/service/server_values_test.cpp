@@ -104,7 +104,9 @@ TEST(Convert, PosesSurviveTheWire) {
     const auto pose = look_at(position, position + direction, V3d(0.3, 1, 0.2), 0.5);
     ASSERT_TRUE(pose.ok());
     Problems problems;
-    const CameraPose back = read_camera(to_message(*pose), {}, "camera", problems);
+    CameraPose sent = *pose;
+    sent.aspect = i % 2 == 0 ? 0 : 0.5 + i;
+    const CameraPose back = read_camera(to_message(sent), {}, "camera", problems);
     ASSERT_TRUE(problems.empty());
     EXPECT_LT(length(back.right - pose->right), 1e-9);
     EXPECT_LT(length(back.up - pose->up), 1e-9);
@@ -125,6 +127,7 @@ TEST(Convert, OrthographicViewsSurviveTheWire) {
   EXPECT_TRUE(problems.empty());
   EXPECT_EQ(back.projection, Projection::orthographic);
   EXPECT_EQ(back.half_height, 2.5);
+    EXPECT_EQ(back.aspect, sent.aspect);
   EXPECT_EQ(back.lens_radius, 0.1);
   EXPECT_EQ(back.focus_distance, 4);
 }
