@@ -317,10 +317,14 @@ struct LoadReport {
   std::vector<std::string> warnings;  // "optional extension X is ignored", ...
   std::vector<std::string> notices;   // "no light: constant environment of 1", ...
   std::vector<std::string> unread;    // keys that no loader looked at
+  std::size_t slips = 0;  // of the warnings: broken rules of the format for which a strict load is refused
+  std::size_t more_warnings = 0, more_notices = 0, more_unread = 0;  // lines beyond those that are kept
 };
 
 struct SceneDescription {
   std::string name;
+  std::vector<std::string> animations;  // clips of the file that can be played, by name
+  std::string animation;                // the one that is; empty: none
   std::vector<Image> images;
   std::vector<Material> materials;  // never empty after loading: meshes without one use a default appended last
   std::vector<Object> objects;
