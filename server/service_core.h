@@ -23,7 +23,8 @@ struct ServiceCore {
         memory(config.max_memory),
         engine(config.render_threads),
         scenes(std::move(roots),
-               {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads}, memory),
+               {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads, config.strict},
+               memory),
         sessions(config.max_sessions, timers),
         jobs(config.max_jobs),
         loader(std::size_t(config.max_queued_loads)) {}

@@ -83,6 +83,41 @@ TEST_F(CliRender, PicturesOfAnotherAspectThanTheCamerasShowMoreAndSaySo) {
   }
 }
 
+TEST_F(CliRender, StrictAndAnimationReachTheLoader) {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  gltf["nodes"][0]["children"] = nlohmann::json::array();
+  gltf["animations"] = {{{"name", "Take 001"}, {"channels", nlohmann::json::array()}, {"samplers", nlohmann::json::array()}}};
+  write_file(folder_ / "slips.gltf", gltf.dump());
+  const auto json = heliograph_json({"scene", "inspect", "slips.gltf"});
+  EXPECT_EQ(json["warnings_total"], 3);
+  EXPECT_EQ(json["animations"], nlohmann::json({"Take 001"}));
+  const auto refused = heliograph({"scene", "inspect", "slips.gltf", "--strict"});
+  EXPECT_EQ(refused.exit_code, 3);
+  for (const char* place : {"/nodes/0/children", "/animations/0/channels", "/animations/0/samplers"})
+    EXPECT_NE(refused.err.find(place), std::string::npos) << refused.err;
+  const auto unknown = heliograph({"render", "slips.gltf", "--animation", "Walk"});
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_NE(unknown.err.find("\"Take 001\""), std::string::npos) << unknown.err;
+}
+
+// An answer has room for 256 cameras; the last of these is beyond.
+TEST_F(CliRender, CamerasBeyondTheListCanBeChosen) {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  for (int i = 0; i < 300; ++i) {
+    gltf["nodes"].push_back({{"camera", 0}, {"name", "c" + std::to_string(i)}, {"translation", {i, 0, 3}}});
+    gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
+  }
+  write_file(folder_ / "many.gltf", gltf.dump());
+  const auto report = heliograph_json({"scene", "inspect", "many.gltf"});
+  ASSERT_EQ(report["cameras"].size(), 301u);
+  EXPECT_EQ(report["cameras"][300]["name"], "c299");
+  const auto json = heliograph_json({"render", "many.gltf", "--camera", "c299", "--size", "8x8", "--samples", "1"});
+  EXPECT_EQ(json["camera"], "c299");
+  const auto unknown = heliograph({"render", "many.gltf", "--camera", "c300"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("'c14' and 285 more"), std::string::npos) << unknown.err;
+}
+
 TEST_F(CliRender, DefaultsToNameExrSixtyFourSamplesAnd720Rows) {
   const auto json = heliograph_json({"render", "quad.gltf", "--region", "0,0,8,8", "--threads", "1"});
   EXPECT_EQ(json["samples"], 64);
