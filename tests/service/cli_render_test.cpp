@@ -86,7 +86,8 @@ TEST_F(CliRender, PicturesOfAnotherAspectThanTheCamerasShowMoreAndSaySo) {
 TEST_F(CliRender, StrictAndAnimationReachTheLoader) {
   auto gltf = nlohmann::json::parse(quad_gltf(2));
   gltf["nodes"][0]["children"] = nlohmann::json::array();
-  gltf["animations"] = {{{"name", "Take 001"}, {"channels", nlohmann::json::array()}, {"samplers", nlohmann::json::array()}}};
+  const auto none = nlohmann::json::array();
+  gltf["animations"] = {{{"name", "Take 001"}, {"channels", none}, {"samplers", none}}};
   write_file(folder_ / "slips.gltf", gltf.dump());
   const auto json = heliograph_json({"scene", "inspect", "slips.gltf"});
   EXPECT_EQ(json["warnings_total"], 3);

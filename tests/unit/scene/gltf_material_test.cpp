@@ -198,7 +198,8 @@ TEST(GltfMaterial, RangesAreChecked) {
   };
   EXPECT_TRUE(contains(error({{"pbrMetallicRoughness", {{"roughnessFactor", 1.5}}}}),
                        "/materials/0/pbrMetallicRoughness/roughnessFactor: is 1.5, allowed: 0 to 1"));
-  EXPECT_TRUE(contains(error({{"emissiveFactor", {0, -2, 0}}}), "/materials/0/emissiveFactor/1: is -2, allowed: at least 0"));
+  EXPECT_TRUE(contains(error({{"emissiveFactor", {0, -2, 0}}}),
+                       "/materials/0/emissiveFactor/1: is -2, allowed: at least 0"));
   EXPECT_TRUE(contains(error({{"alphaMode", "SOLID"}}), "is \"SOLID\", allowed: OPAQUE, MASK, BLEND"));
   EXPECT_TRUE(contains(error({{"extensions", {{"KHR_materials_ior", {{"ior", 0.5}}}}}}, {"KHR_materials_ior"}),
                        "KHR_materials_ior/ior"));

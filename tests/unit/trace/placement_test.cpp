@@ -33,7 +33,7 @@ TEST(Placement, FlatOnesGetAThicknessThatIsNotSeen) {
     const M44d thick = *with_thickness(scaled(2, 3, 0) * turn, kBox, {0, 0, 0}, mirrored);
     EXPECT_TRUE(is_usable_transform(thick));
     EXPECT_EQ(Linear(thick).determinant() < 0, mirrored);
-    // The plane's normal is the turned z, as of a scale of 2, 3 and a little, or a little below 0; so is that of a slope.
+    // The plane's normal is the turned z, as of a scale of 2, 3 and a little above or below 0; so is that of a slope.
     const V3d wanted = V3d(0, 0, mirrored ? -1 : 1) * turn;
     for (const V3f& n : {V3f(0, 0, 1), V3f(0.6f, 0, 0.8f)})
       EXPECT_LT(length(normal_of(thick, n) - wanted), 1e-5) << mirrored;
