@@ -201,13 +201,16 @@ Step read_step(ViewReader& reader, const V3d& pivot) {
 constexpr const char* kPlacing[] = {"position",      "target", "up",   "turn_degrees",
                                     "orbit_degrees", "pivot",  "move", "fov_degrees"};
 
+}  // namespace
+
 std::string camera_names(const std::vector<pb::SceneCamera>& cameras) {
+  constexpr std::size_t kShown = 16;
   std::string names;
-  for (const pb::SceneCamera& camera : cameras) names += (names.empty() ? "'" : ", '") + camera.name() + "'";
+  for (std::size_t i = 0; i < std::min(cameras.size(), kShown); ++i)
+    names += (i == 0 ? "'" : ", '") + cameras[i].name() + "'";
+  if (cameras.size() > kShown) names += fmt::format(" and {} more", cameras.size() - kShown);
   return names;
 }
-
-}  // namespace
 
 const pb::SceneCamera* find_camera(const std::vector<pb::SceneCamera>& cameras, const std::string& name) {
   for (const pb::SceneCamera& camera : cameras) {

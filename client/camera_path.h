@@ -51,6 +51,9 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& json, const s
 const heliograph::v1::SceneCamera* find_camera(const std::vector<heliograph::v1::SceneCamera>& cameras,
                                                const std::string& name);
 
+// Their names for people: the first 16, and how many more there are.
+std::string camera_names(const std::vector<heliograph::v1::SceneCamera>& cameras);
+
 // The start view, then `steps` more, each a share of the whole motion. Degrees and scene units in total. steps >= 1.
 struct CameraMotion {
   double turn_degrees = 0;

@@ -125,6 +125,8 @@ Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string&
   message.mutable_begin()->set_path(path);
   message.mutable_begin()->set_environment(environment);
   message.mutable_begin()->set_time_s(request.time_s);
+  message.mutable_begin()->set_animation(request.animation);
+  message.mutable_begin()->set_strict(request.strict);
   message.mutable_begin()->set_texture_filter(request.texture_filter);
   call->Write(message);
   call->WritesDone();
@@ -135,6 +137,20 @@ Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string&
 
 Result<pb::ListScenesResponse> RenderClient::list_scenes() {
   return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListScenes, pb::ListScenesRequest());
+}
+
+Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
+  while (std::uint32_t(scene.cameras_size()) < scene.camera_total()) {
+    pb::ListScenesRequest request;
+    request.set_scene_id(scene.scene_id());
+    request.set_first_camera(std::uint32_t(scene.cameras_size()));
+    const auto page = call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListScenes, request);
+    if (!page) return page.error();
+    if (page->scenes_size() != 1 || page->scenes(0).cameras().empty())
+      return Error{ErrorCode::internal, "the server does not tell all cameras of the scene", peer_};
+    scene.mutable_cameras()->MergeFrom(page->scenes(0).cameras());
+  }
+  return ok_status();
 }
 
 Status RenderClient::unload_scene(const std::string& scene_id) {

@@ -33,7 +33,9 @@ struct ConnectOptions {
 };
 
 struct SceneLoadRequest {
-  double time_s = 0;  // animations are evaluated at this time
+  double time_s = 0;      // the animation is evaluated at this time
+  std::string animation;  // name or number of the clip to play; empty: the file's first
+  bool strict = false;    // refuse files that break a rule of their format although their meaning is beyond doubt
   heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   // Called during an upload with the bytes sent so far and in total.
   std::function<void(std::uint64_t, std::uint64_t)> uploaded;
@@ -70,6 +72,8 @@ class RenderClient {
                                                               const SceneLoadRequest& request = {},
                                                               CallControl* control = nullptr);
   Result<heliograph::v1::ListScenesResponse> list_scenes();
+  // Asks for the cameras that the message had no room for.
+  Status complete_cameras(heliograph::v1::SceneInfo& scene);
   Status unload_scene(const std::string& scene_id);
   // A scene that shares memory with the one that is edited; FrameStream::send_scene() switches a session to it.
   Result<heliograph::v1::EditSceneResponse> edit_scene(const heliograph::v1::EditSceneRequest& request,

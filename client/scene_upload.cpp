@@ -25,6 +25,8 @@ Status write_scene(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, cons
   pb::LoadSceneRequest::Begin& begin = *message.mutable_begin();
   begin.set_main_file(scene.main_file);
   begin.set_time_s(request.time_s);
+  begin.set_animation(request.animation);
+  begin.set_strict(request.strict);
   begin.set_texture_filter(request.texture_filter);
   begin.set_environment(scene.environment);
   begin.set_total_bytes(total);

@@ -356,7 +356,7 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
                        const std::string& where, Problems& problems) {
   if (message.orientation_case() == pb::CameraView::kSceneCamera) {
     if (message.has_position() || message.vertical_fov() != 0 || message.orthographic_half_height() != 0 ||
-        message.lens_radius() != 0 || message.focus_distance() != 0) {
+        message.lens_radius() != 0 || message.focus_distance() != 0 || message.aspect() != 0) {
       problems.add(where, "scene_camera is given beside other fields; allowed: scene_camera alone");
     }
     return find_camera(message.scene_camera(), cameras, at(where, "scene_camera"), problems);
@@ -405,6 +405,10 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
   if (!in_camera_length_range(pose.focus_distance)) {
     refuse(problems, at(where, "focus_distance"), pose.focus_distance,
            fmt::format("{}, or 0 for 1", kCameraLengthRange));
+  }
+  pose.aspect = message.aspect();
+  if (pose.aspect != 0 && !in_aspect_range(pose.aspect)) {
+    refuse(problems, at(where, "aspect"), pose.aspect, kAspectRange);
   }
   if (problems.size() == before) validate(pose, where, problems);
   return pose;
@@ -516,6 +520,7 @@ pb::CameraView to_message(const CameraPose& pose) {
   }
   message.set_lens_radius(pose.lens_radius);
   message.set_focus_distance(pose.focus_distance);
+  message.set_aspect(pose.aspect);
   return message;
 }
 
@@ -533,6 +538,7 @@ pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id
   *message.mutable_tag() = to_message(begin.tag, session_id);
   *message.mutable_settings() = to_message(begin.settings);
   message.mutable_unsampled()->Assign(begin.unsampled.begin(), begin.unsampled.end());
+  if (!begin.notice.empty()) message.add_notices(begin.notice);
   return message;
 }
 

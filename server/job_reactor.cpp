@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <set>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -121,6 +123,11 @@ Status JobReactor::start(grpc::ByteBuffer bytes) {
   const SceneFeatures& features = job_->rendering().scene().snapshot->features();
   for (std::string& line : unsampled_light(settings.integrator, features)) {
     greeting.mutable_accepted()->add_unsampled(std::move(line));
+  }
+  std::set<std::string> notices;
+  for (const View& view : job_->views()) notices.insert(aspect_notice(view.camera, settings.width, settings.height));
+  for (const std::string& line : notices) {
+    if (!line.empty()) greeting.mutable_accepted()->add_notices(line);
   }
   stream_->queue().limit_rate(budget.bytes_per_second);
   stream_->push(Greeting{greeting.SerializeAsString()});

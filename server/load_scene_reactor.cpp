@@ -18,6 +18,7 @@ namespace helio {
 namespace {
 
 constexpr std::size_t kMaxEnvironment = 4096;
+constexpr std::size_t kMaxAnimation = 4096;
 
 // For the log: what a file contains may not start lines of its own there.
 std::string one_line(std::string text) {
@@ -109,6 +110,10 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   } else if (const auto file = names_environment_file(begin.environment()); !file) {
     problems.add("begin.environment", file.error().message);
   }
+  if (begin.animation().size() > kMaxAnimation) {
+    problems.add("begin.animation",
+                 fmt::format("{} bytes; allowed: at most {}", begin.animation().size(), kMaxAnimation));
+  }
   if (!begin.path().empty() && !begin.main_file().empty()) {
     problems.add("begin.main_file", "is given beside path; allowed: one of them");
   }
@@ -125,6 +130,8 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   if (!problems.empty()) return problems.to_error();
   load_.emplace();
   load_->time_s = begin.time_s();
+  load_->animation = begin.animation();
+  load_->strict = begin.strict();
   load_->environment = begin.environment();
   if (begin.texture_filter() == pb::TEXTURE_FILTER_MIP) load_->texture_filter = TextureFilter::mip;
   if (upload_) return upload_->begin(begin);

@@ -141,6 +141,25 @@ Result<pb::UpdateSessionResponse> update_session(ServiceCore& core, const pb::Up
   return response;
 }
 
+Result<pb::ListScenesResponse> list_scenes(const ServiceCore& core, const pb::ListScenesRequest& which) {
+  pb::ListScenesResponse list;
+  if (which.scene_id().empty()) {
+    if (which.first_camera() != 0) {
+      return Error{ErrorCode::invalid_argument, fmt::format("{} without scene_id; allowed: 0", which.first_camera()),
+                   "first_camera"};
+    }
+    for (const auto& scene : core.scenes.list()) *list.add_scenes() = to_scene_info(*scene);
+    return list;
+  }
+  Problems problems;
+  check_id(which.scene_id(), "scene_id", problems);
+  if (!problems.empty()) return problems.to_error();
+  const auto scene = core.scenes.acquire(which.scene_id(), "scene_id");
+  if (!scene) return scene.error();
+  *list.add_scenes() = to_scene_info(**scene, which.first_camera());
+  return list;
+}
+
 pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   const ServerConfig& config = core.config;
   pb::GetServerInfoResponse response;
@@ -187,11 +206,8 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::Callba
 
 grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return answer<pb::ListScenesRequest>(context, request, response, [this](const auto&) {
-    pb::ListScenesResponse list;
-    for (const auto& scene : core_.scenes.list()) *list.add_scenes() = to_scene_info(*scene);
-    return Result<pb::ListScenesResponse>(std::move(list));
-  });
+  return answer<pb::ListScenesRequest>(
+      context, request, response, [this](const pb::ListScenesRequest& which) { return list_scenes(core_, which); });
 }
 
 grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext* context,

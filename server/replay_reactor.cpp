@@ -21,9 +21,11 @@ namespace {
 
 Error no_scene(const pb::SampleReplay& sample, const std::string& where) {
   return {ErrorCode::not_found,
-          fmt::format("its scene {} is not loaded: '{}' at time {}, environment '{}', texture filter {}; load that, "
+          fmt::format("its scene {} is not loaded: '{}' at time {}{}, environment '{}', texture filter {}; load that, "
                       "unchanged and with these options, and make the same edits again where it was edited",
-                      sample.scene_id().substr(0, 12), sample.main_file(), sample.time_s(), sample.environment(),
+                      sample.scene_id().substr(0, 12), sample.main_file(), sample.time_s(),
+                      sample.animation().empty() ? "" : " of animation '" + sample.animation() + "'",
+                      sample.environment(),
                       sample.mip_mapped() ? "mip" : "bilinear"),
           where};
 }

@@ -185,6 +185,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_main_file(hint(scene.manifest.main_file));
   message.set_environment(hint(scene.manifest.environment));
   message.set_time_s(scene.manifest.time_s);
+  message.set_animation(hint(scene.manifest.animation));
   message.set_mip_mapped(scene.manifest.texture_filter == TextureFilter::mip);
   message.set_build(build());
   const RenderSettings& settings = frame.settings;

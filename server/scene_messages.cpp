@@ -9,6 +9,7 @@ namespace {
 
 // Keeps the answer below the message limit whatever a file contains.
 constexpr int kMaxCameras = 256;
+constexpr int kMaxAnimations = 256;
 constexpr int kMaxLines = 256;
 constexpr std::size_t kMaxLine = 1000;
 constexpr std::size_t kMaxName = 256;
@@ -28,14 +29,17 @@ std::string printable(const std::string& text, std::size_t size) {
   return out;
 }
 
-void add_lines(const std::vector<std::string>& lines, google::protobuf::RepeatedPtrField<std::string>& out) {
+// Returns how many lines there are, `more` counting those that the report itself leaves out.
+std::uint32_t add_lines(const std::vector<std::string>& lines, std::size_t more,
+                        google::protobuf::RepeatedPtrField<std::string>& out) {
+  const std::size_t total = lines.size() + more;
   for (const std::string& line : lines) {
-    if (out.size() == kMaxLines) {
-      *out.Add() = "and " + std::to_string(lines.size() - kMaxLines) + " more";
-      return;
-    }
+    if (out.size() == kMaxLines) break;
     *out.Add() = printable(line, kMaxLine);
   }
+  if (const std::size_t told = std::size_t(out.size()); told < total)
+    *out.Add() = "and " + std::to_string(total - told) + " more like these";
+  return std::uint32_t(total);
 }
 
 void write_point(const V3d& point, pb::Vec3& message) {
@@ -46,7 +50,7 @@ void write_point(const V3d& point, pb::Vec3& message) {
 
 }  // namespace
 
-pb::SceneInfo to_scene_info(const LoadedScene& scene) {
+pb::SceneInfo to_scene_info(const LoadedScene& scene, std::size_t first_camera) {
   const SceneDescription& description = scene.snapshot->description();
   const RenderSceneStats& stats = scene.snapshot->stats();
   pb::SceneInfo info;
@@ -59,8 +63,9 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
   info.set_materials(std::uint32_t(description.materials.size()));
   info.set_textures(std::uint32_t(stats.images));
   info.set_lights(scene.snapshot->features().light_count);
-  for (const CameraDescription& camera : description.cameras) {
+  for (std::size_t i = first_camera; i < description.cameras.size(); ++i) {
     if (info.cameras_size() == kMaxCameras) break;
+    const CameraDescription& camera = description.cameras[i];
     pb::SceneCamera& entry = *info.add_cameras();
     entry.set_name(printable(camera.name, kMaxName));
     *entry.mutable_view() = to_message(camera_pose(camera));
@@ -73,6 +78,13 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
       if (camera.filter->kind != PixelFilterKind::box) entry.set_filter_scale(camera.filter->scale);
     }
   }
+  info.set_camera_total(std::uint32_t(description.cameras.size()));
+  for (const std::string& name : description.animations) {
+    if (info.animations_size() == kMaxAnimations) break;
+    info.add_animations(printable(name, kMaxName));
+  }
+  info.set_animation_total(std::uint32_t(description.animations.size()));
+  info.set_animation(printable(description.animation, kMaxName));
   info.set_max_segments(description.hints.max_segments);
   info.set_roulette_from(description.hints.roulette_from);
   for (const std::string& name : scene.snapshot->features().names()) info.add_features(name);
@@ -92,9 +104,10 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene) {
 pb::LoadSceneResponse to_load_response(const LoadedScene& scene, bool already_loaded) {
   pb::LoadSceneResponse response;
   *response.mutable_scene() = to_scene_info(scene);
-  add_lines(scene.report.warnings, *response.mutable_warnings());
-  add_lines(scene.report.notices, *response.mutable_notices());
-  add_lines(scene.report.unread, *response.mutable_unread());
+  const LoadReport& report = scene.report;
+  response.set_warnings_total(add_lines(report.warnings, report.more_warnings, *response.mutable_warnings()));
+  response.set_notices_total(add_lines(report.notices, report.more_notices, *response.mutable_notices()));
+  response.set_unread_total(add_lines(report.unread, report.more_unread, *response.mutable_unread()));
   response.set_already_loaded(already_loaded);
   return response;
 }

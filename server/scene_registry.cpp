@@ -73,6 +73,10 @@ std::string SceneManifest::id() const {
   add(std::to_string(std::bit_cast<std::uint64_t>(time_s)));
   add(environment);
   add(std::to_string(int(texture_filter)));
+  if (!animation.empty()) {
+    add("animation");
+    add(animation);
+  }
   for (const auto& [name, digest] : files) {
     add(name);
     hash.update(digest);
@@ -89,6 +93,7 @@ class SceneRegistry::Load {
     const auto environment_is_file = names_environment_file(request_.environment);
     if (!environment_is_file) return environment_is_file.error();
     manifest_.time_s = request_.time_s;
+    manifest_.animation = request_.animation;
     manifest_.environment = request_.environment;
     manifest_.texture_filter = request_.texture_filter;
     environment_ = request_.environment;
@@ -122,6 +127,8 @@ class SceneRegistry::Load {
     const double start = now_s();
     SceneLoadOptions options;
     options.time_s = request_.time_s;
+    options.animation = request_.animation;
+    options.strict = request_.strict;
     options.max_memory_bytes = std::min(registry_.limits_.max_scene_memory, registry_.memory_.available());
     options.ledger = &reserved_;
     options.environment = environment_;
@@ -178,13 +185,19 @@ class SceneRegistry::Load {
 };
 
 Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const CancelToken& cancel) {
+  request.strict |= limits_.strict;
+  // A scene with slips is loaded once more for a strict request, so that the error names them all.
+  const bool strict = request.strict;
+  const auto serves = [strict](const std::shared_ptr<const LoadedScene>& scene) {
+    return scene && !(strict && scene->report.slips > 0);
+  };
   if (const auto* path = std::get_if<std::string>(&request.files)) {
-    if (auto scene = find_unchanged(*path, request)) return Outcome{std::move(scene), true};
+    if (auto scene = find_unchanged(*path, request); serves(scene)) return Outcome{std::move(scene), true};
   }
   Load load(*this, std::move(request));
   if (const Status opened = load.open(); !opened.ok()) return opened.error();
   if (!load.manifest().files.empty()) {
-    if (auto scene = find(load.manifest().id())) return Outcome{std::move(scene), true};
+    if (auto scene = find(load.manifest().id()); serves(scene)) return Outcome{std::move(scene), true};
   }
   if (const Status room = make_room(); !room) return room.error();
   auto scene = load.run(cancel);
@@ -335,7 +348,8 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
   const std::string main = (std::filesystem::path(location->root) / location->relative).string();
   for (auto& scene : list()) {
     const SceneManifest& manifest = scene->manifest;
-    if (manifest.time_s != request.time_s || manifest.environment != request.environment ||
+    if (manifest.time_s != request.time_s || manifest.animation != request.animation ||
+        manifest.environment != request.environment ||
         manifest.texture_filter != request.texture_filter) {
       continue;
     }

@@ -28,6 +28,7 @@ namespace helio {
 struct SceneManifest {
   std::string main_file;
   double time_s = 0;
+  std::string animation;  // as asked for; empty: the file's first
   std::string environment;
   TextureFilter texture_filter = TextureFilter::bilinear;
   std::map<std::string, Sha256Digest> files;
@@ -82,11 +83,14 @@ struct SceneLimits {
   std::uint64_t max_scene_memory = 0;
   int max_scenes = 0;
   int build_threads = 0;
+  bool strict = false;  // every load is
 };
 
 struct SceneRequest {
   std::variant<std::string, SceneBundle> files;  // a path under the roots, or an upload
   double time_s = 0;
+  std::string animation;
+  bool strict = false;      // refuses slips (SceneLoadOptions::strict); does not change what is loaded
   std::string environment;  // "R,G,B" or a file; empty: the scene's own
   TextureFilter texture_filter = TextureFilter::bilinear;
 };

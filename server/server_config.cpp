@@ -118,6 +118,14 @@ std::vector<ConfigOption> make_options() {
        "bytes of scenes, films and queues together, suffixes K, M, G, T; 0: three quarters of the machine's", false,
        [](Config& c, Text t) { return read_bytes(t, 0, c.max_memory); },
        [](const Config& c) { return std::to_string(c.max_memory); }},
+      {"strict",
+       "on or off: refuse scene files that break a rule of their format although their meaning is beyond doubt", false,
+       [](Config& c, Text t) {
+         std::string value;
+         std::string problem = read_name(t, {"on", "off"}, value);
+         return c.strict = value == "on", problem;
+       },
+       [](const Config& c) { return std::string(c.strict ? "on" : "off"); }, true},
       {"log-level", "trace, debug, info, warn, error or off; the log goes to stderr", false,
        [](Config& c, Text t) {
          return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);
@@ -130,6 +138,18 @@ std::string environment_name(const std::string& option) {
   std::string name = "HELIOGRAPH_";
   for (const char c : option) name += c == '-' ? '_' : char(std::toupper(static_cast<unsigned char>(c)));
   return name;
+}
+
+// "--strict" as "--strict=on", where no value follows.
+std::vector<std::string> with_values(std::vector<std::string> arguments) {
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const bool bare = std::any_of(config_options().begin(), config_options().end(), [&](const ConfigOption& option) {
+      return option.flag && arguments[i] == "--" + option.name;
+    });
+    const bool valued = i + 1 < arguments.size() && (arguments[i + 1] == "on" || arguments[i + 1] == "off");
+    if (bare && !valued) arguments[i] += "=on";
+  }
+  return arguments;
 }
 
 // Variables as flags, in front of the real ones. (CLI11's own reading of them would let the file win.)
@@ -196,7 +216,7 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   }
 
   Problems problems;
-  const std::vector<std::string> all = with_environment(arguments);
+  const std::vector<std::string> all = with_environment(with_values(arguments));
   std::vector<std::string> reversed(all.rbegin(), all.rend());
   try {
     app.parse(reversed);

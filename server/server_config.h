@@ -27,6 +27,7 @@ struct ServerConfig {
   int max_scenes = 64;
   int max_queued_loads = 16;
   std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
+  bool strict = false;             // every load is
   std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
 
@@ -38,6 +39,7 @@ struct ConfigOption {
   // Reads the text into the config; returns a clause with the allowed range when it does not fit, else "".
   std::string (*set)(ServerConfig&, const std::string& text) = nullptr;
   std::string (*get)(const ServerConfig&) = nullptr;
+  bool flag = false;  // "on" or "off"; without a value "on"
 };
 const std::vector<ConfigOption>& config_options();
 

@@ -1,6 +1,7 @@
 // heliograph scene inspect: what a scene file holds, or why it is refused.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "client/cli/command.h"
@@ -14,6 +15,8 @@ namespace helio::cli {
 namespace pb = heliograph::v1;
 
 namespace {
+
+constexpr int kShownCameras = 256;
 
 struct InspectOptions {
   SceneOptions scene;
@@ -54,6 +57,10 @@ Json to_json(const LoadedScene& loaded) {
   json["lights"] = scene.lights();
   json["cameras"] = Json::array();
   for (const pb::SceneCamera& camera : scene.cameras()) json["cameras"].push_back(to_json(camera));
+  json["animations"] = Json::array();
+  for (const std::string& name : scene.animations()) json["animations"].push_back(name);
+  json["animation_total"] = std::max(scene.animation_total(), std::uint32_t(scene.animations_size()));
+  json["animation"] = scene.animation().empty() ? Json(nullptr) : Json(scene.animation());
   json["features"] = Json::array();
   for (const std::string& feature : scene.features()) json["features"].push_back(feature);
   json["memory_bytes"] = scene.memory_bytes();
@@ -77,8 +84,22 @@ void say(Terminal& terminal, const LoadedScene& loaded) {
                            high.x(), high.y(), high.z()));
   int number = 0;
   for (const pb::SceneCamera& camera : scene.cameras()) {
+    if (number == kShownCameras) {
+      terminal.say(fmt::format("  and {} cameras more, which --camera can name; --json lists them",
+                               scene.cameras_size() - number));
+      break;
+    }
     terminal.say(fmt::format("  camera {}: '{}'{}", number++, single_line(camera.name()),
                              camera.aspect() > 0 ? fmt::format(", aspect {:.4g}", camera.aspect()) : ""));
+  }
+  for (int i = 0; i < scene.animations_size(); ++i) {
+    const std::string& name = scene.animations(i);
+    terminal.say(fmt::format("  animation {}: '{}'{}", i, single_line(name),
+                             name == scene.animation() ? ", played" : ""));
+  }
+  if (scene.animation_total() > std::uint32_t(scene.animations_size())) {
+    terminal.say(fmt::format("  and {} animations more, which --animation can name",
+                             scene.animation_total() - std::uint32_t(scene.animations_size())));
   }
   std::string features;
   for (const std::string& feature : scene.features()) features += (features.empty() ? "" : ", ") + feature;

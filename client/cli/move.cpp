@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <system_error>
 
 #include "client/camera_path.h"
@@ -181,6 +182,7 @@ struct Play {
 // Each view is sent before the picture of the one before it is written: the server renders meanwhile.
 Status play_views(const Play& play, Terminal& terminal, Json& frames) {
   Status sent = play.player.send(play.views.front(), play.time_s);
+  std::set<std::string> said;  // of notices; views of the same camera have the same
   for (std::size_t i = 0; i < play.views.size(); ++i) {
     if (!sent) return sent;
     PlayedView view;
@@ -194,6 +196,9 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
     json["partial"] = !awaited;
     // Of the scene, and so the same of all views.
     for (const std::string& text : i == 0 ? view.unsampled : Unsampled()) terminal.say("notice: " + single_line(text));
+    for (const std::string& text : view.notices)
+      if (said.insert(text).second) terminal.say("notice: " + single_line(text));
+    json["notices"] = view.notices;
     const bool any = awaited || view.picture.complete();
     const Status kept = any ? keep_view(view, names, json) : ok_status();
     if (any) frames.push_back(json);

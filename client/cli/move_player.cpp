@@ -30,6 +30,7 @@ FrameCallbacks MovePlayer::callbacks() {
     const Status begun = current_.picture.begin(frame);
     if (!begun) fail(begun.error());
     current_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
+    current_.notices.assign(frame.notices().begin(), frame.notices().end());
   };
   callbacks.tile = [this](pb::Tile tile) {
     std::lock_guard lock(mutex_);

@@ -18,7 +18,7 @@ namespace helio::cli {
 // One view's picture.
 struct PlayedView {
   FrameAssembler picture;
-  std::vector<std::string> unsampled;           // FrameBegin.unsampled
+  std::vector<std::string> unsampled, notices;  // FrameBegin's
   std::optional<heliograph::v1::FrameEnd> end;  // none: the stream was lost, or the play cancelled, before its end
   double first_tile_seconds = 0;                // from sending the view to its first tile here; 0: none came
 };

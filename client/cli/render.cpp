@@ -40,7 +40,9 @@ constexpr const char* kHelp =
     "time of each pass),\n"
     "media_overflows (times that a volume within eight others was entered, whose absorption is left out),\n"
     "unsampled (light that the integrator leaves out of a picture of this scene; also the comments of the EXR),\n"
-    "partial, warnings, notices, unread, camera, scene_id, triangles, decode_seconds, build_seconds,\n"
+    "partial, warnings, notices, unread (lists may be cut: warnings_total, ... count all), animation, camera, "
+    "scene_id,\n"
+    "triangles, decode_seconds, build_seconds,\n"
     "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"
     "failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also where a region ends\n"
     "inside one.\n"
@@ -81,6 +83,7 @@ struct Outcome {
   Result<pb::FrameEnd> end = Error{};
   FrameAssembler picture;
   Unsampled unsampled;
+  std::vector<std::string> notices;  // of the picture
   std::optional<pb::Progress> progress;
   std::optional<Error> broken_tile;
 };
@@ -97,7 +100,9 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& t
     const Status begun = outcome.picture.begin(accepted.settings());
     if (!begun) note(begun.error());
     outcome.unsampled.assign(accepted.unsampled().begin(), accepted.unsampled().end());
+    outcome.notices.assign(accepted.notices().begin(), accepted.notices().end());
     for (const std::string& text : outcome.unsampled) terminal.say("notice: " + single_line(text));
+    for (const std::string& text : outcome.notices) terminal.say("notice: " + single_line(text));
   };
   callbacks.progress = [&](const pb::Progress& progress) {
     outcome.progress = progress;
@@ -203,6 +208,9 @@ int run(const CLI::App& app, const RenderOptions& options) {
   json["decode_seconds"] = scene.load_seconds();
   json["build_seconds"] = scene.build_seconds();
   add_load_report(json, open.loaded.response);
+  for (const std::string& text : outcome.notices) json["notices"].push_back(text);
+  json["notices_total"] = json["notices_total"].get<std::size_t>() + outcome.notices.size();
+  json["animation"] = scene.animation().empty() ? Json(nullptr) : Json(scene.animation());
   return finish(terminal, interrupt, outcome, names, std::move(json));
 }
 

@@ -313,10 +313,8 @@ const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::S
   const std::vector<pb::SceneCamera> cameras = cameras_of(scene);
   const pb::SceneCamera* found = find_camera(cameras, options.camera.text);
   if (found) return &scene.cameras(static_cast<int>(found - cameras.data()));
-  std::vector<std::string> names;
-  for (const pb::SceneCamera& camera : cameras) names.push_back("'" + camera.name() + "'");
   reader.problem(options.camera, fmt::format("'{}' is none of {} and no number in [0, {}]", options.camera.text,
-                                             join(names, ", "), cameras.size() - 1));
+                                             camera_names(cameras), cameras.size() - 1));
   return nullptr;
 }
 

@@ -31,7 +31,8 @@ void report(const pb::LoadSceneResponse& response, Terminal& terminal) {
   std::string keys;
   for (int i = 0; i < std::min(response.unread_size(), kShownUnread); ++i) keys += (i ? ", " : "") + response.unread(i);
   if (response.unread_size() > kShownUnread) {
-    keys += fmt::format(" and {} more (scene inspect lists them)", response.unread_size() - kShownUnread);
+    const int total = std::max(response.unread_size(), static_cast<int>(response.unread_total()));
+    keys += fmt::format(" and {} more (scene inspect lists them)", total - kShownUnread);
   }
   terminal.warn("nothing reads " + keys);
 }
@@ -44,7 +45,11 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
   add_text(app, options.environment, "--environment", "FILE.exr|R,G,B",
            "Light from everywhere: a latitude-longitude map, or a constant radiance, each number in [0, 3.4e38]. Sets "
            "or replaces the scene's own");
-  add_text(app, options.scene_time, "--scene-time", "SECONDS", "Animations are evaluated at this time. Default: 0");
+  add_text(app, options.scene_time, "--scene-time", "SECONDS", "The animation is evaluated at this time. Default: 0");
+  add_text(app, options.animation, "--animation", "NAME",
+           "Animation (clip) to play, by name or number from 0. Default: the first that moves anything");
+  add_flag(app, options.strict, "--strict",
+           "Refuse a file that breaks a rule of its format, even where its meaning is beyond doubt. Default: warn");
   add_text(app, options.texture_filter, "--texture-filter", "FILTER",
            "How textures of reflection are looked up: " + join(short_names(*pb::TextureFilter_descriptor()), ", ") +
                ". Default: bilinear, the reference; mip has less noise and some bias");
@@ -60,6 +65,8 @@ SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& con
     reader.problems().add("FILE", "is missing: the scene to load");
   }
   choice.environment = reader.text(options.environment).value_or("");
+  choice.animation = reader.text(options.animation).value_or("");
+  choice.strict = options.strict;
   choice.time_s = reader.number(options.scene_time, -kHuge, true, kHuge).value_or(0);
   if (const auto filter = reader.choice(options.texture_filter, short_names(*pb::TextureFilter_descriptor()))) {
     choice.texture_filter = from_short_name<pb::TextureFilter>(*filter).value();
@@ -85,6 +92,8 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
   const double start = now_s();
   SceneLoadRequest request;
   request.time_s = choice.time_s;
+  request.animation = choice.animation;
+  request.strict = choice.strict;
   request.texture_filter = choice.texture_filter;
   request.uploaded = [&](std::uint64_t sent, std::uint64_t total) {
     terminal.progress(sent < total ? fmt::format("sending the scene: {:.0f} % of {}B", 100.0 * sent / total,
@@ -101,6 +110,9 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
   }
   terminal.end_progress();
   if (!response) return {std::nullopt, to_failure(response.error())};
+  if (Status all = client.complete_cameras(*response->mutable_scene()); !all) {
+    return {std::nullopt, to_failure(all.error())};
+  }
   const double seconds = choice.collect_seconds + now_s() - start;
   report(*response, terminal);
   return {LoadedScene{std::move(response).value(), seconds}, std::nullopt};
@@ -116,6 +128,11 @@ std::string scene_stem(const SceneChoice& choice) {
 }
 
 void add_load_report(Json& json, const pb::LoadSceneResponse& response) {
+  // A daemon of an older version does not say how many there are.
+  const auto total = [](std::uint32_t said, int listed) { return said > 0 ? said : std::uint32_t(listed); };
+  json["warnings_total"] = total(response.warnings_total(), response.warnings_size());
+  json["notices_total"] = total(response.notices_total(), response.notices_size());
+  json["unread_total"] = total(response.unread_total(), response.unread_size());
   json["warnings"] = Json::array();
   for (const std::string& text : response.warnings()) json["warnings"].push_back(text);
   json["notices"] = Json::array();

@@ -14,8 +14,8 @@
 namespace helio::cli {
 
 struct SceneOptions {
-  TextOption file, environment, scene_time, texture_filter;
-  bool scene_path = false;
+  TextOption file, environment, scene_time, animation, texture_filter;
+  bool scene_path = false, strict = false;
 };
 void add_scene_options(CLI::App& app, SceneOptions& options);
 
@@ -23,6 +23,8 @@ struct SceneChoice {
   std::string file;
   std::string environment;
   double time_s = 0;
+  std::string animation;
+  bool strict = false;
   heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   bool on_server = false;
   Result<LocalScene> local = Error{};  // unless on_server: what will be uploaded, or why it cannot be

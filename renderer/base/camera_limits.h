@@ -13,12 +13,14 @@ inline constexpr double kMaxCoordinate = 1e12;               // magnitude; of po
 inline constexpr double kMinFov = 0.0017, kMaxFov = 3.1242;  // full angle: 0.1 and 179 degrees
 inline constexpr double kMinCameraLength = 1e-12, kMaxCameraLength = 1e12;  // half height, focus distance
 inline constexpr double kMaxLensRadius = 1e12;                              // from 0
+inline constexpr double kMinAspect = 1e-6, kMaxAspect = 1e6;                // width / height
 
 // The same, as messages give them.
 inline constexpr const char* kCoordinateRange = "[-1e12, 1e12]";
 inline constexpr const char* kFovRange = "[0.0017, 3.1242] radians";
 inline constexpr const char* kCameraLengthRange = "[1e-12, 1e12]";
 inline constexpr const char* kLensRadiusRange = "[0, 1e12]";
+inline constexpr const char* kAspectRange = "[1e-6, 1e6], or 0 for none";
 
 // False for NaN too.
 inline bool in_coordinate_range(const V3d& p) {
@@ -32,6 +34,9 @@ inline bool in_camera_length_range(double length) {
 }
 inline bool in_lens_radius_range(double radius) {
   return radius >= 0 && radius <= kMaxLensRadius;
+}
+inline bool in_aspect_range(double aspect) {
+  return aspect >= kMinAspect && aspect <= kMaxAspect;
 }
 
 }  // namespace helio

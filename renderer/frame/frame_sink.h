@@ -31,9 +31,10 @@ struct FrameBegin {
   FrameTag tag;
   RenderSettings settings;
   PixelRect region;  // rendered part of the film
-  CameraPose camera;
+  CameraPose camera;  // fitted()
   std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
   std::vector<std::string> unsampled;      // unsampled_light() of the two
+  std::string notice;                      // aspect_notice() of the view
 };
 
 struct FrameTile {

@@ -460,7 +460,7 @@ void RenderLoop::Impl::open_frame() noexcept {
   frame = std::move(next_record);
   frame->begin.tag = {revision, view->id, ++frames};
   frame->begin.region = settings.rendered_region();
-  frame->begin.camera = view->camera;
+  frame->begin.camera = fitted(view->camera, settings.width, settings.height);
   frame->begin.scene = scene;
   frame->begin.settings = frame_settings();
   frame->accepted_s = accepted_s;
@@ -521,6 +521,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
 
   frame->begin.settings = frame_settings();  // the seed is that of the generation by now
   if (scene) frame->begin.unsampled = unsampled_light(settings.integrator, scene->features());
+  frame->begin.notice = aspect_notice(view->camera, settings.width, settings.height);
   token = std::make_shared<CancelToken>();
   scheduler = FrameScheduler(budget, publish_policy(), allocation_settings(settings));
   frame_samples = 0;
@@ -625,10 +626,10 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   if (plan.reproject) {
     const double samples = double(left_samples) / double(region.area());
     if (film->first_hits()) {
-      transfer = std::make_shared<ForwardTransfer>(scene, *film, region, history, view->camera, settings.filter,
+      transfer = std::make_shared<ForwardTransfer>(scene, *film, region, history, frame->begin.camera, settings.filter,
                                                    float(settings.reprojection.max_error));
     } else {
-      transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, view->camera, settings.filter,
+      transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, frame->begin.camera, settings.filter,
                                                    samples, path_settings(frame->begin.settings),
                                                    settings.reprojection.mapping, token);
     }
@@ -637,15 +638,15 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   search = plan.centres ? std::make_shared<CentreSearch>(*film, region, history, settings.filter) : nullptr;
   if (search) works.reproject = search;
   if (plan.choose) {
-    works.choose = std::make_shared<TechniqueChoice>(scene, view->camera, path_settings(frame->begin.settings), token,
-                                                     *film, reuses(settings.mode) ? &techniques : nullptr);
+    works.choose = std::make_shared<TechniqueChoice>(scene, frame->begin.camera, path_settings(frame->begin.settings),
+                                                     token, *film, reuses(settings.mode) ? &techniques : nullptr);
   }
   if (plan.allocate)
     works.allocate = make_allocation(*film, region, *allocation_settings(frame->begin.settings), *plan.allocate);
   review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
   works.review = review;
   if (lights) {
-    const Camera camera(view->camera, settings.width, settings.height, scene->origin(), settings.filter);
+    const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
     lights->aim(camera, token, *film);
     works.lights = lights;
   }
@@ -689,7 +690,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   ++running;  // nothing throws until it is counted down
   const std::shared_ptr<FrameRecord> mine = frame;
   const std::shared_ptr<CancelToken> cancelled = token;
-  const CameraPose camera = view->camera;
+  const CameraPose camera = mine->begin.camera;
   const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
   const double mean_samples = mean_of_tiles();

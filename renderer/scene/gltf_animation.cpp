@@ -1,8 +1,10 @@
 #include "renderer/scene/gltf_animation.h"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace helio::gltf {
 
@@ -40,8 +42,9 @@ std::array<double, 4> slerp(const float* a, const float* b, double t) {
 
 class AnimationPlayer {
  public:
-  AnimationPlayer(const Document& document, double time, AccessorReader& reader, Diagnostics& diagnostics)
+  AnimationPlayer(const Document& document, int played, double time, AccessorReader& reader, Diagnostics& diagnostics)
       : document_(document),
+        played_(played),
         time_(time),
         reader_(reader),
         diagnostics_(diagnostics),
@@ -49,12 +52,12 @@ class AnimationPlayer {
   ~AnimationPlayer() { reader_.budget().release(reader_.budget().used() - used_before_); }
 
   void play(std::vector<Trs>& trs, std::vector<std::vector<float>>& weights) {
-    std::set<std::pair<int, AnimatedProperty>> driven;
-    for (const Animation& animation : document_.animations) {
+    for (std::size_t i = 0; i < document_.animations.size(); ++i) {
+      const Animation& animation = document_.animations[i];
       for (const AnimationChannel& channel : animation.channels) {
         const AnimationSampler& sampler = animation.samplers[std::size_t(channel.sampler)];
         if (!check(sampler, channel.property)) return;
-        if (!driven.insert({channel.node, channel.property}).second) continue;
+        if (int(i) != played_) continue;
         apply(sampler, channel, trs[std::size_t(channel.node)], weights[std::size_t(channel.node)]);
       }
     }
@@ -94,11 +97,17 @@ class AnimationPlayer {
     // Without data every key is at 0: nothing to evaluate, nothing to hold against the file.
     const bool has_keys = reader_[sampler.input].view >= 0 || reader_[sampler.input].sparse;
     if (has_keys && checked_.insert({sampler.input, -1}).second) {
+      bool slipped = false;  // one is told
       for (std::size_t i = 0; i < times->size(); ++i) {
         if ((*times)[i] >= 0 && (i == 0 || (*times)[i] > (*times)[i - 1])) continue;
-        diagnostics_.fail(std::string() / "accessors" / std::size_t(sampler.input),
-                          "key " + std::to_string(i) + " is at " + std::to_string((*times)[i]) +
-                              " s, allowed: at least 0 and above the one before");
+        const std::string place = std::string() / "accessors" / std::size_t(sampler.input);
+        const std::string problem = "key " + std::to_string(i) + " is at " + std::to_string((*times)[i]) +
+                                    " s, allowed: at least 0 and above the one before";
+        if (i == 0 || (*times)[i] >= (*times)[i - 1]) {  // before the start, or two at once: the later one holds
+          if (!std::exchange(slipped, true)) diagnostics_.tolerate(place, problem, "taken as it is");
+          continue;
+        }
+        diagnostics_.fail(place, problem);
         return false;
       }
     }
@@ -109,11 +118,9 @@ class AnimationPlayer {
     for (std::size_t i = cubic ? 4 : 0; i + 4 <= output->size(); i += cubic ? 12 : 4) {
       double squared = 0;
       for (std::size_t c = 0; c < 4; ++c) squared += double((*output)[i + c]) * double((*output)[i + c]);
-      if (std::abs(std::sqrt(squared) - 1) <= 0.05) continue;
-      diagnostics_.fail(
-          std::string() / "accessors" / std::size_t(sampler.output),
-          "rotation " + std::to_string(i / 4) + " has length " + std::to_string(std::sqrt(squared)) + ", expected 1");
-      return false;
+      if (!check_unit_rotation(std::string() / "accessors" / std::size_t(sampler.output), i / 4, std::sqrt(squared),
+                               diagnostics_))
+        return false;
     }
     return true;
   }
@@ -172,6 +179,7 @@ class AnimationPlayer {
   }
 
   const Document& document_;
+  int played_;
   double time_;
   AccessorReader& reader_;
   Diagnostics& diagnostics_;
@@ -182,9 +190,61 @@ class AnimationPlayer {
 
 }  // namespace
 
-void apply_animations(const Document& document, double time_s, AccessorReader& reader, Diagnostics& diagnostics,
-                      std::vector<Trs>& trs, std::vector<std::vector<float>>& weights) {
-  AnimationPlayer(document, time_s, reader, diagnostics).play(trs, weights);
+bool check_unit_rotation(const std::string& place, std::size_t index, double length, Diagnostics& diagnostics) {
+  constexpr double kRounding = 0.02, kTolerance = 0.05;  // integers of eight bits round by 0.008
+  const double off = std::abs(length - 1);
+  if (off <= kRounding) return true;
+  const std::string problem =
+      "rotation " + std::to_string(index) + " has length " + std::to_string(length) + ", expected 1";
+  if (off <= kTolerance) {
+    diagnostics.tolerate(place, problem, "made so");
+    return true;
+  }
+  diagnostics.fail(place, problem);
+  return false;
+}
+
+std::string animation_name(const Document& document, std::size_t index) {
+  const std::string& name = document.animations[index].name;
+  return name.empty() ? "animation " + std::to_string(index) : name;
+}
+
+int choose_animation(const Document& document, const std::string& wanted, Diagnostics& diagnostics) {
+  const std::size_t count = document.animations.size();
+  if (wanted.empty()) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (!document.animations[i].channels.empty()) return int(i);
+    return -1;
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (animation_name(document, i) == wanted) return int(i);
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+  if (error == std::errc() && end == wanted.data() + wanted.size() && number < count) return int(number);
+  constexpr std::size_t kShown = 60;
+  const std::string quoted = '"' + wanted.substr(0, kShown) + '"';
+  if (count == 0)
+    diagnostics.fail("/animations", "there is no animation " + quoted + ": the file has none");
+  else
+    diagnostics.fail("/animations", "there is no animation " + quoted + ", allowed: " + list_animations(document, -1) +
+                                        ", or a number from 0 to " + std::to_string(count - 1));
+  return -1;
+}
+
+std::string list_animations(const Document& document, int without) {
+  constexpr std::size_t kShown = 16;
+  std::string names;
+  std::size_t listed = 0;
+  for (std::size_t i = 0; i < document.animations.size(); ++i) {
+    if (int(i) == without) continue;
+    if (++listed <= kShown) names += (listed == 1 ? "\"" : ", \"") + animation_name(document, i) + '"';
+  }
+  return listed <= kShown ? names : names + " and " + std::to_string(listed - kShown) + " more";
+}
+
+void apply_animation(const Document& document, int played, double time_s, AccessorReader& reader,
+                     Diagnostics& diagnostics, std::vector<Trs>& trs, std::vector<std::vector<float>>& weights) {
+  AnimationPlayer(document, played, time_s, reader, diagnostics).play(trs, weights);
 }
 
 }  // namespace helio::gltf

@@ -61,8 +61,9 @@ void BufferStore::load(std::size_t index, const Buffer& buffer, const Container&
     if (!data.ok()) return diagnostics.fail(place / "uri", data.error());
     if (!data->media_type.empty() && data->media_type != "application/octet-stream" &&
         data->media_type != "application/gltf-buffer")
-      return diagnostics.fail(place / "uri", "has media type \"" + data->media_type.substr(0, 60) +
-                                                 "\", allowed: application/octet-stream, application/gltf-buffer");
+      diagnostics.tolerate(place / "uri", "has media type \"" + data->media_type.substr(0, 60) +
+                                              "\", allowed: application/octet-stream, application/gltf-buffer",
+                           "its bytes are read all the same");
     target.owned = std::move(data->bytes);
     target.bytes = target.owned;
   } else if (has_scheme(*buffer.uri) && !buffer.uri->starts_with(':') && !used) {

@@ -9,23 +9,42 @@ namespace helio::gltf {
 
 namespace {
 
+constexpr const char* kAsAbsent = "read as absent";
+constexpr const char* kAllDepths = "cameras see at all depths here";
+
+// Depths between which rasterizers draw. Nothing here depends on them: what is wrong with them are slips.
+void check_clipping(const JsonObject& object, std::initializer_list<const char*> required, bool near_may_be_0) {
+  Diagnostics& diagnostics = object.diagnostics();
+  for (const char* key : required) {
+    if (!object.has(key))
+      diagnostics.tolerate(object.place(), std::string("misses the required property \"") + key + '"', kAllDepths);
+  }
+  const Range any = {-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+  const double near = object.number("znear", near_may_be_0 ? 0 : 1e-30, any);
+  const double far = object.number("zfar", std::numeric_limits<double>::infinity(), any);
+  if (near < 0 || (near == 0 && !near_may_be_0))
+    diagnostics.tolerate(object.place() / "znear",
+                         fmt::format("is {}, allowed: {} 0", near, near_may_be_0 ? "at least" : "above"), kAllDepths);
+  if (far <= near) diagnostics.tolerate(object.place(), "zfar is not above znear", kAllDepths);
+}
+
 void read_perspective(const JsonObject& object, CameraDescription& camera) {
   object.only({"aspectRatio", "yfov", "zfar", "znear"});
-  if (!object.require({"yfov", "znear"})) return;
+  if (!object.require("yfov")) return;
   camera.projection = Projection::perspective;
   camera.vertical_fov = object.number("yfov", 0.8, kPositive);
   if (camera.vertical_fov >= std::numbers::pi)
     object.diagnostics().fail(object.place() / "yfov",
                               "is " + std::to_string(camera.vertical_fov) + ", allowed: above 0 and below pi");
-  camera.aspect = object.has("aspectRatio") ? object.number("aspectRatio", 1, kPositive) : 0;
-  const double near = object.number("znear", 1, kPositive);
-  if (object.has("zfar") && object.number("zfar", near + 1, kPositive) <= near)
-    object.diagnostics().fail(object.place(), "zfar is not above znear");
+  camera.aspect = object.number("aspectRatio", 0, kNonNegative);
+  if (object.has("aspectRatio") && camera.aspect == 0)
+    object.diagnostics().tolerate(object.place() / "aspectRatio", "is 0, allowed: above 0", kAsAbsent);
+  check_clipping(object, {"znear"}, false);
 }
 
 void read_orthographic(const JsonObject& object, CameraDescription& camera) {
   object.only({"xmag", "ymag", "zfar", "znear"});
-  if (!object.require({"xmag", "ymag", "zfar", "znear"})) return;
+  if (!object.require({"xmag", "ymag"})) return;
   camera.projection = Projection::orthographic;
   // The sign of a magnification only mirrors the picture; the size is its absolute value.
   const double x = std::abs(object.number("xmag", 1)), y = std::abs(object.number("ymag", 1));
@@ -39,8 +58,7 @@ void read_orthographic(const JsonObject& object, CameraDescription& camera) {
   }
   camera.half_height = y;
   camera.aspect = x / y;
-  if (object.number("zfar", 1, kPositive) <= object.number("znear", 0, kNonNegative))
-    object.diagnostics().fail(object.place(), "zfar is not above znear");
+  check_clipping(object, {"zfar", "znear"}, true);
 }
 
 }  // namespace
@@ -62,6 +80,7 @@ void read_cameras(const JsonObject& root, Document& document) {
         type == "perspective" ? read_perspective(object.object("perspective"), camera)
                               : read_orthographic(object.object("orthographic"), camera);
     }
+    camera.keeps_aspect = camera.aspect > 0;
     read_camera_extras(object, camera);
     document.cameras.push_back(std::move(camera));
   });

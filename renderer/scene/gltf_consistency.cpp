@@ -1,6 +1,8 @@
 // What the specification asks of how objects are used together (glTF 2.0, 3.6.2, 3.7.2 and 3.7.3).
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
+#include <map>
 
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/material_slots.h"
@@ -23,21 +25,40 @@ class ViewUses {
     if (view < 0 || document_.views[std::size_t(view)].meshopt) return;
     Use& use = uses_[std::size_t(view)];
     if (use.target != 0 && use.target != target)
-      diagnostics_.fail(place, "uses bufferView " + std::to_string(view) + " for both vertices and indices");
+      diagnostics_.tolerate(place, "uses bufferView " + std::to_string(view) + " for both vertices and indices",
+                            "its bytes are read as either");
     use.target = target;
-    if (target != kVertices) return;
-    if (use.accessor >= 0 && use.accessor != accessor && document_.views[std::size_t(view)].byte_stride == 0)
-      diagnostics_.fail(place, "shares bufferView " + std::to_string(view) +
-                                   ", which has no byteStride, with another vertex attribute");
-    use.accessor = accessor;
+    if (target == kVertices && document_.views[std::size_t(view)].byte_stride == 0) share(use, accessor, view, place);
   }
 
   static constexpr int kVertices = 34962, kIndices = 34963;
 
  private:
   struct Use {
-    int target = 0, accessor = -1;
+    int target = 0;
+    std::map<std::uint64_t, std::uint64_t> blocks;  // of accessors: where each begins and ends, none in another
   };
+
+  // Blocks one after the other are beyond doubt. Those that interlock without a byteStride are not: it may be what
+  // was forgotten.
+  void share(Use& use, int accessor, int view, const std::string& place) {
+    const Accessor& a = document_.accessors[std::size_t(accessor)];
+    const std::uint64_t begin = a.byte_offset, end = begin + a.count * a.element_size();
+    const auto next = use.blocks.lower_bound(begin);
+    const auto before = next == use.blocks.begin() ? use.blocks.end() : std::prev(next);
+    if (next != use.blocks.end() && next->first == begin && next->second == end) return;  // the same numbers again
+    const bool clear = (next == use.blocks.end() || next->first >= end) &&
+                       (before == use.blocks.end() || before->second <= begin);
+    if (!use.blocks.empty()) {
+      const std::string problem = "shares bufferView " + std::to_string(view) +
+                                  ", which has no byteStride, with another vertex attribute";
+      if (clear)
+        diagnostics_.tolerate(place, problem, "each is packed");
+      else
+        diagnostics_.fail(place, problem);
+    }
+    if (clear) use.blocks[begin] = end;
+  }
   const Document& document_;
   Diagnostics& diagnostics_;
   std::vector<Use> uses_;
@@ -62,8 +83,9 @@ void check_texcoords(const Document& document, const Primitive& primitive, const
       diagnostics.fail(place / "material",
                        "has a texture that needs " + wanted + ", which the primitive does not have");
     else
-      diagnostics.warn(place / "material",
-                       "has a texture that needs " + wanted + ", which the primitive does not have: (0, 0) is used");
+      diagnostics.tolerate(place / "material",
+                           "has a texture that needs " + wanted + ", which the primitive does not have",
+                           "(0, 0) is used");
   });
 }
 
@@ -132,14 +154,15 @@ void check_skins(const Document& document, Diagnostics& diagnostics) {
     const std::string place = std::string() / "skins" / s;
     for (const int joint : skin.joints) {
       if (ancestry.root(joint) != ancestry.root(skin.joints.front())) {
-        diagnostics.fail(place / "joints", "have no common root");
+        diagnostics.tolerate(place / "joints", "have no common root", "each stands where its own nodes put it");
         break;
       }
     }
     if (skin.skeleton < 0) continue;
     for (const int joint : skin.joints) {
       if (!ancestry.contains(skin.skeleton, joint)) {
-        diagnostics.fail(place / "skeleton", "is not an ancestor of joint node " + std::to_string(joint));
+        diagnostics.tolerate(place / "skeleton", "is not an ancestor of joint node " + std::to_string(joint),
+                             "the joints decide");
         break;
       }
     }

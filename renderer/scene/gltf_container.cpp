@@ -53,7 +53,12 @@ Result<Container> open_container(std::span<const std::uint8_t> file, const std::
     const std::uint32_t type = read_u32(file, offset + 4);
     const std::size_t data = offset + kChunkHeaderSize;
     if (!json_seen && type != kJsonChunk) return error(offset, "the first chunk is not of type JSON");
-    if (size % 4 != 0) return error(offset, "the chunk's length " + std::to_string(size) + " is not a multiple of 4");
+    const bool last = size == length - data;
+    if (size % 4 != 0) {
+      const std::string problem = "the chunk's length " + std::to_string(size) + " is not a multiple of 4";
+      if (!last) return error(offset, problem);  // nothing says whether the next one begins right behind it
+      result.slips.emplace_back(offset, problem);
+    }
     if (size > length - data)
       return error(offset, "the chunk says " + std::to_string(size) + " bytes, the file has " +
                                std::to_string(length - data) + " left");

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/base/result.h"
@@ -17,6 +18,7 @@ struct Container {
   bool is_glb = false;
   std::optional<std::span<const std::uint8_t>> bin;  // the GLB's binary chunk
   std::vector<std::string> warnings;
+  std::vector<std::pair<std::size_t, std::string>> slips;  // byte, broken rule of the format that leaves no doubt
 };
 
 // True when the bytes carry the GLB magic.

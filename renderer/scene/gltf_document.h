@@ -172,6 +172,7 @@ struct AnimationChannel {
 };
 
 struct Animation {
+  std::string name;  // empty: none
   std::vector<AnimationSampler> samplers;
   std::vector<AnimationChannel> channels;  // those that drive something we know
 };
@@ -216,6 +217,10 @@ void read_scenes(const JsonObject& root, Document& document);
 void read_animations(const JsonObject& root, Document& document);
 void read_cameras(const JsonObject& root, Document& document);
 void read_lights(const JsonObject& root, Document& document);
+
+// Accessors of indices and matrices are packed: a byteStride of their view is a failure unless it says the same.
+void check_no_stride(const Document& document, const Accessor& accessor, const std::string& place, const char* what,
+                     Diagnostics& diagnostics);
 
 // Rules between objects, checked when every object has been read.
 void check_consistency(const Document& document, Diagnostics& diagnostics);

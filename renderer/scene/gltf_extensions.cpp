@@ -53,7 +53,8 @@ const KnownExtension* find_known(std::string_view name) {
 void check_unique(const JsonObject& root, const char* key, const std::vector<std::string>& list) {
   std::set<std::string_view> seen;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (!seen.insert(list[i]).second) root.diagnostics().fail(root.place() / key / i, "repeats \"" + list[i] + '"');
+    if (!seen.insert(list[i]).second)
+      root.diagnostics().tolerate(root.place() / key / i, "repeats \"" + list[i] + '"', "counted once");
   }
 }
 
@@ -73,7 +74,8 @@ ExtensionList ExtensionList::read(const JsonObject& root) {
       diagnostics.fail(root.place() / "extensionsRequired" / i,
                        "requires the extension " + name + ", which is not supported", ErrorCode::unimplemented);
     else if (!list.used(name))
-      diagnostics.fail(root.place() / "extensionsRequired" / i, "requires " + name + ", which extensionsUsed misses");
+      diagnostics.tolerate(root.place() / "extensionsRequired" / i,
+                           "requires " + name + ", which extensionsUsed misses", "it is used");
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     const std::string& name = used[i];
@@ -81,8 +83,9 @@ ExtensionList ExtensionList::read(const JsonObject& root) {
     if ((!known || !known->implemented) && !list.required(name))
       diagnostics.warn("", "optional extension " + name + " is ignored");
     if (name == "KHR_mesh_quantization" && !list.required(name))
-      diagnostics.fail(root.place() / "extensionsUsed" / i, name + " cannot be optional");
+      diagnostics.tolerate(root.place() / "extensionsUsed" / i, name + " cannot be optional", "it is used");
   }
+  list.used_.insert(required.begin(), required.end());
   check_unique(root, "extensionsUsed", used);
   check_unique(root, "extensionsRequired", required);
   return list;
@@ -100,8 +103,10 @@ void ExtensionList::check(const JsonObject& owner, Site site) const {
   const JsonObject extensions = owner.object("extensions");
   for (const std::string& name : extensions.keys()) {
     const JsonObject extension = extensions.object(name.c_str());  // fails when it is not an object
-    if (!used(name)) owner.diagnostics().fail(extension.place(), "the extension is not declared in extensionsUsed");
     const KnownExtension* known = find_known(name);
+    if (!used(name))
+      owner.diagnostics().tolerate(extension.place(), "the extension is not declared in extensionsUsed",
+                                   known && known->implemented ? "it is used" : "it is ignored");
     if (known && !(known->sites & unsigned(site)))
       owner.diagnostics().fail(extension.place(), "the extension may not stand here");
   }

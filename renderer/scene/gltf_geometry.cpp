@@ -32,7 +32,7 @@ class PrimitiveLoader {
     if (!read_attributes() || !read_triangles()) return std::nullopt;
     if (is_morphed(weights) && !apply_morph_targets(primitive_, weights, reader_, geometry_.mesh)) return std::nullopt;
     if (joint_count && !read_binding(*joint_count)) return std::nullopt;
-    repair_directions();
+    repair_directions(!is_morphed(weights) && !primitive_.draco);
     for (V4f& color : geometry_.mesh.colors)
       for (int c = 0; c < 4; ++c) color[c] = std::clamp(color[c], 0.0f, 1.0f);
     if (geometry_.mesh.indices.empty()) {
@@ -241,14 +241,29 @@ class PrimitiveLoader {
 
   // ---- unit vectors ------------------------------------------------------------------------------------------------
 
-  void repair_directions() {
+  // `of_file`: vectors are as the file has them, and it is to blame for their lengths.
+  void repair_directions(bool of_file) {
+    constexpr float kRounding = 0.05f;
     TriangleMesh& mesh = geometry_.mesh;
     std::vector<std::uint32_t> bad;
-    for (std::size_t v = 0; v < mesh.normals.size(); ++v)
-      if (!make_unit(mesh.normals[v])) bad.push_back(std::uint32_t(v));
+    std::size_t off = 0;
+    for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+      const float squared = length_squared(mesh.normals[v]);
+      if (make_unit(mesh.normals[v]))
+        off += std::abs(squared - 1) > 2 * kRounding;
+      else
+        bad.push_back(std::uint32_t(v));
+    }
+    const std::string place = place_ / "attributes" / "NORMAL";
+    if (off != 0 && of_file)
+      diagnostics_.tolerate(place, std::to_string(off) + " normals are not of length 1", "made so");
     if (!bad.empty()) {
-      diagnostics_.warn(place_ / "attributes" / "NORMAL",
-                        std::to_string(bad.size()) + " normals of length zero are taken from the triangles instead");
+      const std::string problem = std::to_string(bad.size()) + " normals of length zero";
+      const std::string reading = "they are taken from the triangles instead";
+      if (of_file && reader_[primitive_.find("NORMAL")].view >= 0)  // else the format makes them zero
+        diagnostics_.tolerate(place, problem, reading);
+      else
+        diagnostics_.warn(place, problem + "; " + reading);
       replace_normals(bad);
     }
     bool tangents_good = true;

@@ -122,8 +122,6 @@ class ImageLoader {
     } else if (actual.empty()) {
       diagnostics_.warn(place, "is neither PNG nor JPEG, and not used");
       return false;
-    } else if (!encoded.media_type.empty() && encoded.media_type != actual) {
-      diagnostics_.fail(place, "is " + actual + ", but is declared as " + encoded.media_type.substr(0, 60));
     } else if (probe.format == ImageFormat::webp && !document_.extensions.used("EXT_texture_webp")) {
       diagnostics_.fail(place, "is image/webp, which needs the extension EXT_texture_webp");
     } else if (probe.format == ImageFormat::webp && decode) {
@@ -131,6 +129,9 @@ class ImageLoader {
     } else if (probe.format == ImageFormat::png && !is_whole_png(encoded.bytes)) {
       diagnostics_.fail(place, "is a PNG that ends early");
     } else {
+      if (!encoded.media_type.empty() && encoded.media_type != actual)
+        diagnostics_.tolerate(place, "is " + actual + ", but is declared as " + encoded.media_type.substr(0, 60),
+                              "read as " + actual);
       return true;
     }
     return false;

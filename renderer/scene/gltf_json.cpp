@@ -38,12 +38,6 @@ std::string show(double value) {
   return text;
 }
 
-std::string show(const Range& range) {
-  if (std::isinf(range.low) && std::isinf(range.high)) return "any finite number";
-  if (std::isinf(range.high)) return (range.low_excluded ? "above " : "at least ") + show(range.low);
-  return (range.low_excluded ? "above " : "") + show(range.low) + " to " + show(range.high);
-}
-
 bool contains(const Range& range, double value) {
   return std::isfinite(value) && value >= range.low && value <= range.high &&
          !(range.low_excluded && value == range.low);
@@ -102,7 +96,26 @@ TextSize measure(std::span<const std::uint8_t> text) {
   return size;
 }
 
+constexpr const char* kEmpty = "is empty, allowed: one item or more";
+constexpr const char* kAsAbsent = "read as absent";
+
 }  // namespace
+
+std::optional<double> nearest_within(const Range& range, double value) {
+  const double width = range.high - range.low;
+  const auto near = [width](double end, double off) {
+    return off <= (width <= 10 ? 0.01 * width : end == 0 ? 1e-6 : 1e-6 * std::abs(end));
+  };
+  if (value < range.low && near(range.low, range.low - value) && !range.low_excluded) return range.low;
+  if (value > range.high && near(range.high, value - range.high)) return range.high;
+  return std::nullopt;
+}
+
+std::string describe(const Range& range) {
+  if (std::isinf(range.low) && std::isinf(range.high)) return "any finite number";
+  if (std::isinf(range.high)) return (range.low_excluded ? "above " : "at least ") + show(range.low);
+  return (range.low_excluded ? "above " : "") + show(range.low) + " to " + show(range.high);
+}
 
 std::string operator/(const std::string& place, std::string_view key) {
   std::string result = place + "/";
@@ -135,7 +148,13 @@ JsonObject JsonObject::absent(std::string place, Diagnostics& diagnostics) {
 
 const json* JsonObject::find(const char* key) const {
   const auto found = value_->find(key);
-  return found == value_->end() ? nullptr : &*found;
+  if (found == value_->end()) return nullptr;
+  // Extras may be any value, null too.
+  if (found->is_null() && std::string_view(key) != "extras") {
+    diagnostics_->tolerate(place_ / key, "is null", kAsAbsent);
+    return nullptr;
+  }
+  return &*found;
 }
 
 void JsonObject::wrong_type(const char* key, const char* wanted) const {
@@ -189,11 +208,14 @@ double JsonObject::number(const char* key, double fallback, Range range) const {
     return fallback;
   }
   const double number = value->get<double>();
-  if (!contains(range, number)) {
-    diagnostics_->fail(place_ / key, "is " + show(*value) + ", allowed: " + show(range));
-    return fallback;
+  if (contains(range, number)) return number;
+  const std::string problem = "is " + show(*value) + ", allowed: " + describe(range);
+  if (const std::optional<double> meant = nearest_within(range, number)) {
+    diagnostics_->tolerate(place_ / key, problem, "read as " + show(*meant));
+    return *meant;
   }
-  return number;
+  diagnostics_->fail(place_ / key, problem);
+  return fallback;
 }
 
 std::uint64_t JsonObject::count(const char* key, std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const {
@@ -215,6 +237,11 @@ std::uint64_t JsonObject::count(const char* key, std::uint64_t fallback, std::ui
 bool JsonObject::boolean(const char* key, bool fallback) const {
   const json* value = find(key);
   if (!value) return fallback;
+  if (value->is_number_integer() && (*value == 0 || *value == 1)) {
+    diagnostics_->tolerate(place_ / key, "is " + show(*value) + ", expected true or false",
+                           *value == 1 ? "read as true" : "read as false");
+    return *value == 1;
+  }
   if (!value->is_boolean()) {
     wrong_type(key, "true or false");
     return fallback;
@@ -255,7 +282,7 @@ std::vector<int> JsonObject::references(const char* key, std::size_t size, const
     wrong_type(key, "an array of indices");
     return result;
   }
-  if (value->empty()) diagnostics_->fail(place_ / key, "is empty; leave it out instead");
+  if (value->empty()) diagnostics_->tolerate(place_ / key, kEmpty, kAsAbsent);
   for (std::size_t i = 0; i < value->size(); ++i) {
     const json& item = (*value)[i];
     const double number = item.is_number() ? item.get<double>() : std::nan("");
@@ -278,7 +305,7 @@ std::vector<std::string> JsonObject::strings(const char* key) const {
     wrong_type(key, "an array of strings");
     return result;
   }
-  if (value->empty()) diagnostics_->fail(place_ / key, "is empty; leave it out instead");
+  if (value->empty()) diagnostics_->tolerate(place_ / key, kEmpty, kAsAbsent);
   for (std::size_t i = 0; i < value->size(); ++i) {
     const json& item = (*value)[i];
     if (item.is_string())
@@ -298,6 +325,10 @@ std::vector<double> JsonObject::numbers(const char* key, std::size_t min_size, s
     wrong_type(key, "an array of numbers");
     return result;
   }
+  if (value->empty() && min_size < max_size) {
+    diagnostics_->tolerate(place_ / key, kEmpty, kAsAbsent);
+    return result;
+  }
   if (value->size() < min_size || value->size() > max_size) {
     diagnostics_->fail(place_ / key, "has " + std::to_string(value->size()) +
                                          " elements, allowed: " + std::to_string(min_size) +
@@ -311,11 +342,15 @@ std::vector<double> JsonObject::numbers(const char* key, std::size_t min_size, s
       diagnostics_->fail(place_ / key / i, "is " + show(item) + ", expected a number");
       return {};
     }
-    result.push_back(item.get<double>());
-    if (!contains(range, result.back())) {
-      diagnostics_->fail(place_ / key / i, "is " + show(item) + ", allowed: " + show(range));
+    const double number = item.get<double>();
+    const std::optional<double> meant = contains(range, number) ? number : nearest_within(range, number);
+    const std::string problem = meant == number ? "" : "is " + show(item) + ", allowed: " + describe(range);
+    if (!meant) {
+      diagnostics_->fail(place_ / key / i, problem);
       return {};
     }
+    if (!problem.empty()) diagnostics_->tolerate(place_ / key / i, problem, "read as " + show(*meant));
+    result.push_back(*meant);
   }
   return result;
 }
@@ -342,7 +377,7 @@ void JsonObject::each(const char* key, const std::function<void(const JsonObject
     wrong_type(key, "an array");
     return;
   }
-  if (value->empty()) diagnostics_->fail(place_ / key, "is empty; leave it out instead");
+  if (value->empty()) diagnostics_->tolerate(place_ / key, kEmpty, kAsAbsent);
   for (std::size_t i = 0; i < value->size(); ++i) visit(JsonObject((*value)[i], place_ / key / i, *diagnostics_), i);
 }
 
@@ -364,6 +399,10 @@ void dismantle(json& value) noexcept {
 
 }  // namespace
 
+bool starts_with_byte_order_mark(std::span<const std::uint8_t> text) {
+  return text.size() >= 3 && text[0] == 0xef && text[1] == 0xbb && text[2] == 0xbf;
+}
+
 JsonDocument::JsonDocument(std::unique_ptr<json> json) : json_(std::move(json)) {}
 JsonDocument::JsonDocument(JsonDocument&&) noexcept = default;
 JsonDocument& JsonDocument::operator=(JsonDocument&&) noexcept = default;
@@ -374,8 +413,10 @@ JsonDocument::~JsonDocument() {
 Result<JsonDocument> JsonDocument::parse(std::span<const std::uint8_t> text, const std::string& file,
                                          std::size_t offset, MemoryBudget& budget) {
   const auto at = [&](std::size_t position) { return file + "@" + std::to_string(offset + position); };
-  if (text.size() >= 3 && text[0] == 0xef && text[1] == 0xbb && text[2] == 0xbf)
-    return Error{ErrorCode::invalid_argument, "the JSON starts with a byte order mark, which glTF forbids", at(0)};
+  if (starts_with_byte_order_mark(text)) {
+    text = text.subspan(3);
+    offset += 3;
+  }
   const TextSize size = measure(text);
   if (size.depth > kMaxDepth)
     return Error{ErrorCode::invalid_argument,

@@ -1,5 +1,7 @@
 // Typed, checked reading of a glTF's JSON. Every accessor that finds the wrong type, length or range says so with the
-// value's JSON pointer and goes on with the fallback, so that one pass finds every problem.
+// value's JSON pointer and goes on with the fallback, so that one pass finds every problem. Slips that leave the meaning
+// beyond doubt are tolerated (Diagnostics::tolerate): numbers a hair outside of their range, empty arrays, null for a
+// property that may be absent, 0 and 1 for false and true.
 #pragma once
 
 #include <array>
@@ -9,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,6 +37,11 @@ inline constexpr Range kAny{};
 inline constexpr Range kUnit{0, 1};
 inline constexpr Range kNonNegative{0};
 inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), true};
+// The nearest value of the range, where `value` is a hair outside: 1 % of the range's width; where that is above 10 or
+// infinite, 1e-6 of the end, or 1e-6 if it is 0. Nothing where it is farther away, or where the end is excluded.
+std::optional<double> nearest_within(const Range& range, double value);
+// "at least 0", "0 to 1", ...
+std::string describe(const Range& range);
 // Integers beyond 2^53 are not exact in JSON.
 inline constexpr std::uint64_t kMaxCount = 1ull << 53;
 
@@ -66,14 +74,15 @@ class JsonObject {
   int reference(const char* key, std::size_t size, const char* what) const;
   std::vector<int> references(const char* key, std::size_t size, const char* what) const;
   std::vector<std::string> strings(const char* key) const;
-  // An array of min_size to max_size numbers; empty when absent or wrong.
+  // An array of min_size to max_size numbers; empty when absent or wrong. An empty one is read as absent where the
+  // length is free.
   std::vector<double> numbers(const char* key, std::size_t min_size, std::size_t max_size, Range range = kAny) const;
   Rgb rgb(const char* key, const Rgb& fallback, Range range) const;
 
   // The object under key; absent when there is none.
   JsonObject object(const char* key) const;
   JsonObject extension(const char* name) const { return object("extensions").object(name); }
-  // Calls visit for each object of the array under key; an empty array is a failure (glTF arrays have minItems 1).
+  // Calls visit for each object of the array under key; an empty array is a slip (glTF arrays have minItems 1).
   void each(const char* key, const std::function<void(const JsonObject&, std::size_t)>& visit) const;
   // Calls visit for each key of this object whose value is an object.
   std::size_t array_size(const char* key) const;
@@ -92,6 +101,9 @@ class JsonObject {
   Diagnostics* diagnostics_;
   bool exists_;
 };
+
+// glTF forbids one; parse() skips it.
+bool starts_with_byte_order_mark(std::span<const std::uint8_t> text);
 
 // A parsed text. The JSON's memory is reserved in the budget before parsing, from a count of its values.
 class JsonDocument {

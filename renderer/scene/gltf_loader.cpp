@@ -4,6 +4,7 @@
 #include <map>
 
 #include "renderer/scene/environment.h"
+#include "renderer/scene/gltf_animation.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_geometry.h"
@@ -39,7 +40,9 @@ class SceneBuilder {
     mesh_used_.resize(document_.meshes.size());
     material_used_.resize(document_.materials.size());
     reader_.check_all();
-    if (!diagnostics_.failed()) pose_ = evaluate_pose(document_, options_.time_s, reader_, diagnostics_);
+    const int animation = choose_animation(document_, options_.animation, diagnostics_);
+    if (!diagnostics_.failed()) report_animations(animation);
+    if (!diagnostics_.failed()) pose_ = evaluate_pose(document_, animation, options_.time_s, reader_, diagnostics_);
     if (!diagnostics_.failed()) add_nodes();
     if (!diagnostics_.failed()) check_unused_meshes();
     if (!diagnostics_.failed()) add_default_material();
@@ -48,6 +51,18 @@ class SceneBuilder {
   }
 
  private:
+  void report_animations(int played) {
+    for (std::size_t i = 0; i < document_.animations.size(); ++i)
+      scene_.animations.push_back(animation_name(document_, i));
+    if (played >= 0) scene_.animation = scene_.animations[std::size_t(played)];
+    if (scene_.animations.size() < 2) return;
+    const std::string names = list_animations(document_, played);
+    if (played < 0)
+      diagnostics_.notice("no animation moves anything; there are " + names);
+    else
+      diagnostics_.notice("animation \"" + scene_.animation + "\" is played; the others, not played: " + names);
+  }
+
   // ---- nodes -------------------------------------------------------------------------------------------------------
 
   std::vector<int> root_nodes() {
@@ -87,9 +102,9 @@ class SceneBuilder {
     const std::string name = node.name.empty() ? "node " + std::to_string(index) : node.name;
     const std::string place = std::string() / "nodes" / index;
     if (node.mesh >= 0) add_mesh(index, name, place);
-    if (node.sphere) add_sphere(*node.sphere, pose_.to_world[index], name);
-    if (node.camera >= 0) add_camera(node, pose_.to_world[index], name);
-    if (node.light >= 0) add_light(node, pose_.to_world[index], name, place);
+    if (node.sphere) add_sphere(*node.sphere, index, name);
+    if (node.camera >= 0) add_camera(node, looking(index), name);
+    if (node.light >= 0) add_light(node, looking(index), name, place);
   }
 
   void add_mesh(std::size_t index, const std::string& name, const std::string& place) {
@@ -102,9 +117,9 @@ class SceneBuilder {
     const int object = find_object(node.mesh, pose_.weights[index]);
     if (object < 0) return;
     if (node.instancing)
-      add_gpu_instances(*node.instancing, object, pose_.to_world[index], name, place);
+      add_gpu_instances(*node.instancing, object, index, name, place);
     else
-      add_instance(name, object, pose_.to_world[index], place);
+      add_instance(name, object, pose_.to_world[index], pose_.mirrored[index], place);
   }
 
   // The object of a mesh in the shape that the weights give it, made once. -1: it has no triangles, or a failure.
@@ -166,17 +181,18 @@ class SceneBuilder {
     const int object = add_object(std::move(parts), node.mesh);
     M44d to_world;
     to_world.setTranslation(origin);
-    if (object >= 0) add_instance(name, object, to_world, place);
+    if (object >= 0) add_instance(name, object, to_world, false, place);
   }
 
-  void add_instance(const std::string& name, int object, const M44d& to_world, const std::string& place) {
+  void add_instance(const std::string& name, int object, const M44d& to_world, bool mirrored,
+                    const std::string& place) {
     if (Status s = budget_.reserve(sizeof(Instance) + name.size(), ""); !s.ok())
       diagnostics_.fail(place, s.error());
     else
-      scene_.instances.push_back({name, object, to_world});
+      scene_.instances.push_back({name, object, to_world, mirrored});
   }
 
-  void add_gpu_instances(const GpuInstancing& instancing, int object, const M44d& node, const std::string& name,
+  void add_gpu_instances(const GpuInstancing& instancing, int object, std::size_t node, const std::string& name,
                          const std::string& place) {
     if (Status s = budget_.reserve(instancing.count, sizeof(Instance) + name.size(), ""); !s.ok())
       return diagnostics_.fail(place / "extensions" / "EXT_mesh_gpu_instancing", s.error());
@@ -195,24 +211,38 @@ class SceneBuilder {
       if (!rotations.empty()) {
         const V4f& q = rotations[i];
         const double length = std::sqrt(double(q.x) * q.x + double(q.y) * q.y + double(q.z) * q.z + double(q.w) * q.w);
-        if (!(std::abs(length - 1) <= 0.05))
-          return diagnostics_.fail(
-              std::string() / "accessors" / std::size_t(instancing.rotation),
-              "rotation " + std::to_string(i) + " has length " + std::to_string(length) + ", expected 1");
+        if (!check_unit_rotation(std::string() / "accessors" / std::size_t(instancing.rotation), i, length,
+                                 diagnostics_))
+          return;
         trs.rotation = {q.x / length, q.y / length, q.z / length, q.w / length};
       }
-      scene_.instances.push_back({name, object, to_matrix(trs) * node});
+      scene_.instances.push_back(
+          {name, object, to_matrix(trs) * pose_.to_world[node], is_mirrored(trs) != pose_.mirrored[node]});
     }
     budget_.release(budget_.used() - used_before);
   }
 
-  void add_sphere(const Sphere& sphere, const M44d& to_world, const std::string& name) {
+  // Of what looks along -z of its node.
+  M44d looking(std::size_t index) {
+    const M44d& m = pose_.to_world[index];
+    const V3d up(m[1][0], m[1][1], m[1][2]), back(m[2][0], m[2][1], m[2][2]);
+    if (length(cross(up, back)) > 1e-9 * length(up) * length(back)) return m;
+    if (unflattened_.empty()) unflattened_ = unflattened(document_, pose_);
+    M44d to_world = unflattened_[index];
+    for (int axis = 0; axis < 3; ++axis) to_world[3][axis] = m[3][axis];
+    for (int i = 0; i < 12; ++i)
+      if (!std::isfinite(to_world[i / 4][i % 4])) return m;
+    return to_world;
+  }
+
+  void add_sphere(const Sphere& sphere, std::size_t node, const std::string& name) {
     Object object;
     object.name = name;
     object.spheres.push_back(sphere);
     if (sphere.material >= 0) material_used_[std::size_t(sphere.material)] = true;
     scene_.objects.push_back(std::move(object));
-    scene_.instances.push_back({name, int(scene_.objects.size()) - 1, to_world});
+    scene_.instances.push_back(
+        {name, int(scene_.objects.size()) - 1, pose_.to_world[node], pose_.mirrored[node]});
   }
 
   void add_camera(const Node& node, const M44d& to_world, const std::string& name) {
@@ -322,6 +352,7 @@ class SceneBuilder {
   Diagnostics& diagnostics_;
   AccessorReader reader_;
   Pose pose_;
+  std::vector<M44d> unflattened_;  // of all nodes, once one asks
   SceneDescription scene_;
   std::map<std::pair<int, std::vector<float>>, int> objects_;
   std::map<int, std::vector<M44d>> joints_;  // by skin
@@ -339,14 +370,19 @@ Result<SceneDescription> load_gltf(std::span<const std::uint8_t> file, const std
   Result<JsonDocument> json = JsonDocument::parse(container->json, path, container->json_offset, budget);
   if (!json.ok()) return json.error();
 
-  Diagnostics diagnostics(path);
+  Diagnostics diagnostics(path, options.strict);
+  if (starts_with_byte_order_mark(container->json))
+    diagnostics.tolerate("@" + std::to_string(container->json_offset),
+                         "the JSON starts with a byte order mark, which glTF forbids", "skipped");
+  for (const auto& [byte, slip] : container->slips)
+    diagnostics.tolerate("@" + std::to_string(byte), slip, "read as it is");
   for (const std::string& warning : container->warnings) diagnostics.warn("", warning);
   const Document document = read_document(json->root(diagnostics));
   if (diagnostics.failed()) return diagnostics.to_error();
   const BufferStore buffers(document, *container, source, path, budget, diagnostics);
   if (diagnostics.failed()) return diagnostics.to_error();
   SceneDescription scene = SceneBuilder(document, buffers, source, path, options, budget, diagnostics).build();
-  if (diagnostics.failed()) return diagnostics.to_error();
+  if (diagnostics.refused()) return diagnostics.to_error();
   scene.report = diagnostics.take_report();
   return scene;
 }

@@ -2,9 +2,8 @@
 //
 // JSON is read into a gltf::Document of checked plain data, buffers and accessors are checked against the bytes that
 // back them, and only then is geometry built. What the Khronos validator calls an error in its own test files is an
-// error here. Rules that real exporters break without harm are looser: a POSITION accessor with data but without
-// bounds, float data outside its declared bounds, and a gap in the numbering of TEXCOORD sets are warnings. Every
-// allocation that a file decides is first asked of a MemoryBudget.
+// error of a strict load here. Rules that real exporters break without harm are slips (gltf_diagnostics.h): warnings of
+// other loads. Every allocation that a file decides is first asked of a MemoryBudget.
 //
 // The JSON is read directly rather than through tinygltf: that library gives a wrong type or a missing property its
 // default, keeps indices unchecked and copies every buffer, so that each check would have to be made on the JSON

@@ -41,9 +41,7 @@ void read_iridescence(const JsonObject& film, const Document& document, Material
              "iridescenceThicknessMaximum", "iridescenceThicknessTexture"});
   layers.iridescence = float(film.number("iridescenceFactor", 0, kUnit));
   const double ior = film.number("iridescenceIor", 1.3, kNonNegative);
-  if (ior < 1)
-    film.diagnostics().fail(film.place() / "iridescenceIor", "is " + std::to_string(ior) + ", allowed: at least 1");
-  layers.iridescence_ior = float(ior);
+  layers.iridescence_ior = float(at_least_one(film, "iridescenceIor", ior, "at least 1"));
   layers.iridescence_thickness_min = float(film.number("iridescenceThicknessMinimum", 100, kNonNegative));
   layers.iridescence_thickness_max = float(film.number("iridescenceThicknessMaximum", 400, kNonNegative));
   layers.iridescence_texture = read_texture_slot(film, "iridescenceTexture", TexelEncoding::linear, document);
@@ -63,6 +61,17 @@ void read_diffuse_transmission(const JsonObject& diffuse, const Document& docume
 }
 
 }  // namespace
+
+double at_least_one(const JsonObject& object, const char* key, double value, const char* allowed) {
+  if (value >= 1) return value;
+  const std::string problem = "is " + std::to_string(value) + ", allowed: " + allowed;
+  constexpr double kHair = 0.01;  // as of a factor in [0, 1]
+  if (value >= 1 - kHair)
+    object.diagnostics().tolerate(object.place() / key, problem, "read as 1");
+  else
+    object.diagnostics().fail(object.place() / key, problem);
+  return 1;
+}
 
 void read_material_layers(const JsonObject& material, const Document& document, MaterialLayers& layers) {
   read_clearcoat(material.extension("KHR_materials_clearcoat"), document, layers);

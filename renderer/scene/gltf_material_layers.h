@@ -9,4 +9,7 @@ namespace helio::gltf {
 // outside the specification's ranges fail with their place; each extension's textures keep its colour spaces.
 void read_material_layers(const JsonObject& material, const Document& document, MaterialLayers& layers);
 
+// `value` of a property that is at least 1; a hair below is a slip and read as 1, less fails with what is `allowed`.
+double at_least_one(const JsonObject& object, const char* key, double value, const char* allowed);
+
 }  // namespace helio::gltf

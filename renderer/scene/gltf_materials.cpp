@@ -1,4 +1,8 @@
 // materials, with the KHR_materials_ extensions that we implement and extras.heliograph.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
 #include "renderer/scene/gltf_extras.h"
 #include "renderer/scene/gltf_material_layers.h"
 #include "renderer/scene/gltf_textures.h"
@@ -35,9 +39,10 @@ class MaterialReader {
     return read_texture_slot(owner, key, encoding, document_);
   }
   void read_color(const JsonObject& owner, const char* key) {
-    const std::vector<double> color = owner.numbers(key, 4, 4, kUnit);
+    const std::vector<double> color = owner.numbers(key, 3, 4, kUnit);
+    if (color.size() == 3) owner.diagnostics().tolerate(owner.place() / key, "has 3 elements, allowed: 4", "alpha is 1");
     material_.base_color = color.empty() ? Rgb(1) : Rgb(float(color[0]), float(color[1]), float(color[2]));
-    material_.base_alpha = color.empty() ? 1.0f : float(color[3]);
+    material_.base_alpha = color.size() < 4 ? 1.0f : float(color[3]);
   }
 
   void read_metallic_roughness(const JsonObject& pbr) {
@@ -71,8 +76,14 @@ class MaterialReader {
   void read_emission() {
     const JsonObject strength = extension("KHR_materials_emissive_strength");
     strength.only({"emissiveStrength"});
-    material_.emission =
-        object_.rgb("emissiveFactor", Rgb(0), kUnit) * float(strength.number("emissiveStrength", 1, kNonNegative));
+    const Rgb factor = object_.rgb("emissiveFactor", Rgb(0), kNonNegative);
+    if (std::max({factor.x, factor.y, factor.z}) > 1)
+      object_.diagnostics().tolerate(object_.place() / "emissiveFactor",
+                                     fmt::format("is [{:.9g}, {:.9g}, {:.9g}], allowed: 0 to 1 each, times the strength "
+                                                 "of KHR_materials_emissive_strength",
+                                                 factor.x, factor.y, factor.z),
+                                     "read as it is");
+    material_.emission = factor * float(strength.number("emissiveStrength", 1, kNonNegative));
     material_.emission_texture = slot(object_, "emissiveTexture", TexelEncoding::srgb);
   }
 
@@ -87,9 +98,7 @@ class MaterialReader {
     const JsonObject ior = extension("KHR_materials_ior");
     ior.only({"ior"});
     const double value = ior.number("ior", 1.5, kNonNegative);
-    if (value != 0 && value < 1)
-      object_.diagnostics().fail(ior.place() / "ior", "is " + std::to_string(value) + ", allowed: 0, or at least 1");
-    material_.ior = float(value);
+    material_.ior = float(value == 0 ? value : at_least_one(ior, "ior", value, "0, or at least 1"));
 
     const JsonObject transmission = extension("KHR_materials_transmission");
     transmission.only({"transmissionFactor", "transmissionTexture"});

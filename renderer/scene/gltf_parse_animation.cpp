@@ -1,4 +1,6 @@
 // animations: samplers and the channels that drive something we know.
+#include <set>
+
 #include "renderer/scene/gltf_document.h"
 
 namespace helio::gltf {
@@ -44,10 +46,10 @@ void check_pointer(const JsonObject& target) {
     extension.diagnostics().fail(extension.place() / "pointer", "is \"" + pointer + "\", expected a JSON pointer");
 }
 
-// Whether the sampler's output fits the property: format and number of elements.
-void check_output(const JsonObject& channel, const AnimationSampler& sampler, AnimatedProperty property, int node,
+// Whether the channel moves anything. The sampler's output must fit the property: format and number of elements.
+bool check_output(const JsonObject& channel, const AnimationSampler& sampler, AnimatedProperty property, int node,
                   const Document& document) {
-  if (sampler.input < 0 || sampler.output < 0) return;
+  if (sampler.input < 0 || sampler.output < 0) return false;
   const Accessor& input = document.accessors[std::size_t(sampler.input)];
   const Accessor& output = document.accessors[std::size_t(sampler.output)];
   const std::string place = channel.place() / "sampler";
@@ -73,24 +75,27 @@ void check_output(const JsonObject& channel, const AnimationSampler& sampler, An
   if (!fits) {
     channel.diagnostics().fail(place, std::string("its output is an accessor of ") + name_of(output.type) + " of " +
                                           name_of(output.component) + ", allowed: " + allowed);
-    return;
+    return false;
   }
   if (property == AnimatedProperty::weights) {
     const int mesh = node >= 0 ? document.nodes[std::size_t(node)].mesh : -1;
     per_key = mesh >= 0 ? document.meshes[std::size_t(mesh)].target_count() : 0;
     if (per_key == 0) {
-      channel.diagnostics().fail(channel.place() / "target", "animates weights of a node without morph targets");
-      return;
+      channel.diagnostics().tolerate(channel.place() / "target", "animates weights of a node without morph targets",
+                                     "it moves nothing");
+      return false;
     }
   }
   if (sampler.interpolation == Interpolation::cubic_spline) {
     per_key *= 3;
-    if (input.count < 2) channel.diagnostics().fail(place, "cubic splines need at least two keys");
+    if (input.count < 2)
+      channel.diagnostics().tolerate(place, "cubic splines need at least two keys", "its value is that of its key");
   }
   if (output.count != input.count * per_key)
     channel.diagnostics().fail(place, "has " + std::to_string(output.count) + " output elements for " +
                                           std::to_string(input.count) + " keys, expected " +
                                           std::to_string(input.count * per_key));
+  return true;
 }
 
 }  // namespace
@@ -100,6 +105,8 @@ void read_animations(const JsonObject& root, Document& document) {
     object.only({"channels", "samplers"});
     document.extensions.check(object, Site::elsewhere);
     Animation animation;
+    std::set<std::pair<int, AnimatedProperty>> driven;
+    animation.name = object.string("name");
     object.require("channels");
     object.require("samplers");
     object.each("samplers", [&](const JsonObject& sampler, std::size_t) {
@@ -133,10 +140,15 @@ void read_animations(const JsonObject& root, Document& document) {
         return;
       }
       if (result.sampler < 0) return;
-      check_output(channel, animation.samplers[std::size_t(result.sampler)], result.property, result.node, document);
+      const AnimationSampler& sampler = animation.samplers[std::size_t(result.sampler)];
+      if (!check_output(channel, sampler, result.property, result.node, document)) return;
       if (result.node < 0) return;  // glTF: a channel without a node is to be ignored
       if (document.nodes[std::size_t(result.node)].matrix && result.property != AnimatedProperty::weights) {
         channel.diagnostics().fail(target.place() / "node", "names a node with a matrix, which cannot be animated");
+        return;
+      }
+      if (!driven.insert({result.node, result.property}).second) {
+        channel.diagnostics().warn(target.place(), "is driven by an earlier channel of the same animation: left out");
         return;
       }
       animation.channels.push_back(result);

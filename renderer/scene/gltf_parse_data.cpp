@@ -6,6 +6,7 @@ namespace helio::gltf {
 namespace {
 
 constexpr std::uint64_t kMinStride = 4, kMaxStride = 252;
+constexpr const char* kInPlace = "read from there";
 
 // Fails when [offset, offset + length) leaves an object of `size` bytes.
 void check_extent(const JsonObject& object, std::uint64_t offset, std::uint64_t length, std::uint64_t size,
@@ -110,15 +111,19 @@ ElementType read_element(const JsonObject& object) {
 void check_layout(const JsonObject& object, const BufferView& view, std::uint64_t offset, std::uint64_t count,
                   std::uint64_t size, std::uint64_t stride, std::uint64_t alignment) {
   Diagnostics& diagnostics = object.diagnostics();
+  // Alignment is for readers that map bytes as they are; the numbers are where the file says.
   if (offset % alignment != 0)
-    diagnostics.fail(object.place() / "byteOffset",
-                     "is " + std::to_string(offset) + ", not a multiple of " + std::to_string(alignment));
+    diagnostics.tolerate(object.place() / "byteOffset",
+                         "is " + std::to_string(offset) + ", not a multiple of " + std::to_string(alignment), kInPlace);
   else if ((view.byte_offset + offset) % alignment != 0)
-    diagnostics.fail(object.place(), "starts at byte " + std::to_string(view.byte_offset + offset) +
-                                         " of the buffer, not a multiple of " + std::to_string(alignment));
+    diagnostics.tolerate(object.place(),
+                         "starts at byte " + std::to_string(view.byte_offset + offset) +
+                             " of the buffer, not a multiple of " + std::to_string(alignment),
+                         kInPlace);
   if (stride % alignment != 0)
-    diagnostics.fail(object.place(), "byteStride " + std::to_string(stride) + " of its view is not a multiple of " +
-                                         std::to_string(alignment));
+    diagnostics.tolerate(object.place(), "byteStride " + std::to_string(stride) +
+                                             " of its view is not a multiple of " + std::to_string(alignment),
+                         kInPlace);
   if (stride < size)
     diagnostics.fail(object.place(),
                      "elements of " + std::to_string(size) + " bytes overlap at byteStride " + std::to_string(stride));
@@ -177,8 +182,12 @@ Accessor read_accessor(const JsonObject& object, const Document& document) {
   accessor.type = read_element(object);
   accessor.count = object.count("count", 1, 1, UINT32_MAX);
   accessor.normalized = object.boolean("normalized", false);
-  if (accessor.normalized && (accessor.component == ComponentType::f32 || accessor.component == ComponentType::u32))
-    diagnostics.fail(object.place() / "normalized", "must be false for FLOAT and UNSIGNED_INT");
+  if (accessor.normalized && accessor.component == ComponentType::f32) {
+    diagnostics.tolerate(object.place() / "normalized", "is true, allowed: false for FLOAT", "read as false");
+    accessor.normalized = false;
+  } else if (accessor.normalized && accessor.component == ComponentType::u32) {
+    diagnostics.fail(object.place() / "normalized", "must be false for UNSIGNED_INT");
+  }
   const std::size_t components = std::size_t(component_count(accessor.type));
   accessor.min = object.numbers("min", components, components);
   accessor.max = object.numbers("max", components, components);
@@ -188,8 +197,10 @@ Accessor read_accessor(const JsonObject& object, const Document& document) {
     const bool matrix = accessor.type >= ElementType::mat2;
     const std::uint64_t size = accessor.element_size();
     if (matrix && accessor.byte_offset % 4 != 0)
-      diagnostics.fail(object.place() / "byteOffset", "is " + std::to_string(accessor.byte_offset) +
-                                                          ", not a multiple of 4, as matrices must start at");
+      diagnostics.tolerate(object.place() / "byteOffset",
+                           "is " + std::to_string(accessor.byte_offset) +
+                               ", not a multiple of 4, as matrices must start at",
+                           kInPlace);
     // Neither the last element's padding nor that of a matrix's last column need be there.
     const std::uint64_t rows = accessor.type == ElementType::mat2 ? 2 : accessor.type == ElementType::mat3 ? 3 : 4;
     const std::uint64_t padding = matrix ? (4 - rows * component_size(accessor.component) % 4) % 4 : 0;
@@ -259,13 +270,27 @@ std::uint64_t Accessor::element_size() const {
   }
 }
 
+void check_no_stride(const Document& document, const Accessor& accessor, const std::string& place, const char* what,
+                     Diagnostics& diagnostics) {
+  if (accessor.view < 0) return;
+  const BufferView& view = document.views[std::size_t(accessor.view)];
+  if (view.byte_stride == 0 || view.meshopt) return;
+  const std::string problem = std::string("names an accessor whose view has byteStride, which ") + what + " cannot have";
+  if (view.byte_stride == accessor.element_size())
+    diagnostics.tolerate(place, problem, "they are packed all the same");
+  else
+    diagnostics.fail(place, problem);
+}
+
 void read_buffers(const JsonObject& root, Document& document) {
   root.each("buffers", [&](const JsonObject& object, std::size_t) {
     object.only({"uri", "byteLength"});
     document.extensions.check(object, Site::buffer);
     Buffer buffer;
     object.require("byteLength");
-    buffer.byte_length = object.count("byteLength", 1, 1);
+    buffer.byte_length = object.count("byteLength", 1);
+    if (buffer.byte_length == 0)
+      object.diagnostics().tolerate(object.place() / "byteLength", "is 0, allowed: at least 1", "it holds nothing");
     if (object.has("uri")) buffer.uri = object.string("uri");
     const JsonObject meshopt = object.extension("EXT_meshopt_compression");
     meshopt.only({"fallback"});
@@ -279,15 +304,25 @@ void read_buffers(const JsonObject& root, Document& document) {
     if (object.require({"buffer", "byteLength"})) {
       view.buffer = object.reference("buffer", document.buffers.size(), "buffers");
       view.byte_offset = object.count("byteOffset", 0);
-      view.byte_length = object.count("byteLength", 1, 1);
-      view.byte_stride = object.count("byteStride", 0, kMinStride, kMaxStride);
-      view.target = int(object.count("target", 0));
-      if (object.has("target") && view.target != 34962 && view.target != 34963)
-        object.diagnostics().fail(object.place() / "target",
-                                  "is " + std::to_string(view.target) + ", allowed: 34962 or 34963");
-      if (view.byte_stride % 4 != 0)
+      view.byte_length = object.count("byteLength", 1);
+      if (view.byte_length == 0)
+        object.diagnostics().tolerate(object.place() / "byteLength", "is 0, allowed: at least 1", "it holds nothing");
+      view.byte_stride = object.count("byteStride", 0, 0, kMaxStride);
+      if (object.has("byteStride") && view.byte_stride == 0)
+        object.diagnostics().tolerate(object.place() / "byteStride", "is 0, allowed: 4 to 252", "read as absent");
+      else if (object.has("byteStride") && view.byte_stride < kMinStride)
         object.diagnostics().fail(object.place() / "byteStride",
-                                  "is " + std::to_string(view.byte_stride) + ", allowed: multiples of 4");
+                                  "is " + std::to_string(view.byte_stride) + ", allowed: 4 to 252");
+      view.target = int(object.count("target", 0, 0, INT32_MAX));
+      if (object.has("target") && view.target != 34962 && view.target != 34963) {
+        object.diagnostics().tolerate(object.place() / "target",
+                                      "is " + std::to_string(view.target) + ", allowed: 34962 or 34963",
+                                      "the accessors decide");
+        view.target = 0;
+      }
+      if (view.byte_stride % 4 != 0)
+        object.diagnostics().tolerate(object.place() / "byteStride",
+                                      "is " + std::to_string(view.byte_stride) + ", allowed: multiples of 4", kInPlace);
       if (view.buffer >= 0)
         check_extent(object, view.byte_offset, view.byte_length, document.buffers[view.buffer].byte_length, "buffer");
       const JsonObject meshopt = object.extension("EXT_meshopt_compression");

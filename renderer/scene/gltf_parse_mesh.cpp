@@ -101,7 +101,7 @@ class PrimitiveReader {
  private:
   std::vector<Attribute> read_attributes(const JsonObject& object, bool target) {
     std::vector<Attribute> result;
-    const bool quantized = document_.extensions.required("KHR_mesh_quantization");
+    const bool quantized = document_.extensions.used("KHR_mesh_quantization");
     for (const std::string& semantic : object.keys()) {
       const int index = object.reference(semantic.c_str(), document_.accessors.size(), "accessors");
       if (index < 0) continue;
@@ -126,7 +126,7 @@ class PrimitiveReader {
         if (accessor.view < 0 && !accessor.sparse && !primitive_.draco)
           object.diagnostics().fail(place, "names an accessor without min, max and data");
         else
-          object.diagnostics().warn(place, "names an accessor without min and max");
+          object.diagnostics().tolerate(place, "names an accessor without min and max", "its data says them");
       }
       result.push_back({semantic, index});
     }
@@ -171,9 +171,7 @@ class PrimitiveReader {
         (accessor.component != kU8 && accessor.component != kU16 && accessor.component != ComponentType::u32))
       diagnostics.fail(place, "names an accessor of " + describe(accessor) +
                                   ", allowed: SCALAR of UNSIGNED_BYTE, UNSIGNED_SHORT or UNSIGNED_INT");
-    if (accessor.view >= 0 && document_.views[std::size_t(accessor.view)].byte_stride != 0 &&
-        !document_.views[std::size_t(accessor.view)].meshopt)
-      diagnostics.fail(place, "names an accessor whose view has byteStride, which indices cannot have");
+    check_no_stride(document_, accessor, place, "indices", diagnostics);
   }
 
   void read_target(const JsonObject& object) {

@@ -1,39 +1,81 @@
 // nodes (with lights, EXT_mesh_gpu_instancing and spheres), skins and scenes.
+#include <algorithm>
+
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_extras.h"
+#include "renderer/scene/gltf_pose.h"
 
 namespace helio::gltf {
 
 namespace {
 
-// How far from unit length a rotation may be before it counts as something else than rounding.
-constexpr double kQuaternionTolerance = 0.05;
+// How far from unit length a rotation may be before it is a slip, and before it counts as something else.
+constexpr double kUnitRounding = 0.0077, kQuaternionTolerance = 0.05;
+// How far numbers of transforms may be off by rounding, relative to the largest.
+constexpr double kTransformRounding = 1e-4;
+
+void read_trs(const JsonObject& object, Trs& trs) {
+  if (const std::vector<double> t = object.numbers("translation", 3, 3); !t.empty())
+    trs.translation = V3d(t[0], t[1], t[2]);
+  if (const std::vector<double> s = object.numbers("scale", 3, 3); !s.empty()) trs.scale = V3d(s[0], s[1], s[2]);
+  if (const std::vector<double> q = object.numbers("rotation", 4, 4); !q.empty()) {
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const std::string problem = "has length " + std::to_string(length) + ", expected 1";
+    if (!(std::abs(length - 1) <= kQuaternionTolerance)) {
+      object.diagnostics().fail(object.place() / "rotation", problem);
+      return;
+    }
+    if (std::abs(length - 1) > kUnitRounding)
+      object.diagnostics().tolerate(object.place() / "rotation", problem, "made so");
+    for (std::size_t i = 0; i < 4; ++i) trs.rotation[i] = q[i] / length;
+  }
+}
+
+double largest_number(const M44d& m) {
+  double largest = 0;
+  for (int i = 0; i < 16; ++i) largest = std::max(largest, std::abs(m[i / 4][i % 4]));
+  return largest;
+}
+
+bool say_the_same(const M44d& a, const M44d& b) {
+  return a.equalWithAbsError(b, kTransformRounding * std::max(largest_number(a), largest_number(b)));
+}
+
+// The last row for column vectors is the last column here.
+void check_last_row(const JsonObject& object, M44d& matrix) {
+  const double wanted[4] = {0, 0, 0, 1};
+  double off = 0;
+  for (int i = 0; i < 4; ++i) off = std::max(off, std::abs(matrix[i][3] - wanted[i]));
+  if (off == 0) return;
+  const std::string problem = "is not an affine transform: its last row is not 0 0 0 1";
+  if (off <= kTransformRounding)
+    object.diagnostics().tolerate(object.place() / "matrix", problem, "read as 0 0 0 1");
+  else
+    object.diagnostics().fail(object.place() / "matrix", problem);
+  for (int i = 0; i < 4; ++i) matrix[i][3] = wanted[i];
+}
 
 void read_transform(const JsonObject& object, Node& node) {
   Diagnostics& diagnostics = object.diagnostics();
   if (object.has("matrix")) {
     const std::vector<double> m = object.numbers("matrix", 16, 16);
-    if (object.has("translation") || object.has("rotation") || object.has("scale"))
-      diagnostics.fail(object.place() / "matrix", "stands beside translation, rotation or scale");
-    if (m.empty()) return;
-    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-      diagnostics.fail(object.place() / "matrix", "is not an affine transform: its last row is not 0 0 0 1");
     // Column-major for column vectors is row-major for row vectors.
     M44d matrix;
-    for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = m[std::size_t(i)];
-    node.matrix = matrix;
+    for (std::size_t i = 0; i < m.size(); ++i) matrix[int(i) / 4][int(i) % 4] = m[i];
+    check_last_row(object, matrix);
+    if (object.has("translation") || object.has("rotation") || object.has("scale")) {
+      read_trs(object, node.trs);
+      const std::string problem = "stands beside translation, rotation or scale";
+      if (!m.empty() && say_the_same(matrix, to_matrix(node.trs))) {
+        diagnostics.tolerate(object.place() / "matrix", problem, "both say the same");
+        return;  // the parts can be animated
+      }
+      diagnostics.fail(object.place() / "matrix", problem + ", which say another transform");
+    }
+    if (!m.empty()) node.matrix = matrix;
     return;
   }
-  if (const std::vector<double> t = object.numbers("translation", 3, 3); !t.empty())
-    node.trs.translation = V3d(t[0], t[1], t[2]);
-  if (const std::vector<double> s = object.numbers("scale", 3, 3); !s.empty()) node.trs.scale = V3d(s[0], s[1], s[2]);
-  if (const std::vector<double> q = object.numbers("rotation", 4, 4, {-1.05, 1.05}); !q.empty()) {
-    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (std::abs(length - 1) > kQuaternionTolerance)
-      diagnostics.fail(object.place() / "rotation", "has length " + std::to_string(length) + ", expected 1");
-    else
-      for (std::size_t i = 0; i < 4; ++i) node.trs.rotation[i] = q[i] / length;
-  }
+  read_trs(object, node.trs);
 }
 
 void read_instancing(const JsonObject& object, const Document& document, Node& node) {
@@ -125,9 +167,11 @@ void read_nodes(const JsonObject& root, Document& document) {
     node.camera = object.reference("camera", document.cameras.size(), "cameras");
     read_transform(object, node);
 
-    if (object.has("skin") && !object.has("mesh")) diagnostics.fail(object.place() / "skin", "needs a mesh beside it");
+    if (object.has("skin") && !object.has("mesh"))
+      diagnostics.tolerate(object.place() / "skin", "needs a mesh beside it", "it moves nothing");
     for (const double w : object.numbers("weights", 1, SIZE_MAX)) node.weights.push_back(float(w));
-    if (object.has("weights") && node.mesh < 0) diagnostics.fail(object.place() / "weights", "needs a mesh beside it");
+    if (object.has("weights") && node.mesh < 0)
+      diagnostics.tolerate(object.place() / "weights", "needs a mesh beside it", "they morph nothing");
     if (!node.weights.empty() && node.mesh >= 0) {
       const std::size_t targets = document.meshes[std::size_t(node.mesh)].target_count();
       if (node.weights.size() != targets)
@@ -155,6 +199,8 @@ void read_skins(const JsonObject& root, Document& document) {
     Skin skin;
     object.require("joints");
     skin.joints = object.references("joints", document.nodes.size(), "nodes");
+    if (object.has("joints") && object.array_size("joints") == 0)
+      diagnostics.fail(object.place() / "joints", "is empty: a skin needs a joint");
     skin.skeleton = object.reference("skeleton", document.nodes.size(), "nodes");
     skin.inverse_bind_matrices = object.reference("inverseBindMatrices", document.accessors.size(), "accessors");
     if (skin.inverse_bind_matrices >= 0) {
@@ -166,9 +212,7 @@ void read_skins(const JsonObject& root, Document& document) {
       if (accessor.count < skin.joints.size())
         diagnostics.fail(place, "has " + std::to_string(accessor.count) + " matrices for " +
                                     std::to_string(skin.joints.size()) + " joints");
-      if (accessor.view >= 0 && document.views[std::size_t(accessor.view)].byte_stride != 0 &&
-          !document.views[std::size_t(accessor.view)].meshopt)
-        diagnostics.fail(place, "names an accessor whose view has byteStride, which matrices cannot have");
+      check_no_stride(document, accessor, place, "matrices", diagnostics);
     }
     document.skins.push_back(std::move(skin));
   });

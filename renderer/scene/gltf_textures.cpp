@@ -31,12 +31,17 @@ void read_images(const JsonObject& root, Document& document) {
     if (object.has("uri")) image.uri = object.string("uri");
     if (image.uri.has_value() == object.has("bufferView"))
       diagnostics.fail(object.place(), "needs exactly one of uri and bufferView");
+    // The bytes of an image say what it is.
     if (object.has("bufferView") && !object.has("mimeType"))
-      diagnostics.fail(object.place() / "bufferView", "needs mimeType beside it");
+      diagnostics.tolerate(object.place() / "bufferView", "needs mimeType beside it", "the image's bytes decide");
     if (object.has("mimeType") && image.mime_type != "image/png" && image.mime_type != "image/jpeg" &&
         !(image.mime_type == "image/webp" && document.extensions.used("EXT_texture_webp")) &&
-        !(image.mime_type == "image/ktx2" && document.extensions.used("KHR_texture_basisu")))
-      diagnostics.fail(object.place() / "mimeType", "is \"" + image.mime_type + "\", allowed: image/png, image/jpeg");
+        !(image.mime_type == "image/ktx2" && document.extensions.used("KHR_texture_basisu"))) {
+      diagnostics.tolerate(object.place() / "mimeType",
+                           "is \"" + image.mime_type.substr(0, 60) + "\", allowed: image/png, image/jpeg",
+                           "the image's bytes decide");
+      image.mime_type.clear();
+    }
     const bool short_uri = image.uri && image.uri->size() < 200 && !image.uri->starts_with("data:");
     image.name = short_uri ? *image.uri : "image " + std::to_string(i);
     document.images.push_back(std::move(image));
@@ -50,9 +55,16 @@ void read_samplers(const JsonObject& root, Document& document) {
     Sampler sampler;
     sampler.wrap_u = read_wrap(object, "wrapS");
     sampler.wrap_v = read_wrap(object, "wrapT");
-    const std::uint64_t mag = object.count("magFilter", 9729), min = object.count("minFilter", 9729);
-    if (mag != 9728 && mag != 9729)
+    std::uint64_t mag = object.count("magFilter", 9729);
+    const std::uint64_t min = object.count("minFilter", 9729);
+    if (mag >= 9984 && mag <= 9987) {  // filters with mip maps, which only minification has; the even ones are nearest
+      object.diagnostics().tolerate(object.place() / "magFilter",
+                                    "is " + std::to_string(mag) + ", allowed: 9728, 9729",
+                                    mag % 2 == 0 ? "read as 9728" : "read as 9729");
+      mag = mag % 2 == 0 ? 9728 : 9729;
+    } else if (mag != 9728 && mag != 9729) {
       object.diagnostics().fail(object.place() / "magFilter", "is " + std::to_string(mag) + ", allowed: 9728, 9729");
+    }
     if (min != 9728 && min != 9729 && (min < 9984 || min > 9987))
       object.diagnostics().fail(object.place() / "minFilter",
                                 "is " + std::to_string(min) + ", allowed: 9728, 9729, 9984 to 9987");

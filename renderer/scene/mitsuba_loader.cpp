@@ -76,6 +76,9 @@ bool looks_like_mitsuba(std::span<const std::uint8_t> bytes, const std::string& 
 Result<SceneDescription> load_mitsuba(std::span<const std::uint8_t> file, const std::string& path,
                                       const FileSource& source, const SceneLoadOptions& options, MemoryBudget& budget) {
   using namespace mitsuba;
+  if (!options.animation.empty())
+    return Error{ErrorCode::invalid_argument,
+                 "there is no animation \"" + options.animation.substr(0, 60) + "\": Mitsuba scenes have none", path};
   Diagnostics diagnostics("");
   Document document;
   read_document(file, path, source, budget, diagnostics, document);

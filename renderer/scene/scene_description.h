@@ -245,6 +245,9 @@ struct Instance {
   std::string name;  // node name, or "node 7"
   int object = 0;
   M44d to_world;     // row vectors: p_world = p_local * to_world
+  // Of a transform that presses a volume flat: it is the limit of transforms that mirror, so fronts are where those have
+  // them. Others tell by their determinant.
+  bool flat_mirrored = false;
 };
 
 // ---- lights, environment, cameras ----------------------------------------------------------------------------------
@@ -293,6 +296,7 @@ struct CameraDescription {
   double vertical_fov = 0.8;        // perspective: full angle, (0, pi)
   double half_height = 1;           // orthographic: half of the view's height
   double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
+  bool keeps_aspect = false;        // pictures of another aspect show all that one of `aspect` would, and more
   int width = 0, height = 0;        // pixels that the file asks for; 0: none
   PixelRect crop;                   // of them, what the file wants rendered; empty: all
   std::optional<PixelFilter> filter;  // that the file asks for
@@ -313,10 +317,14 @@ struct LoadReport {
   std::vector<std::string> warnings;  // "optional extension X is ignored", ...
   std::vector<std::string> notices;   // "no light: constant environment of 1", ...
   std::vector<std::string> unread;    // keys that no loader looked at
+  std::size_t slips = 0;  // of the warnings: broken rules of the format for which a strict load is refused
+  std::size_t more_warnings = 0, more_notices = 0, more_unread = 0;  // lines beyond those that are kept
 };
 
 struct SceneDescription {
   std::string name;
+  std::vector<std::string> animations;  // clips of the file that can be played, by name
+  std::string animation;                // the one that is; empty: none
   std::vector<Image> images;
   std::vector<Material> materials;  // never empty after loading: meshes without one use a default appended last
   std::vector<Object> objects;

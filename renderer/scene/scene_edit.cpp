@@ -64,7 +64,12 @@ std::string candidates(const Kind<Item>& kind, const std::string& name) {
   for (std::size_t i = 0; i < std::min(near.size(), kMaxCandidates); ++i) {
     text += (text.empty() ? "'" : ", '") + near[i].second + "'";
   }
-  return near.size() > kMaxCandidates ? text + fmt::format(" and {} others", near.size() - kMaxCandidates) : text;
+  if (near.size() > kMaxCandidates) text += fmt::format(" and {} others", near.size() - kMaxCandidates);
+  if (kind.items.size() > kComparedNames) {
+    text += fmt::format("; of {} {}, the first {} were compared: any name or number may be given", kind.items.size(),
+                        kind.plural, kComparedNames);
+  }
+  return text;
 }
 
 template <class Item>

@@ -63,7 +63,37 @@ CameraPose camera_pose(const CameraDescription& camera) {
   pose.half_height = into_range(camera.half_height, kMinCameraLength, kMaxCameraLength, pose.half_height);
   pose.lens_radius = into_range(camera.lens_radius, 0, kMaxLensRadius, pose.lens_radius);
   pose.focus_distance = into_range(camera.focus_distance, kMinCameraLength, kMaxCameraLength, pose.focus_distance);
+  if (camera.keeps_aspect) pose.aspect = into_range(camera.aspect, kMinAspect, kMaxAspect, 0);
   return pose;
+}
+
+namespace {
+
+// How many pixels wider or narrower the picture is than one of the pose's aspect; 0: rounding to whole pixels explains
+// the difference.
+double excess_width(const CameraPose& pose, int width, int height) {
+  if (pose.aspect == 0) return 0;
+  const double excess = width - height * pose.aspect;
+  return std::abs(excess) <= 0.5 * std::max(1.0, pose.aspect) * (1 + 1e-6) ? 0 : excess;
+}
+
+}  // namespace
+
+CameraPose fitted(CameraPose pose, int width, int height) {
+  if (excess_width(pose, width, height) < 0) {
+    const double factor = pose.aspect * height / width;
+    pose.half_height = std::min(pose.half_height * factor, kMaxCameraLength);
+    pose.vertical_fov = std::min(2 * std::atan(std::tan(0.5 * pose.vertical_fov) * factor), kMaxFov);
+  }
+  pose.aspect = 0;
+  return pose;
+}
+
+std::string aspect_notice(const CameraPose& pose, int width, int height) {
+  const double excess = excess_width(pose, width, height);
+  if (excess == 0) return {};
+  return fmt::format("the camera frames an aspect (width / height) of {:.4g}, the picture has {:.4g}: it shows more {}",
+                     pose.aspect, double(width) / height, excess < 0 ? "above and below" : "at both sides");
 }
 
 Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up, double vertical_fov) {
@@ -104,6 +134,7 @@ void validate(const CameraPose& pose, const std::string& where, Problems& proble
   check(in_lens_radius_range(pose.lens_radius), pose.lens_radius, field("lens_radius"), kLensRadiusRange, problems);
   check(in_camera_length_range(pose.focus_distance), pose.focus_distance, field("focus_distance"), kCameraLengthRange,
         problems);
+  check(pose.aspect == 0 || in_aspect_range(pose.aspect), pose.aspect, field("aspect"), kAspectRange, problems);
 }
 
 Camera::Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin, const PixelFilter& filter)

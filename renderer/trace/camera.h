@@ -1,6 +1,8 @@
 // Camera poses and primary rays.
 #pragma once
 
+#include <string>
+
 #include "renderer/base/math.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
@@ -18,6 +20,9 @@ struct CameraPose {
   double half_height = 1;     // orthographic, [1e-12, 1e12]
   double lens_radius = 0;     // [0, 1e12]; 0: pinhole
   double focus_distance = 1;  // [1e-12, 1e12]
+  // Width / height of what must be seen whole, [1e-6, 1e6]: in a narrower picture vertical_fov and half_height are those
+  // of its middle part, as high as that. 0: they are the picture's, whatever its width.
+  double aspect = 0;
 
   bool operator==(const CameraPose&) const = default;
 };
@@ -32,11 +37,18 @@ Result<CameraPose> look_at(const V3d& position, const V3d& target, const V3d& up
 // Adds a problem for every field that is not finite or outside its range; `where` prefixes the field names.
 void validate(const CameraPose& pose, const std::string& where, Problems& problems);
 
+// The pose in a picture of this size, without an aspect of its own: all that it frames is seen, as far as 179 degrees
+// and a half height of 1e12 reach. Within half a pixel the aspect is the picture's.
+CameraPose fitted(CameraPose pose, int width, int height);
+// For people, where the picture's aspect is not that of the pose; empty where it is.
+std::string aspect_notice(const CameraPose& pose, int width, int height);
+
 struct CameraRay {
   V3f origin, direction;  // rebased scene coordinates; direction is unit
 };
 
-// A pose bound to a film with its filter and to the scene's origin. Immutable, cheap to copy.
+// A pose bound to a film with its filter and to the scene's origin. Immutable, cheap to copy. Give it a fitted pose: an
+// aspect of its own is not looked at.
 class Camera {
  public:
   Camera(const CameraPose& pose, int width, int height, const V3d& scene_origin, const PixelFilter& filter = {});

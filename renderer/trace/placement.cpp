@@ -61,6 +61,57 @@ bool is_usable_transform(const M44d& m) {
   return volume > 0 && std::abs(linear.determinant()) > 1e-12 * volume;
 }
 
+namespace {
+
+// Whether some triangle or sphere has an area once a transform onto a plane has moved it.
+bool leaves_area(const Object& object, const Linear& linear) {
+  if (!object.spheres.empty()) return true;
+  for (const TriangleMesh& mesh : object.meshes) {
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+      const V3f& p = mesh.positions[mesh.indices[i]];
+      const V3d a = linear.apply(mesh.positions[mesh.indices[i + 1]] - p);
+      const V3d b = linear.apply(mesh.positions[mesh.indices[i + 2]] - p);
+      if (length(cross(a, b)) > 1e-9 * length(a) * length(b)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<M44d> with_thickness(const M44d& m, const Object& object, const V3d& centre, bool mirrored) {
+  // Of the smaller side of what is left. Embree finds spheres less exactly than triangles in a space stretched so much.
+  const double thickness = object.spheres.empty() ? 1e-6 : 1e-4;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (!std::isfinite(m[i][j])) return std::nullopt;
+    }
+  }
+  const Linear linear(m);
+  const V3d cofactors[3] = {cross(linear.y, linear.z), cross(linear.z, linear.x), cross(linear.x, linear.y)};
+  // Of a matrix of rank two all are multiples of the plane's normal; the multiples are the direction that vanishes.
+  V3d normal = cofactors[0];
+  for (const V3d& c : cofactors)
+    if (length(c) > length(normal)) normal = c;
+  const double size = std::max({length(linear.x), length(linear.y), length(linear.z)});
+  if (!(length(normal) > 1e-12 * size * size) || !leaves_area(object, linear)) return std::nullopt;
+  normal = normal / length(normal);
+  V3d vanishing(dot(cofactors[0], normal), dot(cofactors[1], normal), dot(cofactors[2], normal));
+  const double area = length(vanishing);
+  vanishing = vanishing / area;
+  // The determinant becomes area times the added length.
+  const double added = thickness * area / size * (mirrored ? -1 : 1);
+  M44d thick = m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      thick[i][j] += added * vanishing[i] * normal[j];
+      thick[3][j] -= added * vanishing[i] * centre[i] * normal[j];
+    }
+  }
+  if (!is_usable_transform(thick)) return std::nullopt;
+  return thick;
+}
+
 Box3d object_box(const Object& object) {
   Box3d box;
   for (const TriangleMesh& mesh : object.meshes) {

@@ -1,6 +1,8 @@
 // Where instances stand: transforms in double, boxes, and the record by which a ray's hit is taken to the world.
 #pragma once
 
+#include <optional>
+
 #include "renderer/base/math.h"
 #include "renderer/scene/scene_description.h"
 
@@ -29,6 +31,11 @@ V3d transform_point(const M44d& m, const V3d& p);
 
 // Finite, and not so flat that a volume becomes less than 1e-12 of the product of its sides.
 bool is_usable_transform(const M44d& m);
+
+// For a transform without an inverse that presses a volume flat and leaves it an area (a scale of 0 along one axis): one
+// that leaves it a thickness, too little to be seen, so that it has an inverse, normals and a front. `centre`, of what
+// is placed, goes where `m` takes it; fronts are those of a mirrored placement or not. Nothing where no area is left.
+std::optional<M44d> with_thickness(const M44d& m, const Object& object, const V3d& centre, bool mirrored);
 
 // Of positions and spheres, in the object's space. Empty for an object without geometry.
 Box3d object_box(const Object& object);

@@ -28,7 +28,9 @@ PunctualSource make_punctual_source(const PunctualLight& light) {
   if (light.kind == PunctualKind::spot) {
     const float cos_inner = std::cos(light.inner_cone_angle), cos_outer = std::cos(light.outer_cone_angle);
     source.one_minus_cos_outer = 2 * sqr(std::sin(light.outer_cone_angle / 2));
-    source.cone_scale = 1 / std::max(0.001f, cos_inner - cos_outer);
+    // Cones that are one are a hard edge; else as KHR_lights_punctual has it.
+    const bool hard = light.inner_cone_angle >= light.outer_cone_angle;
+    source.cone_scale = 1 / std::max(hard ? 1e-6f : 0.001f, cos_inner - cos_outer);
     source.cone_offset = -cos_outer * source.cone_scale;
     source.linear_cone = light.falloff == SpotFalloff::linear_in_angle;
     if (source.linear_cone) {

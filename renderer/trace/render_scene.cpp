@@ -178,7 +178,13 @@ class Builder {
     for (const Object& object : scene_.objects) assets_->boxes.push_back(object_box(object));
     for (Instance& instance : scene_.instances) {
       if (!is_usable_transform(instance.to_world)) {
-        scene_.report.notices.push_back(instance.name + ": its transform flattens it to nothing; not rendered");
+        const Box3d& box = assets_->boxes[std::size_t(instance.object)];
+        const auto flat = with_thickness(instance.to_world, scene_.objects[std::size_t(instance.object)],
+                                         box.isEmpty() ? V3d(0) : box.center(), instance.flat_mirrored);
+        if (flat) instance.to_world = *flat;
+      }
+      if (!is_usable_transform(instance.to_world)) {
+        scene_.report.notices.push_back(instance.name + ": its transform leaves it no area; not rendered");
       } else if (!is_in_range(assets_->boxes[std::size_t(instance.object)], instance.to_world)) {
         scene_.report.notices.push_back(instance.name + ": it reaches beyond 1e12 units; not rendered");
       } else {

@@ -45,6 +45,80 @@ TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
   EXPECT_EQ(read_file(folder_ / "h.png").substr(1, 3), "PNG");
 }
 
+// The square (2 x 2, seen from 3 away) fills all of a picture of its camera's aspect and nothing of what a picture of
+// another aspect has besides: by a job, by name and along a path.
+TEST_F(CliRender, PicturesOfAnotherAspectThanTheCamerasShowMoreAndSaySo) {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  gltf["cameras"][0]["perspective"]["aspectRatio"] = 2;
+  gltf["cameras"][0]["perspective"]["yfov"] = 2 * std::atan(0.5 / 3);  // sees 2 x 1 of the square's plane
+  write_file(folder_ / "wide.gltf", gltf.dump());
+  const auto lit_rows = [&](const std::string& name) {  // in the middle column, by the green channel
+    const auto picture = read_exr(folder_ / name, kMaxPixels);
+    EXPECT_TRUE(picture) << picture.error().to_string();
+    const PixelRect window = picture->header.data_window;
+    int rows = 0;
+    for (int y = 0; y < window.height(); ++y)
+      rows += (*picture->find("G"))[std::size_t(y * window.width() + window.width() / 2)] > 1;
+    return rows;
+  };
+  const std::vector<std::string> common = {"--environment", "0,0,0", "--samples", "1"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), common.begin(), common.end());
+    return heliograph_json(arguments);
+  };
+  auto json = with({"render", "wide.gltf", "--size", "64x32", "--output", "own.exr"});
+  EXPECT_EQ(lit_rows("own.exr"), 32);
+  EXPECT_EQ(json["notices"].dump().find("aspect"), std::string::npos);
+  // As wide as the square: it is as high, 32 of the 64 rows.
+  json = with({"render", "wide.gltf", "--size", "32x64", "--output", "narrow.exr", "--camera", "front"});
+  EXPECT_EQ(lit_rows("narrow.exr"), 32);
+  EXPECT_NE(json["notices"].dump().find("aspect (width / height) of 2, the picture has 0.5"), std::string::npos)
+      << json["notices"];
+  write_file(folder_ / "path.json", R"({"views": [{"camera": "front"}, {"move": [0, 0, 0]}]})");
+  json = with({"move", "wide.gltf", "--size", "32x64", "--path", "path.json", "--output", "m.#.exr"});
+  ASSERT_EQ(json["frames"].size(), 2u);
+  for (const auto& frame : json["frames"]) {
+    EXPECT_EQ(lit_rows(frame["output"].get<std::string>()), 32);
+    EXPECT_NE(frame["notices"].dump().find("aspect"), std::string::npos);
+  }
+}
+
+TEST_F(CliRender, StrictAndAnimationReachTheLoader) {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  gltf["nodes"][0]["children"] = nlohmann::json::array();
+  const auto none = nlohmann::json::array();
+  gltf["animations"] = {{{"name", "Take 001"}, {"channels", none}, {"samplers", none}}};
+  write_file(folder_ / "slips.gltf", gltf.dump());
+  const auto json = heliograph_json({"scene", "inspect", "slips.gltf"});
+  EXPECT_EQ(json["warnings_total"], 3);
+  EXPECT_EQ(json["animations"], nlohmann::json({"Take 001"}));
+  const auto refused = heliograph({"scene", "inspect", "slips.gltf", "--strict"});
+  EXPECT_EQ(refused.exit_code, 3);
+  for (const char* place : {"/nodes/0/children", "/animations/0/channels", "/animations/0/samplers"})
+    EXPECT_NE(refused.err.find(place), std::string::npos) << refused.err;
+  const auto unknown = heliograph({"render", "slips.gltf", "--animation", "Walk"});
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_NE(unknown.err.find("\"Take 001\""), std::string::npos) << unknown.err;
+}
+
+// An answer has room for 256 cameras; the last of these is beyond.
+TEST_F(CliRender, CamerasBeyondTheListCanBeChosen) {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  for (int i = 0; i < 300; ++i) {
+    gltf["nodes"].push_back({{"camera", 0}, {"name", "c" + std::to_string(i)}, {"translation", {i, 0, 3}}});
+    gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
+  }
+  write_file(folder_ / "many.gltf", gltf.dump());
+  const auto report = heliograph_json({"scene", "inspect", "many.gltf"});
+  ASSERT_EQ(report["cameras"].size(), 301u);
+  EXPECT_EQ(report["cameras"][300]["name"], "c299");
+  const auto json = heliograph_json({"render", "many.gltf", "--camera", "c299", "--size", "8x8", "--samples", "1"});
+  EXPECT_EQ(json["camera"], "c299");
+  const auto unknown = heliograph({"render", "many.gltf", "--camera", "c300"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("'c14' and 285 more"), std::string::npos) << unknown.err;
+}
+
 TEST_F(CliRender, DefaultsToNameExrSixtyFourSamplesAnd720Rows) {
   const auto json = heliograph_json({"render", "quad.gltf", "--region", "0,0,8,8", "--threads", "1"});
   EXPECT_EQ(json["samples"], 64);

@@ -1,6 +1,7 @@
 // LoadScene, ListScenes, UnloadScene: good and bad uploads, paths and roots.
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "service_fixture.h"
 
@@ -93,6 +94,119 @@ TEST_F(LoadSceneTest, TextureFilterIsPartOfTheScene) {
   request.mutable_begin()->set_texture_filter(static_cast<pb::TextureFilter>(7));
   expect_status(upload({request}), grpc::StatusCode::INVALID_ARGUMENT,
                 {"begin.texture_filter: 7", "TEXTURE_FILTER_MIP"});
+}
+
+// The square, in two clips at x = 1 and x = 2, with 300 cameras and 300 slips more.
+std::string long_lists_gltf() {
+  auto gltf = nlohmann::json::parse(quad_gltf(2));
+  gltf["buffers"].push_back({{"byteLength", 32},
+                             {"uri", "data:application/octet-stream;base64,"
+                                     "AAAAAAAAgD8AAIA/AAAAAAAAAAAAAABAAAAAAAAAAAA="}});  // 0 1; 1 0 0; 2 0 0
+  for (const auto& [offset, length] : {std::pair(0, 4), std::pair(8, 12), std::pair(20, 12)})
+    gltf["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", offset}, {"byteLength", length}});
+  gltf["accessors"].push_back(
+      {{"bufferView", 2}, {"componentType", 5126}, {"count", 1}, {"type", "SCALAR"}, {"min", {0}}, {"max", {0}}});
+  for (const int view : {3, 4})
+    gltf["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", 1}, {"type", "VEC3"}});
+  for (const auto& [name, output] : {std::pair("Near", 3), std::pair("Far", 4)})
+    gltf["animations"].push_back({{"name", name},
+                                  {"samplers", {{{"input", 2}, {"output", output}}}},
+                                  {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}});
+  for (int i = 0; i < 300; ++i) {
+    gltf["nodes"].push_back({{"camera", 0},
+                             {"name", "camera " + std::to_string(i)},
+                             {"translation", {0, 0, 3 + i}},
+                             {"children", nlohmann::json::array()}});
+    gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
+  }
+  return gltf.dump();
+}
+
+TEST_F(LoadSceneTest, AnimationIsPartOfTheScene) {
+  Upload upload;
+  upload.bytes = long_lists_gltf();
+  const auto load_clip = [&](const std::string& animation, pb::LoadSceneResponse* response) {
+    std::vector<pb::LoadSceneRequest> messages = upload.messages();
+    messages[0].mutable_begin()->set_animation(animation);
+    return load(messages, response);
+  };
+  pb::LoadSceneResponse first, far, again;
+  ASSERT_TRUE(load_clip("", &first).ok());
+  ASSERT_TRUE(load_clip("Far", &far).ok());
+  ASSERT_TRUE(load_clip("Far", &again).ok());
+  EXPECT_EQ(first.scene().animation(), "Near");
+  EXPECT_DOUBLE_EQ(first.scene().bounds_max().x(), 2);
+  EXPECT_EQ(far.scene().animation(), "Far");
+  EXPECT_DOUBLE_EQ(far.scene().bounds_max().x(), 3);
+  EXPECT_NE(first.scene().scene_id(), far.scene().scene_id());
+  EXPECT_TRUE(again.already_loaded());
+  EXPECT_EQ(first.scene().animation_total(), 2u);
+  ASSERT_EQ(first.scene().animations_size(), 2);
+  EXPECT_EQ(first.scene().animations(1), "Far");
+  pb::LoadSceneResponse none;
+  expect_status(load_clip("Jump", &none), grpc::StatusCode::INVALID_ARGUMENT, {"/animations", "\"Near\", \"Far\""});
+  expect_status(load_clip(std::string(5000, 'a'), &none), grpc::StatusCode::INVALID_ARGUMENT, {"begin.animation"});
+  // From disk, too, another clip is another scene.
+  write("root/clips.gltf", long_lists_gltf());
+  pb::LoadSceneRequest request;
+  request.mutable_begin()->set_path("clips.gltf");
+  ASSERT_TRUE(load({request}, &first).ok());
+  request.mutable_begin()->set_animation("Far");
+  ASSERT_TRUE(load({request}, &far).ok());
+  EXPECT_FALSE(far.already_loaded());
+}
+
+TEST_F(LoadSceneTest, CutListsSayHowManyThereAreAndCamerasComeInPages) {
+  Upload upload;
+  upload.bytes = long_lists_gltf();
+  pb::LoadSceneResponse response;
+  const grpc::Status status = load(upload.messages(), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.warnings_total(), 300u);
+  ASSERT_EQ(response.warnings_size(), 65);
+  EXPECT_EQ(response.warnings(64), "and 236 more like these");
+  EXPECT_EQ(response.scene().camera_total(), 301u);
+  ASSERT_EQ(response.scene().cameras_size(), 256);
+  pb::ListScenesRequest page;
+  page.set_scene_id(response.scene().scene_id());
+  page.set_first_camera(256);
+  pb::ListScenesResponse rest;
+  ASSERT_TRUE(call(&pb::RenderService::Stub::ListScenes, page, &rest).ok());
+  ASSERT_EQ(rest.scenes_size(), 1);
+  ASSERT_EQ(rest.scenes(0).cameras_size(), 45);
+  EXPECT_EQ(rest.scenes(0).cameras(44).name(), "camera 299");
+  EXPECT_DOUBLE_EQ(rest.scenes(0).cameras(44).view().position().z(), 302);
+  page.set_scene_id("none");
+  expect_status(call(&pb::RenderService::Stub::ListScenes, page, &rest), grpc::StatusCode::NOT_FOUND, {"scene_id"});
+  page.clear_scene_id();
+  expect_status(call(&pb::RenderService::Stub::ListScenes, page, &rest), grpc::StatusCode::INVALID_ARGUMENT,
+                {"first_camera: 256 without scene_id"});
+}
+
+TEST_F(LoadSceneTest, StrictLoadsRefuseSlipsAlsoOfScenesThatAreLoaded) {
+  Upload upload, clean;
+  upload.bytes = long_lists_gltf();
+  pb::LoadSceneResponse response;
+  std::vector<pb::LoadSceneRequest> messages = upload.messages();
+  ASSERT_TRUE(load(messages, &response).ok());
+  messages[0].mutable_begin()->set_strict(true);
+  expect_status(load(messages, &response), grpc::StatusCode::INVALID_ARGUMENT,
+                {"/nodes/2/children: is empty", "/nodes/3/children: is empty"});
+  // What has none is the same scene, strict or not.
+  ASSERT_TRUE(load(clean.messages(), &response).ok());
+  messages = clean.messages();
+  messages[0].mutable_begin()->set_strict(true);
+  ASSERT_TRUE(load(messages, &response).ok());
+  EXPECT_TRUE(response.already_loaded());
+}
+
+TEST_F(LoadSceneTest, AStrictDaemonRefusesSlips) {
+  ServiceTest::TearDown();
+  start([](ServerConfig& config) { config.strict = true; });
+  Upload upload;
+  upload.bytes = long_lists_gltf();
+  expect_status(this->upload(upload.messages()), grpc::StatusCode::INVALID_ARGUMENT, {"/nodes/2/children: is empty"});
+  EXPECT_TRUE(this->upload(Upload().messages()).ok());
 }
 
 TEST_F(LoadSceneTest, SameBytesAndOptionsAreTheSameScene) {

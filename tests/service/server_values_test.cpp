@@ -82,6 +82,25 @@ TEST(ServerConfig, FlagsWinOverEnvironmentWinsOverFile) {
   std::filesystem::remove(path);
 }
 
+TEST(ServerConfig, StrictIsAFlagOrAValue) {
+  const auto strict = [](const std::vector<std::string>& arguments) {
+    const auto request = parse_server_config("heliographd", arguments);
+    EXPECT_TRUE(request.ok()) << request.error().to_string();
+    return request.ok() && request->config.strict;
+  };
+  EXPECT_FALSE(strict({}));
+  EXPECT_TRUE(strict({"--strict"}));
+  EXPECT_TRUE(strict({"--strict", "--max-jobs", "1"}));
+  EXPECT_TRUE(strict({"--strict", "on"}));
+  EXPECT_FALSE(strict({"--strict=off"}));
+  setenv("HELIOGRAPH_STRICT", "on", 1);
+  EXPECT_TRUE(strict({}));
+  EXPECT_FALSE(strict({"--strict", "off"}));
+  unsetenv("HELIOGRAPH_STRICT");
+  EXPECT_NE(parse_server_config("heliographd", {"--strict=maybe"}).error().to_string().find("allowed: on, off"),
+            std::string::npos);
+}
+
 TEST(ServerConfig, HelpNamesEveryOptionWithItsDefault) {
   const auto request = parse_server_config("heliographd", {"--help"});
   ASSERT_TRUE(request.ok());
@@ -104,8 +123,11 @@ TEST(Convert, PosesSurviveTheWire) {
     const auto pose = look_at(position, position + direction, V3d(0.3, 1, 0.2), 0.5);
     ASSERT_TRUE(pose.ok());
     Problems problems;
-    const CameraPose back = read_camera(to_message(*pose), {}, "camera", problems);
+    CameraPose sent = *pose;
+    sent.aspect = i % 2 == 0 ? 0 : 0.5 + i;
+    const CameraPose back = read_camera(to_message(sent), {}, "camera", problems);
     ASSERT_TRUE(problems.empty());
+    EXPECT_EQ(back.aspect, sent.aspect);
     EXPECT_LT(length(back.right - pose->right), 1e-9);
     EXPECT_LT(length(back.up - pose->up), 1e-9);
     EXPECT_LT(length(back.forward - pose->forward), 1e-9);

@@ -98,12 +98,108 @@ TEST(GltfAnimation, ScaleAndMorphWeights) {
   EXPECT_EQ(morph.must_load(options).objects.at(0).meshes.at(0).positions[0], V3f(0, 0, 4));
 }
 
-TEST(GltfAnimation, TheFirstAnimationOfAPropertyWins) {
+// Clips are alternatives. "Walk" moves the node to x = 1, "Jump" to y = 9 and makes it 3 times as large.
+GltfBuilder two_clips() {
   GltfBuilder file = animated("translation", "VEC3", {1, 0, 0, 1, 0, 0, 1, 0, 0}, "LINEAR");
-  json second = file.root["animations"][0];
-  second["samplers"][0]["output"] = file.add_accessor<float>({9, 9, 9, 9, 9, 9, 9, 9, 9}, "VEC3");
-  file.root["animations"].push_back(second);
-  expect_near(position_at(file, 1), {1, 0, 0});
+  json jump = file.root["animations"][0];
+  jump["samplers"][0]["output"] = file.add_accessor<float>({0, 9, 0, 0, 9, 0, 0, 9, 0}, "VEC3");
+  jump["samplers"].push_back(jump["samplers"][0]);
+  jump["samplers"][1]["output"] = file.add_accessor<float>({3, 3, 3, 3, 3, 3, 3, 3, 3}, "VEC3");
+  jump["channels"].push_back({{"sampler", 1}, {"target", {{"node", 0}, {"path", "scale"}}}});
+  file.root["animations"][0]["name"] = "Walk";
+  jump["name"] = "Jump";
+  file.root["animations"].push_back(jump);
+  return file;
+}
+
+TEST(GltfAnimation, OneOfSeveralClipsPlays) {
+  const GltfBuilder file = two_clips();
+  const auto play = [&](const std::string& animation) {
+    SceneLoadOptions options;
+    options.time_s = 1;
+    options.animation = animation;
+    return file.must_load(options);
+  };
+  for (const char* walk : {"", "Walk", "0"}) {
+    const SceneDescription scene = play(walk);
+    expect_near(V3d(1, 0, 0) * scene.instances.at(0).to_world, {2, 0, 0});
+    EXPECT_EQ(scene.animation, "Walk") << walk;
+    EXPECT_EQ(scene.animations, (std::vector<std::string>{"Walk", "Jump"}));
+    EXPECT_TRUE(contains(scene.report.notices, "\"Walk\" is played; the others, not played: \"Jump\""));
+  }
+  for (const char* jump : {"Jump", "1"}) {
+    const SceneDescription scene = play(jump);
+    expect_near(V3d(1, 0, 0) * scene.instances.at(0).to_world, {3, 9, 0});
+    EXPECT_EQ(scene.animation, "Jump");
+  }
+}
+
+TEST(GltfAnimation, UnknownClipsAreRefused) {
+  GltfBuilder file = two_clips();
+  SceneLoadOptions options;
+  options.animation = "Run";
+  EXPECT_TRUE(contains(file.must_fail(options), "test.glb/animations: there is no animation \"Run\", allowed: \"Walk\", "
+                                                "\"Jump\", or a number from 0 to 1"))
+      << file.must_fail(options);
+  for (int i = 0; i < 40; ++i) file.root["animations"].push_back(file.root["animations"][0]);
+  EXPECT_TRUE(contains(file.must_fail(options), " and 26 more"));
+  file.root.erase("animations");
+  EXPECT_TRUE(contains(file.must_fail(options), "the file has none"));
+}
+
+TEST(GltfAnimation, ClipsThatMoveNothingAreNotTheFirst) {
+  GltfBuilder file = two_clips();
+  file.root["animations"].insert(file.root["animations"].begin(),
+                                 json{{"name", "Take 001"}, {"channels", json::array()}, {"samplers", json::array()}});
+  SceneDescription scene = file.must_load();
+  EXPECT_EQ(scene.animation, "Walk");
+  EXPECT_TRUE(contains(scene.report.notices, "not played: \"Take 001\", \"Jump\""));
+  SceneLoadOptions options;
+  options.animation = "Take 001";  // the pose at rest
+  expect_near(origin_of(file.must_load(options).instances.at(0)), {0, 0, 0});
+  file.root["animations"] = {file.root["animations"][0]};
+  scene = file.must_load();
+  EXPECT_EQ(scene.animation, "");
+  // Those without a name get one.
+  GltfBuilder nameless = two_clips();
+  nameless.root["animations"][1].erase("name");
+  options.animation = "animation 1";
+  EXPECT_EQ(nameless.must_load(options).animation, "animation 1");
+}
+
+// glTF#1314: a scale of 0 hides. What looks somewhere goes on doing so: scale does not change it.
+TEST(GltfNodes, LightsAndCamerasUnderScalesOfZeroKeepTheirDirection) {
+  const float h = std::sqrt(0.5f);
+  for (const json& scale : {json{0, 0, 0}, json{1, 1, 0}, json{0, 1, 1}}) {
+    GltfBuilder file;
+    file.use("KHR_lights_punctual");
+    file.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}}};
+    file.root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}])");
+    // The parent turns -z to -x; the child moves in it, where there is no room.
+    file.add_node({{"scale", scale}, {"rotation", {0, h, 0, h}}, {"translation", {5, 6, 7}}, {"children", {1}}});
+    file.root["nodes"].push_back(
+        {{"camera", 0}, {"scale", {0, 0, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    const SceneDescription scene = file.must_load();
+    ASSERT_EQ(scene.lights.size(), 1u) << scale;
+    expect_near(V3d(scene.lights[0].direction), {-1, 0, 0});
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    const M44d& m = scene.cameras[0].to_world;
+    expect_near(V3d(-m[2][0], -m[2][1], -m[2][2]), {-1, 0, 0});
+    expect_near(V3d(m[3][0], m[3][1], m[3][2]), {5, 6, 7});
+  }
+}
+
+TEST(GltfNodes, ScalesTellWhetherAFlatPlacementMirrors) {
+  GltfBuilder file;
+  file.add_triangle();
+  const auto mirrored = [&](json parent, json child) {
+    file.root["nodes"] = {{{"scale", std::move(parent)}, {"children", {1}}}, {{"mesh", 0}, {"scale", std::move(child)}}};
+    return file.must_load().instances.at(0).flat_mirrored;
+  };
+  EXPECT_FALSE(mirrored({1, 1, 0}, {1, 1, 1}));
+  EXPECT_TRUE(mirrored({-1, 1, 0}, {1, 1, 1}));
+  EXPECT_FALSE(mirrored({-1, 1, 0}, {1, -2, 0}));
+  EXPECT_TRUE(mirrored({-1, -1, -1}, {1, 1, 0}));
 }
 
 TEST(GltfAnimation, NodesTimesTargetsAreHeldToTheMemoryLimit) {
@@ -201,6 +297,27 @@ TEST(GltfSkin, MirroringJointsTurnTriangles) {
   const V3f a = mesh.positions[mesh.indices[0]], b = mesh.positions[mesh.indices[1]],
             c = mesh.positions[mesh.indices[2]];
   EXPECT_GT(cross(b - a, c - a).z, 0);  // still counter-clockwise around +z, where the normals point
+  for (const V3f& normal : mesh.normals) EXPECT_EQ(normal, V3f(0, 0, 1));
+}
+
+// Joints that press the mesh flat: along its normals nothing changes; along x the normals, turned there, lose their
+// direction and are those of the triangle that is left.
+TEST(GltfSkin, JointsMayPressFlat) {
+  for (const json& scale : {json{1, 1, 0}, json{0, 1, 1}}) {
+    GltfBuilder file = skinned();
+    file.root["nodes"][1]["scale"] = scale;
+    json& attributes = file.root["meshes"][0]["primitives"][0]["attributes"];
+    if (scale[0] == 0) {
+      attributes["POSITION"] = file.add_positions({0, 0, 0, 1, 0, 2, 0, 1, 0});
+      attributes["NORMAL"] = file.add_accessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
+    }
+    const SceneDescription scene = file.must_load();
+    const TriangleMesh& mesh = scene.objects.at(0).meshes.at(0);
+    const V3f a = mesh.positions[mesh.indices[0]], b = mesh.positions[mesh.indices[1]],
+              c = mesh.positions[mesh.indices[2]];
+    const V3f normal = cross(b - a, c - a);
+    for (const V3f& n : mesh.normals) expect_near(V3d(n), V3d(normal / length(normal)));
+  }
 }
 
 TEST(GltfSkin, JointsOutsideTheSkinAreRefused) {

@@ -198,12 +198,11 @@ TEST(GltfMaterial, RangesAreChecked) {
   };
   EXPECT_TRUE(contains(error({{"pbrMetallicRoughness", {{"roughnessFactor", 1.5}}}}),
                        "/materials/0/pbrMetallicRoughness/roughnessFactor: is 1.5, allowed: 0 to 1"));
-  EXPECT_TRUE(contains(error({{"emissiveFactor", {0, 2, 0}}}), "/materials/0/emissiveFactor/1: is 2, allowed: 0 to 1"));
+  EXPECT_TRUE(contains(error({{"emissiveFactor", {0, -2, 0}}}),
+                       "/materials/0/emissiveFactor/1: is -2, allowed: at least 0"));
   EXPECT_TRUE(contains(error({{"alphaMode", "SOLID"}}), "is \"SOLID\", allowed: OPAQUE, MASK, BLEND"));
   EXPECT_TRUE(contains(error({{"extensions", {{"KHR_materials_ior", {{"ior", 0.5}}}}}}, {"KHR_materials_ior"}),
                        "KHR_materials_ior/ior"));
-  EXPECT_TRUE(
-      contains(error({{"extensions", {{"KHR_materials_ior", json::object()}}}}), "not declared in extensionsUsed"));
   EXPECT_TRUE(
       contains(error({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}), "there are 0 textures"));
 }
@@ -279,11 +278,7 @@ TEST(GltfMaterial, BrokenImagesAreRefusedByName) {
   EXPECT_TRUE(contains(with_image({{"uri", "none.png"}}), "/images/0/uri: none.png: the bundle has no such file"));
   EXPECT_TRUE(contains(with_image({{"uri", "data:image/png;base64,iVBORw0KGgo="}}), "/images/0"));
   EXPECT_TRUE(contains(with_image({{"uri", "data:image/png;base64,AAAA"}}), "/images/0: is neither PNG nor JPEG"));
-  std::string jpeg = kPixel;
-  jpeg.replace(jpeg.find("png"), 3, "jpeg");
-  EXPECT_TRUE(contains(with_image({{"uri", jpeg}}), "is image/png, but is declared as image/jpeg"));
-  EXPECT_TRUE(contains(with_image({{"bufferView", 0}}), "/images/0/bufferView: needs mimeType"));
-  EXPECT_TRUE(contains(with_image({{"uri", "x.webp"}, {"mimeType", "image/webp"}}), "allowed: image/png, image/jpeg"));
+  EXPECT_TRUE(contains(with_image({{"bufferView", 0}}), "/images/0: is neither PNG nor JPEG"));
 }
 
 TEST(GltfMaterial, TexturesOfUnknownImageExtensionsFallBack) {

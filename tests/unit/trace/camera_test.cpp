@@ -117,6 +117,50 @@ TEST(Camera, ValidationGivesValueAndRange) {
   }
 }
 
+// A camera of aspect 2: in a picture as wide, 2 tan(30 degrees) is seen at either side. In narrower pictures too, and
+// then more above and below; squares stay squares, for pixels are as wide as high.
+TEST(Camera, PicturesOfAnotherAspectShowAllThatItFrames) {
+  const double side = 2 * std::tan(30 * kDegree);
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    CameraDescription description;
+    description.projection = projection;
+    description.vertical_fov = 60 * kDegree;
+    description.half_height = side / 2;
+    description.aspect = 2;
+    const auto edge = [&](int width, int height) {  // how far is seen to the right, and upwards
+      const Camera camera(fitted(camera_pose(description), width, height), width, height, {0, 0, 0});
+      const auto at = [&](int x, int y) {
+        const CameraRay ray = camera.generate_ray(x, y, {0, 0}, {0.5f, 0.5f});
+        const V3f p = projection == Projection::perspective ? ray.direction / -ray.direction.z : ray.origin;
+        return std::max(p.x, p.y);
+      };
+      return Imath::V2d(at(width, height / 2), at(width / 2, 0));
+    };
+    // As others have it, the vertical extent is the picture's.
+    EXPECT_NEAR(edge(64, 64).x, side / 2, 1e-5);
+    description.keeps_aspect = true;
+    for (const auto& [width, height] : {std::pair(128, 64), std::pair(64, 64), std::pair(48, 96), std::pair(4, 200)}) {
+      EXPECT_NEAR(edge(width, height).x, side, 1e-5 * side) << width << "x" << height;
+      EXPECT_NEAR(edge(width, height).y, side * height / width, 1e-4 * side * height / width);
+    }
+    // Wider: the height stays.
+    EXPECT_NEAR(edge(256, 64).y, side / 2, 1e-5);
+    EXPECT_NEAR(edge(256, 64).x, 2 * side, 1e-5);
+    const CameraPose pose = camera_pose(description);
+    EXPECT_EQ(aspect_notice(pose, 128, 64), "");
+    EXPECT_EQ(aspect_notice(pose, 64, 64),
+              "the camera frames an aspect (width / height) of 2, the picture has 1: it shows more above and below");
+    EXPECT_NE(aspect_notice(pose, 256, 64).find("at both sides"), std::string::npos);
+    // Sizes that rounding to whole pixels explains are of the aspect: in bits.
+    CameraPose odd = pose;
+    odd.aspect = 1.7777;
+    CameraPose plain = odd;
+    plain.aspect = 0;
+    EXPECT_EQ(fitted(odd, 1280, 720), plain);
+    EXPECT_EQ(aspect_notice(odd, 1280, 720), "");
+  }
+}
+
 // Whatever a description holds, its pose can be rendered.
 TEST(Camera, PosesOfDescriptionsAreValid) {
   for (const double value : {0.0, -1.0, 1e-300, 1e19, 1e300, double(INFINITY), double(NAN)}) {
@@ -126,8 +170,11 @@ TEST(Camera, PosesOfDescriptionsAreValid) {
       description.vertical_fov = description.half_height = description.lens_radius = value;
       description.focus_distance = value;
       description.to_world[3][0] = value;
+      description.aspect = value;
+      description.keeps_aspect = true;
       Problems problems;
       validate(camera_pose(description), "", problems);
+      validate(fitted(camera_pose(description), 1, 65536), "fitted", problems);
       EXPECT_TRUE(problems.empty()) << value << ": " << problems.to_error().message;
     }
   }

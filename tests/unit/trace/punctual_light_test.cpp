@@ -57,6 +57,11 @@ TEST(PunctualLight, SpotWithEqualConesIsFinite) {
   const PunctualSource source = make_punctual_source(light);
   EXPECT_FLOAT_EQ(arrive(source, {1, 3, 2}).radiance.x, 2);
   EXPECT_EQ(arrive(source, {5, 3, 2}).radiance.x, 0);
+  // Light up to the edge: the ramp is no wider than floats need.
+  for (const auto& [angle, wanted] : {std::pair(0.4999, 2.0), std::pair(0.5001, 0.0)}) {
+    const V3d point = V3d(1, 5, 2) + V3d(std::sin(angle), -std::cos(angle), 0) * 2.0;
+    EXPECT_NEAR(double(arrive(source, V3f(point)).radiance.x), wanted, 1e-5) << angle;
+  }
 }
 
 TEST(PunctualLight, DirectionalIsTheSameEverywhere) {
