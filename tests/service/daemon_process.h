@@ -18,7 +18,7 @@ class DaemonProcess {
   const std::string& address() const { return address_; }
   const std::string& output() const { return output_; }
   void signal(int number);
-  // Exit code, or 128 + the signal that ended it; -1 when it does not end within 20 s.
+  // Exit code, or 128 + the signal that ended it; -1 when it does not end within a minute.
   int wait();
 
  private:
