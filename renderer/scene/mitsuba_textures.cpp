@@ -142,7 +142,9 @@ int load_image(const Plugin& plugin, const std::string& filename, LoadContext& c
     context.diagnostics.fail(plugin.place(), file.error());
     return -1;
   }
-  Result<Image> image = decode_image(file->bytes, file->path, context.budget.remaining());
+  std::vector<std::string> notices;
+  Result<Image> image = decode_image(file->bytes, file->path, context.budget.remaining(), &notices);
+  for (const std::string& notice : notices) context.diagnostics.notice(notice);
   if (!image.ok()) {
     context.diagnostics.fail(plugin.place(), image.error());
     return -1;

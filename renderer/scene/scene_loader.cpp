@@ -4,6 +4,7 @@
 
 #include "renderer/scene/default_camera.h"
 #include "renderer/scene/environment.h"
+#include "renderer/scene/environment_image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_loader.h"
 #include "renderer/scene/mitsuba_document.h"
@@ -59,7 +60,8 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
   SceneDescription& scene = *loaded;
   if (!options.environment.empty()) {
     Result<Environment> environment =
-        parse_environment(options.environment, options.environment_source, budget.remaining_configured(), scene.images);
+        parse_environment(options.environment, options.environment_source, budget.remaining_configured(), scene.images,
+                          scene.report.notices);
     if (!environment.ok()) return environment.error();
     scene.environment = *environment;
   } else if (!has_light(scene)) {
