@@ -9,10 +9,11 @@ namespace helio {
 
 class EditSceneReactor final : public UnaryCall {
  public:
-  EditSceneReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
+  EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                   grpc::ByteBuffer* response);
 
  private:
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
 
   ServiceCore& core_;
 };

@@ -2,10 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/stream_messages.h"
 
 namespace helio {
@@ -26,6 +28,14 @@ FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
+    const double seconds = core.config.request_timeout_s;
+    open_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [weak = std::weak_ptr(stream_), seconds] {
+      const auto stream = weak.lock();
+      if (!stream) return;
+      stream->finish({grpc::StatusCode::DEADLINE_EXCEEDED,
+                      fmt::format("the stream sent no open within {} s (request-timeout)", seconds)});
+    });
+    open_due_->start();
     StartRead(&request_);
   }
 }
@@ -43,11 +53,32 @@ void FrameStreamReactor::OnReadDone(bool ok) {
   pb::StreamRequest request;
   if (const Status parsed = parse_message(request_, request); !parsed.ok()) return end(to_grpc_status(parsed));
   request_.Clear();
-  if (handle(request)) StartRead(&request_);
+  note_unknown(request);
+  if (!handle(request)) return;
+  tell_ignored();
+  StartRead(&request_);
+}
+
+void FrameStreamReactor::note_unknown(const pb::StreamRequest& request) {
+  for (std::string& field : unknown_fields(request)) {
+    if (ignored_.size() >= kMaxUnknownFields) return;
+    if (std::find(ignored_.begin(), ignored_.end(), field) != ignored_.end()) continue;
+    ignored_.push_back(std::move(field));
+    ignored_is_told_ = false;
+  }
+}
+
+// Names all of them again: a notice replaces one that still waits.
+void FrameStreamReactor::tell_ignored() {
+  if (ignored_is_told_ || !session()) return;
+  ignored_is_told_ = true;
+  stream_->push(ignored_fields_notice(ignored_));
 }
 
 bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
   const auto attached = session();
+  // A request of a kind that only newer daemons know.
+  if (request.request_case() == pb::StreamRequest::REQUEST_NOT_SET && !unknown_fields(request).empty()) return true;
   if (!attached && request.request_case() != pb::StreamRequest::kOpen) {
     end(to_grpc_status(out_of_order("the first message is not open")));
     return false;
@@ -129,6 +160,7 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
   if (!found) return found.error();
   session_id_ = open.session_id();
   if (open.credit() > 0) stream_->queue().limit_credit(open.credit());
+  if (!open_due_->stop()) return Error{ErrorCode::unavailable, "open came too late", "request"};
   {
     const std::lock_guard lock(mutex_);
     session_ = *found;

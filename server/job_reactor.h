@@ -16,7 +16,7 @@ namespace helio {
 // Deletes itself when the call is over, and the job with it.
 class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
  public:
-  JobReactor(ServiceCore& core, const grpc::ByteBuffer& request);
+  JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -25,7 +25,7 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
   void finish(const grpc::Status& status) override { Finish(status); }
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;

@@ -8,10 +8,11 @@ namespace helio {
 
 class ReplayReactor final : public UnaryCall {
  public:
-  ReplayReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
+  ReplayReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                grpc::ByteBuffer* response);
 
  private:
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
 
   ServiceCore& core_;
 };

@@ -3,6 +3,7 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -58,6 +59,9 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   grpc::ServerBuilder builder;
   builder.RegisterService(&impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
+  grpc::ResourceQuota quota("heliographd");
+  builder.SetResourceQuota(quota.Resize(std::size_t(config.max_rpc_memory)));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_streams);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);        // a second daemon on the same port is an error
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20000);  // finds clients that vanished without a word
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);

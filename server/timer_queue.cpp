@@ -17,10 +17,21 @@ TimerQueue::~TimerQueue() {
   thread_.join();
 }
 
-void TimerQueue::call_at(double at_s, std::function<void()> function) {
+TimerQueue::Id TimerQueue::call_at(double at_s, std::function<void()> function) {
   const std::lock_guard lock(mutex_);
-  const auto added = waiting_.emplace(at_s, std::move(function));
+  const Id id{at_s, ++calls_};
+  const auto added = waiting_.emplace(id, std::move(function)).first;
   if (added == waiting_.begin()) changed_.notify_one();
+  return id;
+}
+
+void TimerQueue::cancel(const Id& id) {
+  std::function<void()> dropped;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = waiting_.find(id);
+  if (found == waiting_.end()) return;
+  dropped = std::move(found->second);
+  waiting_.erase(found);
 }
 
 void TimerQueue::run() {
@@ -30,7 +41,7 @@ void TimerQueue::run() {
       changed_.wait(lock);
       continue;
     }
-    const double left = waiting_.begin()->first - now_s();
+    const double left = waiting_.begin()->first.at_s - now_s();
     if (left > 0) {
       changed_.wait_for(lock, std::chrono::duration<double>(left));
       continue;

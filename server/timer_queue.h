@@ -1,7 +1,9 @@
 // One thread that calls functions at given times: grace periods, progress reports, paced sending.
 #pragma once
 
+#include <compare>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -14,15 +16,23 @@ class TimerQueue {
   TimerQueue();
   ~TimerQueue();  // functions that are still waiting are dropped
 
+  struct Id {
+    double at_s = 0;
+    std::uint64_t number = 0;
+    friend auto operator<=>(const Id&, const Id&) = default;
+  };
   // Calls `function` once, at time `at_s` of now_s() or soon after. It must be short and hold what it uses by weak_ptr.
-  void call_at(double at_s, std::function<void()> function);
+  Id call_at(double at_s, std::function<void()> function);
+  // Drops the function, unless it has been called or is being called.
+  void cancel(const Id& id);
 
  private:
   void run();
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::multimap<double, std::function<void()>> waiting_;
+  std::map<Id, std::function<void()>> waiting_;
+  std::uint64_t calls_ = 0;
   bool stopping_ = false;
   std::thread thread_;
 };
