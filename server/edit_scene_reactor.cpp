@@ -33,7 +33,7 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   if (!base) return base.error();
   auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
-  const bool taken = core_.loader.submit([outcome = outcome(), lease, edits, &core] {
+  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core] {
     SceneLease scene = std::move(*lease);
     if (const Status accepting = core.check_accepting(); !accepting.ok()) {
       scene = {};
@@ -52,7 +52,7 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   if (taken) return ok_status();
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   return Error{ErrorCode::resource_exhausted,
-               fmt::format("max_queued_loads: {} loads and edits wait already", core_.config.max_queued_loads),
+               fmt::format("max_queued_loads: {} edits wait already", core_.config.max_queued_loads),
                {}};
 }
 

@@ -1,4 +1,4 @@
-// EditScene: reads the request on gRPC's threads and leaves the edit to the loader's, for what is moved may take a
+// EditScene: reads the request on gRPC's threads and leaves the edit to the editor's, for what is moved may take a
 // while to build.
 #pragma once
 

@@ -80,7 +80,7 @@ Status ReplayReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuff
     SceneLease scene;
   };
   auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
-  const bool taken = core_.loader.submit([outcome = outcome(), task, &core = core_] {
+  const bool taken = core_.replayer.submit([outcome = outcome(), task, &core = core_] {
     const auto answer = guarded([&] { return trace(task->replay, *task->scene, core.memory, outcome->cancel); });
     const std::string scene = task->scene->id.substr(0, 12);
     task->scene = {};  // who has the answer may unload it
@@ -91,7 +91,7 @@ Status ReplayReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuff
   });
   if (taken) return ok_status();
   return Error{ErrorCode::resource_exhausted,
-               fmt::format("max_queued_loads: {} loads and replays wait already", core_.config.max_queued_loads),
+               fmt::format("max_queued_loads: {} replays wait already", core_.config.max_queued_loads),
                {}};
 }
 

@@ -1,4 +1,4 @@
-// ReplaySample: reads the token on gRPC's threads and leaves the tracing to the loader's, for paths may be long.
+// ReplaySample: reads the token on gRPC's threads and leaves the tracing to the replayer's, for paths may be long.
 #pragma once
 
 #include "server/service_core.h"

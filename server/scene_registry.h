@@ -105,7 +105,7 @@ class SceneRegistry {
     std::shared_ptr<const LoadedScene> scene;
     bool already_loaded = false;
   };
-  // Takes seconds; one call at a time. `cancel` is looked at between the stages.
+  // Takes seconds. `cancel` is looked at between the stages. Loads and edits may run side by side.
   Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
 
   // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
@@ -121,12 +121,13 @@ class SceneRegistry {
   class Load;
   std::shared_ptr<const LoadedScene> find(const std::string& id) const;
   std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
-  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene);
+  class Place;
+  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene, Place place);
   Result<std::vector<std::shared_ptr<const Reservation>>> reserve(const RenderScene& snapshot);
   // Unloads the edited scene that is least recently used; false when all are in use.
   bool evict_edited();
   // Room for one more scene, if need be by evicting one.
-  Status make_room();
+  Result<Place> make_room();
   void touch(const LoadedScene& scene) const { scene.last_use = ++uses_; }
 
   const SceneRoots roots_;
@@ -135,6 +136,7 @@ class SceneRegistry {
 
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const LoadedScene>> scenes_;
+  int arriving_ = 0;  // scenes that are being loaded or edited
   std::map<const void*, std::weak_ptr<const Reservation>> shares_;  // by MemoryShare::what
   mutable std::atomic<std::uint64_t> uses_{0};
 };

@@ -113,7 +113,7 @@ bool Server::drain(double grace_s) {
   ServiceCore& core = impl_->core;
   const auto idle = [&](double seconds) {
     const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
-    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.loader.busy();
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy();
   };
   if (impl_->drained) return idle(0);
   impl_->drained = true;

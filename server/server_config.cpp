@@ -111,7 +111,7 @@ std::vector<ConfigOption> make_options() {
       {"max-scenes", "scenes held at a time, [1, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_scenes); },
        [](const Config& c) { return std::to_string(c.max_scenes); }},
-      {"max-queued-loads", "scene loads that may wait behind the one in hand, [1, 65536]", false,
+      {"max-queued-loads", "scene loads that may wait behind the one in hand, and as many edits and as many replays, [1, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_queued_loads); },
        [](const Config& c) { return std::to_string(c.max_queued_loads); }},
       {"max-streams", "calls that one connection may have open at a time, [1, 65536]", false,

@@ -26,10 +26,13 @@ struct ServiceCore {
                {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads}, memory),
         sessions(config.max_sessions, timers),
         jobs(config.max_jobs),
-        loader(std::size_t(config.max_queued_loads)) {}
+        loader(std::size_t(config.max_queued_loads)),
+        editor(std::size_t(config.max_queued_loads)),
+        replayer(std::size_t(config.max_queued_loads)) {}
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
   Rendering::Resources resources() { return {engine, memory, timers}; }
+  bool busy() const { return loader.busy() || editor.busy() || replayer.busy(); }
   Status check_accepting() const {
     if (!draining) return ok_status();
     return Error{ErrorCode::unavailable, "the daemon is draining", {}};
@@ -46,7 +49,8 @@ struct ServiceCore {
   TimerQueue timers;
   SessionRegistry sessions;
   JobStore jobs;
-  TaskThread loader;
+  // A thread each, so that an edit or a replay, which someone waits for at the screen, never waits for a load.
+  TaskThread loader, editor, replayer;
 };
 
 }  // namespace helio

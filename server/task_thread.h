@@ -1,4 +1,4 @@
-// A thread that works through a bounded queue: scene loads, which take seconds and must not hold gRPC's threads.
+// A thread that works through a bounded queue: loads, edits and replays take too long for gRPC's threads.
 #pragma once
 
 #include <condition_variable>
