@@ -24,6 +24,8 @@ Error to_error(const grpc::Status& status, const std::string& peer) {
     case grpc::StatusCode::CANCELLED:
       return {ErrorCode::cancelled, text.empty() ? "cancelled" : text, {}};
     case grpc::StatusCode::DEADLINE_EXCEEDED:
+      // gRPC's own words where the deadline was this client's.
+      if (!text.empty() && text != "Deadline Exceeded") return {ErrorCode::unavailable, text, {}};
       return {ErrorCode::unavailable, "the server at " + peer + " did not answer in time", {}};
     case grpc::StatusCode::UNAVAILABLE:
       return {ErrorCode::unavailable, "the server at " + peer + " is not available: " + text, {}};

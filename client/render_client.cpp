@@ -69,19 +69,8 @@ RenderClient::RenderClient(std::shared_ptr<grpc::Channel> channel, std::string p
 
 namespace {
 
-// A unary call with the deadline of short calls.
-template <class Request, class Response>
-Result<Response> call_unary(pb::RenderService::StubInterface& stub, const std::string& peer, double timeout_s,
-                            grpc::Status (pb::RenderService::StubInterface::*method)(grpc::ClientContext*,
-                                                                                     const Request&, Response*),
-                            const Request& request) {
-  grpc::ClientContext context;
-  context.set_deadline(in_seconds(timeout_s));
-  Response response;
-  const grpc::Status status = (stub.*method)(&context, request, &response);
-  if (!status.ok()) return to_error(status, peer);
-  return response;
-}
+// Key of the trailing metadata that names the fields which an older server ignored.
+constexpr char kIgnoredFieldsKey[] = "heliograph-ignored-fields";
 
 template <class T>
 Status without_value(const Result<T>& result) {
@@ -93,8 +82,28 @@ using Stub = pb::RenderService::StubInterface;
 
 }  // namespace
 
+template <class Request, class Response>
+Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                                    const Request& request, CallControl* control) {
+  grpc::ClientContext context;
+  context.set_deadline(in_seconds(options_.call_timeout_s));
+  const CallControl::Scope scope(control, context);
+  Response response;
+  const grpc::Status status = ((*stub_).*method)(&context, request, &response);
+  if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
+  return response;
+}
+
+void RenderClient::tell_ignored(const grpc::ClientContext& context) const {
+  const auto found = context.GetServerTrailingMetadata().find(kIgnoredFieldsKey);
+  if (found == context.GetServerTrailingMetadata().end() || !options_.notice) return;
+  options_.notice("the server at " + peer_ + " is older than this client and ignored " +
+                  std::string(found->second.data(), found->second.size()));
+}
+
 Result<pb::GetServerInfoResponse> RenderClient::server_info() {
-  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::GetServerInfo, pb::GetServerInfoRequest());
+  return call(&Stub::GetServerInfo, pb::GetServerInfoRequest());
 }
 
 Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene, const SceneLoadRequest& request,
@@ -112,6 +121,7 @@ Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene
   call->WritesDone();
   const grpc::Status status = call->Finish();
   if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
   return response;
 }
 
@@ -132,11 +142,12 @@ Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string&
   call->WritesDone();
   const grpc::Status status = call->Finish();
   if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
   return response;
 }
 
 Result<pb::ListScenesResponse> RenderClient::list_scenes() {
-  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListScenes, pb::ListScenesRequest());
+  return call(&Stub::ListScenes, pb::ListScenesRequest());
 }
 
 Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
@@ -156,7 +167,7 @@ Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
 Status RenderClient::unload_scene(const std::string& scene_id) {
   pb::UnloadSceneRequest request;
   request.set_scene_id(scene_id);
-  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::UnloadScene, request));
+  return without_value(call(&Stub::UnloadScene, request));
 }
 
 Result<pb::EditSceneResponse> RenderClient::edit_scene(const pb::EditSceneRequest& request, CallControl* control) {
@@ -165,25 +176,26 @@ Result<pb::EditSceneResponse> RenderClient::edit_scene(const pb::EditSceneReques
   pb::EditSceneResponse response;
   const grpc::Status status = stub_->EditScene(&context, request, &response);
   if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
   return response;
 }
 
 Result<pb::CreateSessionResponse> RenderClient::create_session(const pb::CreateSessionRequest& request) {
-  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CreateSession, request);
+  return call(&Stub::CreateSession, request);
 }
 
 Status RenderClient::close_session(const std::string& session_id) {
   pb::CloseSessionRequest request;
   request.set_session_id(session_id);
-  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CloseSession, request));
+  return without_value(call(&Stub::CloseSession, request));
 }
 
 Result<pb::ListSessionsResponse> RenderClient::list_sessions() {
-  return call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListSessions, pb::ListSessionsRequest());
+  return call(&Stub::ListSessions, pb::ListSessionsRequest());
 }
 
 Result<std::uint64_t> RenderClient::update_session(const pb::UpdateSessionRequest& request) {
-  auto response = call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::UpdateSession, request);
+  auto response = call(&Stub::UpdateSession, request);
   if (!response) return response.error();
   return response->revision();
 }
@@ -221,6 +233,7 @@ Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, con
   }
   const grpc::Status status = call->Finish();
   if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
   if (!end) return Error{ErrorCode::internal, "the server ended the job without a result", {}};
   return *std::move(end);
 }
@@ -228,18 +241,13 @@ Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, con
 Status RenderClient::cancel_job(const std::string& job_id) {
   pb::CancelJobRequest request;
   request.set_job_id(job_id);
-  return without_value(call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::CancelJob, request));
+  return without_value(call(&Stub::CancelJob, request));
 }
 
 Result<pb::ReplaySampleResponse> RenderClient::replay_sample(const std::string& token, CallControl* control) {
-  grpc::ClientContext context;
-  const CallControl::Scope scope(control, context);
   pb::ReplaySampleRequest request;
   request.set_token(token);
-  pb::ReplaySampleResponse response;
-  const grpc::Status status = stub_->ReplaySample(&context, request, &response);
-  if (!status.ok()) return to_error(status, peer_);
-  return response;
+  return call(&Stub::ReplaySample, request, control);
 }
 
 }  // namespace helio

@@ -29,7 +29,9 @@ namespace helio {
 struct ConnectOptions {
   double timeout_s = 10;  // for the connection, > 0
   bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
-  double call_timeout_s = 30;  // of the short calls (all but uploads, streams and jobs), > 0
+  double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams and jobs), > 0
+  // Told on the thread of a call when the server is older than this client and ignored some of its request's fields.
+  std::function<void(const std::string& text)> notice;
 };
 
 struct SceneLoadRequest {
@@ -52,7 +54,7 @@ struct JobCallbacks {
 };
 
 // Thread safe: calls may run side by side. Every failure is an Error; ErrorCode::unavailable means that the daemon
-// cannot be reached, drains or died.
+// cannot be reached, drains, died or did not answer in time.
 class RenderClient {
  public:
   // `address`: HOST:PORT or unix:PATH. Errors: invalid_argument (address), unavailable.
@@ -99,6 +101,13 @@ class RenderClient {
   Result<heliograph::v1::ReplaySampleResponse> replay_sample(const std::string& token, CallControl* control = nullptr);
 
  private:
+  // With the deadline of short calls.
+  template <class Request, class Response>
+  Result<Response> call(grpc::Status (heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*,
+                                                                                            const Request&, Response*),
+                        const Request& request, CallControl* control = nullptr);
+  void tell_ignored(const grpc::ClientContext& context) const;
+
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<heliograph::v1::RenderService::StubInterface> stub_;
   std::string peer_;

@@ -7,21 +7,23 @@
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/retry.h"
 #include "server/scene_edit_messages.h"
 
 namespace helio {
 
-EditSceneReactor::EditSceneReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
+EditSceneReactor::EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                                   grpc::ByteBuffer* response)
     : UnaryCall(response), core_(core) {
-  begin([&] { return start(request); });
+  begin([&] { return start(context, request); });
 }
 
-Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
+Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   pb::EditSceneRequest request;
   if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);
   auto edits = std::make_shared<const std::vector<SceneEdit>>(read_scene_edits(request, problems));
@@ -32,7 +34,7 @@ Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
   if (!base) return base.error();
   auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
-  const bool taken = core_.loader.submit([outcome = outcome(), lease, edits, &core] {
+  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core] {
     SceneLease scene = std::move(*lease);
     if (const Status accepting = core.check_accepting(); !accepting.ok()) {
       scene = {};
@@ -51,7 +53,7 @@ Status EditSceneReactor::start(grpc::ByteBuffer bytes) {
   if (taken) return ok_status();
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   return Error{ErrorCode::resource_exhausted,
-               fmt::format("max_queued_loads: {} loads and edits wait already", core_.config.max_queued_loads),
+               fmt::format("max_queued_loads: {} edits wait already", core_.config.max_queued_loads),
                {},
                kRetrySeconds};
 }

@@ -1,4 +1,4 @@
-// EditScene: reads the request on gRPC's threads and leaves the edit to the loader's, for what is moved may take a
+// EditScene: reads the request on gRPC's threads and leaves the edit to the editor's, for what is moved may take a
 // while to build.
 #pragma once
 
@@ -9,10 +9,11 @@ namespace helio {
 
 class EditSceneReactor final : public UnaryCall {
  public:
-  EditSceneReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
+  EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                   grpc::ByteBuffer* response);
 
  private:
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
 
   ServiceCore& core_;
 };

@@ -2,10 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/stream_messages.h"
 
 namespace helio {
@@ -26,6 +28,14 @@ FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
+    const double seconds = core.config.request_timeout_s;
+    open_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [weak = std::weak_ptr(stream_), seconds] {
+      const auto stream = weak.lock();
+      if (!stream) return;
+      stream->finish({grpc::StatusCode::DEADLINE_EXCEEDED,
+                      fmt::format("the stream sent no open within {} s (request-timeout)", seconds)});
+    });
+    open_due_->start();
     StartRead(&request_);
   }
 }
@@ -44,9 +54,11 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     auto request = std::make_shared<pb::StreamRequest>();
     if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
     request_.Clear();
+    note_unknown(*request);
     if (request->request_case() == pb::StreamRequest::kSettings) {
       handle_later(std::move(request));
     } else if (handle(*request)) {
+      tell_ignored();
       StartRead(&request_);
     }
     return ok_status();
@@ -67,6 +79,7 @@ void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> r
       bool read_on = false;
       const Status handled = guarded([&] {
         read_on = handle(*request);
+        if (read_on) tell_ignored();
         return ok_status();
       });
       if (!handled.ok()) end(to_grpc_status(handled));
@@ -80,8 +93,26 @@ void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> r
   over(false);
 }
 
+void FrameStreamReactor::note_unknown(const pb::StreamRequest& request) {
+  for (std::string& field : unknown_fields(request)) {
+    if (ignored_.size() >= kMaxUnknownFields) return;
+    if (std::find(ignored_.begin(), ignored_.end(), field) != ignored_.end()) continue;
+    ignored_.push_back(std::move(field));
+    ignored_is_told_ = false;
+  }
+}
+
+// Names all of them again: a notice replaces one that still waits.
+void FrameStreamReactor::tell_ignored() {
+  if (ignored_is_told_ || !session()) return;
+  ignored_is_told_ = true;
+  stream_->push(ignored_fields_notice(ignored_));
+}
+
 bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
   const auto attached = session();
+  // A request of a kind that only newer daemons know.
+  if (request.request_case() == pb::StreamRequest::REQUEST_NOT_SET && !unknown_fields(request).empty()) return true;
   if (!attached && request.request_case() != pb::StreamRequest::kOpen) {
     end(to_grpc_status(out_of_order("the first message is not open")));
     return false;
@@ -163,6 +194,7 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
   if (!found) return found.error();
   session_id_ = open.session_id();
   if (open.credit() > 0) stream_->queue().limit_credit(open.credit());
+  if (!open_due_->stop()) return Error{ErrorCode::unavailable, "open came too late", "request"};
   {
     const std::lock_guard lock(mutex_);
     session_ = *found;

@@ -7,9 +7,11 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "server/call_hold.h"
 #include "server/outbound_stream.h"
+#include "server/read_deadline.h"
 #include "server/service_core.h"
 
 namespace helio {
@@ -37,13 +39,20 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
   bool handle(const pb::StreamRequest& request);
   Status open(const pb::StreamRequest::Open& open);
   void end(const grpc::Status& status);
+  // Remembers and, once the stream is open, tells the client which of its fields are ignored.
+  void note_unknown(const pb::StreamRequest& request);
+  void tell_ignored();
   std::shared_ptr<Session> session() const;
 
   ServiceCore& core_;
   std::string session_id_;  // set before anything is sent
   grpc::ByteBuffer request_;
   std::shared_ptr<OutboundStream> stream_;
+  std::unique_ptr<ReadDeadline> open_due_;
   CallHold hold_;
+  // Fields that this daemon does not know. One request is handled at a time, and nothing is read until it is.
+  std::vector<std::string> ignored_;
+  bool ignored_is_told_ = true;
 
   mutable std::mutex mutex_;
   std::shared_ptr<Session> session_;

@@ -1,5 +1,5 @@
-// Keeps what a library or the allocator throws away from gRPC's and the loader's threads, where it would end the
-// daemon.
+// Keeps what a library or the allocator throws away from gRPC's threads and those of loads, edits and replays, where
+// it would end the daemon.
 #pragma once
 
 #include <exception>

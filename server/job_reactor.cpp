@@ -11,7 +11,7 @@
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/stream_messages.h"
 
 namespace helio {
@@ -49,19 +49,20 @@ std::vector<View> read_views(const pb::RunJobRequest& request, const LoadedScene
 
 }  // namespace
 
-JobReactor::JobReactor(ServiceCore& core, const grpc::ByteBuffer& request) : core_(core) {
+JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
+    : core_(core) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
       core.timers);
-  start_later(request);
+  start_later(context, request);
 }
 
 // On a thread that can take the time which a film takes to allocate.
-void JobReactor::start_later(const grpc::ByteBuffer& request) {
+void JobReactor::start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request) {
   hold_.begin();
   const Status taken = guarded([&]() -> Status {
-    const bool submitted = core_.films.submit([this, request] {
-      const Status started = guarded([&] { return start(request); });
+    const bool submitted = core_.films.submit([this, &context, request] {
+      const Status started = guarded([&] { return start(context, request); });
       if (!started.ok()) stream_->finish(to_grpc_status(started));
       start_over();
     });
@@ -78,10 +79,11 @@ void JobReactor::start_over() {
   if (status) Finish(*status);  // this may be gone now
 }
 
-Status JobReactor::start(grpc::ByteBuffer bytes) {
+Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   pb::RunJobRequest request;
   if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);
   const bool id_usable = problems.empty();

@@ -18,7 +18,7 @@ namespace helio {
 // Deletes itself when the call is over, and the job with it.
 class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
  public:
-  JobReactor(ServiceCore& core, const grpc::ByteBuffer& request);
+  JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -29,9 +29,9 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   void finish(const grpc::Status& status) override {
     if (!hold_.defer(status)) Finish(status);
   }
-  void start_later(const grpc::ByteBuffer& request);
+  void start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
   void start_over();
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;

@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <vector>
 
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/retry.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
@@ -38,36 +39,59 @@ Error out_of_order(const char* message, const char* where) {
 struct LoadSceneReactor::Shared {
   std::mutex mutex;
   LoadSceneReactor* reactor;  // null: finished
+  grpc::CallbackServerContext* context;
   grpc::ByteBuffer* response;
   CancelToken cancel;
+  std::vector<std::string> ignored;  // fields that this daemon does not know
 
+  void ignore(std::vector<std::string> fields) {
+    const std::lock_guard lock(mutex);
+    for (std::string& field : fields) {
+      const bool known = std::find(ignored.begin(), ignored.end(), field) != ignored.end();
+      if (!known && ignored.size() < kMaxUnknownFields) ignored.push_back(std::move(field));
+    }
+  }
   void finish(const grpc::Status& status, const pb::LoadSceneResponse* answer = nullptr) {
     const std::lock_guard lock(mutex);
     if (!reactor) return;
     if (answer) *response = to_bytes(*answer);
+    tell_ignored(*context, ignored);
     std::exchange(reactor, nullptr)->Finish(status);
   }
 };
 
-LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::ByteBuffer* response)
+LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response)
     : core_(core), shared_(std::make_shared<Shared>()) {
   shared_->reactor = this;
+  shared_->context = &context;
   shared_->response = response;
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     shared_->finish(to_grpc_status(accepting));
-  } else {
-    StartRead(&request_);
+    return;
   }
+  const double seconds = core.config.request_timeout_s;
+  message_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [shared = shared_, seconds] {
+    shared->cancel.cancel();
+    shared->finish({grpc::StatusCode::DEADLINE_EXCEEDED,
+                    fmt::format("the next message of the upload did not come within {} s (request-timeout)", seconds)});
+  });
+  read();
+}
+
+void LoadSceneReactor::read() {
+  message_due_->start();
+  StartRead(&request_);
 }
 
 void LoadSceneReactor::OnReadDone(bool ok) {
+  if (!message_due_->stop()) return;
   Status status = ok_status();
   if (ok) {
     pb::LoadSceneRequest request;
     status = parse_message(request_, request);
     if (status.ok()) status = guarded([&] { return handle(request); });
     request_.Clear();
-    if (status.ok()) return StartRead(&request_);
+    if (status.ok()) return read();
   } else if (!shared_->cancel.cancelled()) {
     status = guarded([&] { return submit(); });
   }
@@ -75,6 +99,11 @@ void LoadSceneReactor::OnReadDone(bool ok) {
 }
 
 Status LoadSceneReactor::handle(const pb::LoadSceneRequest& request) {
+  std::vector<std::string> unknown = unknown_fields(request);
+  // A request of a kind that only newer daemons know.
+  const bool unknown_kind = request.request_case() == pb::LoadSceneRequest::REQUEST_NOT_SET && !unknown.empty();
+  shared_->ignore(std::move(unknown));
+  if (unknown_kind) return ok_status();
   if (!load_ && request.request_case() != pb::LoadSceneRequest::kBegin) {
     return out_of_order("the first message is not begin", "request");
   }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "server/read_deadline.h"
 #include "server/service_core.h"
 
 namespace helio {
@@ -14,7 +15,7 @@ namespace helio {
 // Deletes itself when the call is over.
 class LoadSceneReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
-  LoadSceneReactor(ServiceCore& core, grpc::ByteBuffer* response);
+  LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response);
 
   void OnReadDone(bool ok) override;
   void OnCancel() override;
@@ -23,6 +24,7 @@ class LoadSceneReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
  private:
   struct Shared;  // with the load on the loader's thread
 
+  void read();
   Status handle(const pb::LoadSceneRequest& request);
   Status begin(const pb::LoadSceneRequest::Begin& begin);
   Status submit();
@@ -32,6 +34,7 @@ class LoadSceneReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
   std::optional<SceneRequest> load_;  // begin has been received
   std::optional<BundleReceiver> upload_;
   std::shared_ptr<Shared> shared_;
+  std::unique_ptr<ReadDeadline> message_due_;
 };
 
 }  // namespace helio

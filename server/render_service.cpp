@@ -12,7 +12,7 @@
 #include "server/guarded.h"
 #include "server/job_reactor.h"
 #include "server/load_scene_reactor.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/replay_reactor.h"
 #include "server/scene_messages.h"
 #include "server/stream_messages.h"
@@ -36,6 +36,7 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
     reactor->Finish(to_grpc_status(parsed));
     return reactor;
   }
+  tell_ignored(*context, unknown_fields(request));
   auto result = guarded([&] { return method(request); });
   if (result) *response = to_bytes(*result);
   reactor->Finish(result ? grpc::Status::OK : to_grpc_status(result.error()));
@@ -199,9 +200,9 @@ grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerConte
   });
 }
 
-grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext*,
+grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,
                                                                     grpc::ByteBuffer* response) {
-  return new LoadSceneReactor(core_, response);
+  return new LoadSceneReactor(core_, *context, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
@@ -268,9 +269,9 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::Cal
   return new WatchReactor(core_, *request);
 }
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext* context,
                                                                   const grpc::ByteBuffer* request) {
-  return new JobReactor(core_, *request);
+  return new JobReactor(core_, *context, *request);
 }
 
 grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
@@ -285,14 +286,14 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
       });
 }
 
-grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
-                                                      grpc::ByteBuffer* response) {
-  return new ReplayReactor(core_, *request, response);
+grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return new ReplayReactor(core_, *context, *request, response);
 }
 
-grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
+grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
-  return new EditSceneReactor(core_, *request, response);
+  return new EditSceneReactor(core_, *context, *request, response);
 }
 
 }  // namespace helio

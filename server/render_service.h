@@ -1,5 +1,6 @@
 // The rpcs of heliograph.v1.RenderService. Each method reads its request, calls the core and turns the outcome into a
-// status. All are raw, so that message_check.h sees the bytes before protobuf does.
+// status. All are raw: messages are read and written by parse_message.h and stream_messages.h, tiles without a
+// copy.
 #pragma once
 
 #include "heliograph/v1/render_service.grpc.pb.h"

@@ -11,7 +11,7 @@
 #include "renderer/trace/sample_trace.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/replay_messages.h"
 #include "server/replay_token.h"
 #include "server/retry.h"
@@ -63,15 +63,17 @@ Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& 
 
 }  // namespace
 
-ReplayReactor::ReplayReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
+ReplayReactor::ReplayReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                             grpc::ByteBuffer* response)
     : UnaryCall(response), core_(core) {
-  begin([&] { return start(request); });
+  begin([&] { return start(context, request); });
 }
 
-Status ReplayReactor::start(grpc::ByteBuffer bytes) {
+Status ReplayReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   pb::ReplaySampleRequest request;
   if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  tell_ignored(context, unknown_fields(request));
   auto replay = read_replay_token(request.token(), core_.render_limits(), "token");
   if (!replay) return replay.error();
   auto scene = core_.scenes.acquire(replay->message.scene_id(), "token");
@@ -81,7 +83,7 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
     SceneLease scene;
   };
   auto task = std::make_shared<Task>(Task{std::move(*replay), std::move(*scene)});
-  const bool taken = core_.loader.submit([outcome = outcome(), task, &core = core_] {
+  const bool taken = core_.replayer.submit([outcome = outcome(), task, &core = core_] {
     const auto answer = guarded([&] { return trace(task->replay, *task->scene, core.memory, outcome->cancel); });
     const std::string scene = task->scene->id.substr(0, 12);
     task->scene = {};  // who has the answer may unload it
@@ -92,7 +94,7 @@ Status ReplayReactor::start(grpc::ByteBuffer bytes) {
   });
   if (taken) return ok_status();
   return Error{ErrorCode::resource_exhausted,
-               fmt::format("max_queued_loads: {} loads and replays wait already", core_.config.max_queued_loads),
+               fmt::format("max_queued_loads: {} replays wait already", core_.config.max_queued_loads),
                {},
                kRetrySeconds};
 }

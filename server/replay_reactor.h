@@ -1,4 +1,4 @@
-// ReplaySample: reads the token on gRPC's threads and leaves the tracing to the loader's, for paths may be long.
+// ReplaySample: reads the token on gRPC's threads and leaves the tracing to the replayer's, for paths may be long.
 #pragma once
 
 #include "server/service_core.h"
@@ -8,10 +8,11 @@ namespace helio {
 
 class ReplayReactor final : public UnaryCall {
  public:
-  ReplayReactor(ServiceCore& core, const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
+  ReplayReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                grpc::ByteBuffer* response);
 
  private:
-  Status start(grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
 
   ServiceCore& core_;
 };

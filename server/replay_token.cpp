@@ -10,7 +10,7 @@
 #include "renderer/trace/light_vertex_cache.h"
 #include "server/build_info.h"
 #include "server/convert.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 
 namespace helio {
 namespace {
@@ -233,6 +233,10 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   grpc::ByteBuffer bytes(&slice, 1);
   if (const Status parsed = parse_message(bytes, replay.message); !parsed.ok()) {
     return no_token("made by another version: " + parsed.error().message, where);
+  }
+  // Unlike a request, a token is of no use in part: the sample would be another.
+  if (const auto unknown = unknown_fields(replay.message); !unknown.empty()) {
+    return no_token("made by a newer version: this daemon does not know " + join_fields(unknown), where);
   }
   const pb::SampleReplay& message = replay.message;
   Problems problems;

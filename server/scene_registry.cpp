@@ -84,6 +84,25 @@ std::string SceneManifest::id() const {
   return to_hex(hash.finish());
 }
 
+// A scene on its way, which counts against max_scenes as those that are there do.
+class SceneRegistry::Place {
+ public:
+  explicit Place(SceneRegistry& registry) : registry_(&registry) { ++registry.arriving_; }  // with mutex_ held
+  Place(Place&& other) noexcept : registry_(std::exchange(other.registry_, nullptr)) {}
+  Place& operator=(Place&&) = delete;
+  ~Place() {
+    if (!registry_) return;
+    const std::lock_guard lock(registry_->mutex_);
+    --registry_->arriving_;
+  }
+
+  // The scene has come: with mutex_ held.
+  void arrive() && { --std::exchange(registry_, nullptr)->arriving_; }
+
+ private:
+  SceneRegistry* registry_;
+};
+
 // One load: opens the sources, reads, builds.
 class SceneRegistry::Load {
  public:
@@ -199,10 +218,11 @@ Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const C
   if (!load.manifest().files.empty()) {
     if (auto scene = find(load.manifest().id()); serves(scene)) return Outcome{std::move(scene), true};
   }
-  if (const Status room = make_room(); !room) return room.error();
+  auto place = make_room();
+  if (!place) return place.error();
   auto scene = load.run(cancel);
   if (!scene) return scene.error();
-  return keep(std::move(*scene));
+  return keep(std::move(*scene), std::move(*place));
 }
 
 Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::span<const SceneEdit> edits,
@@ -216,7 +236,8 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
   if (!scene->changes.empty()) scene->edited_from = loaded_id;
   scene->id = edited_scene_id(loaded_id, scene->changes);
   if (auto found = find(scene->id)) return Outcome{std::move(found), true};
-  if (const Status room = make_room(); !room) return room.error();
+  auto place = make_room();
+  if (!place) return place.error();
 
   for (;;) {
     GrowingReservation reserved(memory_);
@@ -235,7 +256,7 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
   }
   scene->manifest = base->manifest;
   scene->report = scene->snapshot->description().report;
-  return keep(std::move(scene));
+  return keep(std::move(scene), std::move(*place));
 }
 
 std::string edited_scene_id(const std::string& loaded_id, const SceneChanges& changes) {
@@ -296,18 +317,14 @@ Result<std::shared_ptr<const RenderScene>> SceneRegistry::count(std::shared_ptr<
   return std::shared_ptr<const RenderScene>(std::move(counted), scene);
 }
 
-Status SceneRegistry::make_room() {
-  const auto full = [&] {
+Result<SceneRegistry::Place> SceneRegistry::make_room() {
+  do {
     const std::lock_guard lock(mutex_);
-    return scenes_.size() >= std::size_t(limits_.max_scenes);
-  };
-  while (full()) {
-    if (evict_edited()) continue;
-    return Error{ErrorCode::resource_exhausted,
-                 fmt::format("max_scenes: {} scenes are loaded, as many as are allowed", limits_.max_scenes),
-                 {}};
-  }
-  return ok_status();
+    if (scenes_.size() + std::size_t(arriving_) < std::size_t(limits_.max_scenes)) return Place(*this);
+  } while (evict_edited());
+  return Error{ErrorCode::resource_exhausted,
+               fmt::format("max_scenes: {} scenes are loaded, as many as are allowed", limits_.max_scenes),
+               {}};
 }
 
 bool SceneRegistry::evict_edited() {
@@ -325,11 +342,12 @@ bool SceneRegistry::evict_edited() {
   return true;
 }
 
-Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> scene) {
+Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> scene, Place place) {
   const std::lock_guard lock(mutex_);
+  std::move(place).arrive();
   touch(*scene);
-  const auto [place, inserted] = scenes_.try_emplace(scene->id, scene);
-  return Outcome{place->second, !inserted};
+  const auto [held, inserted] = scenes_.try_emplace(scene->id, scene);
+  return Outcome{held->second, !inserted};
 }
 
 std::shared_ptr<const LoadedScene> SceneRegistry::find(const std::string& id) const {

@@ -107,8 +107,8 @@ class SceneRegistry {
     std::shared_ptr<const LoadedScene> scene;
     bool already_loaded = false;
   };
-  // Takes seconds. `cancel` is looked at between the stages. Memory is reserved as the load goes on, each part before
-  // it is allocated.
+  // Takes seconds. `cancel` is looked at between the stages. Loads and edits may run side by side. Memory is reserved as
+  // the load goes on, each part before it is allocated.
   Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
 
   // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
@@ -124,14 +124,15 @@ class SceneRegistry {
   class Load;
   std::shared_ptr<const LoadedScene> find(const std::string& id) const;
   std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
-  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene);
+  class Place;
+  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene, Place place);
   // Takes what the snapshot holds from what its making has reserved. Scenes that share memory share its reservation.
   Result<std::shared_ptr<const RenderScene>> count(std::shared_ptr<const RenderScene> snapshot,
                                                    GrowingReservation& reserved);
   // Unloads the edited scene that is least recently used; false when all are in use.
   bool evict_edited();
   // Room for one more scene, if need be by evicting one.
-  Status make_room();
+  Result<Place> make_room();
   void touch(const LoadedScene& scene) const { scene.last_use = ++uses_; }
 
   const SceneRoots roots_;
@@ -140,6 +141,7 @@ class SceneRegistry {
 
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const LoadedScene>> scenes_;
+  int arriving_ = 0;  // scenes that are being loaded or edited
   std::map<const void*, std::weak_ptr<const Reservation>> shares_;  // by MemoryShare::what
   mutable std::atomic<std::uint64_t> uses_{0};
 };

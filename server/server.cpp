@@ -3,6 +3,7 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -58,6 +59,9 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   grpc::ServerBuilder builder;
   builder.RegisterService(&impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
+  grpc::ResourceQuota quota("heliographd");
+  builder.SetResourceQuota(quota.Resize(std::size_t(config.max_rpc_memory)));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_streams);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);        // a second daemon on the same port is an error
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20000);  // finds clients that vanished without a word
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);
@@ -109,7 +113,7 @@ bool Server::drain(double grace_s) {
   ServiceCore& core = impl_->core;
   const auto idle = [&](double seconds) {
     const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
-    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.loader.busy();
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy();
   };
   if (impl_->drained) return idle(0);
   impl_->drained = true;

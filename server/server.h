@@ -28,7 +28,7 @@ class Server {
 
   // Health turns NOT_SERVING at once, new work is refused with UNAVAILABLE, interactive frames end, jobs may finish
   // until the grace is over and are cancelled then. Returns when no call is left, at the latest soon after the grace.
-  // Idempotent. False: something is left that the destructor will wait for, seconds at most: a scene load, or a
+  // Idempotent. False: something is left that the destructor will wait for, seconds at most: a scene load or an edit, or a
   // connection whose peer takes no bytes.
   bool drain(double grace_s);
 

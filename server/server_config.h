@@ -25,7 +25,10 @@ struct ServerConfig {
   int max_sessions = 64;
   int max_jobs = 16;
   int max_scenes = 64;
-  int max_queued_loads = 16;
+  int max_queued_loads = 16;             // and as many edits, and as many replays
+  int max_streams = 256;                 // calls of one connection at a time
+  std::uint64_t max_rpc_memory = 256ull << 20;  // what gRPC holds for messages on their way in and out
+  double request_timeout_s = 60;         // for the open of a stream and for each message of an upload
   std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
   bool strict = false;             // every load is
   std::string log_level = "info";  // trace, debug, info, warn, error, off

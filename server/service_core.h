@@ -31,6 +31,8 @@ struct ServiceCore {
         sessions(config.max_sessions, timers),
         jobs(config.max_jobs),
         loader(std::size_t(config.max_queued_loads)),
+        editor(std::size_t(config.max_queued_loads)),
+        replayer(std::size_t(config.max_queued_loads)),
         films(kMaxWaitingFilms, kFilmThreads) {}
   // Timers first: a function in hand may use anything below.
   ~ServiceCore() { timers.stop(); }
@@ -39,6 +41,7 @@ struct ServiceCore {
   Rendering::Resources resources() {
     return {engine, memory, timers, reaper, [this](std::uint64_t bytes) { return sessions.make_room(bytes); }};
   }
+  bool busy() const { return loader.busy() || editor.busy() || replayer.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const {
     if (draining) return check_accepting().error();
@@ -67,7 +70,8 @@ struct ServiceCore {
   TimerQueue timers;
   SessionRegistry sessions;
   JobStore jobs;
-  TaskThread loader;
+  // A thread each, so that an edit or a replay, which someone waits for at the screen, never waits for a load.
+  TaskThread loader, editor, replayer;
   TaskThread films;
 };
 

@@ -1,15 +1,15 @@
 #include "server/stream_messages.h"
 
 #include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/wire_format_lite.h>
 #include <grpcpp/support/slice.h>
 
+#include "server/build_info.h"
 #include "server/convert.h"
+#include "server/parse_message.h"
 
 namespace helio {
 namespace {
 
-using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedOutputStream;
 
 template <class... F>
@@ -19,11 +19,10 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-// Appends the head of a length-delimited field: its tag and the length of what follows.
+// Appends the head of a length-delimited field (wire type 2): its tag and the length of what follows.
 void append_head(std::string& out, int field_number, std::size_t length) {
   std::uint8_t head[20];
-  std::uint8_t* end = CodedOutputStream::WriteTagToArray(
-      WireFormatLite::MakeTag(field_number, WireFormatLite::WIRETYPE_LENGTH_DELIMITED), head);
+  std::uint8_t* end = CodedOutputStream::WriteTagToArray(std::uint32_t(field_number) << 3 | 2, head);
   end = CodedOutputStream::WriteVarint64ToArray(length, end);
   out.append(reinterpret_cast<const char*>(head), end - head);
 }
@@ -56,6 +55,11 @@ grpc::ByteBuffer raw(const std::string& bytes) {
 
 grpc::ByteBuffer to_bytes(const google::protobuf::MessageLite& message) {
   return raw(message.SerializeAsString());
+}
+
+Notice ignored_fields_notice(const std::vector<std::string>& fields) {
+  return {NoticeSeverity::warning, std::string("this daemon (version ") + build_version() +
+                                       ") does not know and ignores " + join_fields(fields)};
 }
 
 grpc::ByteBuffer to_stream_response(Outbound message, const std::string& session_id) {

@@ -5,6 +5,7 @@
 #include <grpcpp/support/byte_buffer.h>
 
 #include <string>
+#include <vector>
 
 #include "server/outbound_queue.h"
 
@@ -19,6 +20,9 @@ grpc::ByteBuffer to_job_response(Outbound message);
 // the job so far.
 grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over,
                                std::uint64_t invalid_samples);
+
+// Names the fields of requests that were ignored.
+Notice ignored_fields_notice(const std::vector<std::string>& fields);
 
 grpc::ByteBuffer to_bytes(const google::protobuf::MessageLite& message);
 

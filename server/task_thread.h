@@ -1,4 +1,4 @@
-// Threads that work through a bounded queue: scene loads and films, which take long and must not hold gRPC's threads.
+// Threads that work through a bounded queue: loads, edits, replays and films take too long for gRPC's threads.
 #pragma once
 
 #include <condition_variable>

@@ -27,11 +27,22 @@ void TimerQueue::stop() {
   waiting_.clear();
 }
 
-void TimerQueue::call_at(double at_s, std::function<void()> function) {
+TimerQueue::Id TimerQueue::call_at(double at_s, std::function<void()> function) {
   const std::lock_guard lock(mutex_);
-  if (stopping_) return;
-  const auto added = waiting_.emplace(at_s, std::move(function));
+  const Id id{at_s, ++calls_};
+  if (stopping_) return id;
+  const auto added = waiting_.emplace(id, std::move(function)).first;
   if (added == waiting_.begin()) changed_.notify_one();
+  return id;
+}
+
+void TimerQueue::cancel(const Id& id) {
+  std::function<void()> dropped;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = waiting_.find(id);
+  if (found == waiting_.end()) return;
+  dropped = std::move(found->second);
+  waiting_.erase(found);
 }
 
 void TimerQueue::run() {
@@ -41,7 +52,7 @@ void TimerQueue::run() {
       changed_.wait(lock);
       continue;
     }
-    const double left = waiting_.begin()->first - now_s();
+    const double left = waiting_.begin()->first.at_s - now_s();
     if (left > 0) {
       changed_.wait_for(lock, std::chrono::duration<double>(left));
       continue;
@@ -61,7 +72,7 @@ void TimerQueue::run() {
     if (!again) due = {};
     lock.lock();
     if (again) {
-      due.key() = now_s() + kAgainAfter;
+      due.key().at_s = now_s() + kAgainAfter;
       waiting_.insert(std::move(due));  // allocates nothing
     }
   }

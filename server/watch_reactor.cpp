@@ -3,7 +3,7 @@
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/stream_messages.h"
 
 namespace helio {
@@ -28,7 +28,10 @@ Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
   if (!found) return found.error();
   session_id_ = request.session_id();
   session_ = *found;
-  return session_->attach(stream_, format);
+  const Status attached = session_->attach(stream_, format);
+  const auto ignored = unknown_fields(request);
+  if (attached && !ignored.empty()) stream_->push(ignored_fields_notice(ignored));
+  return attached;
 }
 
 void WatchReactor::OnCancel() {

@@ -52,6 +52,10 @@ FrameCallbacks MovePlayer::callbacks() {
       terminal_.progress(fmt::format("view {}: {}", view_id_ - 1, describe(progress)));
     }
   };
+  callbacks.notice = [this](const pb::Notice& notice) {
+    std::lock_guard lock(mutex_);
+    notices_.push_back(single_line(notice.text()));
+  };
   callbacks.ended = [this](const Status& status) {
     std::lock_guard lock(mutex_);
     fail(status ? Error{ErrorCode::unavailable, "the server closed the stream", {}} : status.error());
@@ -90,6 +94,8 @@ Status MovePlayer::await(PlayedView& view) {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return done_; });
   terminal_.end_progress();
+  for (const std::string& notice : notices_) terminal_.warn(notice);
+  notices_.clear();
   view = std::move(current_);
   current_ = {};
   if (failure_ && !view.end) return *failure_;

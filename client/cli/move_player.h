@@ -51,6 +51,7 @@ class MovePlayer {
   std::uint64_t view_id_ = 0;
 
   std::mutex mutex_;
+  std::vector<std::string> notices_;  // of the server, that await() has yet to show
   std::condition_variable changed_;
   PlayedView current_;
   double sent_s_ = 0;

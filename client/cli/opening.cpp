@@ -17,6 +17,7 @@ Opening::Opening(const CLI::App& app, const CommonOptions& options) : terminal(o
   report_unknown(app, reader);
   read_progress(options.progress, reader, terminal);
   connection = read_connection(options.connection, reader);
+  connection.connect.notice = [this](const std::string& text) { terminal.warn(single_line(text)); };
 }
 
 int Opening::refuse() {

@@ -5,27 +5,47 @@
 #include <cstring>
 
 #include "renderer/scene/environment.h"
+#include "renderer/scene/environment_image.h"
 
 namespace helio {
 namespace {
 
 template <class Texel>
-Status clean_texels(Image& image) {
+Texel texel_at(const Image& image, std::size_t i) {
+  Texel texel;
+  std::memcpy(&texel, image.texels.data() + i * sizeof(Texel), sizeof(Texel));
+  return texel;
+}
+
+template <class Texel>
+Status check_texels(const Image& image) {
   const std::size_t count = image.texels.size() / sizeof(Texel);
   for (std::size_t i = 0; i < count; ++i) {
-    Texel texel;
-    std::memcpy(&texel, image.texels.data() + i * sizeof(Texel), sizeof(Texel));
-    const float value = texel;
-    if (!std::isfinite(value)) {
-      const std::size_t pixel = i / std::size_t(image.channels);
-      return Error{ErrorCode::invalid_argument,
-                   fmt::format("texel ({}, {}) channel {} is {} (allowed: finite)", pixel % std::size_t(image.width),
-                               pixel / std::size_t(image.width), i % std::size_t(image.channels), value),
-                   image.name};
+    const float value = texel_at<Texel>(image, i);
+    if (std::isfinite(value)) continue;
+    const char* remedy = "clamp the map, for instance with oiiotool --clamp:max=1e6, or leave the sun out of it and add a "
+                         "directional light";
+    if (std::isnan(value)) {
+      remedy = "repair the map, for instance with oiiotool --fixnan box3";
+    } else if (sizeof(Texel) == 2) {
+      remedy = "a sun is brighter than the 65504 that half floats hold: save the map as 32 bit float, or clamp it, for "
+               "instance with oiiotool --clamp:max=65504";
     }
-    if (value < 0) std::memset(image.texels.data() + i * sizeof(Texel), 0, sizeof(Texel));
+    const std::size_t pixel = i / std::size_t(image.channels);
+    return Error{ErrorCode::invalid_argument,
+                 fmt::format("texel ({}, {}) channel {} is {} (allowed: finite); {}", pixel % std::size_t(image.width),
+                             pixel / std::size_t(image.width), i % std::size_t(image.channels), value, remedy),
+                 image.name};
   }
   return ok_status();
+}
+
+template <class Texel>
+void clamp_negative(Image& image) {
+  const std::size_t count = image.texels.size() / sizeof(Texel);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (float(texel_at<Texel>(image, i)) < 0) std::memset(image.texels.data() + i * sizeof(Texel), 0, sizeof(Texel));
+  }
 }
 
 // Unit vector of a row of the rotation part; the map's axes stay orthonormal when the matrix scales.
@@ -35,9 +55,16 @@ V3f axis(const M44d& m, int row) {
 
 }  // namespace
 
+Status check_environment_image(const Image& image) {
+  if (image.format == TexelFormat::f32) return check_texels<float>(image);
+  if (image.format == TexelFormat::f16) return check_texels<half>(image);
+  return ok_status();
+}
+
 Status prepare_environment_image(Image& image) {
-  if (image.format == TexelFormat::f32) return clean_texels<float>(image);
-  if (image.format == TexelFormat::f16) return clean_texels<half>(image);
+  if (const Status usable = check_environment_image(image); !usable) return usable;
+  if (image.format == TexelFormat::f32) clamp_negative<float>(image);
+  if (image.format == TexelFormat::f16) clamp_negative<half>(image);
   return ok_status();
 }
 

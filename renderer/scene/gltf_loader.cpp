@@ -329,8 +329,10 @@ class SceneBuilder {
       Result<std::vector<std::uint8_t>> bytes =
           read_other_file(source_, scene_file_, *document_.environment_uri, budget_);
       if (!bytes.ok()) return diagnostics_.fail(place, bytes.error());
-      Result<Image> image = decode_image(*bytes, *document_.environment_uri, budget_.remaining());
+      std::vector<std::string> notices;
+      Result<Image> image = decode_image(*bytes, *document_.environment_uri, budget_.remaining(), &notices);
       if (!image.ok()) return diagnostics_.fail(place, image.error());
+      for (const std::string& notice : notices) diagnostics_.notice(notice);
       budget_.release(bytes->size());
       if (Status s = budget_.reserve(image->bytes(), ""); !s.ok()) return diagnostics_.fail(place, s.error());
       environment.image = int(scene_.images.size());

@@ -118,10 +118,13 @@ void probe_exr(const Reader& in, ImageProbe& probe) {
     const std::size_t size = in.le32(at);
     at += 4;
     if (!in.has(at, size)) return;
+    const auto coordinate = [&](int i) { return std::int64_t(std::int32_t(in.le32(at + std::size_t(4 * i)))); };
     if (name == "dataWindow" && size == 16) {
-      const auto coordinate = [&](int i) { return std::int64_t(std::int32_t(in.le32(at + 4 * i))); };
       probe.width = std::max(probe.width, coordinate(2) - coordinate(0) + 1);
       probe.height = std::max(probe.height, coordinate(3) - coordinate(1) + 1);
+    } else if (name == "displayWindow" && size == 16) {
+      probe.display_width = std::max(probe.display_width, coordinate(2) - coordinate(0) + 1);
+      probe.display_height = std::max(probe.display_height, coordinate(3) - coordinate(1) + 1);
     } else if (name == "channels") {
       probe.bits_per_pixel = std::max(probe.bits_per_pixel, exr_bits_per_pixel(in, at, at + size));
     } else if (name == "compression" && size == 1 && in.u8(at) >= 8) {

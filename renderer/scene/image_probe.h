@@ -16,6 +16,8 @@ struct ImageProbe {
   // Largest extent claimed (over all parts of an EXR), in pixels. -1: not found, which for PNG, JPEG, EXR and WebP
   // means that the header is broken; for HDR and PNM, whose headers are text, it is left to the decoder.
   std::int64_t width = -1, height = -1;
+  // Largest display window of an EXR's parts; -1: there is none.
+  std::int64_t display_width = -1, display_height = -1;
   double bits_per_pixel = 0;  // before compression, at least; 0: unknown
   double max_ratio = 0;       // how far the format's compression can shrink those bits
   bool deep = false;          // EXR: some part is deep

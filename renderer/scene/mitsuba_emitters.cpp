@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "renderer/scene/environment.h"
+#include "renderer/scene/environment_image.h"
 #include "renderer/scene/mitsuba_fov.h"
 #include "renderer/scene/mitsuba_textures.h"
 #include "renderer/scene/texture.h"
@@ -127,6 +128,7 @@ void read_envmap(const Plugin& plugin, LoadContext& context) {
   const int image = load_image(plugin, plugin.text("filename", ""), context);
   if (image < 0) return;
   Image& map = context.scene.images[std::size_t(image)];
+  if (Status s = check_environment_image(map); !s.ok()) return context.diagnostics.fail(plugin.place(), s.error());
   const bool integer = map.format == TexelFormat::u8 || map.format == TexelFormat::u16;
   // 32 rows for one as long as that keeps the map below 4 million texels.
   const std::uint64_t texels = std::uint64_t(map.width) * std::uint64_t(map.height);

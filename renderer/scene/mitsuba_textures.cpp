@@ -143,9 +143,11 @@ int load_image(const Plugin& plugin, const std::string& filename, LoadContext& c
     return -1;
   }
   const std::uint64_t used_before = context.budget.used();
+  std::vector<std::string> notices;
   Result<Image> image =
-      decode_image(file->bytes, file->path, context.budget.remaining(),
+      decode_image(file->bytes, file->path, context.budget.remaining(), &notices,
                    [&](std::uint64_t bytes) { return context.budget.reserve(bytes, file->path); });
+  for (const std::string& notice : notices) context.diagnostics.notice(notice);
   if (!image.ok()) {
     context.budget.release(context.budget.used() - used_before);
     context.diagnostics.fail(plugin.place(), image.error());

@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "server/convert.h"
-#include "server/message_check.h"
+#include "server/parse_message.h"
 #include "server/scene_edit_messages.h"
 
 namespace {
@@ -95,6 +95,7 @@ void parse_and_read(grpc::ByteBuffer bytes) {
   Message message;
   const Status parsed = parse_message(bytes, message);
   if (parsed) {
+    demand(unknown_fields(message).size() <= kMaxUnknownFields);
     read(message);
   } else {
     demand(!parsed.error().message.empty());

@@ -235,7 +235,6 @@ TEST_F(CliRender, LayersAreAddedOnRequest) {
 TEST_F(CliRender, TimeEndsARenderAndIsNamed) {
   const auto json = heliograph_json({"render", "quad.gltf", "--size", "64x64", "--time", "0.3"});
   EXPECT_EQ(json["ended_by"], "time");
-  EXPECT_LT(json["render_seconds"], 3);
 }
 
 TEST_F(CliRender, AReachedErrorEndsARenderAndIsNamed) {

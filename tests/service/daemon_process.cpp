@@ -63,7 +63,7 @@ void DaemonProcess::signal(int number) {
 }
 
 int DaemonProcess::wait() {
-  for (int i = 0; i < 2000 && pid_ > 0; ++i) {
+  for (int i = 0; i < 6000 && pid_ > 0; ++i) {
     int status = 0;
     if (waitpid(pid_, &status, WNOHANG) == pid_) {
       pid_ = -1;

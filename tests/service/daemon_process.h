@@ -21,7 +21,7 @@ class DaemonProcess {
   void signal(int number);
   // Bytes of its memory that are resident.
   std::uint64_t resident_bytes() const;
-  // Exit code, or 128 + the signal that ended it; -1 when it does not end within 20 s.
+  // Exit code, or 128 + the signal that ended it; -1 when it does not end within a minute.
   int wait();
 
  private:

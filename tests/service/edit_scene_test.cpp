@@ -135,12 +135,6 @@ TEST_F(EditSceneTest, BadEditsAreRefused) {
   pb::SceneEdit flat = moved(0);
   flat.mutable_object()->set_transform(0, 0);
   expect_status(edit(base, {flat}, &response), StatusCode::INVALID_ARGUMENT, {"object 0", "flattens"});
-  // Not even well formed: a field that the daemon does not know.
-  pb::EditSceneRequest request;
-  request.set_scene_id(base);
-  const RawAnswer answer =
-      send_raw(new_channel(), kRenderService + "EditScene", {request.SerializeAsString() + std::string("\x78\x01", 2)});
-  expect_status(answer.status, StatusCode::INVALID_ARGUMENT, {"field number 15"});
 }
 
 TEST_F(EditSceneTest, TheSceneIsFreeOnceItsEditIsAnswered) {

@@ -27,8 +27,8 @@ class Process {
 
   void send_signal(int signal);
   // True once stdout (or stderr) holds the text; false after `seconds` or when the process has ended.
-  bool wait_for_output(const std::string& text, double seconds = 30);
-  bool wait_for_errors(const std::string& text, double seconds = 30);
+  bool wait_for_output(const std::string& text, double seconds = 60);
+  bool wait_for_errors(const std::string& text, double seconds = 60);
   ProcessResult wait(double seconds = 60);
 
   std::string output() const;  // stdout so far

@@ -203,7 +203,7 @@ TEST_F(ReplayTest, AJobCountsTheInvalidSamplesOfAllItsViews) {
   }
   request.mutable_views(2)->mutable_look_at()->mutable_target()->set_y(30);  // sees nothing of it
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20 * kPatience));
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60 * kPatience));
   auto reader = stub().RunJob(&context, request);
   std::vector<pb::FrameEnd> ends;
   std::uint64_t counted = 0;

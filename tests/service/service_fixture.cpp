@@ -34,7 +34,7 @@ grpc::ByteBuffer to_buffer(const std::string& bytes) {
 class GenericCall {
  public:
   GenericCall(std::shared_ptr<grpc::Channel> channel, const std::string& method) : stub_(channel) {
-    context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(10));
+    context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60 * kPatience));
     call_ = stub_.PrepareCall(&context_, method, &queue_);
     call_->StartCall(this);
     wait();
@@ -187,7 +187,7 @@ bool StreamReader::wait_for(const std::function<bool(const pb::StreamResponse&)>
     for (; looked_at < messages_.size() && found < n; ++looked_at) found += wanted(messages_[looked_at]);
     return found >= n || over_;
   };
-  arrived_.wait_for(lock, std::chrono::seconds(10 * kPatience), look);
+  arrived_.wait_for(lock, std::chrono::seconds(60 * kPatience), look);
   return found >= n;
 }
 
@@ -201,7 +201,8 @@ bool StreamReader::wait_for_tiles(int n) {
 
 void StreamReader::wait_for_end() {
   std::unique_lock lock(mutex_);
-  EXPECT_TRUE(arrived_.wait_for(lock, std::chrono::seconds(20 * kPatience), [&] { return over_; })) << "the stream did not end";
+  EXPECT_TRUE(arrived_.wait_for(lock, std::chrono::seconds(60 * kPatience), [&] { return over_; }))
+      << "the stream did not end";
 }
 
 std::vector<pb::StreamResponse> StreamReader::messages() const {
@@ -217,7 +218,7 @@ std::vector<double> StreamReader::times() const {
 // ---- StreamClient --------------------------------------------------------------------------------------------------
 
 StreamClient::StreamClient(pb::RenderService::Stub& stub) {
-  context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30 * kPatience));
+  context_.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(120 * kPatience));
   stream_ = stub.StreamFrames(&context_);
 }
 
@@ -277,7 +278,7 @@ void ServiceTest::start(const std::function<void(ServerConfig&)>& change) {
   if (server_->address().empty()) return;
   // A connection that fails for a reason that does not last is tried again; calls would fail with it.
   const std::shared_ptr<grpc::Channel> channel = new_channel();
-  ASSERT_TRUE(channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(20)));
+  ASSERT_TRUE(channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(60)));
   stub_ = pb::RenderService::NewStub(channel);
 }
 
@@ -294,7 +295,7 @@ std::shared_ptr<grpc::Channel> ServiceTest::new_channel() const {
 
 grpc::Status ServiceTest::load(const std::vector<pb::LoadSceneRequest>& messages, pb::LoadSceneResponse* response) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60 * kPatience));
   auto writer = stub().LoadScene(&context, response);
   for (const auto& message : messages) {
     if (!writer->Write(message)) break;
@@ -339,6 +340,14 @@ pb::SessionInfo ServiceTest::session_info(const std::string& session_id) {
   return {};
 }
 
+bool ServiceTest::comes_to_rest(const std::string& session_id) {
+  return eventually([&] {
+    const double used = session_info(session_id).used_seconds();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return session_info(session_id).used_seconds() == used;
+  });
+}
+
 void expect_status(const grpc::Status& status, grpc::StatusCode code, const std::vector<std::string>& parts) {
   EXPECT_EQ(status.error_code(), code) << status.error_message();
   for (const std::string& part : parts) {
@@ -347,8 +356,8 @@ void expect_status(const grpc::Status& status, grpc::StatusCode code, const std:
   }
 }
 
-bool eventually(const std::function<bool()>& condition, double seconds) {
-  const double deadline = now_s() + seconds * kPatience;
+bool eventually(const std::function<bool()>& condition) {
+  const double deadline = now_s() + 60 * kPatience;
   while (!condition()) {
     if (now_s() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -250,41 +250,33 @@ TEST_F(StreamTest, UnknownSessionsAreNotFound) {
   expect_status(large.status(), StatusCode::INVALID_ARGUMENT, {"open.session_id: 65 bytes"});
 }
 
-TEST_F(StreamTest, TwoViewsInOneMessageAreRefused) {
+// Protobuf's rule for fields that are given again, which parsers have to follow: the last value counts.
+TEST_F(StreamTest, TheLastOfTwoRequestsInOneMessageCounts) {
   const std::string session = create_session(scene_, 16, 16);
   pb::StreamRequest open, first, second, budget;
   open.mutable_open()->set_session_id(session);
   *first.mutable_view() = view(1);
   *second.mutable_view() = view(2);
   budget.mutable_budget()->set_samples(1);
-  const std::string method = kRenderService + "StreamFrames";
-  const std::string begin = open.SerializeAsString();
-  // Protobuf would merge the two views and report nothing.
-  expect_status(send_raw(new_channel(), method, {begin, first.SerializeAsString() + second.SerializeAsString()}).status,
-                StatusCode::INVALID_ARGUMENT, {"view: given more than once"});
-  expect_status(send_raw(new_channel(), method, {begin, first.SerializeAsString() + budget.SerializeAsString()}).status,
-                StatusCode::INVALID_ARGUMENT, {"budget: given beside another member of \"request\""});
-  pb::UpdateSessionRequest update;
-  update.set_session_id(session);
-  *update.mutable_view() = view(1);
-  pb::UpdateSessionRequest more;
-  *more.mutable_view() = view(2);
-  expect_status(
-      send_raw(new_channel(), kRenderService + "UpdateSession", {update.SerializeAsString() + more.SerializeAsString()})
-          .status,
-      StatusCode::INVALID_ARGUMENT, {"view: given more than once"});
-  EXPECT_EQ(session_info(session).revision(), 0u) << "nothing was applied";
+  const auto answer =
+      send_raw(new_channel(), kRenderService + "StreamFrames",
+               {open.SerializeAsString(), first.SerializeAsString() + budget.SerializeAsString(),
+                first.SerializeAsString() + second.SerializeAsString()});
+  EXPECT_TRUE(answer.status.ok()) << answer.status.error_message();
+  EXPECT_EQ(session_info(session).revision(), 2u);
+  pb::StreamResponse last;
+  ASSERT_TRUE(last.ParseFromString(answer.messages.back()));
+  EXPECT_EQ(last.frame_end().tag().view_id(), 2u);
+  EXPECT_EQ(last.frame_end().reason(), pb::END_REASON_SAMPLES);
 }
 
-TEST_F(StreamTest, UnknownFieldsAndGarbageAreRefused) {
+TEST_F(StreamTest, GarbageIsRefused) {
   const std::string method = kRenderService + "StreamFrames";
-  // Field 100, varint 5.
-  expect_status(send_raw(new_channel(), method, {std::string("\xA0\x06\x05", 3)}).status, StatusCode::INVALID_ARGUMENT,
-                {"field number 100 is not known"});
   expect_status(send_raw(new_channel(), method, {std::string("\x0A\xFF\xFF\xFF\x7F", 5)}).status,
                 StatusCode::INVALID_ARGUMENT, {"not a well-formed heliograph.v1.StreamRequest"});
-  expect_status(send_raw(new_channel(), method, {std::string("\x08\x01", 2)}).status, StatusCode::INVALID_ARGUMENT,
-                {"not a well-formed"});
+  // A string that is not UTF-8.
+  expect_status(send_raw(new_channel(), method, {std::string("\x0A\x03\x0A\x01\xFF", 5)}).status,
+                StatusCode::INVALID_ARGUMENT, {"UTF-8"});
   EXPECT_TRUE(server_->in_process_channel() != nullptr);
   EXPECT_FALSE(create_session(scene_, 8, 8).empty()) << "the daemon goes on";
 }
@@ -504,15 +496,13 @@ TEST_F(StreamTest, SessionOutlivesAKilledClient) {
     client.send(view(1));
     ASSERT_TRUE(client.reader().wait_for_tiles(3));
     relay.cut();
-    EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }, 2));
+    EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
     samples = session_info(session).progress().samples_per_pixel();
     EXPECT_GT(samples, 0u);
     client.status();
   }
   // Nobody listens: the frame waits.
-  const double used = session_info(session).used_seconds();
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_NEAR(session_info(session).used_seconds(), used, 0.02);
+  EXPECT_TRUE(comes_to_rest(session));
   EXPECT_GT(session_info(session).idle_s(), 0.05);
 
   StreamClient again(stub(), session);
@@ -560,7 +550,7 @@ TEST_F(StreamTest, SessionEndsAfterItsGrace) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     EXPECT_FALSE(session_info(session).session_id().empty()) << "grace does not run while a stream is open";
   }
-  EXPECT_TRUE(eventually([&] { return session_info(session).session_id().empty(); }, 2));
+  EXPECT_TRUE(eventually([&] { return session_info(session).session_id().empty(); }));
   StreamClient late(stub(), session);
   expect_status(late.status(), StatusCode::NOT_FOUND, {session});
 }
@@ -661,20 +651,13 @@ TEST_F(StreamTest, ProgressComesWhileRendering) {
 // How soon: helio_bench cancel.
 TEST_F(StreamTest, CancelAndDeadlineStopTheWork) {
   const std::string session = create_session(scene_, 256, 256);
-  const auto stops_working = [&] {
-    return eventually([&] {
-      const double used = session_info(session).used_seconds();
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      return session_info(session).used_seconds() == used;
-    });
-  };
   for (int i = 0; i < 5; ++i) {
     StreamClient client(stub(), session);
     client.send(view(i + 1, 0.01 * i));
     ASSERT_TRUE(client.reader().wait_for_tiles(1));
     client.cancel();
     EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
-    EXPECT_TRUE(stops_working()) << "workers go on after a cancel";
+    EXPECT_TRUE(comes_to_rest(session)) << "workers go on after a cancel";
     EXPECT_EQ(client.status().error_code(), StatusCode::CANCELLED);
   }
 
@@ -688,7 +671,7 @@ TEST_F(StreamTest, CancelAndDeadlineStopTheWork) {
   }
   EXPECT_EQ(reader->Finish().error_code(), StatusCode::DEADLINE_EXCEEDED);
   EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
-  EXPECT_TRUE(stops_working()) << "workers go on after a deadline";
+  EXPECT_TRUE(comes_to_rest(session)) << "workers go on after a deadline";
 }
 
 TEST_F(StreamTest, SilentReaderCostsTwoFramesAndSlowsNobody) {

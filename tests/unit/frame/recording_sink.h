@@ -65,10 +65,10 @@ class RecordingSink final : public FrameSink {
 
   std::size_t backlog() const override { return backlog_tiles.load(); }
 
-  // False: not within 30 seconds.
+  // False: not within a minute.
   bool wait(const std::function<bool()>& condition) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(30), condition);
+    return changed_.wait_for(lock, std::chrono::seconds(60), condition);
   }
   // The end of the revision's frame.
   std::optional<FrameEnd> wait_for_end(std::uint64_t revision) {

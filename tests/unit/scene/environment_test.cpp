@@ -187,11 +187,30 @@ TEST(Environment, ReadsMapsAndRefusesBadTexels) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().where, "sky.exr");
   EXPECT_NE(refused.error().message.find("(1, 0) channel 1 is inf"), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("clamp the map"), std::string::npos) << refused.error().message;
 
   EXPECT_EQ(parse_environment("other.exr", &source, 1 << 20, images).error().code, ErrorCode::not_found);
   EXPECT_EQ(parse_environment("sky.exr", &source, 10, images).error().code, ErrorCode::resource_exhausted);
   EXPECT_EQ(parse_environment("sky.exr", nullptr, 1 << 20, images).error().code, ErrorCode::failed_precondition);
   EXPECT_EQ(images.size(), 4u);
+}
+
+// A sun that half floats cannot hold, and texels that are no numbers: the message says what to do.
+TEST(Environment, TexelsThatAreNotFiniteComeWithARemedy) {
+  Image sun = float_map(2, 2, 1, {});
+  sun.format = TexelFormat::f16;
+  const half texels[4] = {half(1), half(2), half(3), half(1e6f)};
+  sun.texels.resize(sizeof(texels));
+  std::memcpy(sun.texels.data(), texels, sizeof(texels));
+  const Status bright = prepare_environment_image(sun);
+  ASSERT_FALSE(bright.ok());
+  for (const char* part : {"texel (1, 1) channel 0 is inf", "65504", "32 bit float", "clamp"}) {
+    EXPECT_NE(bright.error().message.find(part), std::string::npos) << bright.error().message;
+  }
+  Image broken = float_map(1, 1, 1, {std::numeric_limits<float>::quiet_NaN()});
+  const Status no_number = prepare_environment_image(broken);
+  ASSERT_FALSE(no_number.ok());
+  EXPECT_NE(no_number.error().message.find("--fixnan"), std::string::npos) << no_number.error().message;
 }
 
 // Expected counts per cell from the density at cell centres, observed ones from samples; cells of the distribution's

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 #include <half.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "tests/support/random.h"
 #include "tests/unit/scene/image_encode.h"
@@ -111,6 +114,150 @@ TEST(ImageDecoder, PicksColourChannelsOfAnExrByName) {
   const Result<Image> none = decode_image(encode_image("openexr", spec, pixels.data()), "d.exr", kLimit);
   ASSERT_FALSE(none.ok());
   EXPECT_NE(none.error().message.find("velocity.x, velocity.y"), std::string::npos) << none.error().message;
+}
+
+std::string all_of(const std::vector<std::string>& lines) {
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  return all;
+}
+
+// 2x2 texels 1..4 stored at (x, y) of a picture of width x height.
+Result<Image> decode_stored_at(int x, int y, int width, int height, std::vector<std::string>* notices = nullptr) {
+  OIIO::ImageSpec spec(2, 2, 1, OIIO::TypeDesc::FLOAT);
+  spec.channelnames = {"Y"};
+  spec.full_x = 10;  // the display window need not begin at 0
+  spec.full_y = -20;
+  spec.x = 10 + x;
+  spec.y = -20 + y;
+  spec.full_width = width;
+  spec.full_height = height;
+  const std::vector<float> pixels = {1, 2, 3, 4};
+  return decode_image(encode_image("openexr", spec, pixels.data()), "w.exr", kLimit, notices);
+}
+
+TEST(ImageDecoder, AnExrIsItsDisplayWindow) {
+  std::vector<std::string> notices;
+  const Result<Image> part = decode_stored_at(1, 1, 4, 3, &notices);
+  ASSERT_TRUE(part.ok()) << part.error().to_string();
+  EXPECT_EQ(part->width, 4);
+  EXPECT_EQ(part->height, 3);
+  EXPECT_EQ(texels_of<float>(*part), (std::vector<float>{0, 0, 0, 0, 0, 1, 2, 0, 0, 3, 4, 0}));
+  EXPECT_EQ(all_of(notices), "w.exr: stores 2x2 texels at (1, 1) of its picture of 4x3; what is missing is black\n");
+
+  const Result<Image> overscan = decode_stored_at(-1, -1, 2, 1);
+  ASSERT_TRUE(overscan.ok()) << overscan.error().to_string();
+  EXPECT_EQ(texels_of<float>(*overscan), (std::vector<float>{4, 0}));
+
+  notices.clear();
+  const Result<Image> whole = decode_stored_at(0, 0, 2, 2, &notices);
+  ASSERT_TRUE(whole.ok()) << whole.error().to_string();
+  EXPECT_EQ(texels_of<float>(*whole), (std::vector<float>{1, 2, 3, 4}));
+  EXPECT_EQ(all_of(notices), "");
+
+  const Result<Image> outside = decode_stored_at(5, 0, 4, 3);
+  ASSERT_FALSE(outside.ok());
+  EXPECT_NE(outside.error().message.find("data window (2x2 texels at 5, 0) lies outside of its display window (4x3)"),
+            std::string::npos)
+      << outside.error().message;
+  for (const int side : {20000, 70000}) {
+    const Result<Image> huge = decode_stored_at(0, 0, side, side);
+    ASSERT_FALSE(huge.ok()) << side;
+    EXPECT_EQ(huge.error().code, ErrorCode::resource_exhausted);
+  }
+}
+
+// One texel, whose channels hold 1, 2, 3, ... in the order given.
+Result<Image> decode_layers(const std::vector<std::string>& channels, std::vector<std::string>* notices = nullptr) {
+  OIIO::ImageSpec spec(1, 1, int(channels.size()), OIIO::TypeDesc::FLOAT);
+  spec.channelnames = channels;
+  std::vector<float> pixels;
+  for (std::size_t i = 0; i < channels.size(); ++i) pixels.push_back(float(i + 1));
+  return decode_image(encode_image("openexr", spec, pixels.data()), "l.exr", kLimit, notices);
+}
+
+TEST(ImageDecoder, OfLayersTheDefaultIsTakenAndNamed) {
+  // "Ambient.R" sorts before "B".
+  std::vector<std::string> notices;
+  Result<Image> image = decode_layers({"Ambient.R", "Ambient.G", "Ambient.B", "R", "G", "B", "velocity.x"}, &notices);
+  ASSERT_TRUE(image.ok()) << image.error().to_string();
+  EXPECT_EQ(texels_of<float>(*image), (std::vector<float>{4, 5, 6}));
+  EXPECT_EQ(all_of(notices), "l.exr: its channels without a layer are used, not \"Ambient\", \"velocity\"\n");
+
+  notices.clear();
+  image = decode_layers({"main.Combined.R", "main.Combined.G", "main.Combined.B", "main.Combined.A", "a.R", "a.G", "a.B"},
+                        &notices);
+  ASSERT_TRUE(image.ok()) << image.error().to_string();
+  EXPECT_EQ(texels_of<float>(*image), (std::vector<float>{1, 2, 3, 4}));
+  EXPECT_EQ(all_of(notices), "l.exr: its layer \"main.Combined\" is used, not \"a\"\n");
+
+  notices.clear();
+  image = decode_layers({"sky.R", "sky.G", "sky.B"}, &notices);
+  ASSERT_TRUE(image.ok()) << image.error().to_string();
+  EXPECT_EQ(texels_of<float>(*image), (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(all_of(notices), "l.exr: its layer \"sky\" is used\n");
+
+  for (const auto& channels : std::vector<std::vector<std::string>>{
+           {"day.R", "day.G", "day.B", "night.R", "night.G", "night.B"},
+           {"a.beauty.R", "a.beauty.G", "a.beauty.B", "b.beauty.R", "b.beauty.G", "b.beauty.B"}}) {
+    image = decode_layers(channels);
+    ASSERT_FALSE(image.ok());
+    EXPECT_EQ(image.error().code, ErrorCode::invalid_argument);
+    for (const std::string& channel : {channels[0], channels[3]}) {
+      const std::string layer = "\"" + channel.substr(0, channel.size() - 2) + "\"";
+      EXPECT_NE(image.error().message.find(layer), std::string::npos) << image.error().message;
+    }
+  }
+  // The colour of two layers is not one colour.
+  EXPECT_FALSE(decode_layers({"a.R", "b.G", "b.B"}).ok());
+}
+
+// Parts of one texel each, with these channels; the n-th channel of all holds n.
+Result<Image> decode_parts(const std::vector<std::pair<std::string, std::vector<std::string>>>& parts,
+                           std::vector<std::string>* notices = nullptr) {
+  std::vector<OIIO::ImageSpec> specs;
+  for (const auto& [name, channels] : parts) {
+    OIIO::ImageSpec& spec = specs.emplace_back(1, 1, int(channels.size()), OIIO::TypeDesc::FLOAT);
+    spec.channelnames = channels;
+    spec.attribute("oiio:subimagename", name);
+  }
+  // OpenImageIO writes several parts to files only.
+  const auto path = std::filesystem::temp_directory_path() / ("helio-parts-" + std::to_string(getpid()) + ".exr");
+  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("openexr");
+  EXPECT_TRUE(out->open(path.string(), int(specs.size()), specs.data())) << out->geterror();
+  float next = 1;
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    if (i > 0) {
+      EXPECT_TRUE(out->open(path.string(), specs[i], OIIO::ImageOutput::AppendSubimage)) << out->geterror();
+    }
+    std::vector<float> pixels;
+    for (int c = 0; c < specs[i].nchannels; ++c) pixels.push_back(next++);
+    EXPECT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data())) << out->geterror();
+  }
+  EXPECT_TRUE(out->close());
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  std::filesystem::remove(path);
+  return decode_image(bytes, "p.exr", kLimit, notices);
+}
+
+TEST(ImageDecoder, OfPartsTheFirstOrTheOnlyOneWithColourIsTakenAndNamed) {
+  std::vector<std::string> notices;
+  Result<Image> image = decode_parts({{"rgb", {"R", "G", "B"}}, {"diffuse", {"R", "G", "B"}}}, &notices);
+  ASSERT_TRUE(image.ok()) << image.error().to_string();
+  EXPECT_EQ(texels_of<float>(*image), (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(all_of(notices), "p.exr: its part \"rgb\" is used, not \"diffuse\"\n");
+
+  notices.clear();
+  image = decode_parts({{"normals", {"N.x", "N.y", "N.z"}}, {"sky", {"R", "G", "B"}}}, &notices);
+  ASSERT_TRUE(image.ok()) << image.error().to_string();
+  EXPECT_EQ(texels_of<float>(*image), (std::vector<float>{4, 5, 6}));
+  EXPECT_EQ(all_of(notices), "p.exr: its part \"sky\" is used, not \"normals\"\n");
+
+  image = decode_parts({{"normals", {"N.x", "N.y", "N.z"}}, {"day", {"R", "G", "B"}}, {"night", {"R", "G", "B"}}});
+  ASSERT_FALSE(image.ok());
+  EXPECT_NE(image.error().message.find("the parts \"day\", \"night\" leave a choice"), std::string::npos)
+      << image.error().message;
 }
 
 // Taken for a grey image, such a file would lose its colour without a word.
