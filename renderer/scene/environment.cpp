@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "renderer/base/text.h"
-#include "renderer/scene/environment_image.h"
 #include "renderer/scene/image_decoder.h"
 #include "renderer/scene/scene_loader.h"
 
@@ -56,13 +55,7 @@ V3f environment_direction(const V2f& uv) {
 }
 
 Result<Environment> parse_environment(const std::string& text, const FileSource* source, std::uint64_t max_bytes,
-                                      std::vector<Image>& images) {
-  std::vector<std::string> notices;
-  return parse_environment(text, source, max_bytes, images, notices);
-}
-
-Result<Environment> parse_environment(const std::string& text, const FileSource* source, std::uint64_t max_bytes,
-                                      std::vector<Image>& images, std::vector<std::string>& notices,
+                                      std::vector<Image>& images, std::vector<std::string>* notices,
                                       const ReserveBytes& reserve) {
   const std::string name(trim(text));
   if (name.empty()) {
@@ -90,7 +83,7 @@ Result<Environment> parse_environment(const std::string& text, const FileSource*
   }
   const Result<std::vector<std::uint8_t>> bytes = source->read(name, max_bytes);
   if (!bytes) return bytes.error();
-  Result<Image> image = decode_image(*bytes, name, max_bytes, &notices, reserve);
+  Result<Image> image = decode_image(*bytes, name, max_bytes, notices, reserve);
   if (!image) return image.error();
   const Status usable = prepare_environment_image(*image);
   if (!usable) return usable.error();

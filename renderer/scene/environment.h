@@ -34,15 +34,17 @@ V2f environment_uv(const V3f& direction);
 V3f environment_direction(const V2f& uv);
 
 // Reads "R,G,B" (three finite numbers >= 0: constant radiance, W / (sr m^2)) or the name of an image file, which is
-// read through `source`, decoded within `max_bytes` and appended to `images`; `reserve` as in decode_image(). Integer
-// images are taken as sRGB-encoded,
-// float images as linear radiance; negative texels count as 0.
+// read through `source`, decoded within `max_bytes` and appended to `images`; `notices` and `reserve` as in
+// decode_image(). Integer images are taken as sRGB-encoded, float images as linear radiance; negative texels count as 0.
 // Errors: invalid_argument (`where` "environment" or the file; also for NaN or infinite texels, named by place),
 // not_found, permission_denied, resource_exhausted; failed_precondition when a file is named and source is null.
 Result<Environment> parse_environment(const std::string& text, const FileSource* source, std::uint64_t max_bytes,
-                                      std::vector<Image>& images, const ReserveBytes& reserve = {});
+                                      std::vector<Image>& images, std::vector<std::string>* notices = nullptr,
+                                      const ReserveBytes& reserve = {});
 
-// Checks a decoded image for use as an environment map (finite texels) and sets negative texels to 0.
+// invalid_argument: a texel is infinite or NaN; the message has its place and a remedy.
+Status check_environment_image(const Image& image);
+// Checks a decoded image so, for use as an environment map, and sets negative texels to 0.
 Status prepare_environment_image(Image& image);
 
 // Radiance arriving from a direction. Immutable, safe to share between threads.

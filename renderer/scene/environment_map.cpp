@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "renderer/scene/environment.h"
-#include "renderer/scene/environment_image.h"
 
 namespace helio {
 namespace {

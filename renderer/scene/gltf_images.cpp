@@ -68,7 +68,7 @@ class ImageLoader {
       return std::nullopt;
     }
     if (encoded && check_format(*encoded, place, decode) && decode) {
-      Result<Image> decoded = decode_image(encoded->bytes, image.name, budget_.remaining(),
+      Result<Image> decoded = decode_image(encoded->bytes, image.name, budget_.remaining(), nullptr,
                                            [&](std::uint64_t bytes) { return budget_.reserve(bytes, ""); });
       if (decoded.ok())
         result = std::move(*decoded);

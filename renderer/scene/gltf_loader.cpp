@@ -330,11 +330,11 @@ class SceneBuilder {
           read_other_file(source_, scene_file_, *document_.environment_uri, budget_);
       if (!bytes.ok()) return diagnostics_.fail(place, bytes.error());
       std::vector<std::string> notices;
-      Result<Image> image = decode_image(*bytes, *document_.environment_uri, budget_.remaining(), &notices);
+      Result<Image> image = decode_image(*bytes, *document_.environment_uri, budget_.remaining(), &notices,
+                                         [&](std::uint64_t size) { return budget_.reserve(size, ""); });
       if (!image.ok()) return diagnostics_.fail(place, image.error());
       for (const std::string& notice : notices) diagnostics_.notice(notice);
       budget_.release(bytes->size());
-      if (Status s = budget_.reserve(image->bytes(), ""); !s.ok()) return diagnostics_.fail(place, s.error());
       environment.image = int(scene_.images.size());
       scene_.images.push_back(std::move(*image));
     }

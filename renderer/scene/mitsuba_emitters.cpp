@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "renderer/scene/environment.h"
-#include "renderer/scene/environment_image.h"
 #include "renderer/scene/mitsuba_fov.h"
 #include "renderer/scene/mitsuba_textures.h"
 #include "renderer/scene/texture.h"

@@ -4,7 +4,6 @@
 
 #include "renderer/scene/default_camera.h"
 #include "renderer/scene/environment.h"
-#include "renderer/scene/environment_image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_loader.h"
 #include "renderer/scene/mitsuba_document.h"
@@ -61,7 +60,7 @@ Result<SceneDescription> load_scene(const FileSource& source, const std::string&
   if (!options.environment.empty()) {
     Result<Environment> environment = parse_environment(
         options.environment, options.environment_source, budget.remaining_configured(), scene.images,
-        scene.report.notices,
+        &scene.report.notices,
         [&](std::uint64_t bytes) { return budget.reserve_configured(bytes, options.environment); });
     if (!environment.ok()) return environment.error();
     scene.environment = *environment;
