@@ -132,9 +132,10 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
     if (!line.empty()) greeting.mutable_accepted()->add_notices(line);
   }
   stream_->queue().limit_rate(budget.bytes_per_second);
-  stream_->push(Greeting{greeting.SerializeAsString()});
+  // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
   Rendering& rendering_of_job = job_->rendering();
   rendering_of_job.publisher().attach(stream_, format);
+  stream_->push(Greeting{greeting.SerializeAsString()});
   job_->start_view();
   rendering_of_job.report_progress(stream_);
   spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),

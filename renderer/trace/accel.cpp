@@ -51,6 +51,7 @@ class BuildMemory {
     return false;
   }
   void keep() { kept_ = true; }
+  RTCError error = RTC_ERROR_NONE;  // the first; Embree keeps one for each thread
   std::ptrdiff_t bytes() const { return bytes_; }
   // The ledger's error, once it has refused something.
   std::optional<Error> refusal() const {
@@ -183,6 +184,10 @@ RTCGeometry make_geometry(const AccelPart& part, double margin) {
     geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_SPHERE_POINT);
     auto* sphere = static_cast<V4f*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, sizeof(V4f), 1));
+    if (!sphere) {
+      rtcReleaseGeometry(geometry);
+      return nullptr;
+    }
     *sphere = part.sphere;
   }
   if (part.alpha) {
@@ -287,7 +292,6 @@ Status run_build(const Input& input, BuildMemory& memory, const Build& build) {
   while (!lock.try_lock_for(kCancelPoll)) {
     if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
   }
-  RTCError error = RTC_ERROR_NONE;  // Embree keeps one for each thread
   static std::uint64_t builds = 0;
   const std::uint64_t number = ++builds;
   g_build = &memory;
@@ -300,14 +304,21 @@ Status run_build(const Input& input, BuildMemory& memory, const Build& build) {
     arena.execute([&] {
       rtcGetDeviceError(device());
       build();
-      error = rtcGetDeviceError(device());
+      if (memory.error == RTC_ERROR_NONE) memory.error = rtcGetDeviceError(device());
     });
   }
   if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
   if (auto refusal = memory.refusal()) return *std::move(refusal);
-  if (error != RTC_ERROR_NONE) return build_error(error, input.max_bytes);
+  if (memory.error != RTC_ERROR_NONE) return build_error(memory.error, input.max_bytes);
   memory.keep();
   return ok_status();
+}
+
+// Whether Embree has reported an error since the build began. Then nothing more may be built of what there is: Embree
+// crashes over instances of an object whose build has failed.
+bool failed(BuildMemory& memory) {
+  if (memory.error == RTC_ERROR_NONE) memory.error = rtcGetDeviceError(device());
+  return memory.error != RTC_ERROR_NONE;
 }
 
 // By how much a build's memory has grown while it lived.
@@ -322,7 +333,7 @@ class BytesTaken {
 };
 
 std::shared_ptr<const AccelScenes> build_objects(const std::vector<AccelObject>& objects, bool robust,
-                                                 const CancelToken* cancel, const BuildMemory& memory) {
+                                                 const CancelToken* cancel, BuildMemory& memory) {
   auto built = std::make_shared<AccelScenes>();
   const BytesTaken bytes(memory);
   built->scenes.reserve(objects.size());
@@ -332,6 +343,7 @@ std::shared_ptr<const AccelScenes> build_objects(const std::vector<AccelObject>&
     built->scenes.push_back(scene);
     attach_parts(scene, object.parts);
     commit(scene);
+    if (failed(memory)) break;
   }
   built->bytes = bytes();
   return built;
@@ -371,13 +383,14 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
   const bool robust = !(input.widening_radius > 0);
   const Status built = run_build(input, memory, [&] {
     if (!input.objects.empty()) impl->objects.push_back(build_objects(input.objects, robust, input.cancel, memory));
-    if (input.cancel && input.cancel->cancelled()) return;
+    if (failed(memory) || (input.cancel && input.cancel->cancelled())) return;
     const BytesTaken flat_bytes(memory);
     auto flat = std::make_shared<FlatGeometry>();
     flat->parts = input.flat;
     flat->widening_radius = input.widening_radius;
     make_geometries(*flat, double(input.widening_radius) * double(input.widening));
     flat->bytes = flat_bytes();
+    if (failed(memory)) return;
     const BytesTaken top_bytes(memory);
     auto top = std::make_shared<AccelScenes>();
     top->scenes.reserve(1);
@@ -420,7 +433,7 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
     if (!edit.new_objects.empty()) {
       impl->objects.push_back(build_objects(edit.new_objects, true, edit.cancel, memory));
     }
-    if (edit.cancel && edit.cancel->cancelled()) return;
+    if (failed(memory) || (edit.cancel && edit.cancel->cancelled())) return;
     if (give_up) {
       auto flat = std::make_shared<FlatGeometry>();
       flat->parts = before.flat->parts;
@@ -438,7 +451,7 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
       rest->bytes = rest_bytes();
       impl->rest = std::move(rest);
     }
-    if (edit.cancel && edit.cancel->cancelled()) return;
+    if (failed(memory) || (edit.cancel && edit.cancel->cancelled())) return;
     const BytesTaken top_bytes(memory);
     auto top = std::make_shared<AccelScenes>();
     top->scenes.reserve(1);

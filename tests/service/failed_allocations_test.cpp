@@ -100,8 +100,8 @@ class FailedAllocations : public testing::Test {
     spdlog::set_level(spdlog::level::off);
     small_.set_width(8);
     small_.set_height(8);
-    large_.set_width(24);
-    large_.set_height(16);
+    large_.set_width(16);
+    large_.set_height(12);
     large_.set_mode(pb::MODE_COMBINED);
     large_.set_integrator(pb::INTEGRATOR_PT_BDPT);
     MaterialEdit red;
