@@ -155,7 +155,7 @@ Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
     pb::ListScenesRequest request;
     request.set_scene_id(scene.scene_id());
     request.set_first_camera(std::uint32_t(scene.cameras_size()));
-    const auto page = call_unary(*stub_, peer_, options_.call_timeout_s, &Stub::ListScenes, request);
+    const auto page = call(&Stub::ListScenes, request);
     if (!page) return page.error();
     if (page->scenes_size() != 1 || page->scenes(0).cameras().empty())
       return Error{ErrorCode::internal, "the server does not tell all cameras of the scene", peer_};
