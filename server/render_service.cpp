@@ -54,12 +54,14 @@ bool may_allocate_film(const pb::UpdateSessionRequest& request) {
 template <class Request, class Method>
 class FilmCall final : public UnaryCall {
  public:
-  FilmCall(ServiceCore& core, const grpc::ByteBuffer& bytes, grpc::ByteBuffer* response, Method method)
+  FilmCall(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes,
+           grpc::ByteBuffer* response, Method method)
       : UnaryCall(response) {
     begin([&]() -> Status {
       auto request = std::make_shared<Request>();
       grpc::ByteBuffer copy(bytes);  // shares the slices
       if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
+      tell_ignored(context, unknown_fields(*request));
       const auto answer = [outcome = outcome(), request, method = std::move(method)] {
         if (outcome->cancel.cancelled()) return;  // nobody would know of what is made
         const auto result = guarded([&] { return method(*request); });
@@ -80,9 +82,9 @@ class FilmCall final : public UnaryCall {
 };
 
 template <class Request, class Method>
-grpc::ServerUnaryReactor* answer_later(ServiceCore& core, const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response,
-                                       Method method) {
-  return new FilmCall<Request, Method>(core, *bytes, response, std::move(method));
+grpc::ServerUnaryReactor* answer_later(ServiceCore& core, grpc::CallbackServerContext* context,
+                                       const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response, Method method) {
+  return new FilmCall<Request, Method>(core, *context, *bytes, response, std::move(method));
 }
 
 Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
@@ -223,10 +225,10 @@ grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext
       });
 }
 
-grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
-                                                       grpc::ByteBuffer* response) {
+grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   return answer_later<pb::CreateSessionRequest>(
-      core_, request, response,
+      core_, context, request, response,
       [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
 }
 
@@ -257,10 +259,10 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::Stre
   return new FrameStreamReactor(core_);
 }
 
-grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext*, const grpc::ByteBuffer* request,
-                                                       grpc::ByteBuffer* response) {
+grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   return answer_later<pb::UpdateSessionRequest>(
-      core_, request, response,
+      core_, context, request, response,
       [this](const pb::UpdateSessionRequest& update) { return update_session(core_, update); });
 }
 

@@ -118,6 +118,7 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   scene.scene = std::move(*built);
   scene.checksum = source.checksum();
   scene.view = camera_pose(scene.scene->description().cameras.at(0));
+  scene.view.aspect = 0;  // references are square pictures of the camera's vertical angle
   const auto found = options.own_references ? Result<bool>(false) : find_reference(scene);
   if (!found) return found.error();
   const SceneDescription& description = scene.scene->description();

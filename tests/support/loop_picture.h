@@ -57,6 +57,7 @@ inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_p
   View view;
   view.id = 1;
   view.camera = camera;
+  view.camera.aspect = 0;  // as tests and benches that make a Camera of the pose see it
   RenderLoop::Update update;
   update.view = view;
   const double started = now_s();

