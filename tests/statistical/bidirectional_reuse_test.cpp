@@ -9,6 +9,7 @@
 #include "reported_error.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 namespace {
@@ -44,6 +45,7 @@ class BidirectionalReuse : public testing::TestWithParam<Case> {
 // from bright pixels and give it to dark ones, and where fresh samples follow relative errors the dark ones forget it
 // sooner. With counts for absolute errors, which follow the bright ones, it was +0.24 % +- 0.03 %.
 TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
+  if (GetParam().integrator != Integrator::path_bdpt) HELIO_FULL_TIER_ONLY();
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
   Moments fresh, moving, resting;
@@ -68,6 +70,7 @@ TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
 // pixels make both, at the rims of lamps, which carry nothing: what reuse gains over a restart is asked for where light
 // is everywhere as noisy as there.
 TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
+  if (GetParam().integrator != Integrator::path_bdpt) HELIO_FULL_TIER_ONLY();
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
   LoopViews fresh(engine, scene, settings_of(RenderMode::pt, Integrator::bdpt, 77));

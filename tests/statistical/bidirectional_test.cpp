@@ -250,6 +250,7 @@ TEST(BidirectionalChoice, TilesThatAPictureChoosesForItselfAgree) {
 // Counts follow the variance of samples and splats together; the pilots of the halves are crossed, so that the mean
 // stays where it is.
 TEST(BidirectionalAdaptive, CountsThatDifferAgree) {
+  HELIO_FULL_TIER_ONLY();
   const BidirectionalScene scene = scene_named("LampBehindFrostedGlass");
   const auto built = build(scene.description);
   ASSERT_TRUE(built);

@@ -9,6 +9,7 @@
 
 #include "renderer/film/resolve.h"
 #include "tests/support/own_scenes.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 namespace {
@@ -65,11 +66,13 @@ SceneDescription courtyard() {
 struct Case {
   const char* scene;
   std::uint32_t samples;
+  bool in_short_tier = false;
 };
 
 class Calibration : public testing::TestWithParam<Case> {};
 
 TEST_P(Calibration, ReportedErrorIsTheTrueError) {
+  if (!GetParam().in_short_tier) HELIO_FULL_TIER_ONLY();
   const bool own = std::string(GetParam().scene) != "courtyard";
   const auto scene = own ? load_own_scene(GetParam().scene) : build(courtyard());
   ASSERT_TRUE(scene);
@@ -126,7 +129,7 @@ TEST_P(Calibration, ReportedErrorIsTheTrueError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Calibration,
-                         testing::Values(Case{"cornell-box", 32}, Case{"cornell-glossy", 32}, Case{"cornell-spheres", 32},
+                         testing::Values(Case{"cornell-box", 32, true}, Case{"cornell-glossy", 32}, Case{"cornell-spheres", 32, true},
                                          Case{"cornell-covered", 32}, Case{"veach-plates", 64}, Case{"courtyard", 32}),
                          [](const auto& info) { return test_name_of(info.param.scene); });
 

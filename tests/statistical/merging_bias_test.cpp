@@ -8,6 +8,7 @@
 #include "tests/support/loop_picture.h"
 #include "tests/support/own_scenes.h"
 #include "tests/support/small_rooms.h"
+#include "tests/support/tier.h"
 
 namespace helio::test {
 namespace {
@@ -60,6 +61,7 @@ class MergingBias : public testing::TestWithParam<Integrator> {
 
 // What a disc takes in from around edges.
 TEST_P(MergingBias, IsReportedAsItIs) {
+  if (GetParam() == Integrator::photon) HELIO_FULL_TIER_ONLY();
   const LoopPicture truth = render(Integrator::path, 0.003, 4096, 1);
   const double brightness = mean_luminance(truth), noise = truth.end.progress.error.rmse / kSide;
   double biases[2];
@@ -91,6 +93,7 @@ TEST_P(MergingBias, VanishesWhereLightIsFocused) {
 
 // Walls that mirror a part of the light and scatter the rest: both have to be followed.
 TEST_P(MergingBias, SmoothCoatsAreMirrorsToo) {
+  HELIO_FULL_TIER_ONLY();
   SceneDescription room = lambert_room();
   room.materials[0].model = MaterialModel::plastic;
   room.materials[0].roughness = 0;

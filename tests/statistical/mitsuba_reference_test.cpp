@@ -10,6 +10,7 @@
 #include "tests/statistical/estimates.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"
+#include "tests/support/tier.h"
 
 namespace helio {
 namespace {
@@ -44,6 +45,7 @@ class MitsubaReference : public testing::TestWithParam<ReferenceScene> {};
 TEST_P(MitsubaReference, PassesTheZTestsOrIsRefusedByName) {
   HELIO_SHARED_OR_SKIP(root, kFolder);
   const std::string name = GetParam().name;
+  if (name == "beckmann-anisotropic") HELIO_FULL_TIER_ONLY();
   Result<SceneDescription> description = load(root, name);
   if (GetParam().refused_for) {
     ASSERT_FALSE(description.ok()) << name << " loads now: compare it with its reference";

@@ -115,6 +115,7 @@ class OwnReferenceWithLightPaths : public testing::TestWithParam<std::tuple<OwnR
 
 TEST_P(OwnReferenceWithLightPaths, PassesTheZTests) {
   const auto& [own, mode] = GetParam();
+  if (mode.name != std::string("pt+bdpt")) HELIO_FULL_TIER_ONLY();
   const std::string name = own.name;
   const Estimate reference = read_estimate(kSource / "tests/statistical/references", name);
   ASSERT_FALSE(reference.mean.empty());
