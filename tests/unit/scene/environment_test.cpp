@@ -26,7 +26,7 @@ Image float_map(int width, int height, int channels, const std::vector<float>& t
   image.channels = channels;
   image.format = TexelFormat::f32;
   image.texels.resize(texels.size() * sizeof(float));
-  std::memcpy(image.texels.data(), texels.data(), image.texels.size());
+  if (!texels.empty()) std::memcpy(image.texels.data(), texels.data(), image.texels.size());
   return image;
 }
 
