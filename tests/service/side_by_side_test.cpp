@@ -1,6 +1,7 @@
 // Loads, edits and replays run on threads of their own: none waits for another kind.
 #include <future>
 #include <latch>
+#include <utility>
 
 #include "client/render_client.h"
 #include "server/render_service.h"
@@ -28,11 +29,30 @@ class SideBySideTest : public testing::Test {
   }
 
   void TearDown() override {
+    end_hold();
     stub_.reset();
     if (server_) server_->Shutdown();
     server_.reset();
     service_.reset();
     core_.reset();
+  }
+
+  // Keeps a thread of the core's busy until end_hold(); returns when it is.
+  [[nodiscard]] bool hold(TaskThread& thread) {
+    auto begun = std::make_shared<std::promise<void>>();
+    auto begins = begun->get_future();
+    if (!thread.submit([begun, ended = hold_.get_future().share()] {
+          begun->set_value();
+          ended.wait();
+        })) {
+      return false;
+    }
+    begins.wait();
+    held_ = true;
+    return true;
+  }
+  void end_hold() {
+    if (std::exchange(held_, false)) hold_.set_value();
   }
 
   // As an upload would, on this thread.
@@ -75,6 +95,8 @@ class SideBySideTest : public testing::Test {
     return edit;
   }
 
+  std::promise<void> hold_;
+  bool held_ = false;
   std::unique_ptr<ServiceCore> core_;
   std::unique_ptr<RenderService> service_;
   std::unique_ptr<grpc::Server> server_;
@@ -88,12 +110,7 @@ TEST_F(SideBySideTest, AnEditAndAReplayAreAnsweredWhileALoadIsStuck) {
   const std::string token = token_of(scene->id);
   ASSERT_FALSE(token.empty());
 
-  std::latch stuck(1), release(1);
-  ASSERT_TRUE(core_->loader.submit([&] {
-    stuck.count_down();
-    release.wait();
-  }));
-  stuck.wait();
+  ASSERT_TRUE(hold(core_->loader));
   // Behind the load that is stuck: the deadline ends a hang only.
   const auto deadline = std::chrono::system_clock::now() + std::chrono::seconds(60);
   {
@@ -118,14 +135,12 @@ TEST_F(SideBySideTest, AnEditAndAReplayAreAnsweredWhileALoadIsStuck) {
   }
   EXPECT_TRUE(core_->busy());
   EXPECT_TRUE(core_->loader.busy());
-  release.count_down();
 }
 
 // Documented as one of the short calls.
 TEST_F(SideBySideTest, AReplayThatDoesNotComeEndsWithTheClientsPatience) {
   start();
-  std::latch release(1);
-  ASSERT_TRUE(core_->replayer.submit([&] { release.wait(); }));
+  ASSERT_TRUE(hold(core_->replayer));
   ConnectOptions options;
   options.call_timeout_s = 0.2;
   RenderClient client(server_->InProcessChannel(grpc::ChannelArguments()), "in process", options);
@@ -134,7 +149,7 @@ TEST_F(SideBySideTest, AReplayThatDoesNotComeEndsWithTheClientsPatience) {
   const std::string token = token_of(scene->id);
   ASSERT_FALSE(token.empty());
   const auto answer = client.replay_sample(token);
-  release.count_down();
+  end_hold();
   ASSERT_FALSE(answer.ok());
   EXPECT_EQ(answer.error().code, ErrorCode::unavailable);
   EXPECT_NE(answer.error().message.find("did not answer in time"), std::string::npos) << answer.error().message;
