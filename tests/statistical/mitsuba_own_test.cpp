@@ -15,6 +15,7 @@
 #include "renderer/trace/pixel_filter_sampling.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"
+#include "tests/support/tier.h"
 
 namespace helio {
 namespace {
@@ -58,7 +59,7 @@ TEST_P(MitsubaOwn, PassesTheZTests) {
   ASSERT_TRUE(scene);
   PathSettings settings;
   settings.max_segments = segments;
-  const Film film = test::render(*scene, pose, reference.width, reference.height, 1024, settings, nullptr, filter);
+  const Film film = test::render(*scene, pose, reference.width, reference.height, test::by_tier(512u, 1024u), settings, nullptr, filter);
   const test::ZTestResult result = test::z_test(test::estimate_of(film), reference);
   std::printf("%s: %s\n", GetParam().c_str(), result.to_string().c_str());
   EXPECT_TRUE(result.passed()) << result.to_string();

@@ -49,8 +49,10 @@ void check_gamma_arguments(double a, double x) {
   if (!(a > 0) || !(x >= 0)) throw std::domain_error("incomplete gamma function: needs a > 0 and x >= 0");
 }
 
-// Cells are halved at most this often; and at least so that a band a sixteenth as wide as a cell is seen.
-constexpr int kMaxDepth = 9, kFirstSettledDepth = kMaxDepth - 2;
+// Cells are halved at most this often; and at least so that a band a sixteenth as wide as a cell is seen, in the short
+// tier an eighth: each halving takes four times as many densities.
+constexpr int kMaxDepth = 9;
+const int kFirstSettledDepth = kMaxDepth - by_tier(1, 2);
 
 struct Cell {
   double t0, t1, p0, p1;
