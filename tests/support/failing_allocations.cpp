@@ -1,7 +1,10 @@
 #include "tests/support/failing_allocations.h"
 
+#include <dlfcn.h>
+
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 namespace helio::test {
@@ -11,17 +14,23 @@ std::atomic<bool> g_active{false};
 std::atomic<std::uint64_t> g_first{0}, g_every{0}, g_seen{0}, g_thrown{0};
 thread_local int t_exempt = 0;
 
-bool fails() {
+bool is_in_embree(const void* code) {
+  Dl_info info;
+  return dladdr(code, &info) != 0 && std::strstr(info.dli_fname, "libembree") != nullptr;
+}
+
+bool fails(const void* caller) {
   if (!g_active.load(std::memory_order_relaxed) || t_exempt > 0) return false;
   const std::uint64_t number = ++g_seen, first = g_first, every = g_every;
   const bool chosen = number == first || (number > first && every > 0 && (number - first) % every == 0);
-  if (chosen) ++g_thrown;
-  return chosen;
+  if (!chosen || is_in_embree(caller)) return false;
+  ++g_thrown;
+  return true;
 }
 
-void* allocate(std::size_t bytes, std::size_t alignment) {
+void* allocate(std::size_t bytes, std::size_t alignment, const void* caller) {
   void* memory = nullptr;
-  if (!fails()) {
+  if (!fails(caller)) {
     // aligned_alloc() wants a multiple of the alignment.
     memory = alignment == 0 ? std::malloc(bytes > 0 ? bytes : 1)
                             : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
@@ -62,16 +71,16 @@ ExemptFromFailing::~ExemptFromFailing() {
 }  // namespace helio::test
 
 void* operator new(std::size_t bytes) {
-  return helio::test::allocate(bytes, 0);
+  return helio::test::allocate(bytes, 0, __builtin_return_address(0));
 }
 void* operator new[](std::size_t bytes) {
-  return helio::test::allocate(bytes, 0);
+  return helio::test::allocate(bytes, 0, __builtin_return_address(0));
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  return helio::test::allocate(bytes, std::size_t(alignment));
+  return helio::test::allocate(bytes, std::size_t(alignment), __builtin_return_address(0));
 }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) {
-  return helio::test::allocate(bytes, std::size_t(alignment));
+  return helio::test::allocate(bytes, std::size_t(alignment), __builtin_return_address(0));
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
