@@ -33,7 +33,7 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
     if (!hold_.defer(status)) Finish(status);
   }
 
-  // Where a film may be allocated, on a thread that can take the time.
+  // Runs handle() on a thread that can take the time: a film may be allocated.
   void handle_later(std::shared_ptr<const pb::StreamRequest> request);
   // False: the stream ends, nothing more is read.
   bool handle(const pb::StreamRequest& request);

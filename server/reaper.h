@@ -11,7 +11,7 @@ namespace helio {
 
 class Reaper {
  public:
-  // What can be handed over. Taking it allocates nothing.
+  // An object that can be handed over. Taking it allocates nothing.
   class Item {
    public:
     virtual ~Item() = default;

@@ -23,7 +23,7 @@ class FairQueue {
   Id add(std::size_t group);
   void remove(Id id);  // precondition: nothing of it is in flight
 
-  // Whether the client has something to run. One that was idle starts level with those that were not, and so does a
+  // Says if the client has something to run. One that was idle starts level with those that were not, and so does a
   // group of which all were: idling saves up no credit.
   void set_ready(Id id, bool ready);
   bool any_ready() const;

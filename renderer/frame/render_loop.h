@@ -17,7 +17,7 @@
 
 namespace helio {
 
-// Where both have work, interactive loops together have eight ninths of the machine, jobs together one.
+// While both have work, interactive loops together have eight ninths of the machine, jobs together one.
 enum class RenderRank { interactive, job };
 
 class Film;
@@ -86,7 +86,7 @@ class RenderLoop {
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
   };
-  // Whether pictures of these settings need no other film than the newest one.
+  // True when pictures of these settings need no other film than the newest one.
   bool film_suits(const RenderSettings& settings) const;
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may

@@ -222,7 +222,7 @@ class SceneBuilder {
     budget_.release(budget_.used() - used_before);
   }
 
-  // Of what looks along -z of its node.
+  // The frame of a camera or light, which looks along -z of its node.
   M44d looking(std::size_t index) {
     const M44d& m = pose_.to_world[index];
     const V3d up(m[1][0], m[1][1], m[1][2]), back(m[2][0], m[2][1], m[2][2]);

@@ -36,7 +36,7 @@ class MemoryBudget {
     if (bytes > remaining()) return refuse(bytes, where);
     return take(bytes, where);
   }
-  // Of what no file's size bounds: only the configured maximum counts.
+  // For sizes that no file's size bounds: only the configured maximum counts.
   Status reserve_configured(std::uint64_t bytes, const std::string& where) {
     if (bytes > remaining_configured()) return refuse(bytes, where);
     return take(bytes, where);

@@ -245,8 +245,8 @@ struct Instance {
   std::string name;  // node name, or "node 7"
   int object = 0;
   M44d to_world;     // row vectors: p_world = p_local * to_world
-  // Of a transform that presses a volume flat: it is the limit of transforms that mirror, so fronts are where those have
-  // them. Others tell by their determinant.
+  // Set for a transform that presses a volume flat and is the limit of transforms that mirror: fronts are where those
+  // have them. Other transforms tell by their determinant.
   bool flat_mirrored = false;
 };
 

@@ -31,7 +31,7 @@ class NiceBuildWorkers final : public tbb::task_scheduler_observer {
     static thread_local bool nice = false;
     if (!worker || nice) return;
     nice = true;
-    // Of the calling thread alone, on Linux. Where it is refused a build has half of a busy machine, as without.
+    // On Linux this sets the calling thread's alone. If it is refused a build has half of a busy machine, as without.
     setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kBuildNiceness);
   }
 };

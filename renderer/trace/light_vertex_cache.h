@@ -45,7 +45,7 @@ class LightVertexCache {
   bool trace(std::size_t batch, const Camera* camera, const CancelToken& cancel, Film& film, TraceStats& stats);
   // What a batch brings to another camera. Precondition: ready().
   bool splat(std::size_t batch, const Camera& camera, const CancelToken& cancel, Film& film, TraceStats& stats);
-  // Where each vertex goes: begin_index(); run_index() of every part of a sweep, in any order and by several threads,
+  // Sorting, in parts: begin_index(); run_index() of every part of a sweep, in any order and by several threads,
   // then finish_index_sweep(), for each of the sweeps. With enough parts a call looks at a small share of the vertices.
   // index(): all of that.
   static constexpr int kIndexSweeps = 3;

@@ -63,7 +63,7 @@ bool is_usable_transform(const M44d& m) {
 
 namespace {
 
-// Whether some triangle or sphere has an area once a transform onto a plane has moved it.
+// True when some triangle or sphere has an area once a transform onto a plane has moved it.
 bool leaves_area(const Object& object, const Linear& linear) {
   if (!object.spheres.empty()) return true;
   for (const TriangleMesh& mesh : object.meshes) {
@@ -80,7 +80,7 @@ bool leaves_area(const Object& object, const Linear& linear) {
 }  // namespace
 
 std::optional<M44d> with_thickness(const M44d& m, const Object& object, const V3d& centre, bool mirrored) {
-  // Of the smaller side of what is left. Embree finds spheres less exactly than triangles in a space stretched so much.
+  // A share of the smaller side left. Embree finds spheres less exactly than triangles in a space stretched so much.
   const double thickness = object.spheres.empty() ? 1e-6 : 1e-4;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -89,7 +89,7 @@ std::optional<M44d> with_thickness(const M44d& m, const Object& object, const V3
   }
   const Linear linear(m);
   const V3d cofactors[3] = {cross(linear.y, linear.z), cross(linear.z, linear.x), cross(linear.x, linear.y)};
-  // Of a matrix of rank two all are multiples of the plane's normal; the multiples are the direction that vanishes.
+  // In a matrix of rank two all are multiples of the plane's normal; the multiples are the direction that vanishes.
   V3d normal = cofactors[0];
   for (const V3d& c : cofactors)
     if (length(c) > length(normal)) normal = c;

@@ -25,9 +25,9 @@ struct RenderSceneOptions {
   int threads = 0;  // for the BVH build; 0: all cores
   RayMode rays = RayMode::measured;
   const CancelToken* cancel = nullptr;  // looked at between and during the stages of the build; null: never
-  // What the build takes is taken from it besides, and left in it; the description may be in it already. Null: none.
+  // The build grows it by what it allocates, and leaves that in it; the description may be in it already. Null: none.
   MemoryLedger* ledger = nullptr;
-  // Of the textures that tell how surfaces reflect. Emission, alpha and environments are looked up bilinearly always:
+  // For textures that tell how surfaces reflect. Emission, alpha and environments are looked up bilinearly always:
   // light sampling and rays that hit a light must find the same there.
   TextureFilter texture_filter = TextureFilter::bilinear;
 };

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 struct Rule {
   std::set<std::string> folders;  // of ours, besides itself
-  // Of libraries and the system: a header, or all that begin with a name that ends in '/' or '*'. C++'s own need no
+  // Headers of libraries and the system: one, or all that begin with a name that ends in '/' or '*'. C++'s own need no
   // entry.
   std::vector<std::string> headers;
 };

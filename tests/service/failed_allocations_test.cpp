@@ -129,7 +129,7 @@ class FailedAllocations : public testing::Test {
       done = guarded([&] { return steps(std::move(request), *listener); });
       seen_ = allocations.seen();
     }
-    // What the client was not told of is not there.
+    // A session or scene that the client was not told of is not there.
     EXPECT_TRUE(has_scene_ || core_->scenes.list().empty());
     EXPECT_TRUE(has_session_ || core_->sessions.list().empty());
     for (const auto& session : core_->sessions.list()) {

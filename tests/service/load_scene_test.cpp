@@ -192,7 +192,7 @@ TEST_F(LoadSceneTest, StrictLoadsRefuseSlipsAlsoOfScenesThatAreLoaded) {
   messages[0].mutable_begin()->set_strict(true);
   expect_status(load(messages, &response), grpc::StatusCode::INVALID_ARGUMENT,
                 {"/nodes/2/children: is empty", "/nodes/3/children: is empty"});
-  // What has none is the same scene, strict or not.
+  // A file without slips is the same scene, strict or not.
   ASSERT_TRUE(load(clean.messages(), &response).ok());
   messages = clean.messages();
   messages[0].mutable_begin()->set_strict(true);

@@ -252,7 +252,7 @@ TEST_F(MemoryTest, ALoadReservesWhileItGoesOn) {
   EXPECT_EQ(memory_.used(), 0u);
   // Its file, its accessors and the light tables at their largest are in no finished scene.
   EXPECT_GT(memory_.peak(), of_scene_);
-  // What a load that is refused had reserved is given back.
+  // A load that is refused gives back what it had reserved.
   for (const std::uint64_t limit : {of_scene_ / 2, of_scene_ / 8}) {
     MemoryAccount small(limit);
     SceneRegistry registry(*SceneRoots::open({}), {1 << 20, 1 << 30, 100, 1}, small);
@@ -367,7 +367,7 @@ TEST_F(MemoryTest, SessionsWithoutAListenerMakeRoomForAFilm) {
     ids.push_back((*created)->id());
   }
   const Reservation others = memory_.reserve(memory_.available(), "a test").value();
-  // What all of them hold would not do: none is ended in vain.
+  // Ending all of them would not free enough: none is ended in vain.
   const auto refused = create(1024);
   ASSERT_FALSE(refused.ok());
   EXPECT_GT(refused.error().retry_after_s, 0);

@@ -70,7 +70,7 @@ class SideBySideTest : public testing::Test {
     return outcome ? outcome->scene : nullptr;
   }
 
-  // Of an invalid sample of the scene.
+  // The replay token of an invalid sample of the scene.
   std::string token_of(const std::string& scene_id) {
     pb::RunJobRequest job;
     job.set_scene_id(scene_id);

@@ -115,7 +115,7 @@ TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
   EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
   state.reproject_due = plan.reproject = false;
   EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
-  // Of a time budget a quarter, at most.
+  // At most a quarter of a time budget.
   Budget budget;
   budget.time_s = 8;
   state.begun_s = 100;
@@ -508,7 +508,7 @@ TEST(AdaptiveScheduler, LevelsOfARoundAreCutByTime) {
   // However slow, a level at a time.
   state.sample_seconds = 1e6;
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), levels(9, false));
-  // What was carried is reviewed at the end of a round, not on the way.
+  // Carried samples are reviewed at the end of a round, not on the way.
   state.carried = true;
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), levels(9, false));
   state.sample_seconds = 0;

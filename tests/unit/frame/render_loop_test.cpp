@@ -138,7 +138,7 @@ TEST_F(RenderLoopTest, TheFirstTileDoesNotWaitForTheFrame) {
   const auto loop = make(film_of(640, 640), samples(1));
   const auto end = sink->wait_for_end(loop->update(view_update(1, 0)));
   ASSERT_TRUE(end.has_value());
-  // Of 25 tiles. Few may be done and wait to be shown; then the workers wait.
+  // The picture has 25 tiles. Few may be done and wait to be shown; then the workers wait.
   ASSERT_TRUE(traced.has_value());
   EXPECT_LE(*traced, 640u * 640 / 2);
   EXPECT_FALSE(intersect(sink->tiles[0].window, PixelRect{128, 128, 512, 512}).empty()) << "the middle first";

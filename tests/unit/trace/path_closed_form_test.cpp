@@ -134,7 +134,7 @@ TEST(PathClosedForm, EightNestedMedia) {
   for (const int depth : {4, 5, 8, 9, 12}) {
     TraceStats stats;
     const Film film = render(*build(nested_boxes(depth)), pose, 8, 8, 1, settings, &stats);
-    // Of media within the eighth the eighth absorbs.
+    // Media within the eighth absorb as the eighth does.
     double red = 1;
     for (int k = 0; k < depth; ++k) red *= std::pow(double(0.9f - 0.05f * float(std::min(k, 7))), 2);
     // Starts of rays, off each surface, take a little of each way.
