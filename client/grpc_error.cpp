@@ -15,6 +15,13 @@ Error to_error(const grpc::Status& status, const std::string& peer) {
     case grpc::StatusCode::ABORTED:
       return {ErrorCode::failed_precondition, text, {}};
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      // gRPC's server resets a stream with ENHANCE_YOUR_CALM (RFC 9113, section 7) when its memory quota is reached.
+      if (text.find("RST_STREAM with error code 11") != std::string::npos) {
+        return {ErrorCode::resource_exhausted,
+                "the server at " + peer +
+                    " has no memory left for the messages of this call (its --max-rpc-memory); try again later",
+                {}};
+      }
       return {ErrorCode::resource_exhausted, text, {}};
     case grpc::StatusCode::PERMISSION_DENIED:
     case grpc::StatusCode::UNAUTHENTICATED:

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "client/frame_assembler.h"
+#include "client/grpc_error.h"
 #include "client/render_client.h"
 #include "process.h"
 #include "renderer/base/clock.h"
@@ -58,6 +59,14 @@ void expect_square(const Picture& picture) {
   ASSERT_TRUE(red);
   EXPECT_EQ((*red)[15 * 40 + 20], 2);
   EXPECT_EQ((*red)[0], 0);
+}
+
+TEST(GrpcError, AFullQuotaIsSaidInWords) {
+  const auto code = grpc::StatusCode::RESOURCE_EXHAUSTED;
+  const Error error = to_error({code, "Received RST_STREAM with error code 11"}, "here:1");
+  EXPECT_EQ(error.code, ErrorCode::resource_exhausted);
+  EXPECT_NE(error.message.find("the server at here:1 has no memory left"), std::string::npos) << error.message;
+  EXPECT_EQ(to_error({code, "max_sessions: all 2"}, "here:1").message, "max_sessions: all 2");
 }
 
 TEST_F(RenderClientTest, TellsAboutTheServer) {
