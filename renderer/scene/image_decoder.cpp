@@ -376,10 +376,12 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
   };
   const std::uint64_t stored_bytes = bytes_of(spec.width, spec.height);
   const std::uint64_t needed = bytes_of(windows.width, windows.height);
-  if (std::max(needed, stored_bytes) > max_bytes) {
+  // Both are held while texels are placed.
+  const std::uint64_t most = windows.differ(spec) ? needed + stored_bytes : needed;
+  if (most > max_bytes) {
     return Error{ErrorCode::resource_exhausted,
-                 fmt::format("image of {}x{} needs {} bytes (allowed: at most {})", windows.width, windows.height,
-                             std::max(needed, stored_bytes), max_bytes),
+                 fmt::format("image of {}x{} needs {} bytes (allowed: at most {})", windows.width, windows.height, most,
+                             max_bytes),
                  name};
   }
   if (reserve) {
