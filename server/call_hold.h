@@ -8,19 +8,23 @@
 #include <optional>
 #include <utility>
 
+#include "server/grpc_status.h"
+
 namespace helio {
 
 class CallHold {
  public:
-  // One task at a time.
-  void begin() {
+  // One task at a time. False: the call is finished already, nothing may use its reactor later on.
+  [[nodiscard]] bool begin() {
     const std::lock_guard lock(mutex_);
-    held_ = true;
+    held_ = !finished_;
+    return held_;
   }
-  // True: the call is finished by end(). False: now.
-  bool defer(const grpc::Status& status) {
+  // True: the call is finished by end(). False: the caller finishes it, now.
+  bool defer(const grpc::Status& status) noexcept {
     const std::lock_guard lock(mutex_);
-    if (held_) status_ = status;
+    finished_ = true;
+    if (held_) status_ = copy_status(status);
     return held_;
   }
   // The task is over. Gives the status to finish the call with, if that was asked for meanwhile; else calls `go_on`,
@@ -37,7 +41,7 @@ class CallHold {
 
  private:
   std::mutex mutex_;
-  bool held_ = false;
+  bool held_ = false, finished_ = false;
   std::optional<grpc::Status> status_;
 };
 

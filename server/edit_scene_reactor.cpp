@@ -48,7 +48,10 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
     spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
                  edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), from,
                  edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
-    outcome->finish(to_edit_response(edited, edit->already_loaded));
+    const auto answer = guarded(
+        [&] { return Result<pb::EditSceneResponse>(to_edit_response(edited, edit->already_loaded)); });
+    if (!answer) return outcome->fail(to_grpc_status(answer.error()));
+    outcome->finish(*answer);
   });
   if (taken) return ok_status();
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;

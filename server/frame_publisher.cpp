@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/grpc_status.h"
+
 namespace helio {
 namespace {
 
@@ -82,8 +84,15 @@ void FramePublisher::forget_end() {
 void FramePublisher::frame_begun(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
   if (over_) return;
-  begin_ = begin;
-  if (stream_) stream_->push(begin);
+  try {
+    begin_ = begin;
+    if (stream_) stream_->push(begin);
+  } catch (...) {
+    // Nothing of this frame can be told any more, not even that it failed; the client can attach again.
+    begin_.reset();
+    if (stream_) stream_->finish(out_of_memory());
+    throw;
+  }
 }
 
 void FramePublisher::tile_ready(FrameTile tile) {

@@ -67,12 +67,12 @@ void FrameStreamReactor::OnReadDone(bool ok) {
 }
 
 void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> request) {
-  hold_.begin();
+  if (!hold_.begin()) return;
   const auto over = [this](bool read_on) {
-    const auto status = hold_.end([&] {
+    auto status = hold_.end([&] {
       if (read_on) StartRead(&request_);
     });
-    if (status) Finish(*status);  // this may be gone now
+    if (status) Finish(*std::move(status));  // this may be gone now
   };
   const Status taken = guarded([&]() -> Status {
     const bool submitted = core_.films.submit([this, request = std::move(request), over] {
@@ -206,14 +206,24 @@ void FrameStreamReactor::OnCancel() {
   end({grpc::StatusCode::CANCELLED, "the caller gave up"});
 }
 
+// The session is let go of now: a client that reads nothing may keep the call from being done for long.
 void FrameStreamReactor::end(const grpc::Status& status) {
-  if (const auto attached = session()) attached->detach(stream_.get());
+  leave_session();
   stream_->finish(status);
+}
+
+void FrameStreamReactor::leave_session() {
+  std::shared_ptr<Session> attached;
+  {
+    const std::lock_guard lock(mutex_);
+    attached = std::move(session_);
+  }
+  if (attached) attached->detach(stream_.get());
 }
 
 void FrameStreamReactor::OnDone() {
   hold_.wait();
-  if (const auto attached = session()) attached->detach(stream_.get());
+  leave_session();
   delete this;
 }
 

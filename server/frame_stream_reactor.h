@@ -30,7 +30,7 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
   void finish(const grpc::Status& status) override {
-    if (!hold_.defer(status)) Finish(status);
+    if (!hold_.defer(status)) Finish(copy_status(status));
   }
 
   // Runs handle() on a thread that can take the time: a film may be allocated.
@@ -39,6 +39,7 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
   bool handle(const pb::StreamRequest& request);
   Status open(const pb::StreamRequest::Open& open);
   void end(const grpc::Status& status);
+  void leave_session();
   // Remembers and, once the stream is open, tells the client which of its fields are ignored.
   void note_unknown(const pb::StreamRequest& request);
   void tell_ignored();

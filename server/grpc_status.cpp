@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <new>
 
 namespace helio {
 namespace {
@@ -60,9 +61,7 @@ std::string retry_details(grpc::StatusCode code, const std::string& text, double
   return status;
 }
 
-}  // namespace
-
-grpc::Status to_grpc_status(const Error& error) {
+grpc::Status describe(const Error& error) {
   std::string text = error.to_string();
   if (text.size() > kMaxStatusMessage) {
     std::size_t end = kMaxStatusMessage;
@@ -74,6 +73,28 @@ grpc::Status to_grpc_status(const Error& error) {
   if (!(error.retry_after_s > 0)) return {code, text};
   text += fmt::format("; try again in {:g} s", error.retry_after_s);
   return {code, text, retry_details(code, text, error.retry_after_s)};
+}
+
+}  // namespace
+
+grpc::Status to_grpc_status(const Error& error) noexcept {
+  try {
+    return describe(error);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  }
+}
+
+grpc::Status copy_status(const grpc::Status& status) noexcept {
+  try {
+    return status;
+  } catch (const std::bad_alloc&) {
+    return {status.error_code(), ""};
+  }
+}
+
+grpc::Status out_of_memory() noexcept {
+  return {grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory"};
 }
 
 }  // namespace helio

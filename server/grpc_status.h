@@ -11,9 +11,14 @@ namespace helio {
 inline constexpr std::size_t kMaxStatusMessage = 2000;
 
 // Error::retry_after_s is told in the message and, for programs, as google.rpc.RetryInfo in the status' details.
-grpc::Status to_grpc_status(const Error& error);
-inline grpc::Status to_grpc_status(const Status& status) {
+grpc::Status to_grpc_status(const Error& error) noexcept;
+inline grpc::Status to_grpc_status(const Status& status) noexcept {
   return status.ok() ? grpc::Status::OK : to_grpc_status(status.error());
 }
+
+// Without its text where there is no memory for that: a status that is lost would leave the call open for ever.
+grpc::Status copy_status(const grpc::Status& status) noexcept;
+// RESOURCE_EXHAUSTED in a text that a string holds without an allocation.
+grpc::Status out_of_memory() noexcept;
 
 }  // namespace helio

@@ -59,7 +59,7 @@ JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, 
 
 // On a thread that can take the time which a film takes to allocate.
 void JobReactor::start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request) {
-  hold_.begin();
+  if (!hold_.begin()) return;
   const Status taken = guarded([&]() -> Status {
     const bool submitted = core_.films.submit([this, &context, request] {
       const Status started = guarded([&] { return start(context, request); });
@@ -75,8 +75,8 @@ void JobReactor::start_later(grpc::CallbackServerContext& context, const grpc::B
 }
 
 void JobReactor::start_over() {
-  const auto status = hold_.end([] {});
-  if (status) Finish(*status);  // this may be gone now
+  auto status = hold_.end([] {});
+  if (status) Finish(*std::move(status));  // this may be gone now
 }
 
 Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
@@ -116,8 +116,6 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
     job_ = std::move(job);
   }
-  core_.jobs.add(job_);
-
   pb::RunJobResponse greeting;
   greeting.mutable_accepted()->set_job_id(job_id_);
   *greeting.mutable_accepted()->mutable_settings() = to_message(settings);
@@ -135,6 +133,7 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
   Rendering& rendering_of_job = job_->rendering();
   rendering_of_job.publisher().attach(stream_, format);
+  core_.jobs.add(job_);  // attached: who ends all jobs ends this call
   stream_->push(Greeting{greeting.SerializeAsString()});
   job_->start_view();
   rendering_of_job.report_progress(stream_);
@@ -158,7 +157,13 @@ grpc::ByteBuffer JobReactor::encode(Outbound message) {
 // The next view starts when the end of the one before is on its way: no tile of that one waits any more.
 void JobReactor::OnWriteDone(bool ok) {
   stream_->write_done(ok);
-  if (view_due_.exchange(false) && ok) job_->start_view();
+  if (view_due_.exchange(false) && ok) {
+    const Status started = guarded([&] {
+      job_->start_view();
+      return ok_status();
+    });
+    if (!started.ok()) stream_->finish(to_grpc_status(started));
+  }
   if (end_due_.exchange(false)) stream_->finish_when_drained(grpc::Status::OK);
 }
 

@@ -27,7 +27,7 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
   void finish(const grpc::Status& status) override {
-    if (!hold_.defer(status)) Finish(status);
+    if (!hold_.defer(status)) Finish(copy_status(status));
   }
   void start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
   void start_over();

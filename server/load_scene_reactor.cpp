@@ -54,9 +54,14 @@ struct LoadSceneReactor::Shared {
   void finish(const grpc::Status& status, const pb::LoadSceneResponse* answer = nullptr) {
     const std::lock_guard lock(mutex);
     if (!reactor) return;
-    if (answer) *response = to_bytes(*answer);
-    tell_ignored(*context, ignored);
-    std::exchange(reactor, nullptr)->Finish(status);
+    grpc::Status end = copy_status(status);
+    try {
+      if (answer) *response = to_bytes(*answer);
+      tell_ignored(*context, ignored);
+    } catch (const std::bad_alloc&) {
+      end = out_of_memory();
+    }
+    std::exchange(reactor, nullptr)->Finish(std::move(end));
   }
 };
 
@@ -179,20 +184,24 @@ Status LoadSceneReactor::submit() {
   auto request = std::make_shared<SceneRequest>(std::move(*load_));
   ServiceCore& core = core_;
   const bool taken = core_.loader.submit([shared = shared_, request, &core] {
-    if (const Status accepting = core.check_accepting(); !accepting.ok()) {
-      return shared->finish(to_grpc_status(accepting));
+    const auto answer = guarded([&]() -> Result<pb::LoadSceneResponse> {
+      if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+      const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
+      if (!outcome) {
+        spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));
+        return outcome.error();
+      }
+      const LoadedScene& scene = *outcome->scene;
+      spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
+                   outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
+                   scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
+      return to_load_response(scene, outcome->already_loaded);
+    });
+    if (answer) {
+      shared->finish(grpc::Status::OK, &*answer);
+    } else {
+      shared->finish(to_grpc_status(answer.error()));
     }
-    const auto outcome = guarded([&] { return core.scenes.load(std::move(*request), shared->cancel); });
-    if (!outcome) {
-      spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));
-      return shared->finish(to_grpc_status(outcome.error()));
-    }
-    const LoadedScene& scene = *outcome->scene;
-    spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
-                 outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
-                 scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
-    const pb::LoadSceneResponse answer = to_load_response(scene, outcome->already_loaded);
-    shared->finish(grpc::Status::OK, &answer);
   });
   if (taken) return ok_status();
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;

@@ -27,10 +27,11 @@ void OutboundQueue::push(Notice notice) {
 void OutboundQueue::push(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
   if (closed_ || begin.tag.revision < min_revision_) return;
+  Frame frame;
+  frame.begin = begin;  // may throw: then the queue is as it was
   retire_frame();
   min_revision_ = begin.tag.revision;
-  frame_ = Frame();
-  frame_->begin = begin;
+  frame_ = std::move(frame);
 }
 
 void OutboundQueue::push(const FrameProgress& progress) {

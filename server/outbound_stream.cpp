@@ -1,8 +1,7 @@
 #include "server/outbound_stream.h"
 
-#include <new>
-
 #include "renderer/base/clock.h"
+#include "server/grpc_status.h"
 
 namespace helio {
 
@@ -15,9 +14,8 @@ void OutboundStream::advance() noexcept {
   try {
     send_next();
   } catch (...) {
-    // The message in hand is lost, and the client would wait for it; it can attach again. No text is longer than what a
-    // string holds by itself.
-    end_ = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "out of memory");
+    // The message in hand is lost, and the client would wait for it; it can attach again.
+    end_ = out_of_memory();
     queue_.close();
     if (!writing_ && !finished_) {
       finished_ = true;
@@ -27,12 +25,7 @@ void OutboundStream::advance() noexcept {
 }
 
 void OutboundStream::set_end(const grpc::Status& status) noexcept {
-  if (end_) return;
-  try {
-    end_ = status;
-  } catch (const std::bad_alloc&) {
-    end_ = grpc::Status(status.error_code(), "");
-  }
+  if (!end_) end_ = copy_status(status);
 }
 
 void OutboundStream::send_next() {

@@ -18,7 +18,13 @@ ReadDeadline::~ReadDeadline() {
 void ReadDeadline::start() {
   decided_ = std::make_shared<std::atomic<bool>>(false);
   timer_ = timers_.call_at(now_s() + seconds_, [decided = decided_, expired = expired_] {
-    if (!decided->exchange(true)) (*expired)();
+    if (decided->exchange(true)) return;
+    try {
+      (*expired)();
+    } catch (...) {
+      decided->store(false);  // the queue calls again
+      throw;
+    }
   });
 }
 

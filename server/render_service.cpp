@@ -37,9 +37,13 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
     return reactor;
   }
   tell_ignored(*context, unknown_fields(request));
-  auto result = guarded([&] { return method(request); });
-  if (result) *response = to_bytes(*result);
-  reactor->Finish(result ? grpc::Status::OK : to_grpc_status(result.error()));
+  const Status answered = guarded([&]() -> Status {
+    const auto result = method(request);
+    if (!result) return result.error();
+    *response = to_bytes(*result);
+    return ok_status();
+  });
+  reactor->Finish(to_grpc_status(answered));
   return reactor;
 }
 
@@ -157,7 +161,7 @@ Result<pb::ListScenesResponse> list_scenes(const ServiceCore& core, const pb::Li
   Problems problems;
   check_id(which.scene_id(), "scene_id", problems);
   if (!problems.empty()) return problems.to_error();
-  const auto scene = core.scenes.acquire(which.scene_id(), "scene_id");
+  const auto scene = core.scenes.find(which.scene_id(), "scene_id");
   if (!scene) return scene.error();
   *list.add_scenes() = to_scene_info(**scene, which.first_camera());
   return list;

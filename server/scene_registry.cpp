@@ -51,6 +51,10 @@ Error cancelled() {
   return {ErrorCode::cancelled, "the load was cancelled", {}};
 }
 
+Error no_scene(const std::string& id, const std::string& where) {
+  return {ErrorCode::not_found, "there is no scene '" + id + "'", where};
+}
+
 }  // namespace
 
 Result<bool> names_environment_file(const std::string& environment) {
@@ -358,6 +362,12 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find(const std::string& id) co
   return found->second;
 }
 
+Result<std::shared_ptr<const LoadedScene>> SceneRegistry::find(const std::string& id, const std::string& where) const {
+  auto scene = find(id);
+  if (!scene) return no_scene(id, where);
+  return scene;
+}
+
 // A scene loaded from this path with the same options, all of whose files still have the same bytes.
 std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::string& path,
                                                                  const SceneRequest& request) const {
@@ -383,7 +393,7 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
 Result<SceneLease> SceneRegistry::acquire(const std::string& id, const std::string& where) const {
   const std::lock_guard lock(mutex_);
   const auto found = scenes_.find(id);
-  if (found == scenes_.end()) return Error{ErrorCode::not_found, "there is no scene '" + id + "'", where};
+  if (found == scenes_.end()) return no_scene(id, where);
   touch(*found->second);
   return SceneLease(found->second);
 }
@@ -392,7 +402,7 @@ Status SceneRegistry::unload(const std::string& id, const std::string& where) {
   std::shared_ptr<const LoadedScene> unloaded;  // destroyed outside the lock
   const std::lock_guard lock(mutex_);
   const auto found = scenes_.find(id);
-  if (found == scenes_.end()) return Error{ErrorCode::not_found, "there is no scene '" + id + "'", where};
+  if (found == scenes_.end()) return no_scene(id, where);
   if (const int references = found->second->references; references > 0) {
     return Error{ErrorCode::failed_precondition,
                  fmt::format("scene '{}' is used by {} sessions and jobs; close them first", id, references), where};

@@ -117,6 +117,8 @@ class SceneRegistry {
   Result<Outcome> edit(const SceneLease& base, std::span<const SceneEdit> edits, const CancelToken& cancel);
 
   Result<SceneLease> acquire(const std::string& id, const std::string& where) const;
+  // Without a lease: it may be unloaded, and lives on for the caller.
+  Result<std::shared_ptr<const LoadedScene>> find(const std::string& id, const std::string& where) const;
   Status unload(const std::string& id, const std::string& where);
   std::vector<std::shared_ptr<const LoadedScene>> list() const;
 

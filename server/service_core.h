@@ -41,7 +41,7 @@ struct ServiceCore {
   Rendering::Resources resources() {
     return {engine, memory, timers, reaper, [this](std::uint64_t bytes) { return sessions.make_room(bytes); }};
   }
-  bool busy() const { return loader.busy() || editor.busy() || replayer.busy(); }
+  bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const {
     if (draining) return check_accepting().error();
@@ -54,7 +54,7 @@ struct ServiceCore {
     return Error{ErrorCode::unavailable, "the daemon is draining", {}};
   }
 
-  // For requests that may allocate a film: those that take seconds do not hold up small ones.
+  // For requests that may allocate a film: a few that take seconds do not hold up small ones.
   static constexpr std::size_t kMaxWaitingFilms = 4096;
   static constexpr int kFilmThreads = 4;
 

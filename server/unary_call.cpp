@@ -20,7 +20,7 @@ void UnaryCall::Outcome::finish(const google::protobuf::MessageLite& answer) {
 
 void UnaryCall::Outcome::fail(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (call_) std::exchange(call_, nullptr)->Finish(status);
+  if (call_) std::exchange(call_, nullptr)->Finish(copy_status(status));
 }
 
 UnaryCall::UnaryCall(grpc::ByteBuffer* response) : outcome_(std::make_shared<Outcome>(*this, *response)) {}

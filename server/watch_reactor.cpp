@@ -1,5 +1,7 @@
 #include "server/watch_reactor.h"
 
+#include <utility>
+
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"
@@ -35,7 +37,8 @@ Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
 }
 
 void WatchReactor::OnCancel() {
-  if (session_) session_->detach(stream_.get());
+  // A client that reads nothing may keep the call from being done for long.
+  if (const auto session = std::exchange(session_, nullptr)) session->detach(stream_.get());
   stream_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
 }
 

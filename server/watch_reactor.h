@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "server/grpc_status.h"
 #include "server/outbound_stream.h"
 #include "server/service_core.h"
 
@@ -23,7 +24,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, pr
 
  private:
   void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
-  void finish(const grpc::Status& status) override { Finish(status); }
+  void finish(const grpc::Status& status) override { Finish(copy_status(status)); }
   Status start(grpc::ByteBuffer request, ServiceCore& core);
 
   std::string session_id_;

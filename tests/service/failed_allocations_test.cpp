@@ -50,6 +50,7 @@ pb::View view(std::uint64_t id, double x) {
   view.mutable_camera()->mutable_position()->set_x(x);
   view.mutable_camera()->mutable_position()->set_z(3);
   view.mutable_camera()->mutable_look_at()->mutable_target();
+  view.mutable_camera()->set_aspect(2);  // pictures have a notice
   return view;
 }
 

@@ -32,7 +32,7 @@ TEST_F(IdlePeerTest, AStreamWithoutOpenEnds) {
 }
 
 TEST_F(IdlePeerTest, AStreamThatIsOpenOutlivesTheLimit) {
-  start([](ServerConfig& config) { config.request_timeout_s = kPatience; });
+  start([](ServerConfig& config) { config.request_timeout_s = 3 + kPatience; });
   const std::string session = create_session(load_quad(), 8, 8, 1);
   StreamClient open(stub(), session);
   ASSERT_TRUE(open.reader().wait_for([](const auto& m) { return m.has_opened(); }));

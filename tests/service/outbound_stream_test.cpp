@@ -4,6 +4,8 @@
 
 #include <new>
 
+#include "server/call_hold.h"
+
 namespace helio {
 namespace {
 
@@ -16,6 +18,23 @@ struct RecordedCall final : OutboundStream::Call {
     end = status;
   }
 };
+
+TEST(CallHold, IsRefusedOnceTheCallIsFinished) {
+  const grpc::Status gone(grpc::StatusCode::CANCELLED, "gone");
+  CallHold finished_before;
+  EXPECT_FALSE(finished_before.defer(gone));
+  EXPECT_FALSE(finished_before.begin());
+
+  CallHold finished_meanwhile;
+  ASSERT_TRUE(finished_meanwhile.begin());
+  EXPECT_TRUE(finished_meanwhile.defer(gone));
+  bool went_on = false;
+  const auto status = finished_meanwhile.end([&] { went_on = true; });
+  EXPECT_FALSE(went_on);
+  ASSERT_TRUE(status);
+  EXPECT_EQ(status->error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_FALSE(finished_meanwhile.begin());
+}
 
 grpc::ByteBuffer some_bytes() {
   const grpc::Slice slice("message");
