@@ -46,8 +46,13 @@ Error Diagnostics::to_error() const {
     count += report_.slips;
   }
   Error error = errors.front();
-  for (std::size_t i = 1; i < errors.size(); ++i) error.message += "; " + errors[i].to_string();
-  if (count > errors.size()) error.message += "; and " + std::to_string(count - errors.size()) + " more";
+  std::size_t told = 1;
+  for (; told < errors.size(); ++told) {
+    const std::string next = "; " + errors[told].to_string();
+    if (error.message.size() + next.size() > kMaxMessage) break;
+    error.message += next;
+  }
+  if (count > told) error.message += "; and " + std::to_string(count - told) + " more";
   return error;
 }
 

@@ -29,8 +29,10 @@ class Diagnostics {
   bool crowded() const { return failures_.size() >= kMaxFailures; }
   static constexpr std::size_t kMaxFailures = 16;
   static constexpr std::size_t kMaxSlips = 64;
+  static constexpr std::size_t kMaxMessage = 1600;  // what gRPC carries, less a place
 
-  // The first failure's place and code; the message holds the others too, and the slips of a strict load.
+  // The first failure's place and code; the message holds the others too, and the slips of a strict load, as far as they
+  // fit into kMaxMessage bytes, and how many more there are.
   // Precondition: refused().
   Error to_error() const;
 

@@ -385,7 +385,7 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
                  name};
   }
   if (reserve) {
-    if (const Status reserved = reserve(needed); !reserved.ok()) return reserved.error();
+    if (const Status reserved = reserve(most); !reserved.ok()) return reserved.error();
   }
 
   Image image;

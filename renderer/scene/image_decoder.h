@@ -39,8 +39,8 @@ inline constexpr int kMaxImageSide = 65536;
 // a choice), unimplemented (unknown format, no reader for it in this OpenImageIO), resource_exhausted (larger than
 // max_bytes or kMaxImageSide).
 //
-// `reserve`, if any, is called with Image::bytes() before they are allocated; its error is decode_image()'s. After
-// another error the caller gives back what it reserved.
+// `reserve`, if any, is called with what decoding holds at most, Image::bytes() or more, before that is allocated; its
+// error is decode_image()'s. After another error the caller gives back what it reserved.
 using ReserveBytes = std::function<Status(std::uint64_t bytes)>;
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, std::uint64_t max_bytes,
                            std::vector<std::string>* notices = nullptr, const ReserveBytes& reserve = {});

@@ -6,9 +6,12 @@
 #include <tbb/task_scheduler_observer.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -66,16 +69,72 @@ class BuildMemory {
   bool kept_ = false;
 };
 
-// Embree tells of each allocation, not for which scene it is. There is one build at a time, and its threads bear its
-// number: what others free meanwhile is another scene's. Threads may leave an arena unseen, with a number that is over.
-std::atomic<std::uint64_t> g_build_number{0};
-BuildMemory* g_build = nullptr;
+// Embree tells of each allocation, not for which scene it is. The threads of a build bear its number: what others free
+// meanwhile is another scene's. Threads may leave an arena unseen, with a number that is over.
 thread_local std::uint64_t t_build_number = 0;
 
-bool count_bytes(void*, ssize_t bytes, bool allocated) {
-  if (t_build_number == 0 || t_build_number != g_build_number) return true;
-  return g_build->count(bytes, allocated);
-}
+// The builds that are on, each in a slot of its own while it lasts: an edit, for which someone waits at the screen, does
+// not wait for the build of a load.
+constexpr std::size_t kMostBuilds = 8;
+constexpr std::chrono::milliseconds kCancelPoll(5);
+
+class BuildInProgress {
+ public:
+  // Null when `cancel` comes while others hold all slots.
+  static std::unique_ptr<BuildInProgress> begin(BuildMemory& memory, const CancelToken* cancel) {
+    std::unique_lock lock(mutex());
+    const auto is_free = [](const Slot& slot) { return slot.number == 0; };
+    for (;;) {
+      if (cancel && cancel->cancelled()) return nullptr;
+      const auto slot = std::find_if(slots().begin(), slots().end(), is_free);
+      if (slot != slots().end()) {
+        static std::uint64_t builds = 0;
+        slot->memory = &memory;
+        slot->number = ++builds * kMostBuilds + std::uint64_t(slot - slots().begin());
+        return std::unique_ptr<BuildInProgress>(new BuildInProgress(*slot));
+      }
+      slot_freed().wait_for(lock, kCancelPoll);
+    }
+  }
+  BuildInProgress(const BuildInProgress&) = delete;
+  ~BuildInProgress() {
+    {
+      const std::lock_guard lock(mutex());
+      slot_.number = 0;
+    }
+    slot_freed().notify_one();
+  }
+
+  std::uint64_t number() const { return slot_.number; }
+  static bool count_bytes(void*, ssize_t bytes, bool allocated) {
+    const std::uint64_t number = t_build_number;
+    if (number == 0) return true;
+    const Slot& slot = slots()[number % kMostBuilds];
+    return slot.number != number || slot.memory->count(bytes, allocated);
+  }
+
+ private:
+  struct Slot {
+    std::atomic<std::uint64_t> number{0};  // 0: free
+    BuildMemory* memory = nullptr;
+  };
+  explicit BuildInProgress(Slot& slot) : slot_(slot) {}
+
+  static std::array<Slot, kMostBuilds>& slots() {
+    static std::array<Slot, kMostBuilds> all;
+    return all;
+  }
+  static std::mutex& mutex() {
+    static std::mutex of_slots;
+    return of_slots;
+  }
+  static std::condition_variable& slot_freed() {
+    static std::condition_variable freed;
+    return freed;
+  }
+
+  Slot& slot_;
+};
 
 class BuildThreads final : public tbb::task_scheduler_observer {
  public:
@@ -98,7 +157,7 @@ bool go_on(void* cancel, double) {
 RTCDevice device() {
   static const RTCDevice instance = [] {
     RTCDevice created = rtcNewDevice("start_threads=0,set_affinity=0");
-    if (created) rtcSetDeviceMemoryMonitorFunction(created, count_bytes, nullptr);
+    if (created) rtcSetDeviceMemoryMonitorFunction(created, BuildInProgress::count_bytes, nullptr);
     return created;
   }();
   return instance;
@@ -280,27 +339,17 @@ double reach_limit(const std::vector<AccelInstance>& instances) {
   return limit;
 }
 
-constexpr std::chrono::milliseconds kCancelPoll(5);
-
-// Calls `build`, with what it allocates, in an arena of `threads`. One build at a time: builds use every core by
-// themselves.
+// Calls `build`, with what it allocates, in an arena of `threads`.
 template <class Input, class Build>
 Status run_build(const Input& input, BuildMemory& memory, const Build& build) {
   const CancelToken* const cancel = input.cancel;
-  static std::timed_mutex build_mutex;
-  std::unique_lock lock(build_mutex, std::defer_lock);
-  while (!lock.try_lock_for(kCancelPoll)) {
-    if (cancel && cancel->cancelled()) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
-  }
-  static std::uint64_t builds = 0;
-  const std::uint64_t number = ++builds;
-  g_build = &memory;
-  g_build_number = number;
+  const auto in_progress = BuildInProgress::begin(memory, cancel);
+  if (!in_progress) return build_error(RTC_ERROR_CANCELLED, input.max_bytes);
   tbb::task_arena arena(build_concurrency(input.threads));
   arena.initialize();
   {
     const NiceBuildWorkers nice(arena);
-    const BuildThreads observer(arena, number);
+    const BuildThreads observer(arena, in_progress->number());
     arena.execute([&] {
       rtcGetDeviceError(device());
       build();

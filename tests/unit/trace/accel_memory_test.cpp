@@ -3,9 +3,11 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -116,28 +118,66 @@ TEST(AccelMemory, IsTakenFromTheLedgerBeforeItIsAllocated) {
   }
 }
 
-TEST(AccelMemory, BuildsThatWaitForAnotherOneCanBeCancelled) {
-  const Grid grid(10);
-  CancelToken cancel;
-  std::promise<void> building, go_on;
-  Ledger ledger(~std::uint64_t(0), [&] {
-    building.set_value();
-    go_on.get_future().wait();
+// A build that stands still where it first allocates until go_on().
+class StuckBuild {
+ public:
+  explicit StuckBuild(const Grid& grid)
+      : ledger_(~std::uint64_t(0), [this] {
+          begun_.set_value();
+          goes_on_.get_future().wait();
+        }) {
+    built_ = std::async(std::launch::async, [this, &grid] { return Accel::build(grid.input(&ledger_)).ok(); });
+    begun_.get_future().wait();
+  }
+  // The bytes that it holds in the end; 0: it failed.
+  std::uint64_t go_on() {
+    goes_on_.set_value();
+    return built_.get() ? ledger_.held() : 0;
+  }
+
+ private:
+  std::promise<void> begun_, goes_on_;
+  Ledger ledger_;
+  std::future<bool> built_;
+};
+
+// The limit only ends a hang.
+bool ends(const std::future<std::optional<ErrorCode>>& build) {
+  return build.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+}
+
+TEST(AccelMemory, ABuildDoesNotWaitForAnotherOneAndEachIsCountedAlone) {
+  const Grid grid(100), small(10);
+  Ledger alone, small_alone;
+  ASSERT_TRUE(Accel::build(grid.input(&alone)).ok());
+  ASSERT_TRUE(Accel::build(small.input(&small_alone)).ok());
+  StuckBuild load(grid);
+  Ledger beside;
+  auto edit = std::async(std::launch::async, [&] {
+    const auto built = Accel::build(small.input(&beside));
+    return built.ok() ? std::nullopt : std::optional(built.error().code);
   });
-  auto first = std::async(std::launch::async, [&] { return Accel::build(grid.input(&ledger)).ok(); });
-  building.get_future().wait();
-  auto second = std::async(std::launch::async, [&] {
+  EXPECT_TRUE(ends(edit));
+  EXPECT_EQ(load.go_on(), alone.held());
+  EXPECT_EQ(edit.get(), std::nullopt);
+  EXPECT_EQ(beside.held(), small_alone.held());
+}
+
+TEST(AccelMemory, BuildsThatWaitForOthersCanBeCancelled) {
+  const Grid grid(10);
+  std::deque<StuckBuild> most;
+  for (int i = 0; i < 8; ++i) most.emplace_back(grid);
+  CancelToken cancel;
+  auto waits = std::async(std::launch::async, [&] {
     AccelInput input = grid.input();
     input.cancel = &cancel;
-    return Accel::build(input).error().code;
+    const auto built = Accel::build(input);
+    return built.ok() ? std::nullopt : std::optional(built.error().code);
   });
   cancel.cancel();
-  // The limit only ends a hang: without looking at the token the second build waits for the first.
-  const bool ended = second.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
-  go_on.set_value();
-  EXPECT_TRUE(ended);
-  EXPECT_EQ(second.get(), ErrorCode::cancelled);
-  EXPECT_TRUE(first.get());
+  EXPECT_TRUE(ends(waits));
+  for (StuckBuild& build : most) EXPECT_GT(build.go_on(), 0u);
+  EXPECT_EQ(waits.get(), ErrorCode::cancelled);
 }
 
 }  // namespace
