@@ -76,7 +76,7 @@ void SimilarCounts::sum(int x, Float4& differences, Float4& spreads) const {
     if (!r.any) continue;
     Float8 n;
     load(r.counts.data() + x, n);
-    n = (n <= kSimilar * own) & (kSimilar * n >= own) ? seven : Float8{};
+    n = ((n <= kSimilar * own) & (kSimilar * n >= own)) ? seven : Float8{};
     const Float16 left = __builtin_shufflevector(n, n, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
     const Float16 right = __builtin_shufflevector(n, n, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7);
     const std::vector<float>* terms[2] = {&r.differences, &r.spreads};
