@@ -684,11 +684,16 @@ TEST_F(StreamTest, SilentReaderCostsTwoFramesAndSlowsNobody) {
   StreamClient other(stub(), lively);
   other.send(view(1));
   client.send(view(1));
-  // The first tile is in flight and does not get through; the rest of the frame waits behind it.
-  ASSERT_TRUE(eventually([&] { return session_info(silent).memory_bytes() > film_bytes + frame_bytes / 2; }));
+  // A tile is in flight and does not get through, of the fourth frame at the latest; the rest waits behind it.
+  const auto tiles_wait = [&] { return session_info(silent).memory_bytes() > film_bytes + frame_bytes / 2; };
+  ASSERT_TRUE(eventually(tiles_wait));
   for (int i = 2; i <= 30; ++i) {
     client.send(view(i, 0.01 * i));
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (i <= 4) {
+      ASSERT_TRUE(eventually(tiles_wait));
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
     EXPECT_LE(session_info(silent).memory_bytes(), film_bytes + 2 * frame_bytes + (1 << 20));
   }
   // Frames of the other one keep coming at the pace of its share.

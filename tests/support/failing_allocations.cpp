@@ -28,13 +28,16 @@ bool fails(const void* caller) {
   return true;
 }
 
+// Null: it fails.
+void* try_allocate(std::size_t bytes, std::size_t alignment, const void* caller) {
+  if (fails(caller)) return nullptr;
+  if (alignment == 0) return std::malloc(bytes > 0 ? bytes : 1);
+  // aligned_alloc() wants a multiple of the alignment.
+  return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+
 void* allocate(std::size_t bytes, std::size_t alignment, const void* caller) {
-  void* memory = nullptr;
-  if (!fails(caller)) {
-    // aligned_alloc() wants a multiple of the alignment.
-    memory = alignment == 0 ? std::malloc(bytes > 0 ? bytes : 1)
-                            : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-  }
+  void* memory = try_allocate(bytes, alignment, caller);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
@@ -81,6 +84,18 @@ void* operator new(std::size_t bytes, std::align_val_t alignment) {
 }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) {
   return helio::test::allocate(bytes, std::size_t(alignment), __builtin_return_address(0));
+}
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  return helio::test::try_allocate(bytes, 0, __builtin_return_address(0));
+}
+void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept {
+  return helio::test::try_allocate(bytes, 0, __builtin_return_address(0));
+}
+void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return helio::test::try_allocate(bytes, std::size_t(alignment), __builtin_return_address(0));
+}
+void* operator new[](std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return helio::test::try_allocate(bytes, std::size_t(alignment), __builtin_return_address(0));
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);

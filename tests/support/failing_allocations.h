@@ -6,7 +6,8 @@
 namespace helio::test {
 
 // While it lives, of the allocations that threads make, but for exempt ones, the one of number `first` (from 1) throws
-// std::bad_alloc, and then each `every`-th after it; 0: that one alone. One at a time.
+// std::bad_alloc (or is null, of those that may not throw), and then each `every`-th after it; 0: that one alone. One
+// at a time.
 //
 // Those that Embree makes are counted but do not fail: where its FastAllocator::join() or threadLocal2()
 // (kernels/common/alloc.h) cannot grow a list, a thread keeps a pointer to an allocator that is freed, and the next
