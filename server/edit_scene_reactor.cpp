@@ -35,21 +35,17 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
   const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core] {
-    SceneLease scene = std::move(*lease);
-    if (const Status accepting = core.check_accepting(); !accepting.ok()) {
-      scene = {};
-      return outcome->fail(to_grpc_status(accepting));
-    }
-    const auto edit = guarded([&] { return core.scenes.edit(scene, *edits, outcome->cancel); });
-    const std::string from = scene->id.substr(0, 12);
-    scene = {};
-    if (!edit) return outcome->fail(to_grpc_status(edit.error()));
-    const LoadedScene& edited = *edit->scene;
-    spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
-                 edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), from,
-                 edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
-    const auto answer = guarded(
-        [&] { return Result<pb::EditSceneResponse>(to_edit_response(edited, edit->already_loaded)); });
+    const auto answer = guarded([&]() -> Result<pb::EditSceneResponse> {
+      const SceneLease scene = std::move(*lease);
+      if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+      const auto edit = core.scenes.edit(scene, *edits, outcome->cancel);
+      if (!edit) return edit.error();
+      const LoadedScene& edited = *edit->scene;
+      spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
+                   edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), scene->id.substr(0, 12),
+                   edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
+      return to_edit_response(edited, edit->already_loaded);
+    });
     if (!answer) return outcome->fail(to_grpc_status(answer.error()));
     outcome->finish(*answer);
   });

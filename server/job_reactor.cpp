@@ -109,7 +109,8 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   auto rendering = Rendering::create(core_.resources(), std::move(*scene), settings, budget, RenderRank::job, tiles,
                                      format.channels);
   if (!rendering) return rendering.error();
-  if (const Status fits = (*rendering)->reserve_queue(settings, format); !fits.ok()) return fits;
+  auto queue = (*rendering)->reserve_queue(settings, format);
+  if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, format); !fits.ok()) return fits;
   auto job = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
   {
     const std::lock_guard lock(cancel_mutex_);

@@ -54,14 +54,12 @@ struct LoadSceneReactor::Shared {
   void finish(const grpc::Status& status, const pb::LoadSceneResponse* answer = nullptr) {
     const std::lock_guard lock(mutex);
     if (!reactor) return;
-    grpc::Status end = copy_status(status);
-    try {
+    const Status told = guarded([&] {
       if (answer) *response = to_bytes(*answer);
       tell_ignored(*context, ignored);
-    } catch (const std::bad_alloc&) {
-      end = out_of_memory();
-    }
-    std::exchange(reactor, nullptr)->Finish(std::move(end));
+      return ok_status();
+    });
+    std::exchange(reactor, nullptr)->Finish(told.ok() ? copy_status(status) : to_grpc_status(told));
   }
 };
 

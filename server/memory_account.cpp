@@ -28,6 +28,16 @@ Result<Reservation> MemoryAccount::reserve(std::uint64_t bytes, const std::strin
   return Reservation(this, bytes);
 }
 
+Result<Reservation> MemoryAccount::reserve_with_room(std::uint64_t bytes, const std::string& what) {
+  if (!obtain(bytes)) return refusal(bytes, what, bytes);
+  return Reservation(this, bytes);
+}
+
+std::uint64_t MemoryAccount::obtainable() const {
+  const std::uint64_t left = available();
+  return left + (room_ ? std::min(room_->could_free(), limit_ - left) : 0);
+}
+
 std::uint64_t MemoryAccount::used() const {
   const std::lock_guard lock(mutex_);
   return used_;
@@ -46,6 +56,13 @@ bool MemoryAccount::take(std::uint64_t bytes) noexcept {
   return true;
 }
 
+bool MemoryAccount::obtain(std::uint64_t bytes) {
+  while (!take(bytes)) {
+    if (!room_ || bytes > limit_ || !room_->make_room(bytes)) return false;
+  }
+  return true;
+}
+
 void MemoryAccount::give_back(std::uint64_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
   used_ -= bytes;
@@ -60,8 +77,12 @@ Error MemoryAccount::refusal(std::uint64_t bytes, const std::string& what, std::
 }
 
 bool GrowingReservation::grow(std::uint64_t bytes) noexcept {
+  try {
+    if (!account_.obtain(bytes)) return false;
+  } catch (const std::exception&) {
+    return false;  // no memory even to make room with
+  }
   const std::lock_guard lock(mutex_);
-  if (!account_.take(bytes)) return false;
   held_ += bytes;
   return true;
 }

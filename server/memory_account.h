@@ -33,34 +33,52 @@ class Reservation {
   std::uint64_t bytes_ = 0;
 };
 
+// Gives memory back that is held for later and that nobody uses now: of sessions without a listener, for one.
+class RoomMaker {
+ public:
+  virtual ~RoomMaker() = default;
+  // Called when so many bytes are not left, without a lock of the account. May take seconds. True: it is worth another
+  // try. False: so much cannot be had.
+  virtual bool make_room(std::uint64_t bytes) = 0;
+  virtual std::uint64_t could_free() const = 0;
+};
+
 // Thread safe. Outlives its reservations.
 class MemoryAccount {
  public:
-  explicit MemoryAccount(std::uint64_t limit) : limit_(limit) {}
+  // `room` is used while reservations are asked for; null: no room is made.
+  explicit MemoryAccount(std::uint64_t limit, RoomMaker* room = nullptr) : limit_(limit), room_(room) {}
 
   // resource_exhausted, naming max_memory, when less is left. `what` completes "... for WHAT".
   Result<Reservation> reserve(std::uint64_t bytes, const std::string& what);
+  // As reserve(), but has room made first: not to be called with a lock that somebody's end needs.
+  Result<Reservation> reserve_with_room(std::uint64_t bytes, const std::string& what);
 
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const;
   std::uint64_t peak() const;  // the most that was ever used
   std::uint64_t available() const { return limit_ - used(); }
+  // What is left and what could be freed for who needs it.
+  std::uint64_t obtainable() const;
 
  private:
   friend class Reservation;
   friend class GrowingReservation;
   bool take(std::uint64_t bytes) noexcept;
+  // With room made for it.
+  bool obtain(std::uint64_t bytes);
   void give_back(std::uint64_t bytes) noexcept;
   // `in_all`: with what the caller holds already.
   Error refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const;
 
   const std::uint64_t limit_;
+  RoomMaker* const room_;
   mutable std::mutex mutex_;
   std::uint64_t used_ = 0, peak_ = 0;
 };
 
-// Of work whose need shows as it goes on: it takes from the account before each allocation, and in the end hands over
-// what it has made. The rest is given back when it goes.
+// Of work whose need shows as it goes on: it takes from the account before each allocation, with room made for it, and
+// in the end hands over what it has made. The rest is given back when it goes.
 class GrowingReservation final : public MemoryLedger {
  public:
   explicit GrowingReservation(MemoryAccount& account) : account_(account) {}
@@ -73,7 +91,8 @@ class GrowingReservation final : public MemoryLedger {
   std::uint64_t held() const override;
   Error refusal(std::uint64_t bytes, const std::string& what) const override;
 
-  // So much of it becomes a reservation of its own; what is missing is reserved first. Errors: as reserve().
+  // So much of it becomes a reservation of its own; what is missing is reserved first, and no room is made for it.
+  // Errors: as reserve().
   Result<Reservation> split(std::uint64_t bytes, const std::string& what);
 
  private:

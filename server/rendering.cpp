@@ -33,30 +33,29 @@ std::uint64_t scratch_bytes(const RenderSettings& settings) {
 
 namespace {
 
-// What has ended may still be on its way to the reaper's end, and what nobody uses can be ended.
-Result<std::shared_ptr<const Reservation>> reserve(const Rendering::Resources& resources, std::uint64_t bytes,
+constexpr const char* kQueue = "the queue of a stream";
+
+std::uint64_t queue_bytes(const RenderSettings& settings, const TileFormat& format) {
+  return 2 * pixels(settings) * format.bytes_per_pixel();
+}
+
+Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::uint64_t bytes,
                                                    const std::string& what) {
-  auto memory = resources.memory.reserve(bytes, what);
-  while (!memory) {
-    resources.reaper.wait_until_idle();
-    memory = resources.memory.reserve(bytes, what);
-    if (memory) break;
-    const std::uint64_t missing = bytes - std::min(bytes, resources.memory.available());
-    if (!resources.make_room || !resources.make_room(missing)) return memory.error();
-  }
+  auto memory = account.reserve_with_room(bytes, what);
+  if (!memory) return memory.error();
   return std::make_shared<const Reservation>(std::move(*memory));
 }
 
 Result<std::shared_ptr<Film>> reserve_film(const Rendering::Resources& resources, const RenderSettings& settings) {
-  auto memory =
-      reserve(resources, film_bytes(settings), fmt::format("a film of {} x {}", settings.width, settings.height));
+  auto memory = reserve(resources.memory, film_bytes(settings),
+                        fmt::format("a film of {} x {}", settings.width, settings.height));
   if (!memory) return memory.error();
   return make_film(settings, std::move(*memory));
 }
 
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const Rendering::Resources& resources,
                                                            const RenderSettings& settings) {
-  return reserve(resources, scratch_bytes(settings),
+  return reserve(resources.memory, scratch_bytes(settings),
                  fmt::format("light paths and maps of {} x {} pixels", settings.width, settings.height));
 }
 
@@ -129,6 +128,18 @@ Status Rendering::prepare(const RenderSettings& settings, RenderLoop::Update& up
   return ok_status();
 }
 
+Result<Reservation> Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {
+  return resources_.memory.reserve_with_room(queue_bytes(settings, format), kQueue);
+}
+
+Status Rendering::keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format) {
+  const std::uint64_t bytes = queue_bytes(settings, format);
+  if (memory && memory->bytes() != bytes) memory = resources_.memory.reserve(bytes, kQueue);
+  if (!memory) return memory.error();
+  queue_memory_ = std::move(*memory);
+  return ok_status();
+}
+
 // The scene may be unloaded at once; what is left of it here stays counted until the loop has gone.
 void Rendering::give_to_reaper() noexcept {
   {
@@ -136,13 +147,6 @@ void Rendering::give_to_reaper() noexcept {
     scenes_->current = {};
   }
   resources_.reaper.take(this);
-}
-
-Status Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) {
-  auto memory = resources_.memory.reserve(2 * pixels(settings) * format.bytes_per_pixel(), "the queue of a stream");
-  if (!memory) return memory.error();
-  queue_memory_ = std::move(*memory);
-  return ok_status();
 }
 
 void Rendering::report_progress(const std::shared_ptr<OutboundStream>& stream) {

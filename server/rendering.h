@@ -1,7 +1,6 @@
 // What a session and a job have in common: a scene, a render loop, and the way of its frames to whoever listens.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -27,8 +26,6 @@ class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper
     MemoryAccount& memory;
     TimerQueue& timers;
     Reaper& reaper;
-    // Called when so many bytes are not left, without any lock. True: some have been given back. Empty: nobody can.
-    std::function<bool(std::uint64_t bytes)> make_room = {};
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. resource_exhausted: max_memory.
@@ -49,8 +46,12 @@ class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper
   // Puts into `update` what these settings need of memory that is not there, reserved and allocated beside the present
   // film. Takes as long as create(); one call at a time, and its update comes before the next call.
   Status prepare(const RenderSettings& settings, RenderLoop::Update& update);
-  // Memory for the queue of a listener, two frames; it is given back when another one replaces it or none is left.
-  Status reserve_queue(const RenderSettings& settings, const TileFormat& format);
+  // Memory for the queue of a listener, two frames, with room made for it: not to be called with a session's lock.
+  // Thread safe. resource_exhausted: max_memory.
+  Result<Reservation> reserve_queue(const RenderSettings& settings, const TileFormat& format) const;
+  // Keeps it in place of the one before. If these are not the settings and format that it was reserved for, so much is
+  // reserved instead, without making room.
+  Status keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format);
   void release_queue() { queue_memory_.release(); }
 
   // Puts the progress into the stream's queue about four times a second, until the stream ends or is replaced.

@@ -152,7 +152,7 @@ class SceneRegistry::Load {
     options.time_s = request_.time_s;
     options.animation = request_.animation;
     options.strict = request_.strict;
-    options.max_memory_bytes = std::min(registry_.limits_.max_scene_memory, registry_.memory_.available());
+    options.max_memory_bytes = std::min(registry_.limits_.max_scene_memory, registry_.memory_.obtainable());
     options.ledger = &reserved_;
     options.environment = environment_;
     options.environment_source = environment_files_ ? environment_files_.get() : files_.get();
@@ -243,21 +243,16 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
   auto place = make_room();
   if (!place) return place.error();
 
-  for (;;) {
-    GrowingReservation reserved(memory_);
-    EditOptions options;
-    options.threads = limits_.build_threads;
-    options.max_bytes = std::min(limits_.max_scene_memory, memory_.available());
-    options.ledger = &reserved;
-    options.cancel = &cancel;
-    auto snapshot = edit_scene(base->snapshot, *changes, options);
-    if (snapshot) snapshot = count(std::move(*snapshot), reserved);
-    if (snapshot) {
-      scene->snapshot = std::move(*snapshot);
-      break;
-    }
-    if (snapshot.error().code != ErrorCode::resource_exhausted || !evict_edited()) return snapshot.error();
-  }
+  GrowingReservation reserved(memory_);
+  EditOptions options;
+  options.threads = limits_.build_threads;
+  options.max_bytes = std::min(limits_.max_scene_memory, memory_.obtainable());
+  options.ledger = &reserved;
+  options.cancel = &cancel;
+  auto snapshot = edit_scene(base->snapshot, *changes, options);
+  if (snapshot) snapshot = count(std::move(*snapshot), reserved);
+  if (!snapshot) return snapshot.error();
+  scene->snapshot = std::move(*snapshot);
   scene->manifest = base->manifest;
   scene->report = scene->snapshot->description().report;
   return keep(std::move(scene), std::move(*place));
@@ -336,14 +331,22 @@ bool SceneRegistry::evict_edited() {
   const std::lock_guard lock(mutex_);
   auto oldest = scenes_.end();
   for (auto it = scenes_.begin(); it != scenes_.end(); ++it) {
-    const LoadedScene& scene = *it->second;
-    if (scene.edited_from.empty() || scene.references > 0) continue;
-    if (oldest == scenes_.end() || scene.last_use < oldest->second->last_use) oldest = it;
+    if (!evictable(*it->second)) continue;
+    if (oldest == scenes_.end() || it->second->last_use < oldest->second->last_use) oldest = it;
   }
   if (oldest == scenes_.end()) return false;
   evicted = std::move(oldest->second);
   scenes_.erase(oldest);
   return true;
+}
+
+std::uint64_t SceneRegistry::evictable_bytes() const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& [id, scene] : scenes_) {
+    if (evictable(*scene)) bytes += scene->snapshot->stats().own_bytes;
+  }
+  return bytes;
 }
 
 Result<SceneRegistry::Outcome> SceneRegistry::keep(std::shared_ptr<LoadedScene> scene, Place place) {

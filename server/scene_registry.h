@@ -122,6 +122,11 @@ class SceneRegistry {
   Status unload(const std::string& id, const std::string& where);
   std::vector<std::shared_ptr<const LoadedScene>> list() const;
 
+  // Unloads the edited scene that is least recently used; false when all are in use.
+  bool evict_edited();
+  // That evict_edited() could give back, called often enough.
+  std::uint64_t evictable_bytes() const;
+
  private:
   class Load;
   std::shared_ptr<const LoadedScene> find(const std::string& id) const;
@@ -131,8 +136,7 @@ class SceneRegistry {
   // Takes what the snapshot holds from what its making has reserved. Scenes that share memory share its reservation.
   Result<std::shared_ptr<const RenderScene>> count(std::shared_ptr<const RenderScene> snapshot,
                                                    GrowingReservation& reserved);
-  // Unloads the edited scene that is least recently used; false when all are in use.
-  bool evict_edited();
+  bool evictable(const LoadedScene& scene) const { return !scene.edited_from.empty() && scene.references == 0; }
   // Room for one more scene, if need be by evicting one.
   Result<Place> make_room();
   void touch(const LoadedScene& scene) const { scene.last_use = ++uses_; }

@@ -7,6 +7,7 @@
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
 #include "renderer/frame/render_loop.h"
+#include "server/idle_room.h"
 #include "server/job_store.h"
 #include "server/memory_account.h"
 #include "server/reaper.h"
@@ -22,7 +23,7 @@ namespace helio {
 struct ServiceCore {
   ServiceCore(const ServerConfig& complete_config, SceneRoots roots)
       : config(complete_config),
-        memory(config.max_memory),
+        memory(config.max_memory, &room),
         engine(config.render_threads),
         scenes(std::move(roots),
                {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads,
@@ -38,9 +39,7 @@ struct ServiceCore {
   ~ServiceCore() { timers.stop(); }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  Rendering::Resources resources() {
-    return {engine, memory, timers, reaper, [this](std::uint64_t bytes) { return sessions.make_room(bytes); }};
-  }
+  Rendering::Resources resources() { return {engine, memory, timers, reaper}; }
   bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const {
@@ -63,6 +62,7 @@ struct ServiceCore {
   std::atomic<bool> draining{false};
 
   // In this order: what is named later uses what is named earlier, and is destroyed first.
+  IdleRoom room{memory, reaper, scenes, sessions};
   MemoryAccount memory;
   RenderEngine engine;
   SceneRegistry scenes;

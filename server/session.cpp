@@ -27,8 +27,27 @@ RenderSettings Session::settings() const {
   return settings_;
 }
 
+// Keeps close_idle() away while the mutex is let go of.
+class Session::InUse {
+ public:
+  InUse(int& count, std::unique_lock<std::mutex>& lock) : count_(count), lock_(lock) { ++count_; }
+  InUse(const InUse&) = delete;
+  ~InUse() {
+    if (!lock_.owns_lock()) lock_.lock();
+    --count_;
+  }
+
+ private:
+  int& count_;
+  std::unique_lock<std::mutex>& lock_;
+};
+
+Error Session::gone() const {
+  return {ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
+}
+
 Status Session::read(const Change& change, RenderLoop::Update& update) const {
-  if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
+  if (closed_) return gone();
   Problems problems;
   if (change.view) {
     const LoadedScene& scene = change.scene ? **change.scene : rendering_->scene();
@@ -48,27 +67,22 @@ Result<std::uint64_t> Session::update(const Change& change) {
   if (change.settings) resizing.lock();
   std::unique_lock lock(mutex_);
   if (const Status usable = read(change, update); !usable.ok()) return usable.error();
-  struct Made {  // keeps close_idle() away until the update is made
-    Made(int& u, std::unique_lock<std::mutex>& l) : updates(u), lock(l) { ++updates; }
-    ~Made() {
-      if (!lock.owns_lock()) lock.lock();
-      --updates;
-    }
-    int& updates;
-    std::unique_lock<std::mutex>& lock;
-  } made(updates_, lock);
+  const InUse in_use(in_use_, lock);
   if (update.settings) {
+    const bool listened = rendering_->publisher().stream() != nullptr;
+    const TileFormat format = format_;
     lock.unlock();
     const Status fits = rendering_->prepare(*update.settings, update);
+    Result<Reservation> queue = Reservation();
+    if (fits.ok() && listened) queue = rendering_->reserve_queue(*update.settings, format);
     lock.lock();
     if (!fits.ok()) return fits.error();
-    // Meanwhile the session may have been closed, or have got a newer view.
+    // Meanwhile the session may have been closed, have got a newer view, or another listener.
     if (const Status usable = read(change, update); !usable.ok()) return usable.error();
-  }
-
-  if (update.settings && rendering_->publisher().stream()) {
-    const Status fits = rendering_->reserve_queue(*update.settings, format_);
-    if (!fits.ok()) return fits.error();
+    if (rendering_->publisher().stream()) {
+      const Status kept = rendering_->keep_queue(std::move(queue), *update.settings, format_);
+      if (!kept.ok()) return kept.error();
+    }
   }
 
   // May throw when memory is out; nothing has changed then.
@@ -90,9 +104,16 @@ Result<std::uint64_t> Session::update(const Change& change) {
 }
 
 Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
-  const std::lock_guard lock(mutex_);
-  if (closed_) return Error{ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
-  if (const Status fits = rendering_->reserve_queue(settings_, format); !fits.ok()) return fits;
+  std::unique_lock lock(mutex_);
+  if (closed_) return gone();
+  const InUse in_use(in_use_, lock);
+  const RenderSettings settings = settings_;
+  lock.unlock();
+  auto queue = rendering_->reserve_queue(settings, format);
+  lock.lock();
+  // Meanwhile it may have been closed, or have got another size.
+  if (closed_) return gone();
+  if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
   RenderLoop& loop = rendering_->loop();
   const bool has_samples = loop.progress().trace.paths > 0;
 
@@ -164,7 +185,7 @@ void Session::close(const grpc::Status& status) {
 
 bool Session::close_idle(const grpc::Status& status) {
   const std::lock_guard lock(mutex_);
-  if (closed_ || updates_ > 0 || rendering_->publisher().stream()) return false;
+  if (!idle_locked()) return false;
   close_locked(status);
   return true;
 }
@@ -192,9 +213,9 @@ pb::SessionInfo Session::info() const {
   return info;
 }
 
-std::uint64_t Session::held_bytes() const {
-  const RenderSettings settings = this->settings();
-  return film_bytes(settings) + scratch_bytes(settings);
+std::uint64_t Session::idle_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) : 0;
 }
 
 double Session::idle_s() const {

@@ -50,18 +50,21 @@ class Session : public std::enable_shared_from_this<Session> {
   void drain(const grpc::Status& status);
   // The listener's call ends with this status.
   void close(const grpc::Status& status);
-  // As close(), if nobody listens and no update is being made; else false.
+  // As close(), if nobody listens, is about to, or changes it; else false.
   bool close_idle(const grpc::Status& status);
 
   pb::SessionInfo info() const;
-  // Bytes that its end gives back.
-  std::uint64_t held_bytes() const;
+  // That close_idle() would give back; 0: it would not.
+  std::uint64_t idle_bytes() const;
   // Seconds without a stream; 0 while attached. Never waits.
   double idle_s() const;
 
  private:
+  class InUse;
   // Reads what `change` has; with mutex_ held.
   Status read(const Change& change, RenderLoop::Update& update) const;
+  Error gone() const;
+  bool idle_locked() const { return !closed_ && in_use_ == 0 && !rendering_->publisher().stream(); }
   void close_locked(const grpc::Status& status);
   bool bounded() const { return budget_.time_s || budget_.samples; }
   bool frame_over() const;
@@ -81,7 +84,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::uint64_t last_view_id_ = 0;  // 0: no view yet
   bool paused_ = false;             // a frame was in flight and waits for a listener
   bool closed_ = false;
-  int updates_ = 0;                    // being made
+  int in_use_ = 0;                     // by calls that may let go of mutex_ for a while
   std::atomic<double> idle_since_s_;  // kAttached: somebody listens
 };
 

@@ -124,14 +124,17 @@ bool SessionRegistry::end_longest_idle() {
   return false;
 }
 
+std::uint64_t SessionRegistry::idle_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& session : by_idle_time()) bytes += session->idle_bytes();
+  return bytes;
+}
+
 bool SessionRegistry::make_room(std::uint64_t bytes) {
-  const auto idle = by_idle_time();
-  std::uint64_t held = 0;
-  for (const auto& session : idle) held += session->held_bytes();
-  if (held < bytes) return false;
+  if (idle_bytes() < bytes) return false;
   bool ended = false;
-  for (const auto& session : idle) {
-    const std::uint64_t of_session = session->held_bytes();
+  for (const auto& session : by_idle_time()) {
+    const std::uint64_t of_session = session->idle_bytes();
     if (!end_idle(session)) continue;
     ended = true;
     bytes -= std::min(bytes, of_session);

@@ -31,6 +31,8 @@ class SessionRegistry {
   // Ends sessions to which nobody listens, those that have waited longest first, until the films of the ended ones have
   // `bytes`. False: they have less together; none was ended.
   bool make_room(std::uint64_t bytes);
+  // That make_room() could give back.
+  std::uint64_t idle_bytes() const;
 
  private:
   // A place that is taken before its session is there.

@@ -1,6 +1,7 @@
 // Memory of sessions and scenes, without gRPC: counted as long as it is there, and freed where nobody waits for it.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <future>
 #include <limits>
 #include <thread>
@@ -8,6 +9,7 @@
 #include "renderer/frame/passes/trace_lights.h"
 #include "renderer/scene/scene_loader.h"
 #include "server/convert.h"
+#include "server/idle_room.h"
 #include "server/reaper.h"
 #include "server/session_registry.h"
 #include "service_fixture.h"
@@ -28,10 +30,22 @@ SceneRequest quad_request() {
   return request;
 }
 
+// Makes room as a daemon does, or as a test has it.
+class TestRoom final : public RoomMaker {
+ public:
+  explicit TestRoom(RoomMaker& idle) : idle_(idle) {}
+  bool make_room(std::uint64_t bytes) override { return instead ? instead() : idle_.make_room(bytes); }
+  std::uint64_t could_free() const override { return idle_.could_free(); }
+  std::function<bool()> instead;
+
+ private:
+  RoomMaker& idle_;
+};
+
 class MemoryTest : public testing::Test {
  protected:
   explicit MemoryTest(std::uint64_t limit = 1ull << 30)
-      : memory_(limit), scenes_(*SceneRoots::open({}), {1 << 20, 1 << 30, 100, 1}, memory_) {}
+      : memory_(limit, &room_), scenes_(*SceneRoots::open({}), {1 << 20, 1 << 30, 100, 1}, memory_) {}
 
   void SetUp() override {
     auto loaded = scenes_.load(quad_request(), CancelToken());
@@ -61,11 +75,14 @@ class MemoryTest : public testing::Test {
   }
 
   static constexpr RenderLimits kLimits{1 << 20, 1ull << 40};
+  IdleRoom idle_room_{memory_, reaper_, scenes_, sessions_};
+  TestRoom room_{idle_room_};
   MemoryAccount memory_;
   RenderEngine engine_{1};
   SceneRegistry scenes_;
   Reaper reaper_;
   TimerQueue timers_;
+  SessionRegistry sessions_{100, timers_};
   std::string scene_id_;
   std::uint64_t of_scene_ = 0;
   Reservation used_by_others_;
@@ -146,15 +163,13 @@ TEST_F(EndlessMemoryTest, AFailedCreationLeavesItsPlaceAndItsMemory) {
 }
 
 TEST_F(MemoryTest, NobodyWaitsForAChangeOfSettings) {
-  SessionRegistry sessions(4, timers_);
   std::promise<void> allocating, go_on;
-  Rendering::Resources resources = this->resources();
-  resources.make_room = [&](std::uint64_t) {
+  room_.instead = [&] {
     allocating.set_value();
     go_on.get_future().wait();
     return false;
   };
-  auto created = sessions.create(resources, lease(), settings(16), one_sample(), 60, kLimits);
+  auto created = session(sessions_);
   ASSERT_TRUE(created.ok());
   const std::shared_ptr<Session> session = *created;
   used_by_others_ = memory_.reserve(memory_.available(), "a test").value();
@@ -185,17 +200,14 @@ TEST_F(MemoryTest, NobodyWaitsForAChangeOfSettings) {
 
 // A change of settings may be overtaken by a close, and then changes nothing.
 TEST_F(MemoryTest, ASessionThatIsClosedMeanwhileIsNotUpdated) {
-  SessionRegistry sessions(4, timers_);
-  Rendering::Resources resources = this->resources();
-  std::shared_ptr<Session> session;
-  resources.make_room = [&](std::uint64_t) {
-    EXPECT_TRUE(sessions.close(session->id(), "", grpc::Status::OK).ok());
+  auto created = session(sessions_);
+  ASSERT_TRUE(created.ok());
+  const std::shared_ptr<Session> session = *created;
+  room_.instead = [&] {
+    EXPECT_TRUE(sessions_.close(session->id(), "", grpc::Status::OK).ok());
     used_by_others_.release();
     return true;
   };
-  auto created = sessions.create(resources, lease(), settings(16), one_sample(), 60, kLimits);
-  ASSERT_TRUE(created.ok());
-  session = *created;
   used_by_others_ = memory_.reserve(memory_.available(), "a test").value();
   const pb::RenderSettings larger = to_message(settings(256));
   Session::Change change;
@@ -206,7 +218,6 @@ TEST_F(MemoryTest, ASessionThatIsClosedMeanwhileIsNotUpdated) {
 }
 
 TEST_F(MemoryTest, FilmsAreFreedByTheReaper) {
-  SessionRegistry sessions(4, timers_);
   // The loop holds the scene to its end; this one tells which thread let go of it last.
   std::promise<std::thread::id> freed;
   auto scene = std::make_shared<LoadedScene>();
@@ -226,7 +237,7 @@ TEST_F(MemoryTest, FilmsAreFreedByTheReaper) {
   {
     // Ended by the timer, for nobody comes.
     auto created =
-        sessions.create(resources(), SceneLease(std::move(scene)), settings(16), one_sample(), 0.02, kLimits);
+        sessions_.create(resources(), SceneLease(std::move(scene)), settings(16), one_sample(), 0.02, kLimits);
     ASSERT_TRUE(created.ok());
   }
   auto thread = freed.get_future();
@@ -354,29 +365,110 @@ TEST_F(MemoryTest, AFullDaemonEndsTheSessionThatNobodyHasListenedToForLongest) {
 }
 
 TEST_F(MemoryTest, SessionsWithoutAListenerMakeRoomForAFilm) {
-  SessionRegistry sessions(10, timers_);
-  Rendering::Resources resources = this->resources();
-  resources.make_room = [&](std::uint64_t bytes) { return sessions.make_room(bytes); };
-  const auto create = [&](int side) {
-    return sessions.create(resources, lease(), settings(side), one_sample(), 60, kLimits);
-  };
   std::vector<std::string> ids;
   for (int i = 0; i < 4; ++i) {
-    auto created = create(256);
+    auto created = session(sessions_, 256);
     ASSERT_TRUE(created.ok());
     ids.push_back((*created)->id());
   }
   const Reservation others = memory_.reserve(memory_.available(), "a test").value();
   // Ending all of them would not free enough: none is ended in vain.
-  const auto refused = create(1024);
+  const auto refused = session(sessions_, 1024);
   ASSERT_FALSE(refused.ok());
   EXPECT_GT(refused.error().retry_after_s, 0);
-  EXPECT_EQ(sessions.list().size(), 4u);
-  ASSERT_TRUE(create(300).ok());
-  EXPECT_FALSE(sessions.find(ids[0], "").ok());
-  EXPECT_FALSE(sessions.find(ids[1], "").ok());
-  EXPECT_TRUE(sessions.find(ids[2], "").ok());
-  EXPECT_TRUE(sessions.find(ids[3], "").ok());
+  EXPECT_EQ(sessions_.list().size(), 4u);
+  ASSERT_TRUE(session(sessions_, 300).ok());
+  EXPECT_FALSE(sessions_.find(ids[0], "").ok());
+  EXPECT_FALSE(sessions_.find(ids[1], "").ok());
+  EXPECT_TRUE(sessions_.find(ids[2], "").ok());
+  EXPECT_TRUE(sessions_.find(ids[3], "").ok());
+}
+
+// A full account, most of it held by a session to which nobody listens.
+class FullMemoryTest : public MemoryTest {
+ protected:
+  void SetUp() override {
+    MemoryTest::SetUp();
+    idle_ = session(sessions_, 512).value()->id();
+  }
+  void fill() { others_.push_back(memory_.reserve(memory_.available(), "a test").value()); }
+  bool lives(const std::string& id) const { return sessions_.find(id, "").ok(); }
+  static SceneRequest another_request() {
+    SceneRequest request = quad_request();
+    request.environment = "1,2,3";
+    return request;
+  }
+  Result<SceneRegistry::Outcome> edit(float roughness) {
+    MaterialEdit edit;
+    edit.target = 0u;
+    edit.roughness = roughness;
+    return scenes_.edit(lease(), std::vector<SceneEdit>{edit}, CancelToken());
+  }
+
+  std::string idle_;
+  std::vector<Reservation> others_;
+};
+
+TEST_F(FullMemoryTest, RoomIsMadeForALoad) {
+  fill();
+  const auto loaded = scenes_.load(another_request(), CancelToken());
+  ASSERT_TRUE(loaded.ok()) << loaded.error().to_string();
+  EXPECT_FALSE(lives(idle_));
+}
+
+TEST_F(FullMemoryTest, RoomIsMadeForAnEditAndFirstOfEditsThatNobodyUses) {
+  std::vector<std::string> edits;
+  for (int i = 0; i < 20; ++i) edits.push_back(edit(0.01f * float(i)).value().scene->id);
+  fill();
+  ASSERT_TRUE(edit(0.5f).ok());
+  EXPECT_FALSE(scenes_.find(edits.front(), "").ok());
+  EXPECT_TRUE(scenes_.find(edits.back(), "").ok()) << "the others had the room";
+  EXPECT_TRUE(lives(idle_)) << "edits had the room";
+  std::vector<SceneLease> used;
+  for (auto& scene : scenes_.list()) used.emplace_back(std::move(scene));
+  fill();
+  ASSERT_TRUE(edit(0.3f).ok());
+  EXPECT_FALSE(lives(idle_));
+}
+
+TEST_F(FullMemoryTest, RoomIsMadeForAnUpload) {
+  fill();
+  BundleReceiver upload(1 << 20, memory_);
+  pb::LoadSceneRequest::Begin begin;
+  begin.set_main_file("a.gltf");
+  begin.set_total_bytes(100000);
+  ASSERT_TRUE(upload.begin(begin).ok());
+  EXPECT_FALSE(lives(idle_));
+}
+
+TEST_F(FullMemoryTest, RoomIsMadeForAListenerNotByEndingItsOwnSession) {
+  const std::string small = session(sessions_, 16).value()->id();
+  fill();
+  NoCall call;
+  const auto stream =
+      std::make_shared<OutboundStream>(call, [](Outbound) { return grpc::ByteBuffer(); }, timers_);
+  const std::shared_ptr<Session> own = *sessions_.find(idle_, "");  // the one that would be ended first
+  EXPECT_FALSE(own->attach(stream, TileFormat()).ok());
+  EXPECT_TRUE(lives(idle_));
+  EXPECT_TRUE(lives(small)) << "it has less than the queue needs";
+  others_.clear();
+  const std::string large = session(sessions_, 512).value()->id();
+  fill();
+  ASSERT_TRUE(own->attach(stream, TileFormat()).ok());
+  EXPECT_TRUE(lives(idle_));
+  EXPECT_FALSE(lives(large));
+  own->detach(stream.get());
+}
+
+TEST_F(FullMemoryTest, WhatIsMoreThanAllOfItEndsNobody) {
+  const std::string edited = edit(0.1f).value().scene->id;
+  fill();
+  EXPECT_FALSE(memory_.reserve_with_room(memory_.limit() + 1, "a test").ok());
+  EXPECT_FALSE(memory_.reserve_with_room(memory_.obtainable() + 1, "a test").ok());
+  EXPECT_TRUE(lives(idle_));
+  EXPECT_TRUE(scenes_.find(edited, "").ok());
+  EXPECT_TRUE(memory_.reserve_with_room(memory_.obtainable(), "a test").ok());
+  EXPECT_FALSE(lives(idle_));
 }
 
 TEST_F(MemoryTest, ASessionWithoutAListenerReservesNoQueue) {
