@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/trace/unsampled_light.h"
+#include "renderer/trace/selection/unsampled_light.h"
 #include "server/convert.h"
 #include "server/grpc_status.h"
 #include "server/guarded.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "heliograph/v1/replay.pb.h"
-#include "renderer/trace/sample_trace.h"
+#include "renderer/trace/paths/sample_trace.h"
 #include "server/replay_token.h"
 
 namespace helio {

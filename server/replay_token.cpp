@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "renderer/trace/light_vertex_cache.h"
+#include "renderer/trace/paths/light_vertex_cache.h"
 #include "server/build_info.h"
 #include "server/convert.h"
 #include "server/parse_message.h"

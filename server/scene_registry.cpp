@@ -9,7 +9,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/scene/environment.h"
-#include "renderer/trace/edit_scene.h"
+#include "renderer/trace/scene/edit_scene.h"
 
 namespace helio {
 namespace {

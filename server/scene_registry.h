@@ -16,7 +16,7 @@
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_edit.h"
 #include "renderer/scene/scene_loader.h"
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/scene/render_scene.h"
 #include "server/memory_account.h"
 #include "server/scene_bundle.h"
 #include "server/scene_roots.h"

@@ -15,9 +15,9 @@
 #include "renderer/film/film.h"
 #include "renderer/film/resolve.h"
 #include "renderer/frame/render_settings.h"
-#include "renderer/trace/camera.h"
-#include "renderer/trace/path_integrator.h"
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/path_integrator.h"
+#include "renderer/trace/scene/render_scene.h"
 
 namespace helio {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 
 namespace helio {
 

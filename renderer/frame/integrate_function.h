@@ -6,7 +6,7 @@
 #include "renderer/base/cancel.h"
 #include "renderer/film/film.h"
 #include "renderer/frame/render_settings.h"
-#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {
 

@@ -21,8 +21,8 @@
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
-#include "renderer/trace/scene_difference.h"
-#include "renderer/trace/unsampled_light.h"
+#include "renderer/trace/scene/scene_difference.h"
+#include "renderer/trace/selection/unsampled_light.h"
 
 namespace helio {
 

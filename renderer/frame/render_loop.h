@@ -13,7 +13,7 @@
 #include "renderer/frame/frame_sink.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/render_settings.h"
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/scene/render_scene.h"
 
 namespace helio {
 

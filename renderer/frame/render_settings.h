@@ -8,19 +8,19 @@
 #include "renderer/base/math.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
-#include "renderer/trace/camera.h"
-#include "renderer/trace/integrator.h"
-#include "renderer/trace/light_cache_settings.h"
-#include "renderer/trace/reprojection_mapping.h"
-#include "renderer/trace/roulette.h"
-#include "renderer/trace/technique.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/integrator.h"
+#include "renderer/trace/paths/light_cache_settings.h"
+#include "renderer/trace/paths/technique.h"
+#include "renderer/trace/reuse/reprojection_mapping.h"
+#include "renderer/trace/sampling/roulette.h"
 
 namespace helio {
 
 enum class RenderMode {
   pt,         // every pixel gets the same number of samples
   adaptive,   // pixels get as many as their noise and cost ask for (film/sample_allocation.h)
-  reproject,  // pt, and what is still true of earlier pictures is carried into each new one (trace/reprojection.h)
+  reproject,  // pt, and what is still true of earlier pictures is carried into each new one (trace/reuse/reprojection.h)
   combined,   // both
 };
 inline constexpr RenderMode kEveryRenderMode[] = {RenderMode::pt, RenderMode::adaptive, RenderMode::reproject,
@@ -58,7 +58,7 @@ struct AdaptiveSettings {
 
 // Modes reproject and combined.
 struct ReprojectionSettings {
-  // Variant paper (trace/forward_reprojection.h).
+  // Variant paper (trace/reuse/forward_reprojection.h).
   int stored_hits = 4;           // first hits kept per pixel: 1 or 4, which the paper found the best
   double max_error = 1.0 / 256;  // of its eq. 15, radiance; (0, 1e6]
   // Variant bounded.

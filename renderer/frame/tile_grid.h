@@ -10,7 +10,7 @@
 #include "renderer/base/math.h"
 #include "renderer/film/film.h"
 #include "renderer/film/sample_targets.h"
-#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {
 

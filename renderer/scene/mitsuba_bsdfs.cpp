@@ -9,7 +9,7 @@ namespace helio::mitsuba {
 
 namespace {
 
-// That one material may hold: kMostBlends of trace/surface_blend.h.
+// That one material may hold: kMostBlends of trace/scene/surface_blend.h.
 constexpr int kMostBlends = 8;
 
 Material nested(const Plugin& plugin, LoadContext& context) {

@@ -134,7 +134,7 @@ struct BlendMaterial {
 
 // What a normal or bump map does. bend: it is the shading normal, bent where it would face away from the viewer or
 // reflect below the surface. own_frame and own_frame_unflipped, Mitsuba's: only the scattering happens in the frame of
-// the mapped normal, on spheres too (trace/surface_map.h); own_frame turns a normal that faces away from the viewer by
+// the mapped normal, on spheres too (trace/scene/surface_map.h); own_frame turns a normal that faces away from the viewer by
 // half a turn about the unmapped one.
 enum class MapRule : std::uint8_t { bend, own_frame, own_frame_unflipped };
 

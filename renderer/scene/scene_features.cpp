@@ -10,7 +10,7 @@
 namespace helio {
 namespace {
 
-// Microfacet alpha below which a lobe is a delta: kDeltaAlpha of trace/bsdf.h.
+// Microfacet alpha below which a lobe is a delta: kDeltaAlpha of trace/bsdf/bsdf.h.
 constexpr float kDeltaAlpha = 1e-3f;
 // Perceptual roughness up to which a lobe concentrates light enough for a caustic to be seen.
 constexpr float kFocusRoughness = 0.5f;

@@ -6,7 +6,7 @@
 #include "first_frame.h"
 #include "mitsuba_peer.h"
 #include "renderer/metrics/error_metrics.h"
-#include "renderer/trace/unsampled_light.h"
+#include "renderer/trace/selection/unsampled_light.h"
 #include "statistics.h"
 #include "subcommands.h"
 #include "time_to_error.h"

@@ -6,7 +6,7 @@
 
 #include "client/named_paths.h"
 #include "renderer/base/result.h"
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 
 namespace helio::bench {
 

@@ -5,7 +5,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/scene/scene_loader.h"
-#include "renderer/trace/embree.h"
+#include "renderer/trace/accel/embree.h"
 #include "statistics.h"
 #include "subcommands.h"
 

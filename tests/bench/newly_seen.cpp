@@ -5,9 +5,9 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
-#include "renderer/trace/camera_projection.h"
-#include "renderer/trace/centre_hits.h"
-#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/camera/camera_projection.h"
+#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio::bench {
 

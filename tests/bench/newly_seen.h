@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "renderer/trace/camera.h"
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/scene/render_scene.h"
 
 namespace helio::bench {
 

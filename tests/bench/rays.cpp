@@ -2,7 +2,7 @@
 #include <atomic>
 
 #include "loop_rendering.h"
-#include "renderer/trace/accel_impl.h"
+#include "renderer/trace/accel/accel_impl.h"
 #include "statistics.h"
 #include "subcommands.h"
 #include "tile_tracing.h"

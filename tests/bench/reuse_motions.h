@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/base/result.h"
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 
 namespace helio::bench {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "renderer/film/film.h"
-#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio::bench {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "renderer/base/result.h"
-#include "renderer/trace/camera.h"
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/scene/render_scene.h"
 
 namespace helio::bench {
 

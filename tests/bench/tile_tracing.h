@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "renderer/film/film.h"
-#include "renderer/trace/path_kernel.h"
+#include "renderer/trace/paths/path_kernel.h"
 
 namespace helio::bench {
 

@@ -6,7 +6,7 @@
 
 #include "renderer/scene/scene_loader.h"
 #ifndef HELIO_FUZZ_LOAD_ONLY
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/scene/render_scene.h"
 #endif
 
 namespace helio::fuzz {

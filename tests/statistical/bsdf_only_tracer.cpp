@@ -5,9 +5,9 @@
 #include <limits>
 #include <thread>
 
-#include "renderer/trace/camera.h"
-#include "renderer/trace/surface.h"
-#include "renderer/trace/surface_layers.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/scene/surface.h"
+#include "renderer/trace/scene/surface_layers.h"
 #include "tests/support/random.h"
 
 namespace helio::test {

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "renderer/trace/render_scene.h"
+#include "renderer/trace/scene/render_scene.h"
 #include "tests/statistical/z_test.h"
 
 namespace helio {

@@ -14,7 +14,7 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/scene/scene_loader.h"
-#include "renderer/trace/picture_centres.h"
+#include "renderer/trace/gbuffer/picture_centres.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"
 

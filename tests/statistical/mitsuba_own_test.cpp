@@ -12,7 +12,7 @@
 #include <filesystem>
 
 #include "renderer/scene/scene_loader.h"
-#include "renderer/trace/pixel_filter_sampling.h"
+#include "renderer/trace/sampling/pixel_filter_sampling.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tier.h"

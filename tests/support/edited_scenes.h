@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/trace/edit_scene.h"
+#include "renderer/trace/scene/edit_scene.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "renderer/trace/light_vertex_cache.h"
+#include "renderer/trace/paths/light_vertex_cache.h"
 
 namespace helio::test {
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "renderer/film/splat_buffer.h"
-#include "renderer/trace/path_integrator.h"
+#include "renderer/trace/paths/path_integrator.h"
 #include "tests/support/pixel_moments.h"
 
 namespace helio::test {

@@ -1,4 +1,4 @@
-// Pass: finds out what the pixels of the picture in hand show at their centres (trace/picture_centres.h), where it began
+// Pass: finds out what the pixels of the picture in hand show at their centres (trace/gbuffer/picture_centres.h), where it began
 // without knowing. The next camera move needs it, and would wait for it.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 #include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/reproject.h"
-#include "renderer/trace/picture_centres.h"
+#include "renderer/trace/gbuffer/picture_centres.h"
 
 namespace helio {
 

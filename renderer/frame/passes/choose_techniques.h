@@ -1,8 +1,8 @@
-// Pass: decides which tiles of a new picture get light paths (trace/technique_probe.h). Integrator pt+bdpt.
+// Pass: decides which tiles of a new picture get light paths (trace/selection/technique_probe.h). Integrator pt+bdpt.
 #pragma once
 
 #include "renderer/frame/passes/sweeps.h"
-#include "renderer/trace/technique_probe.h"
+#include "renderer/trace/selection/technique_probe.h"
 
 namespace helio {
 

@@ -1,4 +1,4 @@
-// Pass: reprojection as published (trace/forward_reprojection.h): the film is copied aside, and its pixels ask for
+// Pass: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask for
 // those of the new camera's film.
 #pragma once
 
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/frame/passes/reproject.h"
-#include "renderer/trace/forward_reprojection.h"
+#include "renderer/trace/reuse/forward_reprojection.h"
 
 namespace helio {
 

@@ -7,7 +7,7 @@
 
 #include "renderer/film/film_windows.h"
 #include "renderer/frame/passes/sweeps.h"
-#include "renderer/trace/reprojection.h"
+#include "renderer/trace/reuse/reprojection.h"
 
 namespace helio {
 

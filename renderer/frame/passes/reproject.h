@@ -1,5 +1,5 @@
 // Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
-// (trace/history_revision.h), and what they know is carried into the film of a new camera (trace/reprojection.h). A
+// (trace/reuse/history_revision.h), and what they know is carried into the film of a new camera (trace/reuse/reprojection.h). A
 // camera that jumped finds nothing there, and a session's first picture has no sources: such pictures begin without
 // rays through the centres of their pixels, which are traced once the picture is worth it (passes/centre_search.h), at
 // the latest when it becomes a source itself.
@@ -12,9 +12,9 @@
 
 #include "renderer/film/film_history.h"
 #include "renderer/frame/passes/picture_transfer.h"
-#include "renderer/trace/history_revision.h"
-#include "renderer/trace/picture_centres.h"
-#include "renderer/trace/reprojection.h"
+#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/reuse/history_revision.h"
+#include "renderer/trace/reuse/reprojection.h"
 
 namespace helio {
 
@@ -40,7 +40,7 @@ class PictureHistory {
   // held, which may take long to free.
   std::vector<std::shared_ptr<const RenderScene>> forget();
   // The film holds a picture of this camera, all of its pixels in a defined state. centres: it knows what those of its
-  // pixels meet (trace/picture_centres.h), or never will.
+  // pixels meet (trace/gbuffer/picture_centres.h), or never will.
   void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, bool centres) {
     film_ = {true, scene, pose, 0, film_swapped()};
     centres_known_ = centres;

@@ -1,4 +1,4 @@
-// Pass: traces the light paths that the next sample of every pixel draws on (trace/light_vertex_cache.h), one pass over
+// Pass: traces the light paths that the next sample of every pixel draws on (trace/paths/light_vertex_cache.h), one pass over
 // the picture at a time. Integrators for which caches_light_vertices().
 //
 // The first pass of each half is kept when the camera moves: light paths know nothing of it, so that the first samples
@@ -14,8 +14,8 @@
 #include "renderer/base/cancel.h"
 #include "renderer/film/film.h"
 #include "renderer/frame/passes/sweeps.h"
-#include "renderer/trace/camera.h"
-#include "renderer/trace/light_vertex_cache.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/light_vertex_cache.h"
 
 namespace helio {
 

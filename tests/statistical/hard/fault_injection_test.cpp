@@ -2,7 +2,7 @@
 // counted and can be traced again, and no pixel converges by it.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/sample_trace.h"
+#include "renderer/trace/paths/sample_trace.h"
 #include "tests/support/light_cache.h"
 #include "tests/support/test_scenes.h"
 

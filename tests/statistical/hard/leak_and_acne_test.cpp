@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "renderer/trace/warp.h"
+#include "renderer/trace/sampling/warp.h"
 #include "tests/statistical/hard/placements.h"
 #include "tests/support/bumpy_ball.h"
 #include "tests/support/tier.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "renderer/scene/scene_description.h"
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 #include "tests/support/random.h"
 
 namespace helio::test {

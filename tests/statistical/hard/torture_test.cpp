@@ -10,7 +10,7 @@
 #include <string>
 
 #include "renderer/film/light_tiles.h"
-#include "renderer/trace/sample_trace.h"
+#include "renderer/trace/paths/sample_trace.h"
 #include "tests/statistical/hard/torture_scenes.h"
 #include "tests/support/light_cache.h"
 #include "tests/support/test_scenes.h"

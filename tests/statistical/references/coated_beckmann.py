@@ -10,7 +10,7 @@ sampling, so that it shares nothing with what it is to check:
     D, G1    Beckmann; Smith's masking exactly (Walter et al. 2007, eq. 25 and the one above 27), both sides separately
     base     (1 - metallic) base_color
     T        what the interface of r0 = f0 lets in along a direction, T_mean its cosine-weighted mean (manual of
-             renderer/trace/bsdf_layered.h): 1 - F_1 + (1 - f0) (F_1 - A), where A is the albedo of the lobe and F_1
+             renderer/trace/bsdf/bsdf_layered.h): 1 - F_1 + (1 - f0) (F_1 - A), where A is the albedo of the lobe and F_1
              the mean of F over the light that the lobe sends out.
     E, F_ms  albedo of the lobe for F = 1; F^2 E_mean / (1 - F (1 - E_mean)) with the mean F of Schlick's from
              base_color, (1 + 20 base_color) / 21 (Kulla and Conty 2017, Hill 2018).

@@ -8,7 +8,7 @@
 
 #include "renderer/codec/tile_codec.h"
 #include "renderer/scene/scene_loader.h"
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 #include "tests/statistical/bsdf_only_tracer.h"
 
 using namespace helio;

@@ -6,7 +6,7 @@
 #include "renderer/film/film.h"
 #include "renderer/frame/passes/choose_techniques.h"
 #include "renderer/metrics/error_metrics.h"
-#include "renderer/trace/technique_history.h"
+#include "renderer/trace/selection/technique_history.h"
 #include "tests/support/edited_scenes.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"

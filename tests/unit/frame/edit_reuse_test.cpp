@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "renderer/trace/centre_hits.h"
+#include "renderer/trace/gbuffer/centre_hits.h"
 #include "tests/support/edited_scenes.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"

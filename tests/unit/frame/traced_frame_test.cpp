@@ -10,7 +10,7 @@
 #include "latency.h"
 #include "recording_sink.h"
 #include "renderer/frame/render_loop.h"
-#include "renderer/trace/edit_scene.h"
+#include "renderer/trace/scene/edit_scene.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio {

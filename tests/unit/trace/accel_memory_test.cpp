@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "renderer/base/memory_ledger.h"
-#include "renderer/trace/accel.h"
+#include "renderer/trace/accel/accel.h"
 
 namespace helio {
 namespace {

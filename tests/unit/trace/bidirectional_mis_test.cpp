@@ -1,5 +1,5 @@
 // The recursion of the weights against the densities themselves, multiplied out for every technique.
-#include "renderer/trace/bidirectional_mis.h"
+#include "renderer/trace/paths/bidirectional_mis.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/trace/bsdf.h"
+#include "renderer/trace/bsdf/bsdf.h"
 
 namespace helio::test {
 

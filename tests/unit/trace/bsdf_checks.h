@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/trace/bsdf.h"
-#include "renderer/trace/warp.h"
+#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/sampling/warp.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_cases.h"

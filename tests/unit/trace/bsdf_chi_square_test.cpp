@@ -2,7 +2,7 @@
 // share of deltas and of invalid samples.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/bsdf.h"
+#include "renderer/trace/bsdf/bsdf.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_checks.h"

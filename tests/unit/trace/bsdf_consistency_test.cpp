@@ -1,9 +1,9 @@
 // sample, evaluate and is_pure_delta tell one story; reciprocity; refraction; total internal reflection.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/bsdf.h"
-#include "renderer/trace/bsdf_lambert.h"
-#include "renderer/trace/fresnel.h"
+#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_lambert.h"
+#include "renderer/trace/bsdf/fresnel.h"
 #include "tests/unit/trace/bsdf_checks.h"
 
 namespace helio::test {

@@ -1,9 +1,9 @@
 // White furnaces: what comes back from a surface that absorbs nothing, lobe by lobe.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/bsdf.h"
-#include "renderer/trace/fresnel.h"
-#include "renderer/trace/microfacet_albedo.h"
+#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/fresnel.h"
+#include "renderer/trace/bsdf/microfacet_albedo.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_checks.h"
 

@@ -1,7 +1,7 @@
 // Every input that a scene can produce gives finite, non-negative answers.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/bsdf.h"
+#include "renderer/trace/bsdf/bsdf.h"
 #include "tests/unit/trace/bsdf_checks.h"
 
 namespace helio::test {

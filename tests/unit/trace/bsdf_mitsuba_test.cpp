@@ -7,8 +7,8 @@
 #include <cctype>
 #include <map>
 
-#include "renderer/trace/fresnel.h"
-#include "renderer/trace/warp.h"
+#include "renderer/trace/bsdf/fresnel.h"
+#include "renderer/trace/sampling/warp.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_checks.h"

@@ -3,7 +3,7 @@
 // approximation that is off by up to 0.4 %, and each value holds up to two of them.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/bsdf.h"
+#include "renderer/trace/bsdf/bsdf.h"
 #include "tests/unit/trace/bsdf_cases.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // Clearcoat, sheen, anisotropy, iridescence and diffuse transmission: sampling, energy, reciprocity, extremes.
-#include "renderer/trace/bsdf_stack.h"
+#include "renderer/trace/bsdf/bsdf_stack.h"
 
 #include <gtest/gtest.h>
 
@@ -10,13 +10,13 @@
 #include <map>
 #include <thread>
 
-#include "renderer/trace/bsdf_sheen.h"
-#include "renderer/trace/fresnel.h"
-#include "renderer/trace/microfacet.h"
-#include "renderer/trace/microfacet_albedo.h"
-#include "renderer/trace/thin_film.h"
-#include "renderer/trace/thin_film_base.h"
-#include "renderer/trace/warp.h"
+#include "renderer/trace/bsdf/bsdf_sheen.h"
+#include "renderer/trace/bsdf/fresnel.h"
+#include "renderer/trace/bsdf/microfacet.h"
+#include "renderer/trace/bsdf/microfacet_albedo.h"
+#include "renderer/trace/bsdf/thin_film.h"
+#include "renderer/trace/bsdf/thin_film_base.h"
+#include "renderer/trace/sampling/warp.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_checks.h"

@@ -1,5 +1,5 @@
 // Two views of a surface at once are those of each alone.
-#include "renderer/trace/bsdf_views.h"
+#include "renderer/trace/bsdf/bsdf_views.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/trace/build_arena.h"
+#include "renderer/trace/accel/build_arena.h"
 
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>

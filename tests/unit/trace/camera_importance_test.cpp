@@ -1,5 +1,5 @@
 // The camera as the end of light paths, against the rays that it sends out.
-#include "renderer/trace/camera_importance.h"
+#include "renderer/trace/camera/camera_importance.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/trace/camera_projection.h"
+#include "renderer/trace/camera/camera_projection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/trace/camera.h"
+#include "renderer/trace/camera/camera.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // How a surface looks from elsewhere, told from where its light came from.
-#include "renderer/trace/centre_hits.h"
+#include "renderer/trace/gbuffer/centre_hits.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "renderer/film/direction_reservoir.h"
-#include "renderer/trace/path_integrator.h"
-#include "renderer/trace/scene_data.h"
+#include "renderer/trace/paths/path_integrator.h"
+#include "renderer/trace/scene/scene_data.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "renderer/trace/warp.h"
+#include "renderer/trace/sampling/warp.h"
 #include "tests/support/random.h"
 
 namespace helio::test {

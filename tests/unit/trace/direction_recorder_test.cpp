@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "renderer/film/history_source.h"
-#include "renderer/trace/path_integrator.h"
-#include "renderer/trace/scene_data.h"
+#include "renderer/trace/paths/path_integrator.h"
+#include "renderer/trace/scene/scene_data.h"
 #include "tests/support/directions.h"
 #include "tests/support/test_scenes.h"
 

@@ -1,5 +1,5 @@
 // An edited scene renders what a scene loaded with the edited values renders, and shares what it did not change.
-#include "renderer/trace/edit_scene.h"
+#include "renderer/trace/scene/edit_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "renderer/scene/environment.h"
-#include "renderer/trace/scene_data.h"
-#include "renderer/trace/warp.h"
+#include "renderer/trace/sampling/warp.h"
+#include "renderer/trace/scene/scene_data.h"
 #include "tests/support/random.h"
 #include "tests/support/small_rooms.h"
 

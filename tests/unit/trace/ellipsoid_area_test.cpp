@@ -1,5 +1,5 @@
 // The area of ellipsoids against closed forms of spheroids and, for three different axes, against quadrature.
-#include "renderer/trace/ellipsoid_area.h"
+#include "renderer/trace/lights/ellipsoid_area.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "renderer/trace/accel.h"
-#include "renderer/trace/build_memory.h"
+#include "renderer/trace/accel/accel.h"
+#include "renderer/trace/scene/build_memory.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // The paper's forward mapping: projection, its three validations, the distance test, collisions, determinism.
-#include "renderer/trace/forward_reprojection.h"
+#include "renderer/trace/reuse/forward_reprojection.h"
 
 #include <gtest/gtest.h>
 

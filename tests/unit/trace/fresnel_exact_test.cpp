@@ -2,7 +2,7 @@
 
 #include <complex>
 
-#include "renderer/trace/fresnel.h"
+#include "renderer/trace/bsdf/fresnel.h"
 
 namespace helio::test {
 namespace {

@@ -1,7 +1,7 @@
 // Samples that are not finite are counted with their place and never enter the film, however their path ended.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/sample_trace.h"
+#include "renderer/trace/paths/sample_trace.h"
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // What a few directions say of how a surface looks from elsewhere.
-#include "renderer/trace/light_change.h"
+#include "renderer/trace/gbuffer/light_change.h"
 
 #include <gtest/gtest.h>
 

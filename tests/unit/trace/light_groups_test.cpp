@@ -1,5 +1,5 @@
 // Which emissive triangles become one light.
-#include "renderer/trace/light_groups.h"
+#include "renderer/trace/lights/light_groups.h"
 
 #include <gtest/gtest.h>
 

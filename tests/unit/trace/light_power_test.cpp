@@ -1,9 +1,9 @@
 // Selection by power: the alias table draws what it says, fluxes are those of the textbook, textures are averaged.
-#include "renderer/trace/light_power.h"
+#include "renderer/trace/lights/light_power.h"
 
 #include <gtest/gtest.h>
 
-#include "renderer/trace/alias_table.h"
+#include "renderer/trace/sampling/alias_table.h"
 #include "tests/support/chi_square.h"
 #include "tests/unit/trace/light_test_scenes.h"
 

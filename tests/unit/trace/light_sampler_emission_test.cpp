@@ -2,9 +2,9 @@
 // point was found.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/light_sampler.h"
-#include "renderer/trace/scene_data.h"
-#include "renderer/trace/surface.h"
+#include "renderer/trace/lights/light_sampler.h"
+#include "renderer/trace/scene/scene_data.h"
+#include "renderer/trace/scene/surface.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/test_scenes.h"
 #include "tests/unit/trace/emission_cases.h"

@@ -1,6 +1,6 @@
 // The sampler as the integrator uses it: densities of samples and of hits agree for every kind of light and both ways
 // of selecting, irradiances equal closed forms, selection is free when there is nothing to select.
-#include "renderer/trace/light_sampler.h"
+#include "renderer/trace/lights/light_sampler.h"
 
 #include <gtest/gtest.h>
 

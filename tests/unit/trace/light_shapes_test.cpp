@@ -1,11 +1,11 @@
 // Directions to single shapes: distributed as their density says, the density of a hit equal to that of the sample,
 // irradiances equal to closed forms, everything finite at the extremes.
-#include "renderer/trace/light_shapes.h"
+#include "renderer/trace/lights/light_shapes.h"
 
 #include <gtest/gtest.h>
 
 #include "renderer/base/clock.h"
-#include "renderer/trace/solid_angle_sampling.h"
+#include "renderer/trace/sampling/solid_angle_sampling.h"
 #include "tests/support/chi_square.h"
 #include "tests/unit/trace/light_test_scenes.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/scene/environment.h"
-#include "renderer/trace/light_sampler.h"
+#include "renderer/trace/lights/light_sampler.h"
 #include "tests/support/random.h"
 
 namespace helio::test {

@@ -1,12 +1,12 @@
 // Selection of one of many lights by tree: its probabilities are what it says, no light that reaches a point is left
 // out, awkward sets of lights build.
-#include "renderer/trace/light_tree.h"
+#include "renderer/trace/lights/light_tree.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "renderer/trace/light_tree_build.h"
+#include "renderer/trace/lights/light_tree_build.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 

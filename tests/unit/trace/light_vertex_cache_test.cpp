@@ -1,4 +1,4 @@
-#include "renderer/trace/light_vertex_cache.h"
+#include "renderer/trace/paths/light_vertex_cache.h"
 
 #include <gtest/gtest.h>
 

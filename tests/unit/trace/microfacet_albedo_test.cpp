@@ -1,9 +1,9 @@
-#include "renderer/trace/microfacet_albedo.h"
+#include "renderer/trace/bsdf/microfacet_albedo.h"
 
 #include <gtest/gtest.h>
 
-#include "renderer/trace/fresnel.h"
-#include "renderer/trace/microfacet.h"
+#include "renderer/trace/bsdf/fresnel.h"
+#include "renderer/trace/bsdf/microfacet.h"
 #include "tests/support/chi_square.h"
 #include "tests/unit/trace/bsdf_cases.h"
 

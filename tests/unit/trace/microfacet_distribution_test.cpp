@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "renderer/trace/microfacet.h"
+#include "renderer/trace/bsdf/microfacet.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/trace/bsdf_cases.h"

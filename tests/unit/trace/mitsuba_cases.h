@@ -4,9 +4,9 @@
 #include <deque>
 #include <memory>
 
-#include "renderer/trace/bsdf_blend.h"
-#include "renderer/trace/bsdf_microfacet.h"
-#include "renderer/trace/bsdf_plastic.h"
+#include "renderer/trace/bsdf/bsdf_blend.h"
+#include "renderer/trace/bsdf/bsdf_microfacet.h"
+#include "renderer/trace/bsdf/bsdf_plastic.h"
 #include "tests/unit/trace/bsdf_cases.h"
 
 namespace helio::test {

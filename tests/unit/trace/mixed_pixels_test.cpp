@@ -1,13 +1,13 @@
 // What samples find out about their pixels, and what becomes of history where they do.
-#include "renderer/trace/mixed_pixels.h"
+#include "renderer/trace/gbuffer/mixed_pixels.h"
 
 #include <gtest/gtest.h>
 
 #include <utility>
 
 #include "renderer/film/film_history.h"
-#include "renderer/trace/picture_centres.h"
-#include "renderer/trace/reprojection.h"
+#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/reuse/reprojection.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "renderer/trace/media.h"
+#include "renderer/trace/scene/media.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "renderer/trace/pixel_filter_sampling.h"
+#include "renderer/trace/sampling/pixel_filter_sampling.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/support/small_rooms.h"

@@ -1,5 +1,5 @@
 // Placements without an inverse: flat ones stay, with the normals of the plane; those that leave no area go.
-#include "renderer/trace/placement.h"
+#include "renderer/trace/scene/placement.h"
 
 #include "tests/support/test_scenes.h"
 

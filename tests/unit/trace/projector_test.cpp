@@ -1,12 +1,12 @@
 // Projectors: an even light on a wall across the axis, the picture's place in it, and what selection is told of them.
-#include "renderer/trace/projector.h"
+#include "renderer/trace/lights/projector.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "renderer/scene/texture.h"
-#include "renderer/trace/punctual_light.h"
+#include "renderer/trace/lights/punctual_light.h"
 
 namespace helio {
 namespace {

@@ -1,5 +1,5 @@
 // Point, spot and directional lights against the formulas of KHR_lights_punctual.
-#include "renderer/trace/punctual_light.h"
+#include "renderer/trace/lights/punctual_light.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What reprojection carries, on films whose pixels are written by hand: nothing here is a matter of chance.
-#include "renderer/trace/reprojection.h"
+#include "renderer/trace/reuse/reprojection.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "renderer/film/film.h"
 #include "renderer/film/film_history.h"
 #include "renderer/film/film_windows.h"
-#include "renderer/trace/camera_projection.h"
+#include "renderer/trace/camera/camera_projection.h"
 #include "tests/support/directions.h"
 #include "tests/support/test_scenes.h"
 

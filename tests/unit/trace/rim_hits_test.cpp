@@ -1,11 +1,11 @@
 // What the rims of pixels show.
-#include "renderer/trace/rim_hits.h"
+#include "renderer/trace/gbuffer/rim_hits.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "renderer/trace/centre_hits.h"
+#include "renderer/trace/gbuffer/centre_hits.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // A sample told vertex by vertex is the sample that was rendered, and what is told explains all of it.
-#include "renderer/trace/sample_trace.h"
+#include "renderer/trace/paths/sample_trace.h"
 
 #include <gtest/gtest.h>
 

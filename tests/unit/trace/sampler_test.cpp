@@ -1,4 +1,4 @@
-#include "renderer/trace/sampler.h"
+#include "renderer/trace/sampling/sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What edits come to, from values before and after.
-#include "renderer/trace/scene_difference.h"
+#include "renderer/trace/scene/scene_difference.h"
 
 #include <gtest/gtest.h>
 

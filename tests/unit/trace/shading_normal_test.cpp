@@ -1,7 +1,7 @@
 // Shading normals are bent for reflection no farther than needed, and only where it is.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/surface.h"
+#include "renderer/trace/scene/surface.h"
 #include "tests/support/random.h"
 
 namespace helio {

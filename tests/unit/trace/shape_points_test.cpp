@@ -1,5 +1,5 @@
 // Points on lights: on their surface, uniform over its area, with the normal that faces outwards.
-#include "renderer/trace/shape_points.h"
+#include "renderer/trace/lights/shape_points.h"
 
 #include <gtest/gtest.h>
 

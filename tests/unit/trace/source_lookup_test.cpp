@@ -1,5 +1,5 @@
 // What pixels that are looked up say together, from sums that are written by hand.
-#include "renderer/trace/source_lookup.h"
+#include "renderer/trace/reuse/source_lookup.h"
 
 #include <gtest/gtest.h>
 

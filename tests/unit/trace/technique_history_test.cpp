@@ -1,11 +1,11 @@
-#include "renderer/trace/technique_history.h"
+#include "renderer/trace/selection/technique_history.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "renderer/trace/technique_probe.h"
+#include "renderer/trace/selection/technique_probe.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
 

@@ -1,6 +1,6 @@
 // What the probe makes of scenes whose answer is known for their whole picture: measured against references, as
 // helio_bench has them, at 512 rows.
-#include "renderer/trace/technique_probe.h"
+#include "renderer/trace/selection/technique_probe.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Pictures of one bidirectional technique each: what they add up to, and that each by itself is an estimate of the
 // same.
-#include "renderer/trace/technique.h"
+#include "renderer/trace/paths/technique.h"
 
 #include <gtest/gtest.h>
 

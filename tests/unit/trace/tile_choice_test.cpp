@@ -1,4 +1,4 @@
-#include "renderer/trace/tile_choice.h"
+#include "renderer/trace/selection/tile_choice.h"
 
 #include <gtest/gtest.h>
 

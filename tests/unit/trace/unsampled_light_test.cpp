@@ -1,5 +1,5 @@
 // What each integrator says of scenes of each kind.
-#include "renderer/trace/unsampled_light.h"
+#include "renderer/trace/selection/unsampled_light.h"
 
 #include <gtest/gtest.h>
 

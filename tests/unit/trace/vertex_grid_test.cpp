@@ -1,4 +1,4 @@
-#include "renderer/trace/vertex_grid.h"
+#include "renderer/trace/paths/vertex_grid.h"
 
 #include <gtest/gtest.h>
 

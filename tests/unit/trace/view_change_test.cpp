@@ -1,5 +1,5 @@
 // What pixels that show one surface make of their directions together.
-#include "renderer/trace/view_change.h"
+#include "renderer/trace/gbuffer/view_change.h"
 
 #include <gtest/gtest.h>
 

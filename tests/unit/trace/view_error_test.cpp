@@ -1,5 +1,5 @@
 // Eq. 15 of Schalk 2018, and what the paper takes for specular.
-#include "renderer/trace/view_error.h"
+#include "renderer/trace/reuse/view_error.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "renderer/trace/bsdf_blend.h"
+#include "renderer/trace/bsdf/bsdf_blend.h"
 
 namespace helio {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/trace/warp.h"
+#include "renderer/trace/sampling/warp.h"
 
 #include <gtest/gtest.h>
 

@@ -2,10 +2,10 @@
 // are what they were.
 #include <gtest/gtest.h>
 
-#include "renderer/trace/leak_probe.h"
-#include "renderer/trace/scene_data.h"
-#include "renderer/trace/surface.h"
-#include "renderer/trace/warp.h"
+#include "renderer/trace/sampling/warp.h"
+#include "renderer/trace/scene/leak_probe.h"
+#include "renderer/trace/scene/scene_data.h"
+#include "renderer/trace/scene/surface.h"
 #include "tests/support/bumpy_ball.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"

@@ -1,4 +1,4 @@
-#include "renderer/trace/weighed_directions.h"
+#include "renderer/trace/gbuffer/weighed_directions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/trace/widening.h"
+#include "renderer/trace/accel/widening.h"
 
 #include <gtest/gtest.h>
 

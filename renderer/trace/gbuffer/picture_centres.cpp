@@ -1,0 +1,100 @@
+#include "renderer/trace/gbuffer/picture_centres.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "renderer/base/check.h"
+#include "renderer/film/film_history.h"
+#include "renderer/film/film_windows.h"
+#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/outside_hits.h"
+#include "renderer/trace/gbuffer/rim_hits.h"
+#include "renderer/trace/scene/scene_data.h"
+
+namespace helio {
+
+int filter_reach(const PixelFilter& filter) {
+  switch (filter.kind) {
+    case PixelFilterKind::box:
+      return 1;
+    case PixelFilterKind::tent:
+      return std::max(1, int(std::ceil(std::min(filter.scale, 100.0))));
+    case PixelFilterKind::gaussian:
+      return std::max(1, int(std::ceil(std::min(4 * filter.scale, 100.0))));
+  }
+  return 1;
+}
+
+PictureCentres::PictureCentres(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
+                               const CameraPose& pose, const PixelFilter& filter)
+    : scene_(std::move(scene)),
+      film_(film),
+      region_(region),
+      pose_(pose),
+      camera_(pose, film.width(), film.height(), scene_->origin()),  // centres are of pixels, not of filters
+      reach_(filter_reach(filter)),
+      box_(filter.kind == PixelFilterKind::box) {
+  HELIO_DCHECK(film.history());
+}
+
+std::uint64_t PictureCentres::find(const PixelRect& window) {
+  CentreHits centres(*scene_, camera_, pose_.forward);
+  FilmHistory& history = *film_.history();
+  for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
+    centres.trace(block);
+    for (int y = block.y0; y < block.y1; ++y) {
+      for (int x = block.x0; x < block.x1; ++x) history.centre(x, y) = centres.at(x, y);
+    }
+  }
+  return std::uint64_t(window.area());
+}
+
+std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
+  FilmHistory& history = *film_.history();
+  const OutsideHits outside(*scene_, camera_, pose_.forward, window, reach_, region_);
+  const CameraProjection projection(pose_, film_.width(), film_.height(), scene_->origin());
+  SurfaceSteps steps(projection);
+  // The brightest with some pixel that the filter reaches.
+  const auto border_of = [&](int x, int y) {
+    const CentreHit& here = history.centre(x, y);
+    Border most = Border::none;
+    const PixelRect around = intersect(reached_from(x, y), outside.bounds());
+    for (int py = around.y0; py < around.y1; ++py) {
+      for (int px = around.x0; px < around.x1; ++px) {
+        const CentreHit& there = region_.contains(px, py) ? history.centre(px, py) : outside.at(px, py);
+        if (steps.one_surface(here, x + 0.5, y + 0.5, there, px + 0.5, py + 0.5)) continue;
+        most = std::max(most, border_between(here, there));
+      }
+    }
+    return most;
+  };
+  std::vector<std::uint8_t> doubtful;  // of the window: whose rims may tell more
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      const Border border = border_of(x, y);
+      history.carried(x, y).set_found(border != Border::none);
+      doubtful.push_back(box_ && border == Border::plain);
+    }
+  }
+  const RimHits rims(*scene_, camera_, pose_.forward, window, doubtful);
+  auto asked = doubtful.begin();
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++asked) {
+      if (*asked && rims.show_only(history.centre(x, y), x, y, steps)) history.carried(x, y).set_found(0);
+    }
+  }
+  return outside.rays() + rims.rays();
+}
+
+void PictureCentres::settle(const PixelRect& window) {
+  FilmHistory& history = *film_.history();
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      history.centre(x, y).border = history.carried(x, y).found() != 0;
+      history.carried(x, y).set_found(0);
+    }
+  }
+}
+
+}  // namespace helio

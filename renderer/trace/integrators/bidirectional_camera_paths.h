@@ -1,0 +1,331 @@
+// Camera paths of the bidirectional techniques, a group at a time: what they meet (s = 0), light samples (s = 1), and
+// the joining of a camera vertex to a light vertex (s > 1), each with its weight (bidirectional_mis.h). Which light
+// vertices a camera vertex is joined to is the kernel's on top of this.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "renderer/film/splat_buffer.h"
+#include "renderer/trace/bsdf/bsdf_lambert.h"
+#include "renderer/trace/camera/camera_importance.h"
+#include "renderer/trace/integrators/path_kernel_base.h"
+#include "renderer/trace/paths/connection_rays.h"
+#include "renderer/trace/paths/light_paths.h"
+
+namespace helio {
+
+// A camera path's share of what PathGroup keeps.
+struct BidirectionalGroup {
+  MisState mis[kGroupPaths];
+  ConnectionRays rays;
+};
+
+// Kernel derives from this and has, beyond what PathKernelBase asks for,
+//   void connect(int vertex, std::uint32_t path, const PathVertex& at, const ShadingPoint* point)
+//                                                      joins the vertex to others, by join()
+// and, where what stands below does not suit its techniques, its own
+//   bool samples_lights() const, bool ends_with(const BsdfSample&) const       at a vertex
+//   void look_ahead(int j, int active) const           before the j-th of so many paths that are shaded in turn
+template <typename Kernel, typename Watch>
+class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
+  using Base = PathKernelBase<Kernel, Watch>;
+
+ protected:
+  using Base::add_emission, Base::alpha_key, Base::group_, Base::has_lights_, Base::instance_name, Base::kernel,
+      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_, Base::watch_;
+
+  friend PathKernelBase<Kernel, Watch>;
+
+  BidirectionalCameraPaths(const WindowTask& task, const TechniqueCounts& counts)
+      : Base(task),
+        camera_(task.splat_camera ? *task.splat_camera : task.camera),
+        counts_(counts),
+        light_only_(task.settings.integrator == Integrator::light),
+        technique_(task.settings.technique ? &*task.settings.technique : nullptr),
+        paths_(thread_paths()) {
+    paths_.rays.clear();  // what an exception may have left
+  }
+
+  bool samples_lights() const { return true; }
+  bool ends_with(const BsdfSample&) const { return false; }
+  void look_ahead(int, int) const {}
+
+  static BidirectionalGroup& thread_paths() {
+    static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
+    return *paths;
+  }
+
+  std::uint64_t light_paths() const { return std::uint64_t(counts_.light_paths); }
+
+  // Whether the picture shows paths of s light and t camera vertices.
+  bool shows(int s, int t) const {
+    return !technique_ || (technique_->light_vertices == s && technique_->camera_vertices == t);
+  }
+  // With which a path of MIS weight `weight` counts.
+  double counting(double weight) const { return technique_ && technique_->unweighted ? 1 : weight; }
+
+  void start_camera_paths(int count) {
+    if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
+    for (int i = 0; i < count; ++i) {
+      paths_.mis[i] = MisState::camera(camera_.density(group_.rays[i].direction), counts_.light_paths);
+    }
+  }
+
+  template <typename Function>
+  void trace_rays(Function&& arrived) {
+    if (task_.log) task_.log->add(paths_.rays.rays(), nullptr, std::size_t(paths_.rays.count()), true);
+    stats_.rays += std::uint64_t(paths_.rays.count());
+    stats_.shadow_rays += std::uint64_t(paths_.rays.count());
+    paths_.rays.trace(*scene_.accel, arrived);
+  }
+
+  int shade(int vertex, int active) {
+    PathGroup& b = group_;
+    int survivors = 0;
+    for (int j = 0; j < active; ++j) {
+      const std::uint32_t i = b.active[j];
+      kernel().look_ahead(j, active);
+      if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
+    }
+    trace_connections();
+    return survivors;
+  }
+
+  void trace_connections() {
+    trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
+      watch_.joined(path, ray, paths_.rays.rays()[ray].direction, radiance);
+      watch_.ray_arrived(ray);
+      group_.paths[path].radiance += radiance;
+      if (task_.squares) add_squares(path, squares_of_rays_[ray]);
+    });
+    watch_.rays_traced();
+  }
+
+  // The picture of squares has an end, and what lies beyond it is no less rare. A sum holds 2^32 of the largest.
+  Rgb that_enters(const RareSquares& squares) const {
+    const double most = 0x1p-20 * SplatBuffer::most_radiance(task_.film.width(), task_.film.height());
+    const auto entering = [&](double square) { return float(std::min(square / unit_of_squares(task_.rare), most)); };
+    return {entering(squares.path), entering(squares.bdpt), 0};
+  }
+
+  // Of the pixel that the path is a sample of.
+  void add_squares(std::uint32_t path, const RareSquares& squares) {
+    const int x = group_.pixel_x[path], y = group_.pixel_y[path];
+    if (task_.window.contains(x, y)) squares_.push_back({x, y, that_enters(squares * counts_.light_paths)});
+  }
+
+  float environment_weight(int vertex, std::uint32_t i) {
+    if (!shows(0, vertex + 1)) return 0;
+    if (vertex == 1) return 1;
+    const PathState& path = group_.paths[i];
+    const Ray& ray = group_.rays[i];
+    const double pdf_w = lights_.pdf_w_environment(ray.origin, path.normal, ray.direction);
+    const double weight = weight_of_hit(paths_.mis[i], pdf_w, lights_.pdf_emission_environment(ray.direction), counts_);
+    if (task_.squares) add_hit_squares(i, lights_.environment_radiance(ray.direction), weight, pdf_w);
+    return float(counting(weight));
+  }
+
+  void add_hit_squares(std::uint32_t i, const Rgb& radiance, double weight, double pdf_direct) {
+    const double brought = weight * luminance(group_.paths[i].beta * radiance);
+    add_squares(i, rare_squares(brought, weight, 1 + pdf_direct * pdf_direct * paths_.mis[i].vcm, task_.rare));
+  }
+
+  float emission_weight(int vertex, std::uint32_t i, std::uint32_t emitter, const Rgb& radiance, float distance,
+                        float cos_light) {
+    if (vertex == 1) return 1;
+    const PathState& path = group_.paths[i];
+    const Ray& ray = group_.rays[i];
+    const double pdf_w = lights_.pdf_w_area(ray.origin, path.normal, ray.direction, emitter, distance, cos_light);
+    const double pdf_area = pdf_w * std::fabs(cos_light) / (double(distance) * distance);
+    const double weight =
+        weight_of_hit(paths_.mis[i], pdf_area, lights_.pdf_emission_area(emitter, cos_light), counts_);
+    if (task_.squares) add_hit_squares(i, radiance, weight, pdf_area);
+    return float(counting(weight));
+  }
+
+  // One vertex of one camera path. True when the path goes on along the new ray in group_.rays[i].
+  bool shade_vertex(int vertex, int j, std::uint32_t i) {
+    PathGroup& b = group_;
+    PathState& path = b.paths[i];
+    MisState& mis = paths_.mis[i];
+    Ray& ray = b.rays[i];
+    const Hit& hit = b.hits[i];
+    watch_.segment(vertex, i, b);
+    if (!hit.valid()) {
+      leave_scene(vertex, i);
+      return false;
+    }
+    watch_.hit(i, hit, instance_name(hit));
+    if (scene_.mip_mapped) b.cones[i].advance(hit.t);
+    const PathVertex at(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
+    const Surface& surface = at.surface;
+    const MaterialRecord& material = *surface.material;
+    const V3f to_camera = -ray.direction;
+    if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
+    watch_.throughput(i, path.beta);
+    mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
+    if (material.emissive && shows(0, vertex + 1)) add_emission(vertex, i, hit, surface);
+
+    std::optional<ShadingPoint> made;  // of all that is not Lambert
+    if (!at.lambert) made.emplace(scene_, hit, surface, to_camera, at.footprint);
+    const ShadingPoint* point = made ? &*made : nullptr;
+    const bool black = material.one_sided && !surface.front;
+    const Frame frame = point ? point->frame : Frame(at.facing_normal());
+    const V3f wo = frame.to_local(to_camera);
+    if (vertex == 1) {
+      const Rgb albedo = black ? Rgb(0, 0, 0) : point ? surface_albedo(point->params, wo) : at.albedo;
+      const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
+      b.first[i] = {albedo, seen, hit.t, hit.primitive};
+    }
+    if (Watch::kWatches || (Watch::kRecords && vertex == 1)) tell_surface(i, at, point, frame.n, black);
+    if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
+    if (point && point->params.model == LobeModel::none) return false;
+
+    // The next direction first: what is evaluated below may overwrite the parts of a blend.
+    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
+    const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
+                                    : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
+    watch_.scatter(i, sample, frame);
+    const bool transmissive = point && lets_light_through(point->params);
+    const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
+    if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
+      if (kernel().samples_lights() && shows(1, vertex + 1))
+        sample_light(vertex, j, i, at, point, light_normal, transmissive);
+      kernel().connect(vertex, i, at, point);
+    }
+    if (technique_ && vertex + 1 >= technique_->camera_vertices) return false;
+
+    if (kernel().ends_with(sample) || !sample.valid()) return false;
+    const V3f direction = frame.to_world(sample.wi);
+    if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
+    if (!sample.delta) {
+      const BsdfValue reverse = at.scatter(scene_, direction, to_camera, point, to_camera);
+      mis.scatter(sample.pdf_w, reverse.pdf_w, at.cosine(direction), counts_);
+    } else if (at.mirrors_back(scene_, *point, to_camera, direction)) {
+      mis.scatter_delta(at.cosine(direction));
+    } else {
+      mis.scatter_one_way();
+    }
+    path.beta *= sample.weight;
+    watch_.density(path, sample);
+    path.normal = light_normal;
+    if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
+    path.eta_scale *= sample.eta * sample.eta;
+    if (sample.transmitted && material.volume)
+      stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
+    watch_.next_throughput(i, path.beta);
+    if (is_black(path.beta)) return false;
+    if (vertex >= task_.settings.roulette_from) {
+      const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
+      watch_.roulette(i, survival, b.roulette[j]);
+      if (!survives(b.roulette[j], survival)) return false;
+      path.beta *= 1 / survival;
+    }
+    watch_.goes_on(i);
+    ray.origin = at.start(direction);
+    ray.direction = direction;
+    ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
+    return true;
+  }
+
+  void tell_surface(std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const V3f& normal, bool black) {
+    SurfaceParams lambert;
+    lambert.base_color = at.albedo;
+    watch_.surface(i, at.surface, point ? point->params : lambert, normal,
+                   point ? point->geometric_normal() : at.facing_normal(), black);
+  }
+
+  // s = 1.
+  void sample_light(int vertex, int j, std::uint32_t i, const PathVertex& at, const ShadingPoint* point,
+                    const V3f& light_normal, bool transmissive) {
+    const PathGroup& b = group_;
+    const PathState& path = b.paths[i];
+    const Surface& surface = at.surface;
+    const V3f from = transmissive ? surface.position : at.near_side;
+    const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
+    watch_.light_sample(i, light);
+    if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
+    const V3f to_camera = -at.arrived;
+    const BsdfValue value = at.scatter(scene_, to_camera, light.direction, point, to_camera);
+    watch_.light_value(i, light, value);
+    if (is_black(value.f_cos)) return;
+    const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, point, to_camera);
+    const double weight =
+        weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.distance,
+                               light.cos_light, at.cosine(light.direction), value.pdf_w, reverse.pdf_w, counts_);
+    Rgb radiance = path.beta * value.f_cos * light.radiance * float(counting(weight) / light.pdf_w);
+    if (scene_.features.absorption) {
+      radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front,
+                                       dot(surface.geometric_normal, light.direction) > 0, light.distance);
+    }
+    const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
+    if (paths_.rays.full()) trace_connections();
+    if (task_.squares) {
+      const double hit = light.delta ? 0 : mis_ratio(value.pdf_w, light.pdf_w);
+      squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, 1 + hit, task_.rare);
+    }
+    watch_.shadow_ray(i, t_max, radiance);
+    watch_.light_ray(i, paths_.rays.count(), counting(weight));
+    paths_.rays.add(at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex), i,
+                    radiance);
+  }
+
+  // s > 1: to a light vertex, which stands for `share` of those that a camera path is to be joined to.
+  // `number` tells the connections of a camera vertex apart.
+  void join(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const LightVertex& light,
+            std::uint32_t number, double share) {
+    if (vertex + light.depth + 1 > task_.settings.max_segments) return;
+    if (!shows(light.depth + 1, vertex + 1)) return;
+    const PathState& path = group_.paths[i];
+    const V3f between = light.surface.position - at.surface.position;
+    const V3f to_camera = -at.arrived, to_light = -light.arrived;
+    if (!at.may_scatter(to_camera, between) || !light.may_scatter(-between, to_light)) return;
+    const double squared = dot(V3d(between), V3d(between));
+    if (!(squared > 0)) return;
+    const double distance = std::sqrt(squared);
+    const V3f direction(V3d(between) / distance), back = -direction;
+    const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
+    if (is_black(camera_value.f_cos)) return;
+    watch_.connection_value(direction, camera_value);
+    std::optional<ShadingPoint> from_camera;  // the light vertex
+    if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
+    const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;
+    const BsdfValue light_value = light.scatter(scene_, back, to_light, light_point, back);
+    if (is_black(light_value.f_cos)) return;
+    const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;
+    const double light_forward = light.scatter(scene_, to_light, back, light_point, back).pdf_w;
+    const double cos_camera = at.cosine(direction), cos_light = light.cosine(direction);
+    const double weight =
+        weight_of_connection(paths_.mis[i], light.mis, light_forward * cos_camera / squared, camera_reverse,
+                             camera_value.pdf_w * cos_light / squared, light_value.pdf_w, counts_);
+    // f_cos has the cosine at the camera's vertex; adjoint_weight() that at the light's.
+    const Rgb leaving = adjoint_weight(light, light_value.f_cos, back, to_light);
+    Rgb radiance =
+        path.beta * camera_value.f_cos * light.throughput * leaving * float(share * counting(weight) / squared);
+    if (scene_.features.absorption) {
+      radiance *= shadow_transmittance(scene_, path.media, *at.surface.part, at.surface.front,
+                                       dot(at.surface.geometric_normal, direction) > 0, float(distance));
+    }
+    if (is_black(radiance)) return;
+    if (paths_.rays.full()) trace_connections();
+    if (task_.squares) {
+      const double ratio = light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
+      squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, ratio, task_.rare);
+    }
+    watch_.connection(i, paths_.rays.count(), light, distance, counting(weight), radiance);
+    paths_.rays.add_between(at.start(direction), light.start(back),
+                            combine_hash(alpha_key(path.key, reversed_index_, -vertex), number), i, radiance);
+  }
+
+  const CameraImportance camera_;
+  const TechniqueCounts counts_;
+  const bool light_only_;
+  const Technique* technique_;  // null: all together
+  BidirectionalGroup& paths_;
+  RareSquares squares_of_rays_[ConnectionRays::kCapacity];  // by ray
+  std::vector<Splat> squares_;
+};
+
+}  // namespace helio

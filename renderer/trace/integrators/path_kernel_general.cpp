@@ -1,0 +1,9 @@
+#include "renderer/trace/integrators/path_kernel_general.h"
+
+namespace helio {
+
+bool run_general_kernel(const WindowTask& task, TraceStats& stats) {
+  return GeneralKernel<NoWatch>(task).run(stats);
+}
+
+}  // namespace helio

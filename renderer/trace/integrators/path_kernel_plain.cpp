@@ -1,0 +1,9 @@
+#include "renderer/trace/integrators/path_kernel_plain.h"
+
+namespace helio {
+
+bool run_plain_kernel(const WindowTask& task, TraceStats& stats) {
+  return PlainKernel<NoWatch>(task).run(stats);
+}
+
+}  // namespace helio

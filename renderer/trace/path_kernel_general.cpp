@@ -1,9 +1,0 @@
-#include "renderer/trace/path_kernel_general.h"
-
-namespace helio {
-
-bool run_general_kernel(const WindowTask& task, TraceStats& stats) {
-  return GeneralKernel<NoWatch>(task).run(stats);
-}
-
-}  // namespace helio

@@ -1,0 +1,40 @@
+#include "renderer/trace/paths/integrator.h"
+
+namespace helio {
+
+const char* to_string(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::path:
+      return "path";
+    case Integrator::light:
+      return "light";
+    case Integrator::bdpt:
+      return "bdpt";
+    case Integrator::path_bdpt:
+      return "pt-bdpt";
+    case Integrator::lvc:
+      return "lvc";
+    case Integrator::vcm:
+      return "vcm";
+    case Integrator::photon:
+      return "photon";
+  }
+  return "unknown";
+}
+
+std::string integrator_names() {
+  std::string names;
+  for (const Integrator integrator : kEveryIntegrator)
+    names += (names.empty() ? "" : ", ") + std::string(to_string(integrator));
+  return names;
+}
+
+Result<Integrator> parse_integrator(const std::string& name) {
+  for (const Integrator integrator : kEveryIntegrator) {
+    if (name == to_string(integrator)) return integrator;
+  }
+  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not an integrator; allowed: " + integrator_names(),
+               "integrator"};
+}
+
+}  // namespace helio

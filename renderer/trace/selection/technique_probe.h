@@ -1,0 +1,100 @@
+// Where light paths pay: both ways of rendering are tried on a small picture of the same view, and each tile of the
+// large one gets the one that makes the whole picture's error smallest for the time.
+//
+// All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum
+// c_t, and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware
+// Multiple Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision,
+// not counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), r
+// being the mean of a tile and its neighbours, or that of a pixel where both techniques show it brighter (a lamp's
+// mirror image in a dark tile). They come from differences of halves, in which no find counts for more than one that is
+// rare_: whether a picture this small has a brighter one is chance. What those add is told by the finds of the
+// bidirectional samples for both techniques (rare_squares()), so that what both find alike weighs alike, and light that
+// the path tracer finds once in a thousand samples, which may be what makes its error, is known from light paths that
+// find it always.
+//
+// The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
+// choice must be the same on every machine.
+//
+// Tiles whose surfaces earlier views have probed are not probed again; what borders on them is taken to be like them,
+// for this view alone.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "renderer/film/light_tiles.h"
+#include "renderer/film/splat_buffer.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/path_integrator.h"
+#include "renderer/trace/selection/technique_history.h"
+
+namespace helio {
+
+class TechniqueProbe {
+ public:
+  // settings.integrator does not matter. Costs about as much as half a sample to two of every pixel that has to be
+  // probed. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
+  TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
+                 const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
+                 TechniqueHistory::Views known = {});
+  ~TechniqueProbe();
+
+  // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
+  std::size_t parts() const;  // of the sweep in hand
+  int sweeps() const { return kSweeps; }
+  void run(int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+
+  // There is a result; the sweeps that are left may only better it.
+  bool has_result() const { return current_ > kProbeLightPaths; }
+  const LightTiles& result() const { return tiles_; }
+  // Null: nothing was probed.
+  const std::shared_ptr<const ProbedView>& probed() const { return probed_; }
+  bool whole() const { return known_.empty(); }  // drew on no earlier view
+
+ private:
+  // The last one only where a quarter of the light paths leaves room for doubt.
+  enum Sweep { kRecall, kProbePaths, kProbeLightPaths, kProbeMore, kSweeps };
+  static constexpr int kTechniques = 2;  // path, bdpt
+  struct Job {
+    int half;
+    PixelRect window;
+  };
+  void find_unknown();
+  double mean_cost(int technique) const;
+  std::optional<TileEstimate> estimate(std::size_t tile, double floor) const;
+  std::uint32_t first_light_samples() const { return std::max(1u, samples_[1] / 4); }
+  void choose();
+
+  std::shared_ptr<const RenderScene> scene_;
+  std::shared_ptr<const CancelToken> cancel_;
+  TechniqueHistory::Views known_;
+  CameraPose pose_;
+  LightTiles tiles_;
+  std::shared_ptr<const ProbedView> probed_;
+  int current_ = 0;                                     // sweep
+  std::vector<std::optional<TileEstimate>> estimates_;  // of the tiles
+  std::vector<bool> measured_;                          // tiles to be
+  PixelRect region_;                                    // of the large picture
+  PixelRect picture_;                                   // of the small pictures, what is probed
+  int scale_;                                           // pixels per pixel of the small pictures
+  std::uint32_t samples_[kTechniques];                  // of a half
+  std::uint32_t taken_ = 0;                             // of those with light paths
+  bool clear_ = false;                                  // more of them would not change the choice
+  Camera camera_, splat_camera_;
+  PathSettings settings_[kTechniques];
+  // As large as the film's share of them, once something has to be probed.
+  struct Pictures {
+    Pictures(int width, int height);
+    Film films[kTechniques];
+    SplatBuffer squares;  // WindowTask::squares
+  };
+  std::unique_ptr<Pictures> pictures_;
+  float rare_ = 0;
+  std::vector<Job> jobs_;                       // of either technique
+  std::vector<TraceStats> stats_[kTechniques];  // by job
+};
+
+}  // namespace helio
