@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "renderer/base/text.h"
+#include "renderer/scene/file_source.h"
 #include "renderer/scene/image_decoder.h"
-#include "renderer/scene/scene_loader.h"
 
 namespace helio {
 namespace {

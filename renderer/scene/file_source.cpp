@@ -1,11 +1,10 @@
-// The two FileSources: a directory, and files in memory.
+#include "renderer/scene/file_source.h"
+
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
-
-#include "renderer/scene/scene_loader.h"
 
 namespace helio {
 

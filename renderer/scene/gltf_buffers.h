@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/file_source.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_diagnostics.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/memory_budget.h"
-#include "renderer/scene/scene_loader.h"
 
 namespace helio::gltf {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace helio::gltf {
+namespace helio {
 
 namespace {
 
@@ -68,4 +68,4 @@ void Diagnostics::unread(const std::string& place) {
   add_line(report_.unread, report_.more_unread, place);
 }
 
-}  // namespace helio::gltf
+}  // namespace helio

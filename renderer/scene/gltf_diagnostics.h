@@ -7,7 +7,7 @@
 #include "renderer/base/result.h"
 #include "renderer/scene/scene_description.h"
 
-namespace helio::gltf {
+namespace helio {
 
 class Diagnostics {
  public:
@@ -51,4 +51,4 @@ class Diagnostics {
   LoadReport report_;
 };
 
-}  // namespace helio::gltf
+}  // namespace helio

@@ -3,7 +3,6 @@
 
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_extras.h"
-#include "renderer/scene/gltf_pose.h"
 
 namespace helio::gltf {
 

@@ -5,22 +5,6 @@
 
 namespace helio::gltf {
 
-M44d to_matrix(const Trs& trs) {
-  const auto [x, y, z, w] = trs.rotation;
-  M44d m;  // rows: images of the axes
-  m[0][0] = 1 - 2 * (y * y + z * z), m[0][1] = 2 * (x * y + z * w), m[0][2] = 2 * (x * z - y * w);
-  m[1][0] = 2 * (x * y - z * w), m[1][1] = 1 - 2 * (x * x + z * z), m[1][2] = 2 * (y * z + x * w);
-  m[2][0] = 2 * (x * z + y * w), m[2][1] = 2 * (y * z - x * w), m[2][2] = 1 - 2 * (x * x + y * y);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) m[row][column] *= trs.scale[row];
-  for (int column = 0; column < 3; ++column) m[3][column] = trs.translation[column];
-  return m;
-}
-
-bool is_mirrored(const Trs& trs) {
-  return (trs.scale.x < 0) != ((trs.scale.y < 0) != (trs.scale.z < 0));
-}
-
 namespace {
 
 // Every node after its parent.

@@ -14,11 +14,6 @@ struct Pose {
   std::vector<std::vector<float>> weights;  // by node: morph weights in force; empty without mesh or targets
 };
 
-// Row-vector matrix of scale, then rotation, then translation.
-M44d to_matrix(const Trs& trs);
-// Whether an odd number of its scales is below 0.
-bool is_mirrored(const Trs& trs);
-
 // `animation`: the one that plays, -1: none. Failures: broken animation data, a transform that overflows.
 Pose evaluate_pose(const Document& document, int animation, double time_s, AccessorReader& reader,
                    Diagnostics& diagnostics);

@@ -14,13 +14,12 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/scene/file_source.h"
 #include "renderer/scene/gltf_diagnostics.h"
 #include "renderer/scene/memory_budget.h"
-#include "renderer/scene/scene_loader.h"
 
 namespace helio::mitsuba {
 
-using gltf::Diagnostics;
 
 struct Element {
   std::string tag;   // "bsdf", "float", "transform", "ref", ...

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/load_options.h"
 #include "renderer/scene/memory_budget.h"
-#include "renderer/scene/scene_loader.h"
 
 namespace helio {
 
