@@ -9,7 +9,7 @@
 
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/base/result.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "server/memory_account.h"
 #include "server/sha256.h"
 

@@ -5,7 +5,7 @@
 
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/base/result.h"
-#include "renderer/scene/scene_edit.h"
+#include "renderer/scene/load/scene_edit.h"
 #include "server/scene_registry.h"
 
 namespace helio {

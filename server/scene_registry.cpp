@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "renderer/base/clock.h"
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/scene/edit_scene.h"
 
 namespace helio {

@@ -14,8 +14,8 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/result.h"
-#include "renderer/scene/scene_edit.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_edit.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/scene/render_scene.h"
 #include "server/memory_account.h"
 #include "server/scene_bundle.h"

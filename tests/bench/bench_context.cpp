@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "child_process.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio::bench {
 

@@ -9,7 +9,7 @@
 #include "figures.h"
 #include "generated_scenes.h"
 #include "renderer/metrics/error_metrics.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "scene_settings.h"
 
 namespace helio::bench {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <ostream>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "scene_depth.h"
 #include "tests/support/own_scenes.h"
 

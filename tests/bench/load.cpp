@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "renderer/base/clock.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/accel/embree.h"
 #include "statistics.h"
 #include "subcommands.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "renderer/frame/render_settings.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio::bench {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "render_modes.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #ifndef HELIO_FUZZ_LOAD_ONLY
 #include "renderer/trace/scene/render_scene.h"
 #endif

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/environment.h"
+#include "renderer/scene/images/image_decoder.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"
 

@@ -15,7 +15,7 @@
 #include <string>
 
 #include "renderer/film/resolve.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"
 

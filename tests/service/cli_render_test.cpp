@@ -8,7 +8,7 @@
 #include "renderer/base/srgb.h"
 #include "renderer/codec/display_image.h"
 #include "renderer/codec/tile_codec.h"
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 
 namespace helio::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "cli_test.h"
 #include "renderer/codec/tile_codec.h"
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 
 namespace helio::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "renderer/frame/passes/trace_lights.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "server/convert.h"
 #include "server/idle_room.h"
 #include "server/reaper.h"

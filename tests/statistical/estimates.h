@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "renderer/film/film.h"
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 #include "tests/statistical/z_test.h"
 #include "tests/support/pixel_moments.h"
 #include "tests/support/shared_data.h"

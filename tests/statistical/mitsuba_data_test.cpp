@@ -13,7 +13,7 @@
 #include <cstdio>
 
 #include "renderer/film/film_history.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/gbuffer/picture_centres.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"

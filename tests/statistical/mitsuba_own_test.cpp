@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/sampling/pixel_filter_sampling.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"

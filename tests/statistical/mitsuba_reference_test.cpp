@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "renderer/base/math.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <array>
 
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

@@ -6,7 +6,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 #include "renderer/trace/camera/ray_cone.h"
 
 namespace helio {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "renderer/base/math.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

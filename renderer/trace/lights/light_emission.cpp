@@ -1,7 +1,7 @@
 #include "renderer/trace/lights/light_emission.h"
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/environment.h"
+#include "renderer/scene/images/texture.h"
 
 namespace helio {
 

@@ -6,7 +6,7 @@
 
 namespace helio {
 
-class TextureTable;  // renderer/scene/texture.h
+class TextureTable;  // renderer/scene/images/texture.h
 
 // (u, v) of a point of a sphere or ellipsoid from its direction in the unit sphere's space (not necessarily unit):
 // longitude and latitude of glTF's y-up space, laid out as environment.h does.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 #include "renderer/trace/lights/area_emitter.h"
 #include "renderer/trace/lights/light_groups.h"
 #include "renderer/trace/lights/punctual_light.h"

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/environment.h"
+#include "renderer/scene/images/texture.h"
 #include "renderer/trace/lights/light_emission.h"
 #include "renderer/trace/lights/light_power.h"
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 #include "renderer/trace/lights/area_emitter.h"
 #include "renderer/trace/lights/light_groups.h"
 #include "renderer/trace/lights/light_tree.h"
@@ -24,8 +24,8 @@
 
 namespace helio {
 
-class TextureTable;    // renderer/scene/texture.h
-class EnvironmentMap;  // renderer/scene/environment.h
+class TextureTable;    // renderer/scene/images/texture.h
+class EnvironmentMap;  // renderer/scene/images/environment.h
 class EnvironmentDistribution;
 
 struct LightSample {

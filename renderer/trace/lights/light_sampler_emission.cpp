@@ -1,5 +1,5 @@
 // Rays that leave the lights, and the densities of having started them there.
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/lights/light_emission.h"
 #include "renderer/trace/lights/light_sampler.h"
 #include "renderer/trace/lights/shape_points.h"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 
 namespace helio {
 namespace {

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "renderer/base/math.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 
-class TextureTable;  // renderer/scene/texture.h
+class TextureTable;  // renderer/scene/images/texture.h
 
 // A PictureProjection in floats.
 struct Projector {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

@@ -8,7 +8,7 @@
 
 #include "renderer/base/camera_limits.h"
 #include "renderer/base/clock.h"
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/scene/build_memory.h"
 #include "renderer/trace/scene/float_resolution.h"
 #include "renderer/trace/scene/light_gathering.h"

@@ -16,7 +16,7 @@
 #include <limits>
 #include <memory>
 
-#include "renderer/scene/scene_edit.h"
+#include "renderer/scene/load/scene_edit.h"
 #include "renderer/trace/scene/render_scene.h"
 
 namespace helio {

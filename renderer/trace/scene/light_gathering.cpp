@@ -1,7 +1,7 @@
 #include "renderer/trace/scene/light_gathering.h"
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/material_slots.h"
+#include "renderer/scene/description/material_slots.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/scene/placement.h"
 
 namespace helio {

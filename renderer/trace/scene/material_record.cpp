@@ -1,7 +1,7 @@
 // Material -> MaterialRecord: everything about a material that does not depend on where it is hit.
 #include <algorithm>
 
-#include "renderer/scene/material_slots.h"
+#include "renderer/scene/description/material_slots.h"
 #include "renderer/trace/bsdf/bsdf_microfacet.h"
 #include "renderer/trace/bsdf/bsdf_plastic.h"
 #include "renderer/trace/scene/scene_data.h"

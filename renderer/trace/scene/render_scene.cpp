@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "renderer/base/clock.h"
-#include "renderer/scene/environment.h"
-#include "renderer/scene/material_slots.h"
+#include "renderer/scene/description/material_slots.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/accel/widening.h"
 #include "renderer/trace/bsdf/bsdf_sheen.h"
 #include "renderer/trace/bsdf/microfacet_albedo.h"

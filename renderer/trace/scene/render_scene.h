@@ -10,9 +10,9 @@
 #include "renderer/base/math.h"
 #include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
-#include "renderer/scene/scene_description.h"
-#include "renderer/scene/scene_features.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/description/scene_description.h"
+#include "renderer/scene/images/texture.h"
+#include "renderer/scene/load/scene_features.h"
 
 namespace helio {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/environment.h"
+#include "renderer/scene/images/texture.h"
 #include "renderer/trace/accel/accel.h"
 #include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/lights/light_sampler.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/scene/scene_edit.h"
+#include "renderer/scene/load/scene_edit.h"
 #include "renderer/trace/scene/scene_data.h"
 
 namespace helio {

@@ -1,6 +1,6 @@
 #include "renderer/trace/scene/surface.h"
 
-#include "renderer/scene/material_slots.h"
+#include "renderer/scene/description/material_slots.h"
 #include "renderer/trace/bsdf/bsdf_microfacet.h"
 #include "renderer/trace/lights/light_emission.h"
 #include "renderer/trace/scene/surface_blend.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/scene_features.h"
+#include "renderer/scene/load/scene_features.h"
 #include "renderer/trace/paths/integrator.h"
 
 namespace helio {

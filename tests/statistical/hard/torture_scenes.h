@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "renderer/scene/scene_description.h"
+#include "renderer/scene/description/scene_description.h"
 #include "renderer/trace/camera/camera.h"
 #include "tests/support/random.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "renderer/codec/tile_codec.h"
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/camera/camera.h"
 #include "tests/statistical/bsdf_only_tracer.h"
 

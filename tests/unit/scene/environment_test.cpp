@@ -1,5 +1,5 @@
 // The environment's geometry and parsing, and the exactness of its importance sampling.
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 
 #include <gtest/gtest.h>
 #include <half.h>
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <memory>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "tests/support/chi_square.h"
 #include "tests/support/random.h"
 #include "tests/unit/scene/image_encode.h"

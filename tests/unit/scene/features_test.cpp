@@ -1,8 +1,8 @@
 // Each feature bit is set by the material, geometry or light that needs it, and by nothing else.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/scene_description.h"
-#include "renderer/scene/scene_features.h"
+#include "renderer/scene/description/scene_description.h"
+#include "renderer/scene/load/scene_features.h"
 
 namespace helio {
 namespace {

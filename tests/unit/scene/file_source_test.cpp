@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio::test {
 namespace {

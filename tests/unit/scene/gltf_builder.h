@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio::test {
 

@@ -1,7 +1,7 @@
 // The outer layers: GLB chunks, JSON, version, extensions, URIs, other files.
-#include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf/document/container.h"
 
-#include "renderer/scene/gltf_uri.h"
+#include "renderer/scene/gltf/document/uri.h"
 #include "tests/unit/scene/gltf_builder.h"
 
 namespace helio::test {

@@ -3,7 +3,7 @@
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
 
-#include "renderer/scene/gltf_topology.h"
+#include "renderer/scene/gltf/topology.h"
 #include "tests/unit/scene/gltf_builder.h"
 
 namespace helio::test {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 #include "tests/unit/scene/gltf_builder.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // What a scene is made of: instances, lights, cameras, and what load_scene adds where a file has none.
-#include "renderer/scene/default_camera.h"
+#include "renderer/scene/description/default_camera.h"
 #include "tests/unit/scene/gltf_builder.h"
 
 namespace helio::test {

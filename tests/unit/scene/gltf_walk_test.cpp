@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 #include "tests/support/shared_data.h"
 
 namespace helio::test {

@@ -1,5 +1,5 @@
 // Images decode to exactly the pixels that were encoded, and nothing that a header claims is believed unchecked.
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 
 #include <gtest/gtest.h>
 #include <half.h>

@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 #include "tests/support/shared_data.h"
 
 namespace helio {

@@ -1,7 +1,7 @@
 // Mitsuba's bsdf plugins: what each becomes, and what is said about what it cannot be.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/scene_loader.h"
+#include "renderer/scene/load/scene_loader.h"
 
 namespace helio {
 namespace {

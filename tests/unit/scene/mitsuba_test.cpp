@@ -7,9 +7,9 @@
 #include <cstring>
 #include <numbers>
 
-#include "renderer/scene/mitsuba_meshes.h"
-#include "renderer/scene/scene_loader.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
+#include "renderer/scene/load/scene_loader.h"
+#include "renderer/scene/mitsuba/meshes.h"
 #include "tests/unit/scene/image_encode.h"
 
 namespace helio {

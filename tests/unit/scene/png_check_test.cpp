@@ -1,4 +1,4 @@
-#include "renderer/scene/png_check.h"
+#include "renderer/scene/images/png_check.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/image_decoder.h"
+#include "renderer/scene/images/image_decoder.h"
 
 namespace helio {
 namespace {

@@ -1,5 +1,5 @@
 // What a list of edits comes to, and what is refused.
-#include "renderer/scene/scene_edit.h"
+#include "renderer/scene/load/scene_edit.h"
 
 #include <gtest/gtest.h>
 

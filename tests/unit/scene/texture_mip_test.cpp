@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 #include "tests/support/random.h"
 
 namespace helio {

@@ -1,5 +1,5 @@
 // Texture lookups against the definition, written out again in double precision, for every format and wrap mode.
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 
 #include <gtest/gtest.h>
 #include <half.h>

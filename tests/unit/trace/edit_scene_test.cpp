@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/sampling/warp.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "tests/support/random.h"

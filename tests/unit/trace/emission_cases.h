@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 #include "tests/unit/trace/light_test_scenes.h"
 
 namespace helio::test {

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/scene/environment.h"
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/environment.h"
+#include "renderer/scene/images/texture.h"
 #include "tests/support/chi_square.h"
 #include "tests/unit/trace/light_test_scenes.h"
 

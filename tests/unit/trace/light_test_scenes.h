@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/scene/environment.h"
+#include "renderer/scene/images/environment.h"
 #include "renderer/trace/lights/light_sampler.h"
 #include "tests/support/random.h"
 

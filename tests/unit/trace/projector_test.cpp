@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "renderer/scene/texture.h"
+#include "renderer/scene/images/texture.h"
 #include "renderer/trace/lights/punctual_light.h"
 
 namespace helio {
