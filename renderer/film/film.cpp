@@ -1,13 +1,13 @@
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 
 #include <algorithm>
 #include <atomic>
 
 #include "renderer/base/check.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/first_hits.h"
-#include "renderer/film/sample_targets.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/history/first_hits.h"
+#include "renderer/film/splats/splat_buffer.h"
 
 namespace helio {
 

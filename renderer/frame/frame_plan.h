@@ -5,8 +5,8 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/film/film.h"
-#include "renderer/film/sample_allocation.h"
+#include "renderer/film/allocation/sample_allocation.h"
+#include "renderer/film/core/film.h"
 #include "renderer/frame/frame_sink.h"
 
 namespace helio {

@@ -16,9 +16,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "renderer/film/resolve.h"
-#include "renderer/film/sample_allocation.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/allocation/sample_allocation.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/estimate/resolve.h"
 #include "renderer/frame/frame_plan.h"
 #include "renderer/frame/render_settings.h"
 
@@ -38,7 +38,7 @@ struct ErrorAtCount {
   FilmError error;
 };
 
-// A round of mode adaptive (film/sample_targets.h).
+// A round of mode adaptive (film/core/sample_targets.h).
 struct RoundState {
   std::uint32_t number = 0;  // 0: all pixels have the same count; none yet, or the pilot's
   double mean = 0;           // per half, that the round was asked for; bounded variant

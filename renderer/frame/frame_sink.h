@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/film/film.h"
-#include "renderer/film/resolve.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/estimate/resolve.h"
 #include "renderer/frame/render_settings.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/path_integrator.h"

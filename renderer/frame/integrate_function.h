@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "renderer/base/cancel.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/frame/render_settings.h"
 #include "renderer/trace/paths/path_integrator.h"
 

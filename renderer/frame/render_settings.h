@@ -19,7 +19,7 @@ namespace helio {
 
 enum class RenderMode {
   pt,         // every pixel gets the same number of samples
-  adaptive,   // pixels get as many as their noise and cost ask for (film/sample_allocation.h)
+  adaptive,   // pixels get as many as their noise and cost ask for (film/allocation/sample_allocation.h)
   reproject,  // pt, and what is still true of earlier pictures is carried into each new one (trace/reuse/reprojection.h)
   combined,   // both
 };

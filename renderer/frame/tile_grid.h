@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "renderer/base/math.h"
-#include "renderer/film/film.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {

@@ -7,7 +7,7 @@
 #include "daemon_process.h"
 #include "renderer/base/clock.h"
 #include "renderer/codec/tile_codec.h"
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "statistics.h"
 #include "subcommands.h"
 #include "tile_tracing.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 #include "renderer/trace/paths/path_integrator.h"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/trace/paths/path_integrator.h"
 
 namespace helio::bench {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/trace/paths/path_kernel.h"
 
 namespace helio::bench {

@@ -14,7 +14,7 @@
 #include <set>
 #include <string>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"

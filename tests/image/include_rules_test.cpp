@@ -139,15 +139,15 @@ TEST(IncludeRules, RefuseWhatIsNotListed) {
     const char *path, *line;
   };
   const Line refused[] = {
-      {"renderer/film/film.h", "#include <openexr.h>"},
-      {"renderer/film/film.h", "#include <half.h>"},
-      {"renderer/film/film.h", "#  include <ImfHeader.h>"},
+      {"renderer/film/core/film.h", "#include <openexr.h>"},
+      {"renderer/film/core/film.h", "#include <half.h>"},
+      {"renderer/film/core/film.h", "#  include <ImfHeader.h>"},
       {"renderer/codec/tile_codec.h", "#include <ImfHeader.h>"},  // in .cpp files only
       {"renderer/trace/paths/path_kernel.h", "#include <Iex.h>"},
       {"renderer/trace/accel/accel.cpp", "#include <embree4/rtcore.h>"},  // in embree.h only
       {"renderer/frame/render_loop.cpp", "#include <grpcpp/grpcpp.h>"},
       {"renderer/frame/render_loop.cpp", "#include \"server/session.h\""},
-      {"renderer/base/result.h", "#include \"renderer/film/film.h\""},
+      {"renderer/base/result.h", "#include \"renderer/film/core/film.h\""},
       {"server/server.cpp", "#include <tbb/parallel_for.h>"},
       {"server/stream_messages.cpp", "#include <google/protobuf/wire_format_lite.h>"},
       {"client/render_client.cpp", "#include \"server/server.h\""},
@@ -162,7 +162,7 @@ TEST(IncludeRules, RefuseWhatIsNotListed) {
   }
   const Line allowed[] = {
       {"renderer/trace/accel/embree.h", "#include <embree4/rtcore.h>  // the newer"},
-      {"renderer/film/film.h", "#include <string_view>"},
+      {"renderer/film/core/film.h", "#include <string_view>"},
       {"renderer/scene/images/image_decoder.cpp", "#include <half.h>"},
       {"server/server.cpp", "#include <grpcpp/grpcpp.h>"},
       {"client/cli/serve.cpp", "#include \"server/daemon.h\""},

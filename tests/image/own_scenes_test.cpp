@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "tests/support/own_scenes.h"
 
 namespace helio {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "tests/support/own_scenes.h"
 #include "tests/support/tier.h"
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/scene/images/image_decoder.h"
 #include "tests/statistical/z_test.h"
 #include "tests/support/pixel_moments.h"

@@ -12,7 +12,7 @@
 #include <array>
 #include <cstdio>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/gbuffer/picture_centres.h"
 #include "tests/statistical/estimates.h"

@@ -1,9 +1,9 @@
 // A round of allocation, from its first sweep to its targets.
 #pragma once
 
-#include "renderer/film/film.h"
-#include "renderer/film/sample_allocation.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/allocation/sample_allocation.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/core/sample_targets.h"
 
 namespace helio::test {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/direction_reservoir.h"
+#include "renderer/film/core/film.h"
 
 namespace helio::test {
 

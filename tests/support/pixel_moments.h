@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 
 namespace helio::test {
 

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "tests/support/pixel_moments.h"
 

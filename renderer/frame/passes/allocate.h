@@ -1,9 +1,9 @@
-// Pass: decides how many samples each pixel gets in the round that follows (film/sample_allocation.h).
+// Pass: decides how many samples each pixel gets in the round that follows (film/allocation/sample_allocation.h).
 #pragma once
 
 #include <optional>
 
-#include "renderer/film/sample_allocation.h"
+#include "renderer/film/allocation/sample_allocation.h"
 #include "renderer/frame/passes/sweeps.h"
 #include "renderer/frame/render_settings.h"
 

@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "renderer/film/film_windows.h"
-#include "renderer/film/first_hits.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/first_hits.h"
 
 namespace helio {
 namespace {

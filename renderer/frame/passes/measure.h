@@ -1,7 +1,7 @@
-// Pass: estimates the error of the whole region from its two halves (film/error_estimate.h).
+// Pass: estimates the error of the whole region from its two halves (film/estimate/error_estimate.h).
 #pragma once
 
-#include "renderer/film/error_estimate.h"
+#include "renderer/film/estimate/error_estimate.h"
 #include "renderer/frame/passes/sweeps.h"
 
 namespace helio {

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
 #include "renderer/frame/passes/sweeps.h"
 #include "renderer/trace/reuse/reprojection.h"
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
-#include "renderer/film/pixel_hash.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/core/pixel_hash.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/splats/splat_buffer.h"
 
 namespace helio {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/trace/gbuffer/picture_centres.h"
 #include "renderer/trace/reuse/history_revision.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "renderer/base/cancel.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/frame/passes/sweeps.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/light_vertex_cache.h"

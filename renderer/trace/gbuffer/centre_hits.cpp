@@ -6,9 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/history_source.h"
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/direction_reservoir.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/bsdf/bsdf_views.h"
 #include "renderer/trace/gbuffer/light_change.h"
 #include "renderer/trace/sampling/sampler.h"

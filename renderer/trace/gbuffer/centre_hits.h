@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "renderer/film/film.h"
-#include "renderer/film/film_history.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/gbuffer/view_change.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 #include "renderer/trace/paths/path_group.h"
 

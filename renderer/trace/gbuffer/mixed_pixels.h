@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/trace/paths/path_kernel.h"
 
 namespace helio {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "renderer/base/check.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 #include "renderer/trace/gbuffer/outside_hits.h"
 #include "renderer/trace/gbuffer/rim_hits.h"

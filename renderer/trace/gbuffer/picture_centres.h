@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/path_integrator.h"
 

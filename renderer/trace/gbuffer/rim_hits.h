@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/gbuffer/surface_steps.h"
 #include "renderer/trace/paths/path_integrator.h"

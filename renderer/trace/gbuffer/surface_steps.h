@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
 
 namespace helio {

@@ -6,8 +6,8 @@
 #include <span>
 
 #include "renderer/base/check.h"
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/direction_reservoir.h"
+#include "renderer/film/core/film.h"
 
 namespace helio {
 

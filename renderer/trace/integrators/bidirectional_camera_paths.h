@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/bsdf/bsdf_lambert.h"
 #include "renderer/trace/camera/camera_importance.h"
 #include "renderer/trace/integrators/path_kernel_base.h"

@@ -1,5 +1,5 @@
 // What a kernel notes for a film that later pictures draw on: of each sample, a direction that its light came from at
-// the first hit, and how much of it depends on the view (film/direction_reservoir.h). Of the general kernel and the
+// the first hit, and how much of it depends on the view (film/core/direction_reservoir.h). Of the general kernel and the
 // bidirectional one: Lambert surfaces look alike from everywhere.
 #pragma once
 
@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/film_history.h"
+#include "renderer/film/core/direction_reservoir.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/bsdf/bsdf_views.h"
 #include "renderer/trace/integrators/path_watch.h"
 #include "renderer/trace/paths/connection_rays.h"

@@ -11,7 +11,7 @@
 #include <limits>
 #include <memory>
 
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/trace/gbuffer/mixed_pixels.h"
 #include "renderer/trace/integrators/path_watch.h"
 #include "renderer/trace/paths/path_group.h"

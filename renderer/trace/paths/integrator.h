@@ -22,7 +22,7 @@ inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,      Integra
                                                   Integrator::path_bdpt, Integrator::lvc,   Integrator::vcm,
                                                   Integrator::photon};
 
-// Light paths reach the camera at any pixel: the film has splats (film/splat_buffer.h); but for photon's, which are
+// Light paths reach the camera at any pixel: the film has splats (film/splats/splat_buffer.h); but for photon's, which are
 // merged alone.
 constexpr bool traces_light_paths(Integrator integrator) {
   return integrator != Integrator::path;

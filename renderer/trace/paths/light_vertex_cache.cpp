@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "renderer/film/film.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/paths/sample_trace.h"
 #include "renderer/trace/paths/splat_batch.h"
 #include "renderer/trace/paths/splat_connection.h"

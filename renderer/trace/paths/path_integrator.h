@@ -7,7 +7,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/integrator.h"
 #include "renderer/trace/paths/light_cache_settings.h"

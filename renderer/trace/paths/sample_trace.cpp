@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/camera/camera_importance.h"
 #include "renderer/trace/paths/light_paths.h"
 #include "renderer/trace/paths/light_vertex_cache.h"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "renderer/base/check.h"
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
 
 namespace helio {
 namespace {

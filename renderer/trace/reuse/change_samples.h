@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "renderer/film/change_bound.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/history/change_bound.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/scene/render_scene.h"
@@ -35,7 +35,7 @@ class ChangeSamples {
 
   // That a pixel of the region lies in.
   int cell(int x, int y) const { return row(y) * columns_ + column(x); }
-  // Bound on the square of what a pixel of the cell may have changed by (film/change_bound.h).
+  // Bound on the square of what a pixel of the cell may have changed by (film/history/change_bound.h).
   double squared(int cell) const { return bound_.squared(cell % columns_, cell / columns_); }
 
  private:

@@ -13,7 +13,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
-#include "renderer/film/history_source.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera.h"
 
 namespace helio {

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "renderer/base/check.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
-#include "renderer/film/packed_values.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/reuse/view_error.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/shading_point.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 
 namespace helio {

@@ -13,7 +13,7 @@
 #include <memory>
 #include <vector>
 
-#include "renderer/film/history_source.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/reuse/change_samples.h"
 #include "renderer/trace/reuse/reprojection.h"
 #include "renderer/trace/scene/scene_difference.h"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "renderer/base/check.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 #include "renderer/trace/reuse/source_view.h"

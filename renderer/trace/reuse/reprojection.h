@@ -47,7 +47,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/history_source.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/gbuffer/picture_centres.h"
 #include "renderer/trace/paths/path_integrator.h"

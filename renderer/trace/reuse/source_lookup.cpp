@@ -4,7 +4,7 @@
 #include <cfloat>
 #include <cmath>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 
 namespace helio {
 namespace {

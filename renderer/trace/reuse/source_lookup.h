@@ -5,10 +5,10 @@
 
 #include "renderer/base/check.h"
 #include "renderer/base/math.h"
-#include "renderer/film/direction_reservoir.h"
-#include "renderer/film/history_source.h"
-#include "renderer/film/lanes.h"
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/direction_reservoir.h"
+#include "renderer/film/core/lanes.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/history/history_source.h"
 
 namespace helio {
 

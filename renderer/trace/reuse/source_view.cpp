@@ -3,7 +3,7 @@
 #include <cfloat>
 #include <cmath>
 
-#include "renderer/film/packed_values.h"
+#include "renderer/film/core/packed_values.h"
 
 namespace helio {
 namespace {

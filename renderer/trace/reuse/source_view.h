@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "renderer/base/math.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/history_source.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "renderer/trace/gbuffer/centre_hits.h"
 #include "renderer/trace/gbuffer/view_change.h"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "renderer/film/light_tiles.h"
+#include "renderer/film/core/light_tiles.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "renderer/trace/scene/scene_data.h"
 

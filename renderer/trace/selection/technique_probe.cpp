@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/film/resolve.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/paths/bidirectional_mis.h"
 #include "renderer/trace/paths/path_kernel.h"
 #include "renderer/trace/selection/tile_choice.h"

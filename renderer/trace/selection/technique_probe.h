@@ -24,8 +24,8 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/light_tiles.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/core/light_tiles.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/selection/technique_history.h"

@@ -2,7 +2,7 @@
 // path tracer finds such paths only by hitting the lamp by chance. The result says so through its variance.
 #include <gtest/gtest.h>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

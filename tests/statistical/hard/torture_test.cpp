@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "renderer/film/light_tiles.h"
+#include "renderer/film/core/light_tiles.h"
 #include "renderer/trace/paths/sample_trace.h"
 #include "tests/statistical/hard/torture_scenes.h"
 #include "tests/support/light_cache.h"

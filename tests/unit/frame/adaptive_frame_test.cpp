@@ -6,8 +6,8 @@
 
 #include "fake_integrator.h"
 #include "recording_sink.h"
-#include "renderer/film/sample_targets.h"
-#include "renderer/film/threshold_allocation.h"
+#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/frame/render_loop.h"
 
 namespace helio {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/frame/passes/choose_techniques.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/trace/selection/technique_history.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/base/clock.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/thread_clock.h"
 

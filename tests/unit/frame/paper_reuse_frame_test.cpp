@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <numeric>
 
-#include "renderer/film/film.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/first_hits.h"
-#include "renderer/film/sample_targets.h"
-#include "renderer/film/threshold_allocation.h"
+#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/history/first_hits.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"

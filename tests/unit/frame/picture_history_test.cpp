@@ -1,8 +1,8 @@
 // Which pictures are kept to be drawn on, and what a move makes of the film.
 #include <gtest/gtest.h>
 
-#include "renderer/film/film.h"
-#include "renderer/film/film_history.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/frame/passes/centre_search.h"
 #include "renderer/frame/passes/reproject.h"
 #include "tests/support/test_scenes.h"

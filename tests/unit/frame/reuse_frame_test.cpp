@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "recording_sink.h"
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"

@@ -8,7 +8,7 @@
 
 #include "fake_integrator.h"
 #include "recording_sink.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "renderer/frame/render_loop.h"
 
 namespace helio {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/history_review.h"
-#include "renderer/film/history_source.h"
-#include "renderer/film/resolve.h"
-#include "renderer/film/sample_demand.h"
-#include "renderer/film/splat_buffer.h"
-#include "renderer/film/splat_row.h"
+#include "renderer/film/allocation/sample_demand.h"
+#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/history/history_review.h"
+#include "renderer/film/history/history_source.h"
+#include "renderer/film/history/splat_row.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "tests/support/directions.h"
 #include "tests/unit/picture/synthetic_film.h"
 

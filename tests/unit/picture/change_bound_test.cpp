@@ -1,5 +1,5 @@
 // Bounds on how far a picture has changed, from pairs of noisy differences.
-#include "renderer/film/change_bound.h"
+#include "renderer/film/history/change_bound.h"
 
 #include <gtest/gtest.h>
 

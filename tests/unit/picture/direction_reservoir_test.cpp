@@ -1,5 +1,5 @@
 // What a pixel remembers of its light: of each half two directions and a share, in twelve bytes.
-#include "renderer/film/direction_reservoir.h"
+#include "renderer/film/core/direction_reservoir.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {

@@ -1,13 +1,13 @@
 // Counts of pixels that hold samples of earlier pictures.
-#include "renderer/film/fill_allocation.h"
+#include "renderer/film/allocation/fill_allocation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/film_history.h"
 #include "tests/support/allocation_rounds.h"
 
 namespace helio {
@@ -114,7 +114,7 @@ TEST(FillAllocation, HalfOfThePixelsIsLookedAtFromTheMeanThatSaysSo) {
   std::size_t looked_at = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 16; x < kWidth; ++x) {
-      // The same pixels in both halves: only these are held against their history (film/history_review.h).
+      // The same pixels in both halves: only these are held against their history (film/history/history_review.h).
       EXPECT_EQ(film.targets()->target(0, x, y) > 0, film.targets()->target(1, x, y) > 0);
       looked_at += film.targets()->target(0, x, y) > 0;
     }

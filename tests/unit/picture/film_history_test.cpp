@@ -6,10 +6,10 @@
 #include <cstring>
 #include <limits>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/history_source.h"
-#include "renderer/film/packed_values.h"
-#include "renderer/film/resolve.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/history/film_history.h"
+#include "renderer/film/history/history_source.h"
 #include "tests/support/random.h"
 
 namespace helio {

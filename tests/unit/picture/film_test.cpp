@@ -1,10 +1,10 @@
-#include "renderer/film/film.h"
+#include "renderer/film/core/film.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 
 namespace helio {
 namespace {

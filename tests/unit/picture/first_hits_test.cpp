@@ -1,14 +1,14 @@
 // What pixels keep of their first samples for the paper's reprojection, and how they are copied.
-#include "renderer/film/first_hits.h"
+#include "renderer/film/history/first_hits.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/packed_values.h"
-#include "renderer/film/resolve.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/packed_values.h"
+#include "renderer/film/core/sample_targets.h"
+#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/history/film_history.h"
 
 namespace helio {
 namespace {

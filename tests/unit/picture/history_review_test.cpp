@@ -1,10 +1,10 @@
-#include "renderer/film/history_review.h"
+#include "renderer/film/history/history_review.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 
 namespace helio {
 namespace {

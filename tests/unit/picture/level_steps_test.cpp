@@ -1,5 +1,5 @@
 // Which level a number of samples can afford.
-#include "renderer/film/level_steps.h"
+#include "renderer/film/core/level_steps.h"
 
 #include <gtest/gtest.h>
 

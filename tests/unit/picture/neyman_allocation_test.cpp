@@ -1,5 +1,5 @@
 // Counts from the other half's pilot: in proportion to what samples scatter, over the root of what they cost.
-#include "renderer/film/neyman_allocation.h"
+#include "renderer/film/allocation/neyman_allocation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "renderer/film/sample_demand.h"
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/allocation/sample_demand.h"
+#include "renderer/film/core/sample_targets.h"
 #include "tests/support/allocation_rounds.h"
 
 namespace helio {

@@ -1,4 +1,4 @@
-#include "renderer/film/resolve.h"
+#include "renderer/film/estimate/resolve.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {

@@ -1,4 +1,4 @@
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/sample_targets.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/film/resolve.h"
-#include "renderer/film/sample_demand.h"
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/allocation/sample_demand.h"
+#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "tests/unit/picture/synthetic_film.h"
 
 namespace helio {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/film/film.h"
-#include "renderer/film/resolve.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/estimate/resolve.h"
 #include "tests/support/random.h"
 
 namespace helio::test {

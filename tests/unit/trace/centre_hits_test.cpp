@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/direction_reservoir.h"
+#include "renderer/film/core/direction_reservoir.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "tests/support/test_scenes.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "renderer/film/history_source.h"
+#include "renderer/film/history/history_source.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "tests/support/directions.h"

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <thread>
 
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/history/film_history.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "renderer/film/splat_buffer.h"
+#include "renderer/film/splats/splat_buffer.h"
 #include "tests/support/light_cache.h"
 #include "tests/support/own_scenes.h"
 

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "renderer/film/film_history.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/picture_centres.h"
 #include "renderer/trace/reuse/reprojection.h"
 #include "tests/support/test_scenes.h"

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "renderer/film/sample_targets.h"
+#include "renderer/film/core/sample_targets.h"
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {

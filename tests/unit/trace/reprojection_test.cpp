@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/film/film.h"
-#include "renderer/film/film_history.h"
-#include "renderer/film/film_windows.h"
+#include "renderer/film/core/film.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "tests/support/directions.h"
 #include "tests/support/test_scenes.h"
