@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "client/server_address.h"
-#include "server/server.h"
+#include "server/app/server.h"
 
 namespace helio::cli {
 

@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "client/cli/command.h"
-#include "server/daemon.h"
+#include "server/app/daemon.h"
 
 namespace helio::cli {
 

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "server/convert.h"
-#include "server/parse_message.h"
-#include "server/scene_edit_messages.h"
+#include "server/base/parse_message.h"
+#include "server/rpc/scene_edit_messages.h"
+#include "server/stream/convert.h"
 
 namespace {
 

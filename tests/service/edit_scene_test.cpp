@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "renderer/codec/tile_codec.h"
-#include "server/scene_registry.h"
+#include "server/scenes/scene_registry.h"
 #include "service_fixture.h"
 
 namespace helio::test {

@@ -9,9 +9,9 @@
 #include <mutex>
 #include <optional>
 
-#include "server/convert.h"
-#include "server/guarded.h"
-#include "server/service_core.h"
+#include "server/base/guarded.h"
+#include "server/sessions/service_core.h"
+#include "server/stream/convert.h"
 #include "tests/support/failing_allocations.h"
 
 namespace helio::test {

@@ -2,8 +2,8 @@
 #include <future>
 
 #include "renderer/base/clock.h"
-#include "server/read_deadline.h"
-#include "server/timer_queue.h"
+#include "server/base/timer_queue.h"
+#include "server/rpc/read_deadline.h"
 #include "service_fixture.h"
 
 namespace helio::test {

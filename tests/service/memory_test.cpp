@@ -8,10 +8,10 @@
 
 #include "renderer/frame/passes/trace_lights.h"
 #include "renderer/scene/load/scene_loader.h"
-#include "server/convert.h"
-#include "server/idle_room.h"
-#include "server/reaper.h"
-#include "server/session_registry.h"
+#include "server/base/reaper.h"
+#include "server/sessions/idle_room.h"
+#include "server/sessions/session_registry.h"
+#include "server/stream/convert.h"
 #include "service_fixture.h"
 
 namespace helio::test {

@@ -4,7 +4,7 @@
 #include <bit>
 
 #include "client/render_client.h"
-#include "server/parse_message.h"
+#include "server/base/parse_message.h"
 #include "service_fixture.h"
 
 namespace helio::test {

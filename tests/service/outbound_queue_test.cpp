@@ -1,5 +1,5 @@
 // The queue's rules, one by one.
-#include "server/outbound_queue.h"
+#include "server/stream/outbound_queue.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "server/outbound_stream.h"
+#include "server/stream/outbound_stream.h"
 
 #include <gtest/gtest.h>
 
 #include <new>
 
-#include "server/call_hold.h"
+#include "server/rpc/call_hold.h"
 
 namespace helio {
 namespace {

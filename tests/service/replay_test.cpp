@@ -3,7 +3,7 @@
 #include <map>
 
 #include "renderer/base/clock.h"
-#include "server/replay_token.h"
+#include "server/sessions/replay_token.h"
 #include "service_fixture.h"
 
 namespace helio::test {

@@ -1,12 +1,12 @@
 // Replay tokens: what is written is read, and nothing else is.
-#include "server/replay_token.h"
+#include "server/sessions/replay_token.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <tuple>
 
-#include "server/convert.h"
+#include "server/stream/convert.h"
 
 namespace helio::test {
 namespace {

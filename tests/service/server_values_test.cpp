@@ -8,14 +8,14 @@
 #include <random>
 
 #include "renderer/base/clock.h"
-#include "server/convert.h"
-#include "server/grpc_status.h"
-#include "server/memory_account.h"
-#include "server/server_config.h"
-#include "server/sha256.h"
-#include "server/task_thread.h"
-#include "server/tile_encoder.h"
-#include "server/timer_queue.h"
+#include "server/base/grpc_status.h"
+#include "server/base/memory_account.h"
+#include "server/base/server_config.h"
+#include "server/base/sha256.h"
+#include "server/base/task_thread.h"
+#include "server/base/timer_queue.h"
+#include "server/stream/convert.h"
+#include "server/stream/tile_encoder.h"
 
 namespace helio {
 namespace {

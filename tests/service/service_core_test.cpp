@@ -1,5 +1,5 @@
 // The end of the daemon while a timer's function is in hand.
-#include "server/service_core.h"
+#include "server/sessions/service_core.h"
 
 #include <gtest/gtest.h>
 

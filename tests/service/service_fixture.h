@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "heliograph/v1/render_service.grpc.pb.h"
-#include "server/server.h"
+#include "server/app/server.h"
 
 namespace helio::test {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "client/render_client.h"
-#include "server/render_service.h"
+#include "server/rpc/render_service.h"
 #include "service_fixture.h"
 
 namespace helio::test {

@@ -1,4 +1,4 @@
-#include "server/timer_queue.h"
+#include "server/base/timer_queue.h"
 
 #include <gtest/gtest.h>
 

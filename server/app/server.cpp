@@ -1,0 +1,138 @@
+#include "server/app/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <mutex>
+#include <thread>
+
+#include "renderer/base/clock.h"
+#include "server/base/listen_address.h"
+#include "server/rpc/render_service.h"
+
+namespace helio {
+namespace {
+
+constexpr int kMaxReceivedMessage = 4 << 20;
+// For calls that nobody ends, such as a health watch, once all work is done.
+constexpr double kLastCallsSeconds = 0.3;
+// How long a drain may last beyond its grace. A connection whose peer takes no bytes closes only when the keepalive
+// timeout is over.
+constexpr double kOvertimeSeconds = 0.5;
+// Jobs get the grace less this, in which their results are sent.
+constexpr double kResultSeconds = 0.5;
+
+std::chrono::system_clock::time_point in_seconds(double seconds) {
+  return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                                std::chrono::duration<double>(std::max(0.0, seconds)));
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(const ServerConfig& config, SceneRoots roots) : core(config, std::move(roots)), service(core) {}
+
+  ServiceCore core;
+  RenderService service;
+  std::unique_ptr<grpc::Server> server;
+  std::string address;
+  std::mutex draining;
+  bool drained = false;
+  std::thread stopper;  // shuts the gRPC server down
+  std::promise<void> stop_promise;
+  std::future<void> stopped = stop_promise.get_future();
+};
+
+Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
+  auto roots = SceneRoots::open(config.scene_roots);
+  if (!roots) return roots.error();
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots));
+  grpc::ServerBuilder builder;
+  builder.RegisterService(&impl->service);
+  builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
+  grpc::ResourceQuota quota("heliographd");
+  builder.SetResourceQuota(quota.Resize(std::size_t(config.max_rpc_memory)));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_streams);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);        // a second daemon on the same port is an error
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20000);  // finds clients that vanished without a word
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5000);
+  int port = 0;
+  ListenAddress listen;
+  if (!config.listen.empty()) {
+    auto parsed = parse_listen_address(config.listen);
+    if (!parsed) return parsed.error();
+    listen = *parsed;
+    builder.AddListeningPort(config.listen, grpc::InsecureServerCredentials(), &port);
+  }
+  impl->server = builder.BuildAndStart();
+  if (!impl->server || (!config.listen.empty() && port == 0)) {
+    return Error{ErrorCode::unavailable, "cannot listen on " + config.listen + "; is the address in use?", "listen"};
+  }
+  impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
+  if (!config.listen.empty()) {
+    const bool ipv6 = listen.host.find(':') != std::string::npos;
+    impl->address = (ipv6 ? "[" + listen.host + "]" : listen.host) + ":" + std::to_string(port);
+    if (!listen.loopback) {
+      spdlog::warn(
+          "listening on {}: there is no TLS yet, everyone who can reach this address can read and render; "
+          "prefer the loopback address and ssh -L",
+          impl->address);
+    }
+  }
+  return std::unique_ptr<Server>(new Server(std::move(impl)));
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Server::~Server() {
+  drain(0);
+  impl_->stopper.join();
+}
+
+const std::string& Server::address() const {
+  return impl_->address;
+}
+
+std::shared_ptr<grpc::Channel> Server::in_process_channel() {
+  return impl_->server->InProcessChannel(grpc::ChannelArguments());
+}
+
+bool Server::drain(double grace_s) {
+  const std::lock_guard lock(impl_->draining);
+  ServiceCore& core = impl_->core;
+  const auto idle = [&](double seconds) {
+    const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy();
+  };
+  if (impl_->drained) return idle(0);
+  impl_->drained = true;
+  const double deadline = now_s() + grace_s;
+  core.draining = true;
+  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
+  for (const auto& session : core.sessions.list()) session->drain(status);
+  const double result_seconds = std::min(kResultSeconds, grace_s / 2);
+  if (!core.jobs.wait_until_empty(deadline - result_seconds)) {
+    core.jobs.cancel_all();
+    core.jobs.wait_until_empty(deadline);
+  }
+  const auto last_calls = in_seconds(std::min(kLastCallsSeconds, deadline - now_s()));
+  impl_->stopper = std::thread([this, last_calls] {
+    impl_->server->Shutdown(last_calls);
+    impl_->stop_promise.set_value();
+  });
+  return idle(deadline - now_s() + kOvertimeSeconds);
+}
+
+}  // namespace helio

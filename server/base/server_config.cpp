@@ -1,0 +1,263 @@
+#include "server/base/server_config.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+#include "server/base/build_info.h"
+#include "server/base/listen_address.h"
+
+namespace helio {
+namespace {
+
+constexpr std::uint64_t kMaxBytes = 1ull << 50;
+
+template <class T>
+std::string read_number(const std::string& text, T low, T high, T& value) {
+  T number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !(number >= low && number <= high)) {
+    return fmt::format("'{}'; allowed: [{}, {}]", text, low, high);
+  }
+  value = number;
+  return "";
+}
+
+// A count of bytes, or one with the suffix K, M, G or T (powers of 1024).
+std::string read_bytes(const std::string& text, std::uint64_t low, std::uint64_t& value) {
+  static const std::string kSuffixes = "KMGT";
+  std::string digits = text;
+  unsigned shift = 0;
+  if (!digits.empty()) {
+    if (const auto suffix = kSuffixes.find(digits.back()); suffix != std::string::npos) {
+      shift = 10 * (unsigned(suffix) + 1);
+      digits.pop_back();
+    }
+  }
+  std::uint64_t number = 0;
+  if (!read_number<std::uint64_t>(digits, 0, kMaxBytes >> shift, number).empty() || (number << shift) < low) {
+    return fmt::format("'{}'; allowed: bytes from {} to {}, suffixes K, M, G, T", text, low, kMaxBytes);
+  }
+  value = number << shift;
+  return "";
+}
+
+std::string read_name(const std::string& text, std::initializer_list<const char*> allowed, std::string& value) {
+  std::string all;
+  for (const char* name : allowed) {
+    if (text == name) {
+      value = text;
+      return "";
+    }
+    all += all.empty() ? name : std::string(", ") + name;
+  }
+  return "'" + text + "'; allowed: " + all;
+}
+
+using Config = ServerConfig;
+using Text = const std::string&;
+
+std::vector<ConfigOption> make_options() {
+  return {
+      {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback is served without TLS",
+       false,
+       [](Config& c, Text t) {
+         const auto address = parse_listen_address(t);
+         return c.listen = t, address ? std::string() : address.error().message;
+       },
+       [](const Config& c) { return c.listen; }},
+      {"port-file", "write the bound port number to this file once serving", false,
+       [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
+      {"scene-root",
+       "directory that scene paths are served from; may be given several times (variable: separated by ':')", true,
+       [](Config& c, Text t) {
+         return c.scene_roots.push_back(t), t.empty() ? std::string("''; allowed: a directory") : "";
+       },
+       [](const Config&) { return std::string(); }},
+      {"render-threads", "workers that render, [0, 1024]; 0: one per core", false,
+       [](Config& c, Text t) { return read_number(t, 0, 1024, c.render_threads); },
+       [](const Config& c) { return std::to_string(c.render_threads); }},
+      {"session-grace", "seconds that a session lives without a stream, [0.001, 86400]", false,
+       [](Config& c, Text t) { return read_number(t, 1e-3, 86400.0, c.session_grace_s); },
+       [](const Config& c) { return fmt::format("{}", c.session_grace_s); }},
+      {"drain-grace", "seconds from SIGTERM to exit that jobs may use, [0, 3600]", false,
+       [](Config& c, Text t) { return read_number(t, 0.0, 3600.0, c.drain_grace_s); },
+       [](const Config& c) { return fmt::format("{}", c.drain_grace_s); }},
+      {"max-scene-bytes", "bytes of a scene's files, suffixes K, M, G, T", false,
+       [](Config& c, Text t) { return read_bytes(t, 1, c.max_scene_bytes); },
+       [](const Config& c) { return std::to_string(c.max_scene_bytes); }},
+      {"max-scene-memory", "bytes that one load may hold; 0: max-memory", false,
+       [](Config& c, Text t) { return read_bytes(t, 0, c.max_scene_memory); },
+       [](const Config& c) { return std::to_string(c.max_scene_memory); }},
+      {"max-film-side", "pixels, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_film_side); },
+       [](const Config& c) { return std::to_string(c.max_film_side); }},
+      {"max-film-pixels", "width times height, [1, 2^32]", false,
+       [](Config& c, Text t) { return read_number<std::uint64_t>(t, 1, 1ull << 32, c.max_film_pixels); },
+       [](const Config& c) { return std::to_string(c.max_film_pixels); }},
+      {"max-sessions", "sessions at a time, [0, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 0, 65536, c.max_sessions); },
+       [](const Config& c) { return std::to_string(c.max_sessions); }},
+      {"max-jobs", "jobs at a time, [0, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 0, 65536, c.max_jobs); },
+       [](const Config& c) { return std::to_string(c.max_jobs); }},
+      {"max-scenes", "scenes held at a time, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_scenes); },
+       [](const Config& c) { return std::to_string(c.max_scenes); }},
+      {"max-queued-loads", "scene loads that may wait behind the one in hand, and as many edits and as many replays, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_queued_loads); },
+       [](const Config& c) { return std::to_string(c.max_queued_loads); }},
+      {"max-streams", "calls that one connection may have open at a time, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_streams); },
+       [](const Config& c) { return std::to_string(c.max_streams); }},
+      {"max-rpc-memory", "bytes that gRPC may hold for messages in transit, at least 16M, suffixes K, M, G, T", false,
+       [](Config& c, Text t) { return read_bytes(t, 16 << 20, c.max_rpc_memory); },
+       [](const Config& c) { return std::to_string(c.max_rpc_memory); }},
+      {"request-timeout", "seconds to wait for a stream's open and for each message of an upload, [0.001, 86400]", false,
+       [](Config& c, Text t) { return read_number(t, 1e-3, 86400.0, c.request_timeout_s); },
+       [](const Config& c) { return fmt::format("{}", c.request_timeout_s); }},
+      {"max-memory",
+       "bytes of scenes, films and queues together, suffixes K, M, G, T; 0: three quarters of the machine's", false,
+       [](Config& c, Text t) { return read_bytes(t, 0, c.max_memory); },
+       [](const Config& c) { return std::to_string(c.max_memory); }},
+      {"strict",
+       "on or off: refuse scene files that break a rule of their format although their meaning is beyond doubt", false,
+       [](Config& c, Text t) {
+         std::string value;
+         std::string problem = read_name(t, {"on", "off"}, value);
+         return c.strict = value == "on", problem;
+       },
+       [](const Config& c) { return std::string(c.strict ? "on" : "off"); }, true},
+      {"log-level", "trace, debug, info, warn, error or off; the log goes to stderr", false,
+       [](Config& c, Text t) {
+         return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);
+       },
+       [](const Config& c) { return c.log_level; }},
+  };
+}
+
+std::string environment_name(const std::string& option) {
+  std::string name = "HELIOGRAPH_";
+  for (const char c : option) name += c == '-' ? '_' : char(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+// "--strict" as "--strict=on", where no value follows.
+std::vector<std::string> with_values(std::vector<std::string> arguments) {
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const bool bare = std::any_of(config_options().begin(), config_options().end(), [&](const ConfigOption& option) {
+      return option.flag && arguments[i] == "--" + option.name;
+    });
+    const bool valued = i + 1 < arguments.size() && (arguments[i + 1] == "on" || arguments[i + 1] == "off");
+    if (bare && !valued) arguments[i] += "=on";
+  }
+  return arguments;
+}
+
+// Variables as flags, in front of the real ones. (CLI11's own reading of them would let the file win.)
+std::vector<std::string> with_environment(const std::vector<std::string>& arguments) {
+  std::vector<std::string> all;
+  for (const ConfigOption& option : config_options()) {
+    const std::string flag = "--" + option.name;
+    const char* variable = std::getenv(environment_name(option.name).c_str());
+    const bool given = std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+      return argument == flag || argument.rfind(flag + "=", 0) == 0;
+    });
+    if (!variable || given) continue;
+    std::istringstream parts(variable);
+    for (std::string part; std::getline(parts, part, option.repeatable ? ':' : '\0');) all.push_back(flag + "=" + part);
+  }
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return all;
+}
+
+std::uint64_t machine_memory() {
+  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  return pages > 0 && page > 0 ? std::uint64_t(pages) * std::uint64_t(page) : 4ull << 30;
+}
+
+}  // namespace
+
+const std::vector<ConfigOption>& config_options() {
+  static const std::vector<ConfigOption> options = make_options();
+  return options;
+}
+
+ServerConfig complete(ServerConfig config) {
+  if (config.max_memory == 0) config.max_memory = machine_memory() / 4 * 3;
+  if (config.max_scene_memory == 0) config.max_scene_memory = config.max_memory;
+  return config;
+}
+
+Result<ConfigRequest> parse_server_config(const std::string& program, const std::vector<std::string>& arguments) {
+  // CLI11 finds the texts (flags, then environment, then file); the table says what they mean, so that all problems are
+  // reported together.
+  CLI::App app("Path-tracing render daemon. Serves heliograph.v1 over gRPC until SIGTERM.", program);
+  app.set_version_flag("--version", std::string("heliographd ") + build_version());
+  app.set_config("--config", "", "file of lines `name = value`, names as below; flags and environment win over it")
+      ->envname("HELIOGRAPH_CONFIG");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.footer("Exit codes: 0 drained after SIGTERM or SIGINT, 1 could not serve, 2 bad flags, file or environment.");
+
+  app.allow_extras();
+  ConfigRequest request;
+  app.add_flag("--json", request.json, "say on stdout where it listens as {\"listening\": \"HOST:PORT\"}, one line");
+
+  const auto& options = config_options();
+  const ServerConfig defaults;
+  std::vector<std::vector<std::string>> texts(options.size());
+  std::vector<const CLI::Option*> flags;
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    std::string help = options[i].help;
+    if (const std::string text = options[i].get(defaults); !text.empty()) help += " [" + text + "]";
+    CLI::Option* option = app.add_option("--" + options[i].name, texts[i], help);
+    option->envname(environment_name(options[i].name))->type_name("");
+    option->expected(1)->multi_option_policy(options[i].repeatable ? CLI::MultiOptionPolicy::TakeAll
+                                                                   : CLI::MultiOptionPolicy::TakeLast);
+    flags.push_back(option);
+  }
+
+  Problems problems;
+  const std::vector<std::string> all = with_environment(with_values(arguments));
+  std::vector<std::string> reversed(all.rbegin(), all.rend());
+  try {
+    app.parse(reversed);
+  } catch (const CLI::CallForHelp&) {
+    request.print = app.help();
+    return request;
+  } catch (const CLI::CallForVersion&) {
+    request.print = std::string("heliographd ") + build_version() + "\n";
+    return request;
+  } catch (const CLI::ConfigError& error) {
+    // CLI11 says "INI was not able to parse NAME" of a name that it does not know.
+    const std::string what = error.what();
+    problems.add("--config", "unknown name '" + what.substr(what.rfind(' ') + 1) + "'");
+  } catch (const CLI::ParseError& error) {
+    problems.add(program, error.what());
+  }
+  for (const std::string& word : app.remaining()) {
+    const std::string name = word.substr(0, word.find('='));
+    problems.add(name, "is not an option of " + program + "; --help lists them");
+  }
+
+  // Where CLI11 gave up, the options still have the texts that it had found by then.
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    std::vector<std::string> found = flags[i]->results();
+    if (!options[i].repeatable && found.size() > 1) found.erase(found.begin(), found.end() - 1);
+    for (const std::string& text : found) {
+      const std::string problem = options[i].set(request.config, text);
+      if (!problem.empty()) problems.add("--" + options[i].name, problem);
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+  return request;
+}
+
+}  // namespace helio

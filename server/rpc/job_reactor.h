@@ -1,0 +1,49 @@
+// RunJob: one still or the views of a path, from accepted to result.
+#pragma once
+
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/rpc/call_hold.h"
+#include "server/sessions/service_core.h"
+#include "server/stream/outbound_stream.h"
+
+namespace helio {
+
+// Deletes itself when the call is over, and the job with it.
+class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
+ public:
+  JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
+
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+ private:
+  void start_write(const grpc::ByteBuffer* message) override { StartWrite(message); }
+  void finish(const grpc::Status& status) override {
+    if (!hold_.defer(status)) Finish(copy_status(status));
+  }
+  void start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
+  void start_over();
+  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
+  grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
+
+  ServiceCore& core_;
+  CallHold hold_;  // while it starts
+  std::string job_id_;  // empty: none was reserved
+  std::shared_ptr<Job> job_;
+  std::mutex cancel_mutex_;  // with job_ until the greeting is sent
+  bool cancelled_ = false;
+  std::shared_ptr<OutboundStream> stream_;
+  std::uint32_t views_done_ = 0;  // encode()'s alone
+  bool result_sent_ = false;      // encode()'s alone
+  std::atomic<bool> view_due_ = false, end_due_ = false;
+};
+
+}  // namespace helio

@@ -1,0 +1,305 @@
+#include "server/rpc/render_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "server/base/build_info.h"
+#include "server/base/grpc_status.h"
+#include "server/base/guarded.h"
+#include "server/base/parse_message.h"
+#include "server/rpc/edit_scene_reactor.h"
+#include "server/rpc/frame_stream_reactor.h"
+#include "server/rpc/job_reactor.h"
+#include "server/rpc/load_scene_reactor.h"
+#include "server/rpc/replay_reactor.h"
+#include "server/rpc/scene_messages.h"
+#include "server/rpc/unary_call.h"
+#include "server/rpc/watch_reactor.h"
+#include "server/stream/convert.h"
+#include "server/stream/stream_messages.h"
+
+namespace helio {
+namespace {
+
+constexpr double kMaxGrace = 86400;
+constexpr std::uint64_t kMaxMessage = 4 << 20;
+
+// Parses, calls `method(request)`, which gives a Result<Response>, and answers.
+template <class Request, class Method>
+grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grpc::ByteBuffer* bytes,
+                                 grpc::ByteBuffer* response, Method&& method) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  grpc::ByteBuffer copy(*bytes);  // shares the slices
+  Request request;
+  if (const Status parsed = parse_message(copy, request); !parsed.ok()) {
+    reactor->Finish(to_grpc_status(parsed));
+    return reactor;
+  }
+  tell_ignored(*context, unknown_fields(request));
+  const Status answered = guarded([&]() -> Status {
+    const auto result = method(request);
+    if (!result) return result.error();
+    *response = to_bytes(*result);
+    return ok_status();
+  });
+  reactor->Finish(to_grpc_status(answered));
+  return reactor;
+}
+
+bool may_allocate_film(const pb::CreateSessionRequest&) {
+  return true;
+}
+bool may_allocate_film(const pb::UpdateSessionRequest& request) {
+  return request.has_settings();
+}
+
+// As answer(); requests that may allocate a film on a thread that can take the time.
+template <class Request, class Method>
+class FilmCall final : public UnaryCall {
+ public:
+  FilmCall(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes,
+           grpc::ByteBuffer* response, Method method)
+      : UnaryCall(response) {
+    begin([&]() -> Status {
+      auto request = std::make_shared<Request>();
+      grpc::ByteBuffer copy(bytes);  // shares the slices
+      if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
+      tell_ignored(context, unknown_fields(*request));
+      const auto answer = [outcome = outcome(), request, method = std::move(method)] {
+        if (outcome->cancel.cancelled()) return;  // nobody would know of what is made
+        const auto result = guarded([&] { return method(*request); });
+        if (result) {
+          outcome->finish(*result);
+        } else {
+          outcome->fail(to_grpc_status(result.error()));
+        }
+      };
+      if (!may_allocate_film(*request)) {
+        answer();
+        return ok_status();
+      }
+      if (core.films.submit(answer)) return ok_status();
+      return core.too_many_waiting();
+    });
+  }
+};
+
+template <class Request, class Method>
+grpc::ServerUnaryReactor* answer_later(ServiceCore& core, grpc::CallbackServerContext* context,
+                                       const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response, Method method) {
+  return new FilmCall<Request, Method>(core, *context, *bytes, response, std::move(method));
+}
+
+Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+  Problems problems;
+  check_id(request.scene_id(), "scene_id", problems);
+  const RenderSettings settings = read_settings(request.settings(), core.render_limits(), "settings", problems);
+  const Budget budget = read_budget(request.budget(), "budget", problems);
+  double grace_s = core.config.session_grace_s;
+  if (request.grace_s() != 0) {
+    grace_s = request.grace_s();
+    if (!(grace_s > 0 && grace_s <= kMaxGrace)) {
+      problems.add("grace_s", fmt::format("{}; allowed: (0, {}] seconds, or 0 for {}", grace_s, kMaxGrace,
+                                          core.config.session_grace_s));
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+  if (const Status fits = check_film_size(settings, core.render_limits(), "settings"); !fits.ok()) return fits.error();
+  auto scene = core.scenes.acquire(request.scene_id(), "scene_id");
+  if (!scene) return scene.error();
+  auto session =
+      core.sessions.create(core.resources(), std::move(*scene), settings, budget, grace_s, core.render_limits());
+  if (!session) return session.error();
+  spdlog::info("session created id={} scene={} size={}x{}", (*session)->id(), request.scene_id().substr(0, 12),
+               settings.width, settings.height);
+  pb::CreateSessionResponse response;
+  response.set_session_id((*session)->id());
+  *response.mutable_settings() = to_message(settings);
+  response.set_grace_s(grace_s);
+  return response;
+}
+
+Result<pb::UpdateSessionResponse> update_session(ServiceCore& core, const pb::UpdateSessionRequest& request) {
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+  Problems problems;
+  check_id(request.session_id(), "session_id", problems);
+  if (!problems.empty()) return problems.to_error();
+  const auto session = core.sessions.find(request.session_id(), "session_id");
+  if (!session) return session.error();
+  Session::Change change;
+  if (request.has_view()) change.view = &request.view();
+  if (request.has_settings()) change.settings = &request.settings();
+  if (request.has_budget()) change.budget = &request.budget();
+  SceneLease scene;
+  if (!request.scene_id().empty()) {
+    check_id(request.scene_id(), "scene_id", problems);
+    if (!problems.empty()) return problems.to_error();
+    auto found = core.scenes.acquire(request.scene_id(), "scene_id");
+    if (!found) return found.error();
+    scene = std::move(*found);
+    change.scene = &scene;
+  }
+  const auto revision = (*session)->update(change);
+  if (!revision) return revision.error();
+  pb::UpdateSessionResponse response;
+  response.set_revision(*revision);
+  return response;
+}
+
+Result<pb::ListScenesResponse> list_scenes(const ServiceCore& core, const pb::ListScenesRequest& which) {
+  pb::ListScenesResponse list;
+  if (which.scene_id().empty()) {
+    if (which.first_camera() != 0) {
+      return Error{ErrorCode::invalid_argument, fmt::format("{} without scene_id; allowed: 0", which.first_camera()),
+                   "first_camera"};
+    }
+    for (const auto& scene : core.scenes.list()) *list.add_scenes() = to_scene_info(*scene);
+    return list;
+  }
+  Problems problems;
+  check_id(which.scene_id(), "scene_id", problems);
+  if (!problems.empty()) return problems.to_error();
+  const auto scene = core.scenes.find(which.scene_id(), "scene_id");
+  if (!scene) return scene.error();
+  *list.add_scenes() = to_scene_info(**scene, which.first_camera());
+  return list;
+}
+
+pb::GetServerInfoResponse server_info(const ServiceCore& core) {
+  const ServerConfig& config = core.config;
+  pb::GetServerInfoResponse response;
+  response.set_version(build_version());
+  response.set_build(build_description());
+  response.set_isa(build_isa());
+  pb::Device& device = *response.add_devices();
+  device.set_kind("embree");
+  device.set_name(std::string(build_embree()) + ", " + build_isa());
+  pb::Limits& limits = *response.mutable_limits();
+  limits.set_max_scene_bytes(config.max_scene_bytes);
+  limits.set_max_scene_memory(config.max_scene_memory);
+  limits.set_max_film_side(config.max_film_side);
+  limits.set_max_film_pixels(config.max_film_pixels);
+  limits.set_max_sessions(config.max_sessions);
+  limits.set_max_jobs(config.max_jobs);
+  limits.set_max_memory(config.max_memory);
+  limits.set_max_message_bytes(kMaxMessage);
+  limits.set_max_scenes(config.max_scenes);
+  for (const RenderMode mode : kEveryRenderMode) response.add_modes(to_message(mode));
+  for (const Integrator integrator : kEveryIntegrator) response.add_integrators(to_message(integrator));
+  response.add_scene_formats("gltf");
+  response.add_scene_formats("glb");
+  response.add_scene_formats("xml");  // Mitsuba
+  response.set_threads(core.engine.threads());
+  response.set_draining(core.draining);
+  response.set_uptime_s(now_s() - core.started_s);
+  return response;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::GetServerInfoRequest>(context, request, response, [this](const auto&) {
+    return Result<pb::GetServerInfoResponse>(server_info(core_));
+  });
+}
+
+grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,
+                                                                    grpc::ByteBuffer* response) {
+  return new LoadSceneReactor(core_, *context, response);
+}
+
+grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
+                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::ListScenesRequest>(
+      context, request, response, [this](const pb::ListScenesRequest& which) { return list_scenes(core_, which); });
+}
+
+grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::UnloadSceneRequest>(
+      context, request, response, [this](const pb::UnloadSceneRequest& unload) -> Result<pb::UnloadSceneResponse> {
+        Problems problems;
+        check_id(unload.scene_id(), "scene_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        if (const Status done = core_.scenes.unload(unload.scene_id(), "scene_id"); !done.ok()) return done.error();
+        return pb::UnloadSceneResponse();
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer_later<pb::CreateSessionRequest>(
+      core_, context, request, response,
+      [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
+}
+
+grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::CloseSessionRequest>(
+      context, request, response, [this](const pb::CloseSessionRequest& close) -> Result<pb::CloseSessionResponse> {
+        Problems problems;
+        check_id(close.session_id(), "session_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        const Status done = core_.sessions.close(close.session_id(), "session_id", grpc::Status::OK);
+        if (!done.ok()) return done.error();
+        spdlog::info("session closed id={}", close.session_id());
+        return pb::CloseSessionResponse();
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::ListSessionsRequest>(context, request, response, [this](const auto&) {
+    pb::ListSessionsResponse list;
+    for (const auto& session : core_.sessions.list()) *list.add_sessions() = session->info();
+    return Result<pb::ListSessionsResponse>(std::move(list));
+  });
+}
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::StreamFrames(grpc::CallbackServerContext*) {
+  return new FrameStreamReactor(core_);
+}
+
+grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer_later<pb::UpdateSessionRequest>(
+      core_, context, request, response,
+      [this](const pb::UpdateSessionRequest& update) { return update_session(core_, update); });
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext*,
+                                                                       const grpc::ByteBuffer* request) {
+  return new WatchReactor(core_, *request);
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext* context,
+                                                                  const grpc::ByteBuffer* request) {
+  return new JobReactor(core_, *context, *request);
+}
+
+grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer<pb::CancelJobRequest>(
+      context, request, response, [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+        Problems problems;
+        check_id(cancel.job_id(), "job_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
+        return pb::CancelJobResponse();
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return new ReplayReactor(core_, *context, *request, response);
+}
+
+grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  return new EditSceneReactor(core_, *context, *request, response);
+}
+
+}  // namespace helio

@@ -1,0 +1,62 @@
+// The rpcs of heliograph.v1.RenderService. Each method reads its request, calls the core and turns the outcome into a
+// status. All are raw: messages are read and written by parse_message.h and stream_messages.h, tiles without a
+// copy.
+#pragma once
+
+#include "heliograph/v1/render_service.grpc.pb.h"
+#include "server/sessions/service_core.h"
+
+namespace helio {
+
+namespace raw {
+
+using Rpcs = heliograph::v1::RenderService;
+using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<
+    Rpcs::WithRawCallbackMethod_LoadScene<Rpcs::WithRawCallbackMethod_ListScenes<
+        Rpcs::WithRawCallbackMethod_UnloadScene<Rpcs::WithRawCallbackMethod_CreateSession<
+            Rpcs::WithRawCallbackMethod_CloseSession<Rpcs::WithRawCallbackMethod_ListSessions<
+                Rpcs::WithRawCallbackMethod_StreamFrames<Rpcs::WithRawCallbackMethod_UpdateSession<
+                    Rpcs::WithRawCallbackMethod_WatchFrames<Rpcs::WithRawCallbackMethod_RunJob<
+                        Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
+                            Rpcs::WithRawCallbackMethod_EditScene<Rpcs::Service>>>>>>>>>>>>>>;
+
+}  // namespace raw
+
+class RenderService final : public raw::Service {
+ public:
+  explicit RenderService(ServiceCore& core) : core_(core) {}
+
+  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* LoadScene(grpc::CallbackServerContext* context,
+                                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListScenes(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* UnloadScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* CreateSession(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* CloseSession(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamFrames(
+      grpc::CallbackServerContext* context) override;
+  grpc::ServerUnaryReactor* UpdateSession(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchFrames(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* RunJob(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request) override;
+  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ReplaySample(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+
+ private:
+  ServiceCore& core_;
+};
+
+}  // namespace helio

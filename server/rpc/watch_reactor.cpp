@@ -1,0 +1,50 @@
+#include "server/rpc/watch_reactor.h"
+
+#include <utility>
+
+#include "server/base/grpc_status.h"
+#include "server/base/guarded.h"
+#include "server/base/parse_message.h"
+#include "server/stream/convert.h"
+#include "server/stream/stream_messages.h"
+
+namespace helio {
+
+WatchReactor::WatchReactor(ServiceCore& core, const grpc::ByteBuffer& request) {
+  stream_ = std::make_shared<OutboundStream>(
+      static_cast<OutboundStream::Call&>(*this),
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+  const Status started = guarded([&] { return start(request, core); });
+  if (!started.ok()) stream_->finish(to_grpc_status(started));
+}
+
+Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
+  if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting;
+  pb::WatchFramesRequest request;
+  if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  Problems problems;
+  check_id(request.session_id(), "session_id", problems);
+  const TileFormat format = read_tile_format(request.format(), "format", problems);
+  if (!problems.empty()) return problems.to_error();
+  auto found = core.sessions.find(request.session_id(), "session_id");
+  if (!found) return found.error();
+  session_id_ = request.session_id();
+  session_ = *found;
+  const Status attached = session_->attach(stream_, format);
+  const auto ignored = unknown_fields(request);
+  if (attached && !ignored.empty()) stream_->push(ignored_fields_notice(ignored));
+  return attached;
+}
+
+void WatchReactor::OnCancel() {
+  // A client that reads nothing may keep the call from being done for long.
+  if (const auto session = std::exchange(session_, nullptr)) session->detach(stream_.get());
+  stream_->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
+}
+
+void WatchReactor::OnDone() {
+  if (session_) session_->detach(stream_.get());
+  delete this;
+}
+
+}  // namespace helio

@@ -1,0 +1,155 @@
+// The scenes that the daemon holds: loaded once, shared by every session and job that uses them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/result.h"
+#include "renderer/scene/load/scene_edit.h"
+#include "renderer/scene/load/scene_loader.h"
+#include "renderer/trace/scene/render_scene.h"
+#include "server/base/memory_account.h"
+#include "server/base/sha256.h"
+#include "server/scenes/scene_bundle.h"
+#include "server/scenes/scene_roots.h"
+
+namespace helio {
+
+// What identifies a scene: the files that were read and the options that shaped it.
+struct SceneManifest {
+  std::string main_file;
+  double time_s = 0;
+  std::string animation;  // as asked for; empty: the file's first
+  std::string environment;
+  TextureFilter texture_filter = TextureFilter::bilinear;
+  std::map<std::string, Sha256Digest> files;
+
+  // SHA-256 over all of it, hexadecimal.
+  std::string id() const;
+};
+
+struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
+  std::string id;
+  SceneManifest manifest;
+  std::map<std::string, Sha256Digest> disk_files;  // by absolute path; none for an upload
+  double load_seconds = 0;
+  LoadReport report;
+  std::shared_ptr<const RenderScene> snapshot;  // counted in the memory account as long as anybody holds it
+  std::string edited_from;  // id of the scene as loaded; empty: this is it
+  SceneChanges changes;     // since then
+  mutable std::atomic<int> references{0};
+  mutable std::atomic<std::uint64_t> last_use{0};  // counts calls
+};
+
+// What identifies the scene that these changes make of a loaded one.
+std::string edited_scene_id(const std::string& loaded_id, const SceneChanges& changes);
+
+// Keeps a scene from being unloaded.
+class SceneLease {
+ public:
+  SceneLease() = default;
+  explicit SceneLease(std::shared_ptr<const LoadedScene> scene) : scene_(std::move(scene)) { ++scene_->references; }
+  SceneLease(SceneLease&& other) noexcept = default;
+  SceneLease& operator=(SceneLease&& other) noexcept {
+    release();
+    scene_ = std::move(other.scene_);
+    return *this;
+  }
+  ~SceneLease() { release(); }
+
+  const LoadedScene& operator*() const { return *scene_; }
+  const LoadedScene* operator->() const { return scene_.get(); }
+  const LoadedScene* get() const { return scene_.get(); }
+
+ private:
+  void release() {
+    if (scene_) --scene_->references;
+    scene_.reset();
+  }
+  std::shared_ptr<const LoadedScene> scene_;
+};
+
+struct SceneLimits {
+  std::uint64_t max_scene_bytes = 0;
+  std::uint64_t max_scene_memory = 0;
+  int max_scenes = 0;
+  int build_threads = 0;
+  bool strict = false;  // every load is
+};
+
+struct SceneRequest {
+  std::variant<std::string, SceneBundle> files;  // a path under the roots, or an upload
+  double time_s = 0;
+  std::string animation;
+  bool strict = false;      // refuses slips (SceneLoadOptions::strict); does not change what is loaded
+  std::string environment;  // "R,G,B" or a file; empty: the scene's own
+  TextureFilter texture_filter = TextureFilter::bilinear;
+};
+
+// True: the text names a file. False: it is empty or a colour. invalid_argument: it is neither.
+Result<bool> names_environment_file(const std::string& environment);
+
+class SceneRegistry {
+ public:
+  SceneRegistry(SceneRoots roots, const SceneLimits& limits, MemoryAccount& memory)
+      : roots_(std::move(roots)), limits_(limits), memory_(memory) {}
+
+  struct Outcome {
+    std::shared_ptr<const LoadedScene> scene;
+    bool already_loaded = false;
+  };
+  // Takes seconds. `cancel` is looked at between the stages. Loads and edits may run side by side. Memory is reserved as
+  // the load goes on, each part before it is allocated.
+  Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
+
+  // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
+  // one least recently acquired or asked for goes first. Errors: those of resolve_edits() and edit_scene();
+  // resource_exhausted (max_scenes, max_memory).
+  Result<Outcome> edit(const SceneLease& base, std::span<const SceneEdit> edits, const CancelToken& cancel);
+
+  Result<SceneLease> acquire(const std::string& id, const std::string& where) const;
+  // Without a lease: it may be unloaded, and lives on for the caller.
+  Result<std::shared_ptr<const LoadedScene>> find(const std::string& id, const std::string& where) const;
+  Status unload(const std::string& id, const std::string& where);
+  std::vector<std::shared_ptr<const LoadedScene>> list() const;
+
+  // Unloads the edited scene that is least recently used; false when all are in use.
+  bool evict_edited();
+  // That evict_edited() could give back, called often enough.
+  std::uint64_t evictable_bytes() const;
+
+ private:
+  class Load;
+  std::shared_ptr<const LoadedScene> find(const std::string& id) const;
+  std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
+  class Place;
+  Result<Outcome> keep(std::shared_ptr<LoadedScene> scene, Place place);
+  // Takes what the snapshot holds from what its making has reserved. Scenes that share memory share its reservation.
+  Result<std::shared_ptr<const RenderScene>> count(std::shared_ptr<const RenderScene> snapshot,
+                                                   GrowingReservation& reserved);
+  bool evictable(const LoadedScene& scene) const { return !scene.edited_from.empty() && scene.references == 0; }
+  // Room for one more scene, if need be by evicting one.
+  Result<Place> make_room();
+  void touch(const LoadedScene& scene) const { scene.last_use = ++uses_; }
+
+  const SceneRoots roots_;
+  const SceneLimits limits_;
+  MemoryAccount& memory_;
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const LoadedScene>> scenes_;
+  int arriving_ = 0;  // scenes that are being loaded or edited
+  std::map<const void*, std::weak_ptr<const Reservation>> shares_;  // by MemoryShare::what
+  mutable std::atomic<std::uint64_t> uses_{0};
+};
+
+}  // namespace helio

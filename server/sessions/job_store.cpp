@@ -1,0 +1,90 @@
+#include "server/sessions/job_store.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <chrono>
+
+#include "renderer/base/clock.h"
+#include "server/base/retry.h"
+#include "server/sessions/session_registry.h"
+
+namespace helio {
+
+void Job::start_view() {
+  const std::lock_guard lock(mutex_);
+  if (stopped_) return;
+  RenderLoop::Update update;
+  update.view = views_[started_++];
+  const std::uint64_t revision = rendering_->loop().update(update);
+  if (started_ == views_.size()) rendering_->publisher().finish_after(revision);
+}
+
+void Job::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  rendering_->loop().cancel();
+}
+
+void Job::cancel() {
+  stop();
+  rendering_->publisher().finish_cancelled(grpc::Status::OK, /*tell=*/true);
+}
+
+Result<std::string> JobStore::reserve() {
+  const std::lock_guard lock(mutex_);
+  if (jobs_.size() >= std::size_t(max_jobs_)) {
+    return Error{ErrorCode::resource_exhausted,
+                 fmt::format("max_jobs: {} jobs are running, as many as are allowed", jobs_.size()),
+                 {},
+                 kRetrySeconds};
+  }
+  std::string id = make_id("j-");
+  jobs_.emplace(id, nullptr);
+  return id;
+}
+
+void JobStore::add(std::shared_ptr<Job> job) {
+  const std::lock_guard lock(mutex_);
+  jobs_[job->id()] = job;
+}
+
+void JobStore::remove(const std::string& id) {
+  std::shared_ptr<Job> removed;  // destroyed outside the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return;
+  removed = std::move(found->second);
+  jobs_.erase(found);
+  removed_.notify_all();
+}
+
+Status JobStore::cancel(const std::string& id, const std::string& where) {
+  std::shared_ptr<Job> job;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found != jobs_.end()) job = found->second;
+  }
+  if (!job) return Error{ErrorCode::not_found, "there is no job '" + id + "'", where};
+  job->cancel();
+  return ok_status();
+}
+
+void JobStore::cancel_all() {
+  std::vector<std::shared_ptr<Job>> jobs;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, job] : jobs_) {
+      if (job) jobs.push_back(job);
+    }
+  }
+  for (const auto& job : jobs) job->cancel();
+}
+
+bool JobStore::wait_until_empty(double deadline_s) {
+  std::unique_lock lock(mutex_);
+  const auto left = std::chrono::duration<double>(deadline_s - now_s());
+  return removed_.wait_for(lock, left, [this] { return jobs_.empty(); });
+}
+
+}  // namespace helio

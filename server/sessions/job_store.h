@@ -1,0 +1,67 @@
+// The jobs in hand. A job lives as long as its call.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/sessions/rendering.h"
+
+namespace helio {
+
+class Job {
+ public:
+  // The views' ids count from 1. At least one.
+  Job(std::string id, std::shared_ptr<Rendering> rendering, std::vector<View> views)
+      : id_(std::move(id)), rendering_(std::move(rendering)), views_(std::move(views)) {}
+
+  const std::string& id() const { return id_; }
+  Rendering& rendering() { return *rendering_; }
+  const std::vector<View>& views() const { return views_; }
+
+  // Renders the next view; nothing after stop(). Precondition: the one before has ended, and one is left.
+  void start_view();
+  // Ends the view in hand; no further one starts.
+  void stop();
+  // stop(), and the stream ends with the job's result, reason CANCELLED.
+  void cancel();
+  bool stopped() const { return stopped_; }
+
+ private:
+  const std::string id_;
+  const std::shared_ptr<Rendering> rendering_;
+  const std::vector<View> views_;
+
+  std::mutex mutex_;  // a view starts before the stop, or not at all
+  std::size_t started_ = 0;
+  std::atomic<bool> stopped_ = false;
+};
+
+class JobStore {
+ public:
+  explicit JobStore(int max_jobs) : max_jobs_(max_jobs) {}
+
+  // A place for a job, kept until remove(). resource_exhausted: max_jobs.
+  Result<std::string> reserve();
+  void add(std::shared_ptr<Job> job);  // its id was given by reserve()
+  void remove(const std::string& id);
+
+  // The job's stream ends with its result, reason CANCELLED. not_found.
+  Status cancel(const std::string& id, const std::string& where);
+  void cancel_all();
+  // False when jobs are left at that time (now_s() clock).
+  bool wait_until_empty(double deadline_s);
+
+ private:
+  const int max_jobs_;
+  std::mutex mutex_;
+  std::condition_variable removed_;
+  std::map<std::string, std::shared_ptr<Job>> jobs_;  // null: reserved
+};
+
+}  // namespace helio

@@ -1,0 +1,167 @@
+#include "server/sessions/rendering.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "renderer/base/clock.h"
+#include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/passes/trace_lights.h"
+#include "server/sessions/replay_token.h"
+
+namespace helio {
+namespace {
+
+constexpr double kProgressInterval = 0.25;
+
+std::uint64_t pixels(const RenderSettings& settings) {
+  return std::uint64_t(settings.width) * std::uint64_t(settings.height);
+}
+
+}  // namespace
+
+std::uint64_t film_bytes(const RenderSettings& settings) {
+  return pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
+}
+
+std::uint64_t scratch_bytes(const RenderSettings& settings) {
+  std::uint64_t bytes = 0;
+  if (settings.reprojection.mapping == ReprojectionMapping::forward) bytes += pixels(settings) * kForwardMapBytes;
+  if (caches_light_vertices(settings.integrator)) bytes += LightVertexSource::most_bytes(path_settings(settings));
+  return bytes;
+}
+
+namespace {
+
+constexpr const char* kQueue = "the queue of a stream";
+
+std::uint64_t queue_bytes(const RenderSettings& settings, const TileFormat& format) {
+  return 2 * pixels(settings) * format.bytes_per_pixel();
+}
+
+Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::uint64_t bytes,
+                                                   const std::string& what) {
+  auto memory = account.reserve_with_room(bytes, what);
+  if (!memory) return memory.error();
+  return std::make_shared<const Reservation>(std::move(*memory));
+}
+
+Result<std::shared_ptr<Film>> reserve_film(const Rendering::Resources& resources, const RenderSettings& settings) {
+  auto memory = reserve(resources.memory, film_bytes(settings),
+                        fmt::format("a film of {} x {}", settings.width, settings.height));
+  if (!memory) return memory.error();
+  return make_film(settings, std::move(*memory));
+}
+
+Result<std::shared_ptr<const Reservation>> reserve_scratch(const Rendering::Resources& resources,
+                                                           const RenderSettings& settings) {
+  return reserve(resources.memory, scratch_bytes(settings),
+                 fmt::format("light paths and maps of {} x {} pixels", settings.width, settings.height));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
+                                                     const RenderSettings& settings, const Budget& budget,
+                                                     RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
+  auto film = reserve_film(resources, settings);
+  if (!film) return film.error();
+  auto scratch = reserve_scratch(resources, settings);
+  if (!scratch) return scratch.error();
+  const std::shared_ptr<Rendering> rendering(new Rendering(resources), [](Rendering* r) { r->give_to_reaper(); });
+  rendering->scenes_->current = std::move(scene);
+  rendering->publisher_ = std::make_shared<FramePublisher>(
+      tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
+        const auto snapshot = frame.scene.lock();
+        const std::lock_guard lock(scenes->mutex);
+        if (!scenes->current.get()) return std::string();  // the rendering has ended
+        if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);
+        const auto before = scenes->before.lock();
+        return before && before->snapshot == snapshot ? make_replay_token(*before, frame, sample) : std::string();
+      });
+  RenderLoopOptions options;
+  options.channels = channels;
+  options.publish_passes = tiles == FramePublisher::Tiles::all;
+  options.film = std::move(*film);
+  options.scratch_count = *scratch;
+  rendering->scratch_ = *scratch;
+  rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
+                                                  rendering->publisher_, options);
+  return rendering;
+}
+
+const LoadedScene& Rendering::scene() const {
+  const std::lock_guard lock(scenes_->mutex);
+  return *scenes_->current;
+}
+
+std::uint64_t Rendering::switch_scene(SceneLease scene, RenderLoop::Update update) {
+  update.scene = scene->snapshot;
+  const auto exchange = [&](std::weak_ptr<const LoadedScene> before) {
+    const std::lock_guard lock(scenes_->mutex);
+    std::swap(scenes_->current, scene);
+    return std::exchange(scenes_->before, std::move(before));
+  };
+  // Known before the first of its frames can begin.
+  const auto before = exchange(this->scene().weak_from_this());
+  try {
+    return loop_->update(update);
+  } catch (...) {
+    exchange(before);
+    throw;
+  }
+}
+
+Status Rendering::prepare(const RenderSettings& settings, RenderLoop::Update& update) {
+  if (!loop_->film_suits(settings)) {
+    auto film = reserve_film(resources_, settings);
+    if (!film) return film.error();
+    update.film = std::move(*film);
+  }
+  const auto before = scratch_.lock();
+  if (!before || before->bytes() != scratch_bytes(settings)) {
+    auto scratch = reserve_scratch(resources_, settings);
+    if (!scratch) return scratch.error();
+    scratch_ = *scratch;
+    update.scratch_count = std::move(*scratch);
+  }
+  return ok_status();
+}
+
+Result<Reservation> Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {
+  return resources_.memory.reserve_with_room(queue_bytes(settings, format), kQueue);
+}
+
+Status Rendering::keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format) {
+  const std::uint64_t bytes = queue_bytes(settings, format);
+  if (memory && memory->bytes() != bytes) memory = resources_.memory.reserve(bytes, kQueue);
+  if (!memory) return memory.error();
+  queue_memory_ = std::move(*memory);
+  return ok_status();
+}
+
+// The scene may be unloaded at once; what is left of it here stays counted until the loop has gone.
+void Rendering::give_to_reaper() noexcept {
+  {
+    const std::lock_guard lock(scenes_->mutex);
+    scenes_->current = {};
+  }
+  resources_.reaper.take(this);
+}
+
+void Rendering::report_progress(const std::shared_ptr<OutboundStream>& stream) {
+  report_progress_later(stream, -1);
+}
+
+void Rendering::report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told) {
+  resources_.timers.call_at(now_s() + kProgressInterval, [weak = weak_from_this(), stream, seconds_told] {
+    const auto rendering = weak.lock();
+    const auto listener = stream.lock();
+    if (!rendering || !listener || listener->finished() || rendering->publisher_->stream() != listener) return;
+    const FrameProgress progress = rendering->loop_->progress();
+    if (progress.seconds != seconds_told) listener->push(progress);
+    rendering->report_progress_later(stream, progress.seconds);
+  });
+}
+
+}  // namespace helio

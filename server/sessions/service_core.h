@@ -1,0 +1,78 @@
+// Everything that the service's methods act on.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/clock.h"
+#include "renderer/frame/render_loop.h"
+#include "server/base/memory_account.h"
+#include "server/base/reaper.h"
+#include "server/base/retry.h"
+#include "server/base/server_config.h"
+#include "server/base/task_thread.h"
+#include "server/base/timer_queue.h"
+#include "server/scenes/scene_registry.h"
+#include "server/sessions/idle_room.h"
+#include "server/sessions/job_store.h"
+#include "server/sessions/session_registry.h"
+
+namespace helio {
+
+struct ServiceCore {
+  ServiceCore(const ServerConfig& complete_config, SceneRoots roots)
+      : config(complete_config),
+        memory(config.max_memory, &room),
+        engine(config.render_threads),
+        scenes(std::move(roots),
+               {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads,
+                config.strict},
+               memory),
+        sessions(config.max_sessions, timers),
+        jobs(config.max_jobs),
+        loader(std::size_t(config.max_queued_loads)),
+        editor(std::size_t(config.max_queued_loads)),
+        replayer(std::size_t(config.max_queued_loads)),
+        films(kMaxWaitingFilms, kFilmThreads) {}
+  // Timers first: a function in hand may use anything below.
+  ~ServiceCore() { timers.stop(); }
+
+  RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
+  Rendering::Resources resources() { return {engine, memory, timers, reaper}; }
+  bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
+  // After films.submit() gave false.
+  Error too_many_waiting() const {
+    if (draining) return check_accepting().error();
+    return {ErrorCode::resource_exhausted,
+            "the daemon: " + std::to_string(kMaxWaitingFilms) + " requests wait for their films already", {},
+            kRetrySeconds};
+  }
+  Status check_accepting() const {
+    if (!draining) return ok_status();
+    return Error{ErrorCode::unavailable, "the daemon is draining", {}};
+  }
+
+  // For requests that may allocate a film: a few that take seconds do not hold up small ones.
+  static constexpr std::size_t kMaxWaitingFilms = 4096;
+  static constexpr int kFilmThreads = 4;
+
+  const ServerConfig config;
+  const double started_s = now_s();
+  std::atomic<bool> draining{false};
+
+  // In this order: what is named later uses what is named earlier, and is destroyed first.
+  IdleRoom room{memory, reaper, scenes, sessions};
+  MemoryAccount memory;
+  RenderEngine engine;
+  SceneRegistry scenes;
+  Reaper reaper;  // frees what renders
+  TimerQueue timers;
+  SessionRegistry sessions;
+  JobStore jobs;
+  // A thread each, so that an edit or a replay, which someone waits for at the screen, never waits for a load.
+  TaskThread loader, editor, replayer;
+  TaskThread films;
+};
+
+}  // namespace helio

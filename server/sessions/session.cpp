@@ -1,0 +1,239 @@
+#include "server/sessions/session.h"
+
+#include <spdlog/spdlog.h>
+
+#include "renderer/base/clock.h"
+
+namespace helio {
+namespace {
+
+constexpr double kAttached = -1;
+
+}  // namespace
+
+Session::Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings,
+                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
+    : id_(std::move(id)),
+      grace_s_(grace_s),
+      limits_(limits),
+      rendering_(std::move(rendering)),
+      settings_(settings),
+      budget_(budget),
+      channels_(channels),
+      idle_since_s_(now_s()) {}
+
+RenderSettings Session::settings() const {
+  const std::lock_guard lock(mutex_);
+  return settings_;
+}
+
+// Keeps close_idle() away while the mutex is let go of.
+class Session::InUse {
+ public:
+  InUse(int& count, std::unique_lock<std::mutex>& lock) : count_(count), lock_(lock) { ++count_; }
+  InUse(const InUse&) = delete;
+  ~InUse() {
+    if (!lock_.owns_lock()) lock_.lock();
+    --count_;
+  }
+
+ private:
+  int& count_;
+  std::unique_lock<std::mutex>& lock_;
+};
+
+Error Session::gone() const {
+  return {ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
+}
+
+Status Session::read(const Change& change, RenderLoop::Update& update) const {
+  if (closed_) return gone();
+  Problems problems;
+  if (change.view) {
+    const LoadedScene& scene = change.scene ? **change.scene : rendering_->scene();
+    const ViewRules rules{&scene.snapshot->description().cameras, scene.manifest.time_s, last_view_id_};
+    update.view = read_view(*change.view, rules, "view", problems);
+  }
+  if (change.settings) update.settings = read_settings(*change.settings, limits_, "settings", problems);
+  if (change.budget) update.budget = read_budget(*change.budget, "budget", problems);
+  if (!problems.empty()) return problems.to_error();
+  if (!update.settings) return ok_status();
+  return check_film_size(*update.settings, limits_, "settings");
+}
+
+Result<std::uint64_t> Session::update(const Change& change) {
+  RenderLoop::Update update;
+  std::unique_lock resizing(resize_mutex_, std::defer_lock);
+  if (change.settings) resizing.lock();
+  std::unique_lock lock(mutex_);
+  if (const Status usable = read(change, update); !usable.ok()) return usable.error();
+  const InUse in_use(in_use_, lock);
+  if (update.settings) {
+    const bool listened = rendering_->publisher().stream() != nullptr;
+    const TileFormat format = format_;
+    lock.unlock();
+    const Status fits = rendering_->prepare(*update.settings, update);
+    Result<Reservation> queue = Reservation();
+    if (fits.ok() && listened) queue = rendering_->reserve_queue(*update.settings, format);
+    lock.lock();
+    if (!fits.ok()) return fits.error();
+    // Meanwhile the session may have been closed, have got a newer view, or another listener.
+    if (const Status usable = read(change, update); !usable.ok()) return usable.error();
+    if (rendering_->publisher().stream()) {
+      const Status kept = rendering_->keep_queue(std::move(queue), *update.settings, format_);
+      if (!kept.ok()) return kept.error();
+    }
+  }
+
+  // May throw when memory is out; nothing has changed then.
+  const std::uint64_t revision =
+      change.scene ? rendering_->switch_scene(std::move(*change.scene), update) : rendering_->loop().update(update);
+  if (update.settings) settings_ = *update.settings;
+  if (update.budget) budget_ = *update.budget;
+  if (update.view) last_view_id_ = update.view->id;
+  const auto stream = rendering_->publisher().stream();
+  if (stream) {
+    stream->queue().drop_before(revision);
+    if (update.budget) stream->queue().limit_rate(budget_.bytes_per_second);
+    stream->kick();
+  }
+  paused_ = false;
+  if (!stream && !bounded()) pause();
+  if (!stream) idle_since_s_ = now_s();
+  return revision;
+}
+
+Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
+  std::unique_lock lock(mutex_);
+  if (closed_) return gone();
+  const InUse in_use(in_use_, lock);
+  const RenderSettings settings = settings_;
+  lock.unlock();
+  auto queue = rendering_->reserve_queue(settings, format);
+  lock.lock();
+  // Meanwhile it may have been closed, or have got another size.
+  if (closed_) return gone();
+  if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
+  RenderLoop& loop = rendering_->loop();
+  const bool has_samples = loop.progress().trace.paths > 0;
+
+  pb::StreamResponse greeting;
+  pb::Opened& opened = *greeting.mutable_opened();
+  opened.set_session_id(id_);
+  opened.set_revision(loop.revision());
+  *opened.mutable_settings() = to_message(settings_);
+  *opened.mutable_budget() = to_message(budget_);
+  opened.set_resumed(has_samples);
+  opened.set_scene_id(rendering_->scene().id);
+  stream->queue().limit_rate(budget_.bytes_per_second);
+  stream->push(Greeting{greeting.SerializeAsString()});
+
+  stream->queue().drop_before(loop.revision());
+  const bool was_over = frame_over();
+  const auto before = rendering_->publisher().attach(stream, format);
+  idle_since_s_ = kAttached;
+  format_ = format;
+  if (before) {
+    before->finish({grpc::StatusCode::ABORTED, "another stream took session '" + id_ + "' over"});
+    spdlog::info("session taken over id={}", id_);
+  }
+  // The film is kept: its newest state is shown at once, and a frame that has not come to its end goes on.
+  if (paused_ || channels_ != format.channels) {
+    RenderLoop::Update go_on;
+    if (paused_ || !was_over) go_on.budget = budget_;
+    go_on.channels = channels_ = format.channels;
+    loop.update(go_on);
+    paused_ = false;
+  } else {
+    if (was_over && has_samples) rendering_->publisher().forget_end();
+    loop.republish();
+  }
+  rendering_->report_progress(stream);
+  return ok_status();
+}
+
+void Session::detach(const OutboundStream* stream) {
+  const std::lock_guard lock(mutex_);
+  if (!rendering_->publisher().detach(stream)) return;
+  idle_since_s_ = now_s();
+  rendering_->release_queue();
+  if (!frame_over()) pause();
+}
+
+void Session::finish_after_frame(const std::shared_ptr<OutboundStream>& stream) {
+  const std::lock_guard lock(mutex_);
+  if (rendering_->publisher().stream() != stream) return;
+  if (last_view_id_ == 0 || !bounded()) {
+    stream->finish_when_drained(grpc::Status::OK);
+  } else {
+    rendering_->publisher().finish_after(rendering_->loop().revision());
+  }
+}
+
+void Session::drain(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  const auto stream = rendering_->publisher().stream();
+  if (stream) stream->push(Notice{NoticeSeverity::draining, status.error_message()});
+  rendering_->loop().cancel();
+  rendering_->publisher().finish_cancelled(status, /*tell=*/false);
+}
+
+void Session::close(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  close_locked(status);
+}
+
+bool Session::close_idle(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (!idle_locked()) return false;
+  close_locked(status);
+  return true;
+}
+
+void Session::close_locked(const grpc::Status& status) {
+  closed_ = true;
+  rendering_->loop().cancel();
+  if (const auto stream = rendering_->publisher().stream()) stream->finish(status);
+}
+
+pb::SessionInfo Session::info() const {
+  const std::lock_guard lock(mutex_);
+  const auto stream = rendering_->publisher().stream();
+  pb::SessionInfo info;
+  info.set_session_id(id_);
+  info.set_scene_id(rendering_->scene().id);
+  *info.mutable_settings() = to_message(settings_);
+  info.set_revision(rendering_->loop().revision());
+  info.set_attached(stream != nullptr);
+  *info.mutable_progress() = to_message(rendering_->loop().progress(), id_);
+  info.set_memory_bytes(rendering_->loop().memory_bytes() + (stream ? stream->queue().bytes() : 0));
+  info.set_invalid_samples(rendering_->loop().invalid_samples());
+  info.set_used_seconds(rendering_->loop().used_seconds());
+  info.set_idle_s(idle_s());
+  return info;
+}
+
+std::uint64_t Session::idle_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) : 0;
+}
+
+double Session::idle_s() const {
+  const double since = idle_since_s_;
+  return since == kAttached ? 0 : now_s() - since;
+}
+
+// Whether the newest revision's frame has ended by itself (or there is none).
+bool Session::frame_over() const {
+  if (last_view_id_ == 0) return true;
+  const auto end = rendering_->publisher().last_end();
+  return end && end->tag.revision >= rendering_->loop().revision();
+}
+
+void Session::pause() {
+  if (last_view_id_ == 0) return;
+  rendering_->loop().cancel();
+  paused_ = true;
+}
+
+}  // namespace helio

@@ -1,0 +1,91 @@
+// One client's resident picture: settings, budget, newest view and the rendering of it. It outlives its streams.
+//
+// A session renders while someone listens. When the listener goes, the frame in flight pauses and goes on when the
+// session is attached again. An update of a session to which nobody listens is rendered at once if its budget is
+// bounded by time or samples, else when someone attaches.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/sessions/rendering.h"
+#include "server/stream/convert.h"
+
+namespace helio {
+
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings, const Budget& budget,
+          unsigned channels, double grace_s, const RenderLimits& limits);
+
+  const std::string& id() const { return id_; }
+  double grace_s() const { return grace_s_; }
+  RenderSettings settings() const;
+
+  // Parts that are null stay as they are. On error nothing has changed. The new revision; when it returns, no tile of
+  // an older one will be handed to gRPC any more. With settings it may allocate a film, which takes long: only another
+  // update with settings waits for that.
+  struct Change {
+    const pb::View* view = nullptr;
+    const pb::RenderSettings* settings = nullptr;
+    const pb::Budget* budget = nullptr;
+    SceneLease* scene = nullptr;  // to be rendered from now on; moved from
+  };
+  Result<std::uint64_t> update(const Change& change);
+
+  // The stream becomes the session's only listener; the one before ends with ABORTED. failed_precondition after
+  // close(); resource_exhausted: max_memory.
+  Status attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format);
+  // Does nothing when another stream has taken over since.
+  void detach(const OutboundStream* stream);
+  // The client will send nothing more: the listener's call ends with the frame in flight, or at once when that has no
+  // bounded budget.
+  void finish_after_frame(const std::shared_ptr<OutboundStream>& stream);
+
+  // The listener gets the notice, the end of the frame in flight, and this status.
+  void drain(const grpc::Status& status);
+  // The listener's call ends with this status.
+  void close(const grpc::Status& status);
+  // As close(), if nobody listens, is about to, or changes it; else false.
+  bool close_idle(const grpc::Status& status);
+
+  pb::SessionInfo info() const;
+  // That close_idle() would give back; 0: it would not.
+  std::uint64_t idle_bytes() const;
+  // Seconds without a stream; 0 while attached. Never waits.
+  double idle_s() const;
+
+ private:
+  class InUse;
+  // Reads what `change` has; with mutex_ held.
+  Status read(const Change& change, RenderLoop::Update& update) const;
+  Error gone() const;
+  bool idle_locked() const { return !closed_ && in_use_ == 0 && !rendering_->publisher().stream(); }
+  void close_locked(const grpc::Status& status);
+  bool bounded() const { return budget_.time_s || budget_.samples; }
+  bool frame_over() const;
+  void pause();
+
+  const std::string id_;
+  const double grace_s_;
+  const RenderLimits limits_;
+  const std::shared_ptr<Rendering> rendering_;
+
+  std::mutex resize_mutex_;  // one film at a time; taken before mutex_
+  mutable std::mutex mutex_;
+  RenderSettings settings_;
+  Budget budget_;
+  unsigned channels_;               // that tiles are resolved with
+  TileFormat format_;               // of the listener
+  std::uint64_t last_view_id_ = 0;  // 0: no view yet
+  bool paused_ = false;             // a frame was in flight and waits for a listener
+  bool closed_ = false;
+  int in_use_ = 0;                     // by calls that may let go of mutex_ for a while
+  std::atomic<double> idle_since_s_;  // kAttached: somebody listens
+};
+
+}  // namespace helio

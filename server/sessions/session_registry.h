@@ -1,0 +1,53 @@
+// All sessions, and their end when nobody came back within the grace time.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "server/sessions/session.h"
+
+namespace helio {
+
+// Unguessable: `prefix` and 96 random bits, hexadecimal.
+std::string make_id(const char* prefix);
+
+class SessionRegistry {
+ public:
+  SessionRegistry(int max_sessions, TimerQueue& timers) : max_sessions_(max_sessions), timers_(timers) {}
+
+  // Takes long, as Rendering::create(). Where no place is left, the session to which nobody has listened for the
+  // longest time is ended. resource_exhausted: max_sessions (somebody listens to every session), max_memory.
+  Result<std::shared_ptr<Session>> create(const Rendering::Resources& resources, SceneLease scene,
+                                          const RenderSettings& settings, const Budget& budget, double grace_s,
+                                          const RenderLimits& limits);
+  Result<std::shared_ptr<Session>> find(const std::string& id, const std::string& where) const;
+  // Its stream ends with `status`.
+  Status close(const std::string& id, const std::string& where, const grpc::Status& status);
+  std::vector<std::shared_ptr<Session>> list() const;
+
+  // Ends sessions to which nobody listens, those that have waited longest first, until the films of the ended ones have
+  // `bytes`. False: they have less together; none was ended.
+  bool make_room(std::uint64_t bytes);
+  // That make_room() could give back.
+  std::uint64_t idle_bytes() const;
+
+ private:
+  // A place that is taken before its session is there.
+  class Place;
+
+  bool end_longest_idle();
+  std::vector<std::shared_ptr<Session>> by_idle_time() const;  // those without a listener, the longest first
+  bool end_idle(const std::shared_ptr<Session>& session);
+  void check_grace_later(const std::shared_ptr<Session>& session, double in_s);
+
+  const int max_sessions_;
+  TimerQueue& timers_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Session>> sessions_;
+  int creating_ = 0;
+};
+
+}  // namespace helio

@@ -1,0 +1,138 @@
+#include "server/stream/frame_publisher.h"
+
+#include <spdlog/spdlog.h>
+
+#include "server/base/grpc_status.h"
+
+namespace helio {
+namespace {
+
+bool same_frame(const FrameTag& a, const FrameTag& b) {
+  return a.revision == b.revision && a.frame == b.frame;
+}
+
+}  // namespace
+
+std::shared_ptr<OutboundStream> FramePublisher::attach(std::shared_ptr<OutboundStream> stream,
+                                                       const TileFormat& format) {
+  const std::lock_guard lock(mutex_);
+  stream_.swap(stream);
+  format_ = format;
+  finish_after_.reset();
+  if (in_flight()) stream_->push(*begin_);
+  return stream;
+}
+
+bool FramePublisher::detach(const OutboundStream* stream) {
+  const std::lock_guard lock(mutex_);
+  if (stream_.get() != stream) return false;
+  stream_.reset();
+  return true;
+}
+
+std::shared_ptr<OutboundStream> FramePublisher::stream() const {
+  const std::lock_guard lock(mutex_);
+  return stream_;
+}
+
+bool FramePublisher::in_flight() const {
+  return begin_ && !(end_ && same_frame(begin_->tag, end_->tag));
+}
+
+void FramePublisher::finish_after(std::uint64_t revision) {
+  const std::lock_guard lock(mutex_);
+  finish_after_ = revision;
+  finish_status_ = grpc::Status::OK;
+  if (stream_ && end_ && end_->tag.revision >= revision) stream_->finish_when_drained(finish_status_);
+}
+
+void FramePublisher::finish_cancelled(const grpc::Status& status, bool tell) {
+  const std::lock_guard lock(mutex_);
+  if (in_flight()) {  // its end is on the way
+    finish_after_ = begin_->tag.revision;
+    finish_status_ = status;
+    return;
+  }
+  if (!stream_) return;
+  const bool was_last = end_ && finish_after_ && end_->tag.revision >= *finish_after_;
+  if (tell && !was_last) {
+    over_ = true;
+    FrameEnd end;
+    end.reason = FrameEndReason::cancelled;
+    FrameBegin begin;
+    if (end_) {
+      begin.tag = end_->tag;
+      ++begin.tag.frame;
+    }
+    end.tag = begin.tag;
+    stream_->push(begin);
+    stream_->push(end);
+  }
+  stream_->finish_when_drained(status);
+}
+
+std::optional<FrameEnd> FramePublisher::last_end() const {
+  const std::lock_guard lock(mutex_);
+  return end_;
+}
+
+void FramePublisher::forget_end() {
+  const std::lock_guard lock(mutex_);
+  end_.reset();
+}
+
+void FramePublisher::frame_begun(const FrameBegin& begin) {
+  const std::lock_guard lock(mutex_);
+  if (over_) return;
+  try {
+    begin_ = begin;
+    if (stream_) stream_->push(begin);
+  } catch (...) {
+    // Nothing of this frame can be told any more, not even that it failed; the client can attach again.
+    begin_.reset();
+    if (stream_) stream_->finish(out_of_memory());
+    throw;
+  }
+}
+
+void FramePublisher::tile_ready(FrameTile tile) {
+  std::shared_ptr<OutboundStream> stream;
+  TileFormat format;
+  int width = 0, height = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stream_ || !begin_ || (tiles_ == Tiles::final_only && !tile.final)) return;
+    stream = stream_;
+    format = format_;
+    width = begin_->settings.width;
+    height = begin_->settings.height;
+  }
+  if (!stream->queue().wants(tile.tag)) return;
+  auto encoded = encode(tile, width, height, format);
+  if (!encoded) {
+    spdlog::error("tile not sent revision={} x={} y={}: {}", tile.tag.revision, tile.pixels.window.x0,
+                  tile.pixels.window.y0, encoded.error().to_string());
+    return;
+  }
+  stream->push(std::move(*encoded));
+}
+
+void FramePublisher::frame_ended(const FrameEnd& end) {
+  const std::lock_guard lock(mutex_);
+  if (over_) return;
+  end_ = end;
+  if (!stream_) return;
+  std::string token;
+  if (make_token_ && begin_ && end.progress.trace.invalid() > 0) {
+    token = make_token_(*begin_, end.progress.trace.first_invalid);
+  }
+  stream_->push(end, std::move(token));
+  if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(finish_status_);
+}
+
+std::size_t FramePublisher::backlog() const {
+  const auto listening = stream();
+  return listening ? listening->queue().tiles() : 0;
+}
+
+}  // namespace helio

@@ -1,0 +1,65 @@
+// The daemon's FrameSink: encodes tiles for whoever listens and puts them into the listener's queue. Nothing is encoded
+// while nobody listens.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "renderer/frame/frame_sink.h"
+#include "server/stream/outbound_stream.h"
+#include "server/stream/tile_encoder.h"
+
+namespace helio {
+
+class FramePublisher final : public FrameSink {
+ public:
+  enum class Tiles { all, final_only };
+  // Makes the token by which a sample of the frame can be traced again.
+  using MakeToken = std::function<std::string(const FrameBegin& frame, const InvalidSample& sample)>;
+  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {})
+      : tiles_(tiles), make_token_(std::move(make_token)) {}
+
+  // Where frames go from now on; returns the stream that they went to before. When a frame is in flight, the new
+  // listener is told of its begin.
+  std::shared_ptr<OutboundStream> attach(std::shared_ptr<OutboundStream> stream, const TileFormat& format);
+  // False when another stream has taken over since.
+  bool detach(const OutboundStream* stream);
+  std::shared_ptr<OutboundStream> stream() const;
+
+  // The listener's call ends with OK once the end of a frame of this or a later revision has been sent.
+  void finish_after(std::uint64_t revision);
+  // The loop has been cancelled: the listener's call ends with `status` behind the end of the frame that it knows of.
+  // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
+  void finish_cancelled(const grpc::Status& status, bool tell);
+
+  // Of the frame that ended last; nothing before the first end.
+  std::optional<FrameEnd> last_end() const;
+  // The newest state is about to be published again, with an end of its own.
+  void forget_end();
+
+  void frame_begun(const FrameBegin& begin) override;
+  void tile_ready(FrameTile tile) override;
+  void frame_ended(const FrameEnd& end) override;
+  std::size_t backlog() const override;
+
+ private:
+  bool in_flight() const;  // with mutex_ held
+
+  const Tiles tiles_;
+  const MakeToken make_token_;
+
+  mutable std::mutex mutex_;
+  std::shared_ptr<OutboundStream> stream_;
+  TileFormat format_;
+  std::optional<FrameBegin> begin_;  // of the newest frame
+  std::optional<FrameEnd> end_;      // of the newest frame that has ended
+  std::optional<std::uint64_t> finish_after_;
+  grpc::Status finish_status_;
+  bool over_ = false;  // no frame after a cancel
+};
+
+}  // namespace helio

@@ -1,0 +1,199 @@
+#include "server/stream/outbound_queue.h"
+
+#include <algorithm>
+
+namespace helio {
+namespace {
+
+// Rate limiting lets this much sending time accumulate while nothing is sent.
+constexpr double kRateBurst = 0.1;
+
+bool same_frame(const FrameTag& a, const FrameTag& b) {
+  return a.revision == b.revision && a.frame == b.frame;
+}
+
+}  // namespace
+
+void OutboundQueue::push(Greeting greeting) {
+  const std::lock_guard lock(mutex_);
+  if (!closed_) greeting_ = std::move(greeting);
+}
+
+void OutboundQueue::push(Notice notice) {
+  const std::lock_guard lock(mutex_);
+  if (!closed_) notices_[notice.severity] = std::move(notice);
+}
+
+void OutboundQueue::push(const FrameBegin& begin) {
+  const std::lock_guard lock(mutex_);
+  if (closed_ || begin.tag.revision < min_revision_) return;
+  Frame frame;
+  frame.begin = begin;  // may throw: then the queue is as it was
+  retire_frame();
+  min_revision_ = begin.tag.revision;
+  frame_ = std::move(frame);
+}
+
+void OutboundQueue::push(const FrameProgress& progress) {
+  const std::lock_guard lock(mutex_);
+  if (wants_locked(progress.tag) && !frame_->end) frame_->progress = progress;
+}
+
+void OutboundQueue::push(EncodedTile tile) {
+  const std::lock_guard lock(mutex_);
+  if (!wants_locked(tile.tag)) return;
+  const std::pair corner{tile.window.x0, tile.window.y0};
+  const std::size_t bytes = tile.exr.size();
+  if (const auto place = frame_->places.find(corner); place != frame_->places.end()) {
+    bytes_ -= place->second->exr.size();
+    ++frame_->dropped;
+    *place->second = std::move(tile);
+  } else {
+    const auto at = frame_->tiles.insert(frame_->tiles.end(), std::move(tile));
+    try {
+      frame_->places[corner] = at;
+    } catch (...) {
+      frame_->tiles.erase(at);
+      throw;
+    }
+  }
+  bytes_ += bytes;
+  peak_bytes_ = std::max(peak_bytes_, bytes_);
+}
+
+void OutboundQueue::push(const FrameEnd& end, std::string replay_token) {
+  const std::lock_guard lock(mutex_);
+  if (!frame_ || !same_frame(frame_->begin.tag, end.tag) || frame_->ended) return;
+  frame_->end = end;
+  frame_->replay_token = std::move(replay_token);
+  frame_->progress.reset();  // the end says it all
+}
+
+void OutboundQueue::drop_before(std::uint64_t revision) {
+  const std::lock_guard lock(mutex_);
+  min_revision_ = std::max(min_revision_, revision);
+  if (!frame_ || frame_->begin.tag.revision >= min_revision_) return;
+  drop_tiles();
+  frame_->progress.reset();
+  if (!frame_->begun) frame_.reset();
+}
+
+bool OutboundQueue::wants(const FrameTag& tag) const {
+  const std::lock_guard lock(mutex_);
+  return wants_locked(tag);
+}
+
+bool OutboundQueue::wants_locked(const FrameTag& tag) const {
+  return frame_ && same_frame(frame_->begin.tag, tag) && !frame_->ended && tag.revision >= min_revision_;
+}
+
+void OutboundQueue::limit_credit(std::uint32_t tiles) {
+  const std::lock_guard lock(mutex_);
+  credit_ = tiles;
+}
+
+bool OutboundQueue::add_credit(std::uint32_t tiles) {
+  const std::lock_guard lock(mutex_);
+  if (!credit_) return false;
+  *credit_ += tiles;
+  return true;
+}
+
+void OutboundQueue::limit_rate(std::optional<double> bytes_per_second) {
+  const std::lock_guard lock(mutex_);
+  rate_ = bytes_per_second;
+  rate_free_s_ = 0;
+}
+
+OutboundQueue::Next OutboundQueue::pop(double now_s) {
+  const std::lock_guard lock(mutex_);
+  if (greeting_) {
+    Next next{std::move(*greeting_)};
+    greeting_.reset();
+    return next;
+  }
+  if (!notices_.empty()) return {std::move(notices_.extract(notices_.begin()).mapped())};
+  if (previous_end_) {
+    Next next{std::move(*previous_end_)};
+    previous_end_.reset();
+    return next;
+  }
+  if (!frame_) return {};
+  if (!frame_->begun) {
+    frame_->begun = true;
+    return {frame_->begin};
+  }
+  if (frame_->progress) {
+    Next next{*frame_->progress};
+    frame_->progress.reset();
+    return next;
+  }
+  if (!frame_->tiles.empty()) return pop_tile(now_s);
+  if (frame_->end && !frame_->ended) {
+    frame_->ended = true;
+    return {frame_->report()};
+  }
+  return {};
+}
+
+OutboundQueue::Next OutboundQueue::pop_tile(double now_s) {
+  if (credit_ && *credit_ == 0) return {};
+  if (rate_ && now_s < rate_free_s_) return {std::nullopt, rate_free_s_};
+  EncodedTile tile = std::move(frame_->tiles.front());
+  frame_->places.erase({tile.window.x0, tile.window.y0});
+  frame_->tiles.pop_front();
+  bytes_ -= tile.exr.size();
+  frame_->bytes_sent += tile.exr.size();
+  if (credit_) --*credit_;
+  if (rate_) rate_free_s_ = std::max(rate_free_s_, now_s - kRateBurst) + double(tile.exr.size()) / *rate_;
+  return {std::move(tile)};
+}
+
+bool OutboundQueue::empty() const {
+  const std::lock_guard lock(mutex_);
+  return !greeting_ && notices_.empty() && !previous_end_ &&
+         (!frame_ || (frame_->begun && !frame_->progress && frame_->tiles.empty() && (!frame_->end || frame_->ended)));
+}
+
+void OutboundQueue::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  greeting_.reset();
+  notices_.clear();
+  previous_end_.reset();
+  frame_.reset();
+  bytes_ = 0;
+}
+
+std::size_t OutboundQueue::tiles() const {
+  const std::lock_guard lock(mutex_);
+  return frame_ ? frame_->tiles.size() : 0;
+}
+
+std::uint64_t OutboundQueue::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+std::uint64_t OutboundQueue::peak_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return peak_bytes_;
+}
+
+void OutboundQueue::drop_tiles() {
+  frame_->dropped += frame_->tiles.size();
+  frame_->tiles.clear();
+  frame_->places.clear();
+  bytes_ = 0;
+}
+
+void OutboundQueue::retire_frame() {
+  if (!frame_) return;
+  drop_tiles();
+  if (frame_->begun && frame_->end && !frame_->ended) {
+    previous_end_ = frame_->report();
+  }
+  frame_.reset();
+}
+
+}  // namespace helio
