@@ -36,7 +36,7 @@ struct TextureOptions {
   // Slots to build pyramids for (by image and encoding): one third more texels, 16 bytes each. Empty, the default:
   // none, and lookups with a footprint return the reference. Mip-mapping trades aliasing for bias: where material
   // response is not linear in the texture, and everywhere within a footprint that is isotropic though the true one is
-  // not. tests/unit/scene/texture_mip_test.cpp measures it, `helio_bench features` in a scene.
+  // not. tests/unit/scene/images/texture_mip_test.cpp measures it, `helio_bench features` in a scene.
   std::vector<TextureSlot> mip_mapped;
 };
 

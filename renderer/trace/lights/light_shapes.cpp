@@ -7,7 +7,7 @@ namespace helio {
 namespace {
 
 // Solid angle sampling is used closer to the centre than this many times the largest extent of the light. Chosen by
-// the product of variance and time of unoccluded irradiance estimates (see tests/unit/trace/light_shapes_test.cpp).
+// the product of variance and time of unoccluded irradiance estimates (see tests/unit/trace/lights/light_shapes_test.cpp).
 constexpr float kNearRectangle = 1.0f;
 constexpr float kNearTriangle = 0.7f;
 
