@@ -6,7 +6,7 @@
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/paths/path_integrator.h"
 
 namespace helio::bench {
@@ -16,7 +16,7 @@ namespace {
 // Row-major.
 std::vector<CentreHit> centres_of(const RenderScene& scene, const CameraPose& pose, int width, int height) {
   const Camera camera(pose, width, height, scene.origin());
-  CentreHits centres(scene, camera, pose.forward);
+  PrimaryHits centres(scene, camera, pose.forward);
   std::vector<CentreHit> all(std::size_t(width) * std::size_t(height));
   for (const PixelRect& block : cut_aligned({0, 0, width, height}, kPathGroupSize, kPathGroupSize)) {
     centres.trace(block);

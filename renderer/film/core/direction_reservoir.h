@@ -1,5 +1,5 @@
 // Where the light of a pixel comes from at its first hit, and how much of it depends on the view: what a later picture
-// that sees the surface from elsewhere weighs the pixel's samples by (trace/gbuffer/centre_hits.h).
+// that sees the surface from elsewhere weighs the pixel's samples by (trace/gbuffer/primary_hits.h).
 #pragma once
 
 #include <algorithm>

@@ -33,7 +33,7 @@ struct CarriedPixel {
   bool looked_up() const { return (notes_ & kLookedUp) != 0; }
   void note_looked_up() { notes_ |= kLookedUp; }
 
-  // Some sample has met another surface than the pixel's centre (trace/gbuffer/mixed_pixels.h).
+  // Some sample has met another surface than the pixel's centre (trace/gbuffer/partial_coverage.h).
   bool mixed() const { return (notes_ & kMixed) != 0; }
   void note_mixed() { notes_ |= kMixed; }
 

@@ -1,12 +1,12 @@
-// Pass: finds out what the pixels of the picture in hand show at their centres (trace/gbuffer/picture_centres.h), where it began
-// without knowing. The next camera move needs it, and would wait for it.
+// Pass: finds out what the pixels of the picture in hand show at their centres (trace/gbuffer/gbuffer_pass.h), where it
+// began without knowing. The next camera move needs it, and would wait for it.
 #pragma once
 
 #include <utility>
 
 #include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/reproject.h"
-#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/gbuffer/gbuffer_pass.h"
 
 namespace helio {
 
@@ -40,7 +40,7 @@ class CentreSearch final : public PictureTransfer {
  private:
   PictureHistory& history_;
   std::vector<PixelRect> windows_;
-  PictureCentres centres_;
+  GbufferPass centres_;
 };
 
 }  // namespace helio

@@ -59,7 +59,7 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
     if (!history.centres_known()) {
-      film_centres_ = std::make_unique<PictureCentres>(history.film_scene(), film, region, history.film_pose(), filter);
+      film_centres_ = std::make_unique<GbufferPass>(history.film_scene(), film, region, history.film_pose(), filter);
       sweeps_ = {Sweep::search, Sweep::search_borders, Sweep::note_borders};
     }
     sweeps_.push_back(Sweep::gather);

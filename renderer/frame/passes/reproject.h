@@ -1,8 +1,8 @@
 // Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
-// (trace/reuse/history_revision.h), and what they know is carried into the film of a new camera (trace/reuse/reprojection.h). A
-// camera that jumped finds nothing there, and a session's first picture has no sources: such pictures begin without
-// rays through the centres of their pixels, which are traced once the picture is worth it (passes/centre_search.h), at
-// the latest when it becomes a source itself.
+// (trace/reuse/history_revision.h), and what they know is carried into the film of a new camera
+// (trace/reuse/reprojection.h). A camera that jumped finds nothing there, and a session's first picture has no sources:
+// such pictures begin without rays through the centres of their pixels, which are traced once the picture is worth it
+// (passes/centre_search.h), at the latest when it becomes a source itself.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 #include "renderer/film/history/film_history.h"
 #include "renderer/frame/passes/picture_transfer.h"
-#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/history_revision.h"
 #include "renderer/trace/reuse/reprojection.h"
 
@@ -40,7 +40,7 @@ class PictureHistory {
   // held, which may take long to free.
   std::vector<std::shared_ptr<const RenderScene>> forget();
   // The film holds a picture of this camera, all of its pixels in a defined state. centres: it knows what those of its
-  // pixels meet (trace/gbuffer/picture_centres.h), or never will.
+  // pixels meet (trace/gbuffer/gbuffer_pass.h), or never will.
   void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, bool centres) {
     film_ = {true, scene, pose, 0, film_swapped()};
     centres_known_ = centres;
@@ -138,7 +138,7 @@ class HistoryTransfer final : public PictureTransfer {
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;
   std::vector<PixelRect> windows_;
-  std::unique_ptr<PictureCentres> film_centres_;  // of the picture that is left
+  std::unique_ptr<GbufferPass> film_centres_;  // of the picture that is left
   std::unique_ptr<HistoryRevision> revision_;
   std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;

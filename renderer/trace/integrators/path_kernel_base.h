@@ -12,7 +12,7 @@
 #include <memory>
 
 #include "renderer/film/core/sample_targets.h"
-#include "renderer/trace/gbuffer/mixed_pixels.h"
+#include "renderer/trace/gbuffer/partial_coverage.h"
 #include "renderer/trace/integrators/path_watch.h"
 #include "renderer/trace/paths/path_group.h"
 #include "renderer/trace/paths/path_kernel.h"
@@ -369,7 +369,7 @@ class PathKernelBase {
         PixelFeatures& features = task_.film.features(x, y);
         const std::size_t index = pixel_index(x, y);
         const SampleLevels own = levels(index);
-        const std::uint32_t mixed = mixed_.any() ? mixed_.first(index) : MixedPixels::kNone;
+        const std::uint32_t mixed = mixed_.any() ? mixed_.first(index) : PartialCoverage::kNone;
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
           if (sample == mixed) [[unlikely]]
             stats_.dropped += mixed_.tell(x, y, sample);
@@ -418,7 +418,7 @@ class PathKernelBase {
   // With targets, of the window's pixels, row-major: their samples, and where in film_radiance_ these begin.
   std::vector<SampleLevels> levels_;
   std::vector<std::size_t> slots_;
-  MixedPixels mixed_;
+  PartialCoverage mixed_;
   [[no_unique_address]] Watch watch_;
 };
 

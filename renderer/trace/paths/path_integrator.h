@@ -68,7 +68,7 @@ struct TraceStats {
   std::uint64_t bright_splats = 0;   // of these: finite, but more than a film holds (SplatBuffer)
   // Times that a path entered a medium within MediumStack::kDepth others, whose absorption it then lacks.
   std::uint64_t media_overflows = 0;
-  std::uint64_t dropped = 0;         // carried samples that mixed pixels lost (mixed_pixels.h)
+  std::uint64_t dropped = 0;  // carried samples that mixed pixels lost (partial_coverage.h)
   // Meaningful when invalid() > 0: the one of the lowest index, of these of the first half, then of the topmost and
   // leftmost pixel, so that it does not depend on how the work was cut.
   InvalidSample first_invalid;

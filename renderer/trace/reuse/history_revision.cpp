@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "renderer/film/core/film_windows.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 
 namespace helio {
 namespace {
@@ -61,7 +61,7 @@ class EditedMaterials {
   const SceneDifference& difference_;
   PixelRect film_;
   Camera camera_;
-  CentreHits centres_;
+  PrimaryHits centres_;
 };
 
 SurfaceChange surface_change(const SceneDifference& difference, const CentreHit& centre) {

@@ -13,7 +13,7 @@
 #include "renderer/film/core/packed_values.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/reuse/source_view.h"
 #include "renderer/trace/sampling/sampler.h"
 #include "renderer/trace/scene/scene_data.h"
@@ -186,7 +186,7 @@ class Reprojection::Seeker {
   };
   // centres: has the pixel in hand, which met `here`. Sources are asked until one knows enough; of glossy surfaces, as
   // far as the pixel's own directions tell.
-  void see(const CentreHit& here, int x, int y, const CentreHits& centres, Sights& sights) {
+  void see(const CentreHit& here, int x, int y, const PrimaryHits& centres, Sights& sights) {
     const V3d position =
         here.hit() ? now_.position_at(x + 0.5, y + 0.5, here.depth) : now_.direction_at(x + 0.5, y + 0.5);
     const double footprint = now_.footprint(here.hit() ? double(here.depth) : dot(position, pose().forward));
@@ -244,7 +244,7 @@ class Reprojection::Seeker {
     }
     directions[count] = &sight.directions;
     alike[count++] = &own;
-    const ViewChange change = pooled_change(own, {alike, count}, sight.shared());
+    const ViewReweighting change = pooled_change(own, {alike, count}, sight.shared());
     const std::uint32_t key = key_of(x, y, source);
     SourceLookup lookup = views_[source].look(here, sight, change, of_.light_[source], key);
     // From there on they stand for what the new camera sees: by what they counted for the old one they would lag behind
@@ -267,7 +267,7 @@ bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) con
   // A strip of one pixel's width, as high as eight of these cells, is in one of them.
   int cell = kMostGlanceCell;
   while (cell > 1 && centres_.region().area() < std::int64_t(cell) * cell * kLeastGlances) cell /= 2;
-  CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
+  PrimaryHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
   Seeker seeker(*this);
   for (const PixelRect& part : cut_aligned(window, cell, cell)) {
     const int row = part.y0 / cell, column = part.x0 / cell;
@@ -288,7 +288,7 @@ void Reprojection::clear(const PixelRect& window) {
 }
 
 void Reprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
-  CentreHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
+  PrimaryHits centres(centres_.scene(), centres_.camera(), centres_.pose().forward);
   Seeker seeker(*this);
   const auto sights = std::make_unique<BlockSights>();
   std::vector<std::pair<int, int>> waiting;  // pixels whose neighbours have a say

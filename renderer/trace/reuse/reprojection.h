@@ -5,23 +5,23 @@
 // similar normal, the point within half a pixel of the plane through what the pixel's centre met), bilinearly, their
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
 // anything, for Sobol points find out about edges sooner than interpolation is right about them; what lies just outside
-// the region counts there. Of a box filter's such pixels half show one surface after all, by their rims (rim_hits.h),
-// and are like others, unless one of the surfaces shines. What is smaller than that samples find (mixed_pixels.h): a
-// pixel whose samples met another surface than its centre is looked up by none that shows part of it, and what was
-// looked up for a pixel that turns out to be one is dropped. The rays of the new picture are the verification: a point
-// that another surface hid from the earlier camera finds no pixel that shows it. A camera that comes back to where a
-// picture was taken, to the bit, or that stays while the scene is edited, finds it pixel by pixel as it was, those on
-// borders if all that their filter reaches shows what it showed (of pictures from before an edit of what shows those at
-// the edge do not come back: nobody knows what was beside them).
+// the region counts there. Of a box filter's such pixels half show one surface after all, by their rims
+// (silhouette_coverage.h), and are like others, unless one of the surfaces shines. What is smaller than that samples
+// find (partial_coverage.h): a pixel whose samples met another surface than its centre is looked up by none that shows
+// part of it, and what was looked up for a pixel that turns out to be one is dropped. The rays of the new picture are
+// the verification: a point that another surface hid from the earlier camera finds no pixel that shows it. A camera
+// that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it pixel by
+// pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from before an
+// edit of what shows those at the edge do not come back: nobody knows what was beside them).
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling, between pixels and between sizes of pixels: by the squared second differences around there
 //     (resampling_error2() of source_lookup.h),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
-//     of the old one is worked out from directions that light came from (DirectionReservoir, CentreHits::evidence_from,
-//     view_change.h), and how far that may be off is carried; of what directions bring that those cannot tell of, the
-//     old picture's mean radiance is taken, give or take half of it,
+//     of the old one is worked out from directions that light came from (DirectionReservoir,
+//     PrimaryHits::evidence_from, view_reweighting.h), and how far that may be off is carried; of what directions bring
+//     that those cannot tell of, the old picture's mean radiance is taken, give or take half of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
 //   - edits of the scene since then, which are among it (trace/reuse/history_revision.h).
@@ -31,10 +31,10 @@
 // scatter, their mean is not what the new pixel scatters, which may be as any of them does: what looking up between
 // pixels may have brought counts against the geometric mean of their variances instead (LookupSums::weigh()).
 //
-// Forward mapping is there as well (trace/reuse/forward_map.h): each pixel of an earlier picture goes to the one new pixel
-// that its point lies in, by the same rules but for mixed pixels beside that one, which nobody asks for. As far as the
-// point lies from the new pixel's centre it is a lookup beside its point. It copies without interpolating, and leaves
-// holes where things are shown larger: tests/bench/README.md compares them.
+// Forward mapping is there as well (trace/reuse/forward_map.h): each pixel of an earlier picture goes to the one new
+// pixel that its point lies in, by the same rules but for mixed pixels beside that one, which nobody asks for. As far
+// as the point lies from the new pixel's centre it is a lookup beside its point. It copies without interpolating, and
+// leaves holes where things are shown larger: tests/bench/README.md compares them.
 //
 // What was traced for one half and for the other never meets, so the halves stay independent, but for the directions,
 // which say together how the view has changed. Which lineage is the film's first half alternates from picture to
@@ -49,7 +49,7 @@
 
 #include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera.h"
-#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/reuse/forward_map.h"
 #include "renderer/trace/reuse/reprojection_mapping.h"
@@ -97,12 +97,12 @@ class Reprojection {
   // Whether sources know something of the window, as far as one pixel in 64 tells (more of small films). True where one
   // may be kept as it is. Changes nothing.
   bool glance(const PixelRect& window, ReprojectionStats& stats) const;
-  // Nothing is carried into the window, and what its centres meet is not found out (trace/gbuffer/picture_centres.h).
+  // Nothing is carried into the window, and what its centres meet is not found out (trace/gbuffer/gbuffer_pass.h).
   void clear(const PixelRect& window);
 
   // Clears the window, finds its centre hits, and fills it with what the sources know of them.
   void carry(const PixelRect& window, ReprojectionStats& stats);
-  // PictureCentres::find_borders().
+  // GbufferPass::find_borders().
   void find_borders(const PixelRect& window, ReprojectionStats& stats);
   // Takes back what was carried there, and gives it what only whole neighbourhoods tell.
   void settle(const PixelRect& window, ReprojectionStats& stats);
@@ -114,7 +114,7 @@ class Reprojection {
   std::vector<SourceView> views() const;  // by source
 
   Film& film_;
-  PictureCentres centres_;
+  GbufferPass centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
   ReprojectionMapping mapping_;

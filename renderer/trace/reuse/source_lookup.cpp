@@ -39,7 +39,7 @@ float resampling_error2(float between, float zoom) {
   return 2.0f / 3 * off * off + shrink * shrink / 12 + (zoom > 1 ? 0.25f * shrink * off : 0);
 }
 
-SourceLookup LookupSums::weigh(float resampled, float view_change, const Rgb& arrival) const {
+SourceLookup LookupSums::weigh(float resampled, float view_reweighting, const Rgb& arrival) const {
   SourceLookup result;
   float variance[kHalves] = {0, 0};
   for (int h = 0; h < kHalves; ++h) {
@@ -59,7 +59,7 @@ SourceLookup LookupSums::weigh(float resampled, float view_change, const Rgb& ar
     shared += std::max(0.0f, result.mean[a][c] * result.mean[b][c]) / 3;
     for (int h = 0; h < kHalves; ++h) square[h] += sqr(result.mean[h][c]) / 3;
   }
-  const float before = std::sqrt(bias2), change2 = view_change * view_change;
+  const float before = std::sqrt(bias2), change2 = view_reweighting * view_reweighting;
   const float fixed = resampled + sqr(kArrivalDoubt) * (sqr(arrival.x) + sqr(arrival.y) + sqr(arrival.z)) / 3;
   const auto bias2_of = [&](float squared) { return sqr(before + std::sqrt(fixed + change2 * squared)); };
   result.bias2 = bias2_of(shared);

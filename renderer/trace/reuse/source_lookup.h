@@ -45,10 +45,10 @@ struct LookupSums {
   // Of a pixel of that weight, its radiance times `modulation`; at most kMostTaps of them.
   void add(const SourcePixel& pixel, float w, const Rgb& modulation);
 
-  // What they say together. resampled: squared error of the lookup, over the sums'. view_change: relative to the mean.
-  // arrival: radiance that may have come into view, a guess. Where the view has changed, halves that may be off by more
-  // than half of the mean say nothing.
-  SourceLookup weigh(float resampled, float view_change, const Rgb& arrival) const;
+  // What they say together. resampled: squared error of the lookup, over the sums'. view_reweighting: relative to the
+  // mean. arrival: radiance that may have come into view, a guess. Where the view has changed, halves that may be off
+  // by more than half of the mean say nothing.
+  SourceLookup weigh(float resampled, float view_reweighting, const Rgb& arrival) const;
 
   float mean(int h, int c) const { return means[3 * h + c]; }
   float inverse_count(int h) const { return means[6 + h]; }

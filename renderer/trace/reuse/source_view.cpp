@@ -33,7 +33,7 @@ SourceView::SourceView(const HistorySource& pixels, const CameraPose& pose, cons
       normal_(0, projection_) {}
 
 void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, double footprint,
-                     const CentreHits& centres, std::uint32_t key, SourceSight& sight) {
+                     const PrimaryHits& centres, std::uint32_t key, SourceSight& sight) {
   sight.taps = find_taps(here, x, y, position);
   sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
   sight.glossy = centres.depends_on_view();
@@ -45,7 +45,7 @@ void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, d
   }
 }
 
-SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, const ViewChange& change,
+SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change,
                               const Rgb& light, std::uint32_t key) const {
   if (!sight.usable()) return {};
   const SourceTaps& taps = sight.taps;
@@ -146,7 +146,7 @@ bool SourceView::add_tap(const CentreHit& here, const V3d& from_camera, double f
   return true;
 }
 
-ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const CentreHits& centres,
+ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const PrimaryHits& centres,
                                      WeighedDirections& directions) const {
   float least = kLeastShare * taps.total;
   if (!centres.textured()) {

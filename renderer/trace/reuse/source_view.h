@@ -9,8 +9,8 @@
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera_projection.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
-#include "renderer/trace/gbuffer/view_change.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
+#include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
 #include "renderer/trace/reuse/forward_map.h"
 #include "renderer/trace/reuse/source_lookup.h"
@@ -62,11 +62,11 @@ class SourceView {
 
   // Of the pixel (x, y), whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new
   // pixel there. centres: has the pixel in hand.
-  void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const CentreHits& centres,
+  void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const PrimaryHits& centres,
            std::uint32_t key, SourceSight& sight);
 
   // Without the directions of surfaces that look different from there. light: the picture's mean radiance.
-  SourceLookup look(const CentreHit& here, const SourceSight& sight, const ViewChange& change, const Rgb& light,
+  SourceLookup look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change, const Rgb& light,
                     std::uint32_t key) const;
 
   // Whether what the pixel showed was next to another surface.
@@ -89,7 +89,7 @@ class SourceView {
 
   // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
   // surfaces are textured every pixel asks for itself.
-  ViewEvidence evidence_of(const SourceTaps& taps, const CentreHits& centres, WeighedDirections& directions) const;
+  ViewEvidence evidence_of(const SourceTaps& taps, const PrimaryHits& centres, WeighedDirections& directions) const;
   SourceTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
   // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
   bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap, SourceTaps& taps);

@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "tests/support/edited_scenes.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
@@ -35,7 +35,7 @@ struct Shown {
 Shown shown(const Scene& scene, const CameraPose& pose) {
   Shown result;
   const Camera camera(pose, kWidth, kHeight, scene->origin());
-  CentreHits centres(*scene, camera, pose.forward);
+  PrimaryHits centres(*scene, camera, pose.forward);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       centres.trace({x, y, x + 1, y + 1});

@@ -1,8 +1,8 @@
-#include "renderer/trace/gbuffer/rim_hits.h"
+#include "renderer/trace/gbuffer/silhouette_coverage.h"
 
 #include <limits>
 
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/scene/scene_data.h"
 
 namespace helio {
@@ -12,8 +12,8 @@ constexpr int kAround[8][2] = {{0, 0}, {1, 0}, {2, 0}, {0, 1}, {2, 1}, {0, 2}, {
 
 }  // namespace
 
-RimHits::RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
-                 const std::vector<std::uint8_t>& asked)
+SilhouetteCoverage::SilhouetteCoverage(const RenderScene& scene, const Camera& camera, const V3d& axis,
+                                       const PixelRect& window, const std::vector<std::uint8_t>& asked)
     : window_(window) {
   slot_.assign(point(0, 2 * window.height() + 1), kNotTraced);
   std::vector<Ray> rays;
@@ -49,7 +49,7 @@ RimHits::RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis
   }
 }
 
-bool RimHits::show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const {
+bool SilhouetteCoverage::show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const {
   for (const int (&at)[2] : kAround) {
     const std::uint32_t slot = slot_[point(2 * (x - window_.x0) + at[0], 2 * (y - window_.y0) + at[1])];
     if (!steps.one_surface(centre, x + 0.5, y + 0.5, hits_[slot], x + 0.5 * at[0], y + 0.5 * at[1])) return false;

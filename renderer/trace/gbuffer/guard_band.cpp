@@ -1,15 +1,15 @@
-#include "renderer/trace/gbuffer/outside_hits.h"
+#include "renderer/trace/gbuffer/guard_band.h"
 
 namespace helio {
 
-OutsideHits::OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
-                         int reach, const PixelRect& region)
+GuardBand::GuardBand(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
+                     int reach, const PixelRect& region)
     : bounds_(intersect({window.x0 - reach, window.y0 - reach, window.x1 + reach, window.y1 + reach},
                         {-1, -1, camera.width() + 1, camera.height() + 1})) {
   const PixelRect inside = intersect(bounds_, region);
   if (inside.area() == bounds_.area()) return;
   hits_.resize(std::size_t(bounds_.area()));
-  CentreHits centres(scene, camera, axis);
+  PrimaryHits centres(scene, camera, axis);
   const PixelRect strips[] = {{bounds_.x0, bounds_.y0, bounds_.x1, inside.y0},
                               {bounds_.x0, inside.y0, inside.x0, inside.y1},
                               {inside.x1, inside.y0, bounds_.x1, inside.y1},

@@ -1,4 +1,4 @@
-#include "renderer/trace/gbuffer/mixed_pixels.h"
+#include "renderer/trace/gbuffer/partial_coverage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 
 #include "renderer/film/core/packed_values.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/paths/path_group.h"
 
 namespace helio {
 
-MixedPixels::MixedPixels(const WindowTask& task)
+PartialCoverage::PartialCoverage(const WindowTask& task)
     : scene_(task.scene), film_(task.film), half_(task.range.half), window_(task.window) {
   const FilmHistory* history = task.film.history();
   if (task.trace || !history || !history->has_centres()) return;
@@ -41,7 +41,7 @@ MixedPixels::MixedPixels(const WindowTask& task)
   if (!any) centres_.clear();
 }
 
-bool MixedPixels::differs(const SceneData& scene, const Centre& centre, const Ray& ray, const Hit& hit) {
+bool PartialCoverage::differs(const SceneData& scene, const Centre& centre, const Ray& ray, const Hit& hit) {
   constexpr std::uint32_t kNothing = CentreHit().instance;
   if (!hit.valid()) return centre.instance != kNothing;
   if (scene.instance_name(hit) != centre.instance) return true;
@@ -64,7 +64,7 @@ bool MixedPixels::differs(const SceneData& scene, const Centre& centre, const Ra
   return step > most && std::fabs(dot(apart, normal)) > most;
 }
 
-void MixedPixels::look(const PathGroup& group, std::uint32_t sample) {
+void PartialCoverage::look(const PathGroup& group, std::uint32_t sample) {
   if (!any()) return;
   for (int i = 0; i < group.count; ++i) {
     const int x = group.pixel_x[i], y = group.pixel_y[i];
@@ -83,7 +83,7 @@ void MixedPixels::look(const PathGroup& group, std::uint32_t sample) {
   }
 }
 
-std::uint64_t MixedPixels::tell(int x, int y, std::uint32_t sample) {
+std::uint64_t PartialCoverage::tell(int x, int y, std::uint32_t sample) {
   FilmHistory& history = *film_.history();
   CarriedPixel& carried = history.carried(x, y);
   carried.note_mixed();

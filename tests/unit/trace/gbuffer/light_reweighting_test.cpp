@@ -1,5 +1,5 @@
 // What a few directions say of how a surface looks from elsewhere.
-#include "renderer/trace/gbuffer/light_change.h"
+#include "renderer/trace/gbuffer/light_reweighting.h"
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class Lit {
 
   // By directions of some samples, each picked in proportion to what its light counts.
   ViewEvidence evidence(int directions, Random& random, const V3f& now = kNow) const {
-    LightChange change(light_);
+    LightReweighting change(light_);
     for (int k = 0; k < directions; ++k) {
       double at = random.next_double() * counted_;
       std::size_t lamp = 0;
@@ -82,7 +82,7 @@ std::vector<Lit::Lamp> a_room(float lamp) {
 
 // Over many choices of the directions the mean is what the surface sends, of every colour; so is what is said of the
 // scatter.
-TEST(LightChange, IsWhatTheSurfaceSendsInTheMean) {
+TEST(LightReweighting, IsWhatTheSurfaceSendsInTheMean) {
   for (const float lamp : {0.0f, 5.0f}) {
     for (const SurfaceParams& params :
          {coated(0.3f, Rgb(0.5f)), coated(0.3f, Rgb(0.9f, 0.4f, 0.1f)), coated(0.15f, Rgb(0.02f))}) {
@@ -110,7 +110,7 @@ TEST(LightChange, IsWhatTheSurfaceSendsInTheMean) {
 
 // Where little of the light depends on the view, four directions that tell of that little alone are off by less than
 // four of all light, f_now / f_before of each.
-TEST(LightChange, ScattersLessThanDirectionsOfAllLight) {
+TEST(LightReweighting, ScattersLessThanDirectionsOfAllLight) {
   const Lit lit(coated(0.2f, Rgb(0.8f)), a_room(0));
   ASSERT_LT(lit.share(), 0.15);
   Random random(6);
@@ -136,7 +136,7 @@ TEST(LightChange, ScattersLessThanDirectionsOfAllLight) {
   EXPECT_LT(variance, 0.7 * plain);
 }
 
-TEST(LightChange, WithoutAChangeOfViewIsNoneToTheBit) {
+TEST(LightReweighting, WithoutAChangeOfViewIsNoneToTheBit) {
   const Lit lit(coated(0.2f, Rgb(0.8f, 0.5f, 0.1f)), a_room(5));
   Random random(7);
   const ViewEvidence told = lit.evidence(4, random, kBefore);
@@ -148,7 +148,7 @@ TEST(LightChange, WithoutAChangeOfViewIsNoneToTheBit) {
 }
 
 // One lamp that lobes turn to: seen by its share of the base, which kMatte leaves among the picks.
-TEST(LightChange, ALobeThatComesIsSeenByTheBase) {
+TEST(LightReweighting, ALobeThatComesIsSeenByTheBase) {
   const V3f towards = direction_at(25, 200);
   const Lit lit(coated(0.1f, Rgb(0.5f)), {{towards, Rgb(1)}});
   const double truth = double(luminance(lit.radiance(kNow)) / luminance(lit.radiance(kBefore))) - 1;
@@ -157,25 +157,25 @@ TEST(LightChange, ALobeThatComesIsSeenByTheBase) {
   EXPECT_NEAR(double(lit.evidence(4, random).off) / truth, 1, 0.01);
 }
 
-TEST(LightChange, WhatIsNotKnownIsSaid) {
+TEST(LightReweighting, WhatIsNotKnownIsSaid) {
   const SeenLight nothing{Rgb(0, 0, 0), Rgb(0, 0, 0)}, white{Rgb(1), Rgb(1)};
   ViewEvidence told;
-  LightChange(0).tell(told);
+  LightReweighting(0).tell(told);
   EXPECT_FALSE(told.lit);
   EXPECT_EQ(told.directions, 0);
-  LightChange black(4);
+  LightReweighting black(4);
   EXPECT_LT(black.add(4, nothing, white), 0);
   black.tell(told);
   EXPECT_TRUE(told.lit);
   EXPECT_EQ(told.unknown, 1);
   EXPECT_EQ(told.directions, 0);
   // All that was picked is a mirror's, for a tenth of the light: no more than that is unknown.
-  LightChange tenth(4);
+  LightReweighting tenth(4);
   tenth.add_unknown(0.4f);
   tenth.tell(told);
   EXPECT_NEAR(told.unknown, 0.1, 1e-6);
   // Half by mirrors: that may change altogether, and is taken to stay.
-  LightChange half(2);
+  LightReweighting half(2);
   half.add_unknown(1);
   EXPECT_FLOAT_EQ(half.add(DirectionReservoir::kMatte, white, {Rgb(0.5f), Rgb(0.5f)}), 0.5f);
   half.tell(told);
@@ -184,11 +184,11 @@ TEST(LightChange, WhatIsNotKnownIsSaid) {
   EXPECT_NEAR(told.change.y, -0.25, 1e-3);
 }
 
-TEST(LightChange, ExtremeNumbersStayNumbers) {
+TEST(LightReweighting, ExtremeNumbersStayNumbers) {
   for (const float value : {1e-40f, 1e-30f, 1e-10f, 1e10f, 1e30f}) {
     for (const float weight : {1e-40f, 1e-20f, 1.0f, 1e20f, 1e38f}) {
       for (const float later : {0.0f, 1e-30f, 1.0f, 1e30f}) {
-        LightChange change(2 * double(weight));
+        LightReweighting change(2 * double(weight));
         const float counts = change.add(weight, {Rgb(value), Rgb(0, 0, 0)}, {Rgb(later), Rgb(0, 0, 0)});
         change.add(weight, {Rgb(value), Rgb(value)}, {Rgb(value), Rgb(value)});
         EXPECT_TRUE(std::isfinite(counts));
@@ -206,10 +206,10 @@ TEST(LightChange, ExtremeNumbersStayNumbers) {
     }
   }
   // Bases, too, are cut off: one that was next to black, as at grazing angles under a coat, must not outweigh all else.
-  LightChange grazing(2);
+  LightReweighting grazing(2);
   EXPECT_LE(grazing.add(1, {Rgb(1e-30f), Rgb(1e-30f)}, {Rgb(1), Rgb(1)}), 1.001f * kMostRatio);
   EXPECT_LT(grazing.add(0, {Rgb(1), Rgb(1)}, {Rgb(1), Rgb(1)}), 0) << "of no weight";
-  LightChange change(1);
+  LightReweighting change(1);
   EXPECT_LT(change.add(1, {Rgb(INFINITY), Rgb(0, 0, 0)}, {Rgb(1), Rgb(0, 0, 0)}), 0);
   EXPECT_LT(change.add(1, {Rgb(1), Rgb(0, 0, 0)}, {Rgb(NAN), Rgb(0, 0, 0)}), 0);
 }

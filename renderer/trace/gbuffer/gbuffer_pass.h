@@ -17,11 +17,11 @@ int filter_reach(const PixelFilter& filter);
 
 // Three sweeps over windows of a film, to be shared between threads: find() of every window, then find_borders() of
 // every window, then settle(). Windows are disjoint and lie in the region. What is returned is rays that were traced.
-class PictureCentres {
+class GbufferPass {
  public:
   // The film, which must have history with sources, outlives this.
-  PictureCentres(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
-                 const PixelFilter& filter);
+  GbufferPass(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
+              const PixelFilter& filter);
 
   // What centres meet (FilmHistory::centre).
   std::uint64_t find(const PixelRect& window);

@@ -13,7 +13,7 @@
 #include <cstddef>
 
 #include "renderer/base/math.h"
-#include "renderer/trace/gbuffer/view_change.h"
+#include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
 
 namespace helio {
@@ -28,10 +28,10 @@ struct SeenLight {
   }
 };
 
-class LightChange {
+class LightReweighting {
  public:
   // light: luminance of what the directions stand for, > 0 where they weigh anything.
-  explicit LightChange(double light) : light_(light) {}
+  explicit LightReweighting(double light) : light_(light) {}
 
   // A direction of that weight (WeighedDirection), and how both views see it; what sends more than kMostRatio times
   // what it did to the earlier one counts as that. Returns what it counts now, over what it did; negative: the earlier

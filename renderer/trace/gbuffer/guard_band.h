@@ -6,16 +6,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 
 namespace helio {
 
 // Centre hits outside a region, as far as a window's pixels have to know them. Thread safe once it is made.
-class OutsideHits {
+class GuardBand {
  public:
   // window: inside the region. reach: of the filter, in pixels, at least 1. axis: the camera's, unit.
-  OutsideHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
-              const PixelRect& region);
+  GuardBand(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window, int reach,
+            const PixelRect& region);
 
   // Of a pixel outside the region and inside bounds().
   const CentreHit& at(int x, int y) const { return hits_[index(x, y)]; }

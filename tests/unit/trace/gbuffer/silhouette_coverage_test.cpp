@@ -1,11 +1,11 @@
 // What the rims of pixels show.
-#include "renderer/trace/gbuffer/rim_hits.h"
+#include "renderer/trace/gbuffer/silhouette_coverage.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -28,11 +28,11 @@ class APost {
     pose_.half_height = 0.5 * kSide;
     const Camera camera(pose_, kSide, kSide, scene_->origin());
     const PixelRect window = {0, 0, kSide, kSide};
-    CentreHits centres(*scene_, camera, pose_.forward);
+    PrimaryHits centres(*scene_, camera, pose_.forward);
     centres.trace(window);
     const CameraProjection projection(pose_, kSide, kSide, scene_->origin());
     SurfaceSteps steps(projection);
-    const RimHits rims(*scene_, camera, pose_.forward, window, std::vector<std::uint8_t>(kSide * kSide, 1));
+    const SilhouetteCoverage rims(*scene_, camera, pose_.forward, window, std::vector<std::uint8_t>(kSide * kSide, 1));
     EXPECT_EQ(rims.rays(), (2u * kSide + 1) * (2 * kSide + 1) - kSide * kSide) << "shared by neighbours";
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) pure_.push_back(rims.show_only(centres.at(x, y), x, y, steps));
@@ -47,7 +47,7 @@ class APost {
   std::vector<bool> pure_;
 };
 
-TEST(RimHits, PixelsThatAnEdgeCrossesAreNotPureAndTheirNeighboursAre) {
+TEST(SilhouetteCoverage, PixelsThatAnEdgeCrossesAreNotPureAndTheirNeighboursAre) {
   for (const float edge : {3.1f, 3.4f, 3.6f, 3.9f}) {
     const APost post(edge, 0);
     for (int y = 0; y < kSide; ++y) {
@@ -56,7 +56,7 @@ TEST(RimHits, PixelsThatAnEdgeCrossesAreNotPureAndTheirNeighboursAre) {
   }
 }
 
-TEST(RimHits, ACornerThatReachesIntoAPixelIsSeen) {
+TEST(SilhouetteCoverage, ACornerThatReachesIntoAPixelIsSeen) {
   for (const float into : {0.1f, 0.4f, 0.6f, 0.9f}) {
     const APost post(3 + into, 5 - into);
     EXPECT_FALSE(post.pure(3, 4)) << into;
@@ -64,7 +64,7 @@ TEST(RimHits, ACornerThatReachesIntoAPixelIsSeen) {
   }
 }
 
-TEST(RimHits, OnlyWhatIsAskedForIsTraced) {
+TEST(SilhouetteCoverage, OnlyWhatIsAskedForIsTraced) {
   SceneDescription scene;
   scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
   add_mesh(scene, quad({-40, -40, 0}, {80, 0, 0}, {0, 80, 0}, 0));
@@ -72,9 +72,9 @@ TEST(RimHits, OnlyWhatIsAskedForIsTraced) {
   const CameraPose pose = camera_at({0, 0, 4}, {0, 0, 0});
   const Camera camera(pose, kSide, kSide, built->origin());
   std::vector<std::uint8_t> asked(4 * 3, 0);
-  EXPECT_EQ(RimHits(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 0u);
+  EXPECT_EQ(SilhouetteCoverage(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 0u);
   asked[5] = 1;
-  EXPECT_EQ(RimHits(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 8u);
+  EXPECT_EQ(SilhouetteCoverage(*built, camera, pose.forward, {2, 3, 6, 6}, asked).rays(), 8u);
 }
 
 }  // namespace

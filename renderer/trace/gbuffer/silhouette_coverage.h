@@ -15,12 +15,12 @@
 namespace helio {
 
 // Thread safe once it is made.
-class RimHits {
+class SilhouetteCoverage {
  public:
   // asked: row-major, of the window's pixels: those whose rims are traced.
   // axis: the camera's, unit.
-  RimHits(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
-          const std::vector<std::uint8_t>& asked);
+  SilhouetteCoverage(const RenderScene& scene, const Camera& camera, const V3d& axis, const PixelRect& window,
+                     const std::vector<std::uint8_t>& asked);
 
   // Whether the rim of a pixel that was asked for shows its centre's surface alone.
   bool show_only(const CentreHit& centre, int x, int y, SurfaceSteps& steps) const;

@@ -1,4 +1,4 @@
-#include "renderer/trace/gbuffer/view_change.h"
+#include "renderer/trace/gbuffer/view_reweighting.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -18,8 +18,8 @@ bool ViewEvidence::like(const ViewEvidence& other) const {
   return pools && other.pools && material == other.material && dot(normal, other.normal) > kAlike;
 }
 
-ViewChange pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* const> alike, float shared) {
-  ViewChange change;
+ViewReweighting pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* const> alike, float shared) {
+  ViewReweighting change;
   change.ratio = change.albedo = own.albedo;
   double pixels = 0, directions = 0, mean = 0, squares = 0, unknown = 0, unseen = 0;
   double noise = 0, noisy = 0, all = 0;

@@ -6,11 +6,11 @@
 // through is one surface all the same. What shows in mirrors, behind panes and in shadows is not found, nor is anything
 // by samples from before centres are known (passes/centre_search.h).
 //
-// What was looked up for a mixed pixel (trace/reuse/reprojection.h) says what the pixel would be without what hides in it. A
-// half drops that with its first sample that differs; until then it has met nothing else, and neither has history, so
-// that its mean is what fresh samples make it, whichever way. The other half finds out for itself, but for a pixel's
-// very first sample: then the other half has none, and what it carries goes, too, lest it weigh as much as that sample.
-// Pixels that get no sample keep what was looked up.
+// What was looked up for a mixed pixel (trace/reuse/reprojection.h) says what the pixel would be without what hides in
+// it. A half drops that with its first sample that differs; until then it has met nothing else, and neither has
+// history, so that its mean is what fresh samples make it, whichever way. The other half finds out for itself, but for
+// a pixel's very first sample: then the other half has none, and what it carries goes, too, lest it weigh as much as
+// that sample. Pixels that get no sample keep what was looked up.
 #pragma once
 
 #include <cstdint>
@@ -24,12 +24,12 @@ namespace helio {
 struct PathGroup;
 
 // Of the samples of one piece.
-class MixedPixels {
+class PartialCoverage {
  public:
   static constexpr std::uint32_t kNone = ~0u;
 
   // Asks of those pixels of the task's window whose centres are known and of which there is something to find out.
-  explicit MixedPixels(const WindowTask& task);
+  explicit PartialCoverage(const WindowTask& task);
 
   // The camera rays of the group, all of the sample of this index, have been traced.
   void look(const PathGroup& group, std::uint32_t sample);

@@ -1,5 +1,5 @@
 // What pixels that show one surface make of their directions together.
-#include "renderer/trace/gbuffer/view_change.h"
+#include "renderer/trace/gbuffer/view_reweighting.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ ViewEvidence evidence(float off, float scatter, int directions = 4) {
   return e;
 }
 
-ViewChange told_of(const std::vector<ViewEvidence>& all, std::size_t own = 0, float shared = 1) {
+ViewReweighting told_of(const std::vector<ViewEvidence>& all, std::size_t own = 0, float shared = 1) {
   std::vector<const ViewEvidence*> alike;
   for (const ViewEvidence& e : all) alike.push_back(&e);
   return pooled_change(all[own], alike, shared);
@@ -83,7 +83,7 @@ TEST(PooledChange, RisesAreShrunkNoMoreThanFalls) {
 
 TEST(PooledChange, PixelsThatDrawOnOneKnowNoMoreThanOne) {
   std::vector<ViewEvidence> all(9, evidence(0.5f, 0.5f));
-  const ViewChange apart = told_of(all, 0, 1), one = told_of(all, 0, 9);
+  const ViewReweighting apart = told_of(all, 0, 1), one = told_of(all, 0, 9);
   EXPECT_GT(one.error, 1.5f * apart.error);
   EXPECT_LT(one.ratio.x, apart.ratio.x);
 }
@@ -95,7 +95,7 @@ TEST(PooledChange, WithoutDirectionsNeighboursTell) {
   std::vector<ViewEvidence> none(9, evidence(0, 0, 0));
   none[0].unseen = 0.7f;
   none[0].albedo = Rgb(0.9f, 0.9f, 0.9f);
-  const ViewChange nothing = told_of(none);
+  const ViewReweighting nothing = told_of(none);
   EXPECT_EQ(nothing.ratio, none[0].albedo);
   EXPECT_EQ(nothing.error, 0.7f);
 }
@@ -125,7 +125,7 @@ TEST(PooledChange, DeltaLobesCountAsWhatIsNotKnown) {
     all[i].lit = true;
     all[i].unknown = 1;
   }
-  const ViewChange change = told_of(all, 0);
+  const ViewReweighting change = told_of(all, 0);
   EXPECT_GT(change.ratio.x, 0.8f);
   EXPECT_GT(change.error, 0.6f);
 }
@@ -144,7 +144,7 @@ TEST(PooledChange, RatiosAndErrorsStayNumbers) {
       all[0] = evidence(-1, scatter);
       all[1].change = Rgb(kMostRatio - 1, -1, 0);
       for (std::size_t own = 0; own < 3; ++own) {
-        const ViewChange change = told_of(all, own);
+        const ViewReweighting change = told_of(all, own);
         for (int c = 0; c < 3; ++c) EXPECT_TRUE(change.ratio[c] >= -1e-6f && change.ratio[c] <= 1.001f * kMostRatio);
         EXPECT_TRUE(change.error >= 0 && change.error <= kMostRatio) << change.error;
       }

@@ -14,7 +14,7 @@
 
 namespace helio {
 
-struct ViewChange {
+struct ViewReweighting {
   Rgb ratio{1, 1, 1};   // new over old
   Rgb albedo{1, 1, 1};  // the same of what CentreHit::albedo tells, by which lookups are scaled already
   float error = 0;      // standard error of the ratio, over the ratio; >= 0
@@ -28,12 +28,12 @@ inline constexpr float kMostRatio = 16;
 
 // What one pixel's directions say. Changes are relative and beyond that of the albedo: ratio less one.
 struct ViewEvidence {
-  Rgb albedo{1, 1, 1};   // ViewChange::albedo
+  Rgb albedo{1, 1, 1};   // ViewReweighting::albedo
   Rgb change{0, 0, 0};   // [-1, kMostRatio - 1]
   float off = 0;         // of the luminance, likewise
   float scatter = 0;     // squared standard error of that; of no meaning for fewer than two directions
   float unknown = 0;     // share of the light of which no direction tells: it may change altogether
-  Rgb arrival{0, 0, 0};  // ViewChange::arrival
+  Rgb arrival{0, 0, 0};  // ViewReweighting::arrival
   float unseen = 0;      // how much light that no direction has met may change by
   bool lit = false;      // some light is known of
   int directions = 0;    // distinct ones
@@ -47,6 +47,6 @@ struct ViewEvidence {
 
 // `own` is among `alike`, which are all of its surface. shared: how many of them draw on the same pixel of the earlier
 // picture, and so know no more than one, >= 1.
-ViewChange pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* const> alike, float shared);
+ViewReweighting pooled_change(const ViewEvidence& own, std::span<const ViewEvidence* const> alike, float shared);
 
 }  // namespace helio

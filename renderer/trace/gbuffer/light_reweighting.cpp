@@ -1,4 +1,4 @@
-#include "renderer/trace/gbuffer/light_change.h"
+#include "renderer/trace/gbuffer/light_reweighting.h"
 
 #include <algorithm>
 
@@ -13,7 +13,7 @@ double luminance_of(const V3d& v) {
 
 }  // namespace
 
-float LightChange::add(float weight, const SeenLight& before, const SeenLight& now) {
+float LightReweighting::add(float weight, const SeenLight& before, const SeenLight& now) {
   const Rgb lobes_before = before.lobes();
   const float whole = luminance(before.all);
   const float counted = luminance(lobes_before) + DirectionReservoir::kMatte * luminance(before.matte);
@@ -37,7 +37,7 @@ float LightChange::add(float weight, const SeenLight& before, const SeenLight& n
   return (luminance(lobes_now) + DirectionReservoir::kMatte * luminance(matte_now)) / counted;
 }
 
-void LightChange::tell(ViewEvidence& evidence) const {
+void LightReweighting::tell(ViewEvidence& evidence) const {
   evidence.lit = known_ + unknown_ > 0;
   if (!evidence.lit) return;
   evidence.unknown = float(std::min(unknown_, 1.0));

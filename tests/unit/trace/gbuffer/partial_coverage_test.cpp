@@ -1,12 +1,12 @@
 // What samples find out about their pixels, and what becomes of history where they do.
-#include "renderer/trace/gbuffer/mixed_pixels.h"
+#include "renderer/trace/gbuffer/partial_coverage.h"
 
 #include <gtest/gtest.h>
 
 #include <utility>
 
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/reprojection.h"
 #include "tests/support/test_scenes.h"
 
@@ -53,7 +53,7 @@ SceneDescription lamp_before(const Material& of_wall) {
 Film film_before(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose,
                  const PixelFilter& filter = {}) {
   Film film(kWidth, kHeight, {.history = true});
-  PictureCentres centres(scene, film, film.bounds(), pose, filter);
+  GbufferPass centres(scene, film, film.bounds(), pose, filter);
   centres.find(film.bounds());
   centres.find_borders(film.bounds());
   centres.settle(film.bounds());
@@ -90,7 +90,7 @@ std::vector<int> mixed_of(const Film& film) {
 
 const std::vector<int> kOne = {kX + kWidth * kY};
 
-TEST(MixedPixels, AreFoundByWhatIsSmallerThanAPixel) {
+TEST(PartialCoverage, AreFoundByWhatIsSmallerThanAPixel) {
   SceneDescription leaf, ridge, nothing;
   for (SceneDescription* scene : {&leaf, &ridge, &nothing}) scene->materials = {kGrey};
   // Of one object: a step of two pixels, and a ridge less than half a pixel high.
@@ -113,7 +113,7 @@ TEST(MixedPixels, AreFoundByWhatIsSmallerThanAPixel) {
   }
 }
 
-TEST(MixedPixels, AreNoneOfOneSurface) {
+TEST(PartialCoverage, AreNoneOfOneSurface) {
   SceneDescription ball, slope, chip, pane;
   ball.materials = slope.materials = chip.materials = {kGrey};
   pane.materials = {kGrey, kGrey};
@@ -144,7 +144,7 @@ TEST(MixedPixels, AreNoneOfOneSurface) {
   }
 }
 
-TEST(MixedPixels, AreNotToldWhereCentresAreNotKnown) {
+TEST(PartialCoverage, AreNotToldWhereCentresAreNotKnown) {
   const auto scene = build(lamp_before(kGrey));
   Film film = film_before(scene, before_wall());
   film.clear();
@@ -161,7 +161,7 @@ TEST(MixedPixels, AreNotToldWhereCentresAreNotKnown) {
 
 // A lamp that is smaller than a pixel is not smeared over those that look its pixel up, and comes back where that is
 // kept as it was.
-TEST(MixedPixels, AreNotLookedUpButKept) {
+TEST(PartialCoverage, AreNotLookedUpButKept) {
   SceneDescription description = lamp_before(kGrey);
   description.environment.emplace().radiance = Rgb(1, 1, 1);
   const auto scene = build(description);
@@ -228,7 +228,7 @@ void look_up(Film& film) {
 
 // Halves drop what was looked up with their first sample that differs, wherever samples are cut, and are what they
 // would be without.
-TEST(MixedPixels, DropWhatWasLookedUp) {
+TEST(PartialCoverage, DropWhatWasLookedUp) {
   const auto scene = build(lamp_before(lambert(Rgb(0, 0, 0))));
   const CameraPose pose = before_wall();
   int found_first = 0;

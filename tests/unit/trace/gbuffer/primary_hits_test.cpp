@@ -1,5 +1,5 @@
 // How a surface looks from elsewhere, told from where its light came from.
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ class AFloor {
     return DirectionReservoir::counting(varying_share(evaluate_bsdf(params, wo, wi).f_cos, matte_cos(params, wo, wi)));
   }
   bool depends_on_view() const { return centres_->depends_on_view(); }
-  ViewChange change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
+  ViewReweighting change_from(const V3d& viewpoint, const std::vector<WeighedDirection>& directions) const {
     if (!depends_on_view()) return {};
     const ViewEvidence told = evidence_from(viewpoint, directions), *all[] = {&told};
     return pooled_change(told, all, 1);
@@ -97,21 +97,21 @@ class AFloor {
   std::shared_ptr<const RenderScene> scene_;
   CameraPose pose_;
   std::optional<Camera> camera_;
-  std::optional<CentreHits> centres_;
+  std::optional<PrimaryHits> centres_;
 };
 
 const V3d kHere(0.6, 1, 0), kThere(0.5, 1, 0.1);
 
-TEST(CentreHits, LambertSurfacesLookAlikeFromEverywhere) {
+TEST(PrimaryHits, LambertSurfacesLookAlikeFromEverywhere) {
   const AFloor floor(lambert(Rgb(0.5f, 0.5f, 0.5f)));
   EXPECT_FALSE(floor.depends_on_view());
-  const ViewChange change =
+  const ViewReweighting change =
       floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}});
   EXPECT_EQ(change.error, 0);
   EXPECT_EQ(change.ratio, Rgb(1, 1, 1));
 }
 
-TEST(CentreHits, AHighlightFollowsTheCamera) {
+TEST(PrimaryHits, AHighlightFollowsTheCamera) {
   // All light from one direction: the ratio is that of two pictures lit from there.
   const AFloor floor(metal(0.2f));
   ASSERT_TRUE(floor.depends_on_view());
@@ -119,8 +119,9 @@ TEST(CentreHits, AHighlightFollowsTheCamera) {
     const V3d wi = lamp.normalized();
     const double truth = floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi);
     ASSERT_GT(std::abs(truth - 1), 0.02) << "nothing to be seen";
-    const ViewChange change = floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 2},
-                                                         {pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 3}});
+    const ViewReweighting change =
+        floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 2},
+                                   {pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 3}});
     // One direction, known once and to twelve bits an axis: taken at its word, and said to be in doubt.
     EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.05);
     EXPECT_GT(double(change.error) * double(change.ratio.y), 0.4 * std::abs(truth - 1));
@@ -128,14 +129,14 @@ TEST(CentreHits, AHighlightFollowsTheCamera) {
 }
 
 // Light from everywhere: what changes is the albedo, as pictures of it have it, and directions say nothing beyond it.
-TEST(CentreHits, UnderEvenLightTheAlbedoIsTheChange) {
+TEST(PrimaryHits, UnderEvenLightTheAlbedoIsTheChange) {
   Material coated;
   coated.base_color = Rgb(0.1f, 0.1f, 0.1f);
   coated.metallic = 0;
   coated.roughness = 0.6f;
   const AFloor floor(coated);
   const V3d flat = V3d(1, 0.4, 0).normalized();
-  const ViewChange change = floor.change_from(flat, {});
+  const ViewReweighting change = floor.change_from(flat, {});
   const double truth = floor.under_sky(kHere) / floor.under_sky(flat);
   ASSERT_LT(truth, 0.85);
   EXPECT_NEAR(change.albedo.y, truth, 0.02);
@@ -143,7 +144,7 @@ TEST(CentreHits, UnderEvenLightTheAlbedoIsTheChange) {
 }
 
 // A step of next to nothing changes nothing, whatever the albedo is rounded to: the like would add up over many.
-TEST(CentreHits, ATinyStepChangesNothing) {
+TEST(PrimaryHits, ATinyStepChangesNothing) {
   for (const float base : {0.02f, 0.1f, 0.313f, 0.9f}) {
     Material coated;
     coated.base_color = Rgb(base, base, base);
@@ -155,16 +156,16 @@ TEST(CentreHits, ATinyStepChangesNothing) {
       const V3f wi(V3d(0.1 * i - 0.8, 1, 0.05 * i).normalized());
       directions.push_back({pack_direction<DirectionReservoir::kAxisBits>(wi), 1});
     }
-    const ViewChange change = floor.change_from(kHere + V3d(1e-5, 0, 0), directions);
+    const ViewReweighting change = floor.change_from(kHere + V3d(1e-5, 0, 0), directions);
     EXPECT_NEAR(change.ratio.y / change.albedo.y, 1, 1e-4) << base;
   }
 }
 
 // A BSDF next to nothing that a rare direction had light through.
-TEST(CentreHits, TinyDensitiesStayNumbers) {
+TEST(PrimaryHits, TinyDensitiesStayNumbers) {
   const AFloor floor(metal(0.02f));
   for (const float weight : {1e-30f, 1.0f, 1e30f, 1e38f}) {
-    const ViewChange change =
+    const ViewReweighting change =
         floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0.999f, 0.0447f, 0)), weight}});
     for (int c = 0; c < 3; ++c) {
       EXPECT_TRUE(std::isfinite(change.ratio[c]));
@@ -173,20 +174,20 @@ TEST(CentreHits, TinyDensitiesStayNumbers) {
   }
 }
 
-TEST(CentreHits, BlackChannelsStayBlackNumbers) {
+TEST(PrimaryHits, BlackChannelsStayBlackNumbers) {
   Material red = metal(0.2f);
   red.base_color = Rgb(1, 0, 0);
   red.metallic = 0.5f;
   for (const float specular : {0.0f, 1.0f}) {
     red.specular = specular;
-    const ViewChange change =
+    const ViewReweighting change =
         AFloor(red).change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}});
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(change.ratio[c])) << c;
   }
 }
 
 // By which the next view may pick among them.
-TEST(CentreHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
+TEST(PrimaryHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
   for (const float metallic : {1.0f, 0.3f}) {  // the second one with an albedo that depends on the view
     Material material = metal(0.2f);
     material.metallic = metallic;
@@ -208,7 +209,7 @@ TEST(CentreHits, DirectionsWeighWhatTheyBringToTheNewCamera) {
   }
 }
 
-TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
+TEST(PrimaryHits, ManyDirectionsAreTakenAtTheirWord) {
   // Sixteen that say nearly the same leave little noise to shrink for.
   const AFloor floor(metal(0.2f));
   std::vector<WeighedDirection> directions;
@@ -218,7 +219,7 @@ TEST(CentreHits, ManyDirectionsAreTakenAtTheirWord) {
     directions.push_back({pack_direction<DirectionReservoir::kAxisBits>(V3f(wi)), 1});
     truth += floor.seen_from(kHere, wi) / floor.seen_from(kThere, wi) / 16;
   }
-  const ViewChange change = floor.change_from(kThere, directions);
+  const ViewReweighting change = floor.change_from(kThere, directions);
   EXPECT_NEAR((double(change.ratio.y) - 1) / (truth - 1), 1, 0.1);
 }
 
@@ -231,7 +232,7 @@ void compare_features(const Material& left, const Material& right) {
   const auto scene = build(description);
   const CameraPose pose = camera_at({0, 0, 3}, {0, 0, 0});
   const Camera camera(pose, kSide, kSide, scene->origin());
-  CentreHits centres(*scene, camera, pose.forward);
+  PrimaryHits centres(*scene, camera, pose.forward);
   centres.trace({0, 0, kSide, kSide});
   Film film(kSide, kSide);
   TraceStats stats;
@@ -265,7 +266,7 @@ void compare_features(const Material& left, const Material& right) {
   EXPECT_EQ(carried.features(3, 6).count, 2u);
 }
 
-TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
+TEST(PrimaryHits, FeaturesAreThoseOfAFirstSample) {
   const Material blue = lambert(Rgb(0.2f, 0.4f, 0.8f));
   Material one_sided = lambert(Rgb(0.7f, 0.1f, 0.3f));
   one_sided.one_sided = true;
@@ -274,7 +275,7 @@ TEST(CentreHits, FeaturesAreThoseOfAFirstSample) {
 }
 
 // Of what a lobe reflects that has moved away from where it was, nothing is known.
-TEST(CentreHits, AMirrorThatIsSeenFromElsewhereHasLightArrive) {
+TEST(PrimaryHits, AMirrorThatIsSeenFromElsewhereHasLightArrive) {
   const AFloor shiny(metal(0.03f)), dull(metal(0.5f));
   EXPECT_EQ(shiny.evidence_from(kHere + V3d(0.001, 0, 0), {}).arrival, Rgb(0, 0, 0));
   EXPECT_EQ(dull.evidence_from(kThere, {}).arrival, Rgb(0, 0, 0));
@@ -284,7 +285,7 @@ TEST(CentreHits, AMirrorThatIsSeenFromElsewhereHasLightArrive) {
   EXPECT_NEAR(far.unseen, 1, 0.05);
 }
 
-TEST(CentreHits, LikeNeighboursShareWhatNoDirectionHasMet) {
+TEST(PrimaryHits, LikeNeighboursShareWhatNoDirectionHasMet) {
   // 4x4 pixels: (4, 4) and (6, 5) are of one cell, (3, 4) of another, which asks other samples.
   AFloor floor(metal(0.2f));
   const auto unseen = [&](int x, int y, const V3d& viewpoint) {
@@ -300,14 +301,15 @@ TEST(CentreHits, LikeNeighboursShareWhatNoDirectionHasMet) {
   EXPECT_NEAR(other, first, 0.5f * first);
 }
 
-TEST(CentreHits, WhatIsNotKnownIsAnError) {
+TEST(PrimaryHits, WhatIsNotKnownIsAnError) {
   const AFloor floor(metal(0.2f));
-  const ViewChange nothing = floor.change_from(kThere, {});
+  const ViewReweighting nothing = floor.change_from(kThere, {});
   EXPECT_EQ(nothing.ratio, nothing.albedo);
   EXPECT_NEAR(nothing.ratio.y, 1, 0.01f);
   EXPECT_GT(nothing.error, 0.05f);
   // Half of the light through delta lobes: that half may change altogether.
-  const ViewChange half = floor.change_from(kThere, {{DirectionReservoir::kAny, 1}, {DirectionReservoir::kNone, 1}});
+  const ViewReweighting half =
+      floor.change_from(kThere, {{DirectionReservoir::kAny, 1}, {DirectionReservoir::kNone, 1}});
   EXPECT_NEAR(half.ratio.y, 1, std::abs(1 - half.albedo.y) + 1e-6f);
   EXPECT_GE(half.error, 0.5f);
   // What a surface emits it emits everywhere.
@@ -316,7 +318,7 @@ TEST(CentreHits, WhatIsNotKnownIsAnError) {
   EXPECT_GE(floor.change_from({0.5, -1, 0.1}, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, 1, 0)), 1}}).error,
             1);
   // Directions that the old camera could not have had light from, and weights that are as large as floats go.
-  const ViewChange below =
+  const ViewReweighting below =
       floor.change_from(kThere, {{pack_direction<DirectionReservoir::kAxisBits>(V3f(0, -1, 0)), 1e38f}});
   EXPECT_EQ(below.ratio, below.albedo);
   EXPECT_TRUE(std::isfinite(below.error));

@@ -7,7 +7,7 @@
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
-#include "renderer/trace/gbuffer/view_change.h"
+#include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/scene/scene_data.h"
@@ -23,13 +23,13 @@ inline constexpr std::uint32_t kCentreAlphaKey = 0x9e3779b9u;
 CentreHit surface_at(const SceneData& scene, const Ray& ray, const Hit& hit);
 
 // Of one block of the film at a time. Not thread safe.
-class CentreHits {
+class PrimaryHits {
  public:
   // axis: the camera's, unit.
-  CentreHits(const RenderScene& scene, const Camera& camera, const V3d& axis);
-  ~CentreHits();
-  CentreHits(const CentreHits&) = delete;
-  CentreHits& operator=(const CentreHits&) = delete;
+  PrimaryHits(const RenderScene& scene, const Camera& camera, const V3d& axis);
+  ~PrimaryHits();
+  PrimaryHits(const PrimaryHits&) = delete;
+  PrimaryHits& operator=(const PrimaryHits&) = delete;
 
   // Traces the pixels of `window`, as one packet after the other. It is at most as large as a block of the film, and
   // lies in one where evidence_from() is asked; outside the film there are pixels, too.
@@ -49,11 +49,11 @@ class CentreHits {
 
   // How the light that the surface of the pixel in hand sends to this camera compares to what it sends to `viewpoint`
   // (rebased), given directions wi that light which arrived there came from, picked in proportion to what they counted
-  // there (light_change.h). Afterwards they are distinct, and each weighs what it counts for this camera; where nobody
-  // can tell, what it counted. `unseen` is the change of a few directions
-  // of the BSDF's own sampling, for there may be light that none of these has met (eq. 15 of Schalk 2018 without the
-  // irradiance, for any BSDF; of the like surface of one of 4x4 pixels, the first that asked). Light of delta lobes may
-  // change altogether. Precondition: depends_on_view().
+  // there (light_reweighting.h). Afterwards they are distinct, and each weighs what it counts for this camera; where
+  // nobody can tell, what it counted. `unseen` is the change of a few directions of the BSDF's own sampling, for there
+  // may be light that none of these has met (eq. 15 of Schalk 2018 without the irradiance, for any BSDF; of the like
+  // surface of one of 4x4 pixels, the first that asked). Light of delta lobes may change altogether. Precondition:
+  // depends_on_view().
   ViewEvidence evidence_from(const V3f& viewpoint, WeighedDirections& directions) const;
 
   // The material of what that pixel's centre meets; -1: nothing.

@@ -1,4 +1,4 @@
-#include "renderer/trace/gbuffer/centre_hits.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -10,7 +10,7 @@
 #include "renderer/film/core/packed_values.h"
 #include "renderer/film/history/history_source.h"
 #include "renderer/trace/bsdf/bsdf_views.h"
-#include "renderer/trace/gbuffer/light_change.h"
+#include "renderer/trace/gbuffer/light_reweighting.h"
 #include "renderer/trace/sampling/sampler.h"
 #include "renderer/trace/scene/shading_point.h"
 
@@ -67,7 +67,7 @@ CentreHit surface_at(const SceneData& scene, const Ray& ray, const Hit& hit) {
   return at;
 }
 
-struct CentreHits::Block {
+struct PrimaryHits::Block {
   PixelRect window;
   Ray rays[kMostPixels];
   Hit hits[kMostPixels];
@@ -97,16 +97,16 @@ struct CentreHits::Block {
   }
 };
 
-CentreHits::CentreHits(const RenderScene& scene, const Camera& camera, const V3d& axis)
+PrimaryHits::PrimaryHits(const RenderScene& scene, const Camera& camera, const V3d& axis)
     : scene_(scene.impl()),
       camera_(camera),
       axis_(axis),
       only_lambert_(scene.features().only_lambert),
       block_(std::make_unique<Block>()) {}
 
-CentreHits::~CentreHits() = default;
+PrimaryHits::~PrimaryHits() = default;
 
-void CentreHits::trace(const PixelRect& window) {
+void PrimaryHits::trace(const PixelRect& window) {
   constexpr int kTile = 4;  // neighbours share a packet
   Block& b = *block_;
   b.window = window;
@@ -132,7 +132,7 @@ void CentreHits::trace(const PixelRect& window) {
   scene_.accel->intersect(b.rays, b.order, count, b.hits, RayOrder::camera);
 }
 
-CentreHit CentreHits::at(int x, int y) {
+CentreHit PrimaryHits::at(int x, int y) {
   Block& b = *block_;
   const std::size_t i = b.at(x, y);
   const Ray& ray = b.rays[i];
@@ -194,15 +194,15 @@ CentreHit CentreHits::at(int x, int y) {
   return centre;
 }
 
-const PixelFeatures& CentreHits::features() const {
+const PixelFeatures& PrimaryHits::features() const {
   return block_->features;
 }
 
-bool CentreHits::depends_on_view() const {
+bool PrimaryHits::depends_on_view() const {
   return block_->shading.has_value();
 }
 
-Rgb CentreHits::albedo_change(const V3f& from) const {
+Rgb PrimaryHits::albedo_change(const V3f& from) const {
   const Block& b = *block_;
   if (!b.albedo_known || !(from.z * b.wo.z > 0)) return {1, 1, 1};
   // As the picture from there has it, rounded like it: what is not changed is 1 to the bit.
@@ -215,7 +215,7 @@ Rgb CentreHits::albedo_change(const V3f& from) const {
   return change;
 }
 
-void CentreHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V3f& from, ViewEvidence& told) const {
+void PrimaryHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V3f& from, ViewEvidence& told) const {
   constexpr float kAlike = 0.99f;  // cosine between normals
   const Block& b = *block_;
   const Surface& surface = b.shading->surface;
@@ -238,7 +238,7 @@ void CentreHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V
   if (keep) *keep = {surface.material, viewpoint, normal, change};
 }
 
-bool CentreHits::textured() const {
+bool PrimaryHits::textured() const {
   const ShadingPoint& shading = *block_->shading;
   const MaterialRecord& m = *shading.surface.material;
   const TriangleMesh* mesh = shading.surface.part->mesh;
@@ -246,7 +246,7 @@ bool CentreHits::textured() const {
          shading.params.model == LobeModel::blend || (mesh && !mesh->colors.empty());
 }
 
-ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& directions) const {
+ViewEvidence PrimaryHits::evidence_from(const V3f& viewpoint, WeighedDirections& directions) const {
   const Block& b = *block_;
   const SurfaceParams& params = b.shading->params;
   const Frame& frame = b.shading->frame;
@@ -261,7 +261,7 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& 
   const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
   ask_lobes(viewpoint, views, from, told);
 
-  LightChange change(directions.light);
+  LightReweighting change(directions.light);
   directions.merge_equal();
   for (std::size_t i = 0; i < directions.count; ++i) {
     WeighedDirection& d = directions.of[i];
@@ -284,7 +284,7 @@ ViewEvidence CentreHits::evidence_from(const V3f& viewpoint, WeighedDirections& 
   return told;
 }
 
-int CentreHits::material(int x, int y) const {
+int PrimaryHits::material(int x, int y) const {
   const Hit& hit = block_->hits[block_->at(x, y)];
   return hit.valid() ? int(scene_.part(hit).material) : -1;
 }

@@ -1,4 +1,4 @@
-#include "renderer/trace/gbuffer/picture_centres.h"
+#include "renderer/trace/gbuffer/gbuffer_pass.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include "renderer/base/check.h"
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/gbuffer/centre_hits.h"
-#include "renderer/trace/gbuffer/outside_hits.h"
-#include "renderer/trace/gbuffer/rim_hits.h"
+#include "renderer/trace/gbuffer/guard_band.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
+#include "renderer/trace/gbuffer/silhouette_coverage.h"
 #include "renderer/trace/scene/scene_data.h"
 
 namespace helio {
@@ -26,8 +26,8 @@ int filter_reach(const PixelFilter& filter) {
   return 1;
 }
 
-PictureCentres::PictureCentres(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
-                               const CameraPose& pose, const PixelFilter& filter)
+GbufferPass::GbufferPass(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
+                         const CameraPose& pose, const PixelFilter& filter)
     : scene_(std::move(scene)),
       film_(film),
       region_(region),
@@ -38,8 +38,8 @@ PictureCentres::PictureCentres(std::shared_ptr<const RenderScene> scene, Film& f
   HELIO_DCHECK(film.history());
 }
 
-std::uint64_t PictureCentres::find(const PixelRect& window) {
-  CentreHits centres(*scene_, camera_, pose_.forward);
+std::uint64_t GbufferPass::find(const PixelRect& window) {
+  PrimaryHits centres(*scene_, camera_, pose_.forward);
   FilmHistory& history = *film_.history();
   for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
     centres.trace(block);
@@ -50,9 +50,9 @@ std::uint64_t PictureCentres::find(const PixelRect& window) {
   return std::uint64_t(window.area());
 }
 
-std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
+std::uint64_t GbufferPass::find_borders(const PixelRect& window) {
   FilmHistory& history = *film_.history();
-  const OutsideHits outside(*scene_, camera_, pose_.forward, window, reach_, region_);
+  const GuardBand outside(*scene_, camera_, pose_.forward, window, reach_, region_);
   const CameraProjection projection(pose_, film_.width(), film_.height(), scene_->origin());
   SurfaceSteps steps(projection);
   // The brightest with some pixel that the filter reaches.
@@ -77,7 +77,7 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
       doubtful.push_back(box_ && border == Border::plain);
     }
   }
-  const RimHits rims(*scene_, camera_, pose_.forward, window, doubtful);
+  const SilhouetteCoverage rims(*scene_, camera_, pose_.forward, window, doubtful);
   auto asked = doubtful.begin();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++asked) {
@@ -87,7 +87,7 @@ std::uint64_t PictureCentres::find_borders(const PixelRect& window) {
   return outside.rays() + rims.rays();
 }
 
-void PictureCentres::settle(const PixelRect& window) {
+void GbufferPass::settle(const PixelRect& window) {
   FilmHistory& history = *film_.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
