@@ -182,7 +182,7 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
     allocate_.finish(*allocate);
   } else if (const auto* lights = std::get_if<LightsPiece>(&piece)) {
     lights_.finish(*lights);
-  } else if (const auto* review = std::get_if<ReviewPiece>(&piece)) {
+  } else if (const auto* review = std::get_if<RejectionPiece>(&piece)) {
     review_.finish(*review);
   } else if (const auto* measure = std::get_if<MeasurePiece>(&piece)) {
     measure_.finish(*measure);

@@ -15,15 +15,15 @@
 #include "renderer/frame/passes/choose_techniques.h"
 #include "renderer/frame/passes/integrate.h"
 #include "renderer/frame/passes/measure.h"
-#include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/resolve.h"
 #include "renderer/frame/passes/review.h"
+#include "renderer/frame/passes/temporal_reprojection.h"
 #include "renderer/frame/passes/trace_lights.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, ReviewPiece,
+using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, RejectionPiece,
                            MeasurePiece, ResolvePiece>;
 
 // Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
@@ -41,10 +41,10 @@ class FramePipeline {
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
   // Those of the works that the plan asks for, on this film.
   struct Works {
-    std::shared_ptr<PictureTransfer> reproject;  // of plans that ask for centres, too
+    std::shared_ptr<TemporalReprojection> reproject;  // of plans that ask for centres, too
     std::shared_ptr<TechniqueChoice> choose;
     std::shared_ptr<SampleAllocation> allocate;
-    std::shared_ptr<HistoryReview> review;
+    std::shared_ptr<HistoryRejection> review;
     std::shared_ptr<LightVertexSource> lights;  // whenever the integrator draws on it
   };
   void start(const FramePlan& plan, const Film& film, const Works& works = {});
@@ -90,7 +90,7 @@ class FramePipeline {
   AllocatePass allocate_;
   LightsPass lights_;
   IntegratePass integrate_;
-  ReviewPass review_;
+  RejectionPass review_;
   MeasurePass measure_;
   ResolvePass resolve_;
   double piece_seconds_;

@@ -20,7 +20,7 @@ enum class Publish {
 struct FramePlan {
   std::uint64_t revision = 0;
 
-  // reproject: the film becomes a source of history and is filled for the new camera (passes/picture_transfer.h).
+  // reproject: the film becomes a source of history and is filled for the new camera (passes/temporal_reprojection.h).
   bool reproject = false;
 
   // centres: what the pixels of the picture in hand show at their centres is found out (passes/centre_search.h); of

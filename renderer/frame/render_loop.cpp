@@ -149,10 +149,10 @@ struct RenderLoop::Impl final : PieceSource {
   std::shared_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
-  std::shared_ptr<PictureTransfer> transfer;  // the newest; null: none of this picture
+  std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
   std::shared_ptr<CentreSearch> search;       // of the plan in hand; null: none
   std::uint64_t search_rays = 0;              // of this picture's
-  std::shared_ptr<HistoryReview> review;      // of the plan in hand
+  std::shared_ptr<HistoryRejection> review;   // of the plan in hand
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
   double taken_back = 0;                      // carried samples that reviews of this picture took back
   FramePipeline pipeline;
@@ -643,7 +643,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   }
   if (plan.allocate)
     works.allocate = make_allocation(*film, region, *allocation_settings(frame->begin.settings), *plan.allocate);
-  review = plan.review ? std::make_shared<HistoryReview>(*film, region) : nullptr;
+  review = plan.review ? std::make_shared<HistoryRejection>(*film, region) : nullptr;
   works.review = review;
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
@@ -714,7 +714,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     } else if (const auto* p = std::get_if<LightsPiece>(&*piece)) {
       run_sweep(*p);
       stats = p->work->take_stats();
-    } else if (const auto* p = std::get_if<ReviewPiece>(&*piece)) {
+    } else if (const auto* p = std::get_if<RejectionPiece>(&*piece)) {
       run_sweep(*p);
     } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
       run_sweep(*p);
@@ -746,7 +746,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     mine->lights_seconds += cpu_seconds;
     trace.add(stats);
     invalid_samples += stats.invalid_splats;
-  } else if (std::holds_alternative<ReviewPiece>(*piece)) {
+  } else if (std::holds_alternative<RejectionPiece>(*piece)) {
     mine->review_seconds += cpu_seconds;
   } else if (std::holds_alternative<AllocatePiece>(*piece)) {
     mine->allocate_seconds += cpu_seconds;

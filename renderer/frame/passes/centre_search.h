@@ -4,13 +4,13 @@
 
 #include <utility>
 
-#include "renderer/frame/passes/picture_transfer.h"
 #include "renderer/frame/passes/reproject.h"
+#include "renderer/frame/passes/temporal_reprojection.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
 
 namespace helio {
 
-class CentreSearch final : public PictureTransfer {
+class CentreSearch final : public TemporalReprojection {
  public:
   // The film, whose picture is in `history`, and that outlive this.
   CentreSearch(Film& film, const PixelRect& region, PictureHistory& history, const PixelFilter& filter)

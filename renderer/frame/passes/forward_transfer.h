@@ -1,5 +1,5 @@
-// Pass: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask for
-// those of the new camera's film.
+// Pass: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask
+// for those of the new camera's film.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace helio {
 
 // The sweeps of one move: gather (film to copy, unless the film is of no use), project, carry. Where nothing can be
 // carried over, one that clears. A move that is interrupted after the first sweep is begun again from the copy.
-class ForwardTransfer final : public PictureTransfer {
+class ForwardTransfer final : public TemporalReprojection {
  public:
   // Scene, film, which has first hits, and history outlive this. max_error: of eq. 15, radiance, > 0.
   ForwardTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,

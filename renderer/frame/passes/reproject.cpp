@@ -77,7 +77,7 @@ void HistoryTransfer::prepare_revision() {
     revised_slots_.push_back(i);
   }
   if (pictures.empty()) return prepare_reprojection();
-  revision_ = std::make_unique<HistoryRevision>(scene_, region_, filter_, settings_, std::move(pictures));
+  revision_ = std::make_unique<HistoryInvalidation>(scene_, region_, filter_, settings_, std::move(pictures));
   sweeps_.push_back(Sweep::compare);
 }
 

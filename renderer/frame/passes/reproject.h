@@ -1,5 +1,5 @@
 // Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
-// (trace/reuse/history_revision.h), and what they know is carried into the film of a new camera
+// (trace/reuse/history_invalidation.h), and what they know is carried into the film of a new camera
 // (trace/reuse/reprojection.h). A camera that jumped finds nothing there, and a session's first picture has no sources:
 // such pictures begin without rays through the centres of their pixels, which are traced once the picture is worth it
 // (passes/centre_search.h), at the latest when it becomes a source itself.
@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "renderer/film/history/film_history.h"
-#include "renderer/frame/passes/picture_transfer.h"
+#include "renderer/frame/passes/temporal_reprojection.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
-#include "renderer/trace/reuse/history_revision.h"
+#include "renderer/trace/reuse/history_invalidation.h"
 #include "renderer/trace/reuse/reprojection.h"
 
 namespace helio {
@@ -91,7 +91,7 @@ class PictureHistory {
 // The sweeps of one move or edit: where the film's centres are not known search, search borders, note borders; gather
 // (film to source, unless the film is of no use); where sources are of an earlier scene compare, measure, collect,
 // revise; then glance, and carry, find borders, settle, or clear where nothing is to be found.
-class HistoryTransfer final : public PictureTransfer {
+class HistoryTransfer final : public TemporalReprojection {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this. A work that was cancelled is to be
   // dropped before its sweep ends.
@@ -139,7 +139,7 @@ class HistoryTransfer final : public PictureTransfer {
   int current_ = 0;
   std::vector<PixelRect> windows_;
   std::unique_ptr<GbufferPass> film_centres_;  // of the picture that is left
-  std::unique_ptr<HistoryRevision> revision_;
+  std::unique_ptr<HistoryInvalidation> revision_;
   std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;
   std::atomic<bool> anything_ = false;  // was found at a glance

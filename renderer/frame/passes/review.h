@@ -1,12 +1,12 @@
-// Pass: takes back what fresh samples contradict of the history that pixels carry (film/history/history_review.h).
+// Pass: takes back what fresh samples contradict of the history that pixels carry (film/history/history_rejection.h).
 #pragma once
 
-#include "renderer/film/history/history_review.h"
+#include "renderer/film/history/history_rejection.h"
 #include "renderer/frame/passes/sweeps.h"
 
 namespace helio {
 
-using ReviewPiece = SweepPiece<HistoryReview>;
-using ReviewPass = SweepPass<HistoryReview>;
+using RejectionPiece = SweepPiece<HistoryRejection>;
+using RejectionPass = SweepPass<HistoryRejection>;
 
 }  // namespace helio

@@ -4,7 +4,7 @@
 // in one pixel there: no two pixels of the new picture draw on the same one of the old, and where the new picture shows
 // things larger some find nothing. Of the pixels that land in one the nearest surface counts, and of that surface the
 // pixel whose point lies next to the new pixel's centre. Whether that shows what the new pixel shows is for who looks
-// it up to find out (source_view.h); if it does not, nothing is found, though another pixel may have landed there.
+// it up to find out (history_view.h); if it does not, nothing is found, though another pixel may have landed there.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/camera/camera_projection.h"
 #include "renderer/trace/gbuffer/primary_hits.h"
-#include "renderer/trace/reuse/source_view.h"
+#include "renderer/trace/reuse/history_view.h"
 #include "renderer/trace/sampling/sampler.h"
 #include "renderer/trace/scene/scene_data.h"
 
@@ -85,7 +85,7 @@ std::optional<V3f> other_viewpoint(const CameraPose& source, const CameraPose& n
 }
 
 // Overwrites what the pixel holds. swap: the source's first half is of the lineage of the film's second.
-void fill(const SourceLookup& lookup, bool swap, Film& film, int x, int y) {
+void fill(const HistorySample& lookup, bool swap, Film& film, int x, int y) {
   CarriedPixel& carried = film.history()->carried(x, y);
   DirectionReservoir& directions = film.history()->directions(x, y);
   carried = {};
@@ -162,10 +162,10 @@ void Reprojection::prepare_lookups() const {
   });
 }
 
-std::vector<SourceView> Reprojection::views() const {
+std::vector<HistoryView> Reprojection::views() const {
   prepare_lookups();
   const RenderScene& scene = centres_.scene();
-  std::vector<SourceView> views;
+  std::vector<HistoryView> views;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const PictureSource& source = sources_[i];
     views.emplace_back(*source.pixels, source.pose, other_viewpoint(source.pose, centres_.pose(), scene),
@@ -181,7 +181,7 @@ class Reprojection::Seeker {
       : of_(of), now_(pose(), of.film_.width(), of.film_.height(), of.centres_.scene().origin()), views_(of.views()) {}
 
   struct Found {
-    SourceLookup lookup;
+    HistorySample lookup;
     bool swap = false;
   };
   // centres: has the pixel in hand, which met `here`. Sources are asked until one knows enough; of glossy surfaces, as
@@ -198,10 +198,10 @@ class Reprojection::Seeker {
         views_[i].see(here, x, y, position, footprint, centres, key_of(x, y, i), sight);
       } else {
         sight.evidence.reset();
-        sight.lookup = views_[i].border(x, y) ? SourceLookup{} : views_[i].keep(*of_.film_.history(), x, y, 0);
+        sight.lookup = views_[i].border(x, y) ? HistorySample{} : views_[i].keep(*of_.film_.history(), x, y, 0);
       }
       if (sights.asked == views_.size()) break;
-      const SourceLookup known = sight.evidence ? look(here, x, y, sights, i, nullptr) : sight.lookup;
+      const HistorySample known = sight.evidence ? look(here, x, y, sights, i, nullptr) : sight.lookup;
       if (known.total() >= of_.sources_[i].enough) break;
     }
   }
@@ -211,7 +211,7 @@ class Reprojection::Seeker {
     Found best;
     for (std::size_t i = 0; i < sights.asked; ++i) {
       const SourceSight& sight = sights.of[i];
-      const SourceLookup lookup = sight.evidence ? look(here, x, y, sights, i, block) : sight.lookup;
+      const HistorySample lookup = sight.evidence ? look(here, x, y, sights, i, block) : sight.lookup;
       if (lookup.total() > best.lookup.total()) best = {lookup, of_.sources_[i].swap};
       if (lookup.total() >= of_.sources_[i].enough) break;
     }
@@ -224,8 +224,8 @@ class Reprojection::Seeker {
   }
 
   // By the pixel's own directions and those of the pixels around. Precondition: it has evidence of that source.
-  SourceLookup look(const CentreHit& here, int x, int y, const Sights& sights, std::size_t source,
-                    BlockSights* block) const {
+  HistorySample look(const CentreHit& here, int x, int y, const Sights& sights, std::size_t source,
+                     BlockSights* block) const {
     const SourceSight& sight = sights.of[source];
     const ViewEvidence& own = *sight.evidence;
     const ViewEvidence* alike[9];
@@ -246,7 +246,7 @@ class Reprojection::Seeker {
     alike[count++] = &own;
     const ViewReweighting change = pooled_change(own, {alike, count}, sight.shared());
     const std::uint32_t key = key_of(x, y, source);
-    SourceLookup lookup = views_[source].look(here, sight, change, of_.light_[source], key);
+    HistorySample lookup = views_[source].look(here, sight, change, of_.light_[source], key);
     // From there on they stand for what the new camera sees: by what they counted for the old one they would lag behind
     // from the next move on, and meet lobes that leave them more often than lobes that come.
     if (block && lookup.total() > 0) pick_directions({directions, count}, key, lookup.directions);
@@ -257,7 +257,7 @@ class Reprojection::Seeker {
 
   const Reprojection& of_;
   CameraProjection now_;
-  std::vector<SourceView> views_;
+  std::vector<HistoryView> views_;
 };
 
 bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) const {
@@ -325,7 +325,7 @@ void Reprojection::find_borders(const PixelRect& window, ReprojectionStats& stat
 
 void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
   const PixelRect& region = centres_.region();
-  const std::vector<SourceView> views = this->views();
+  const std::vector<HistoryView> views = this->views();
   FilmHistory& history = *film_.history();
   centres_.settle(window);
   for (int y = window.y0; y < window.y1; ++y) {
@@ -337,7 +337,7 @@ void Reprojection::settle(const PixelRect& window, ReprojectionStats& stats) {
         if (!views[i].same_camera() || !(border || views[i].border(x, y))) continue;
         const PixelRect reached = centres_.reached_from(x, y);
         if (sources_[i].edited && intersect(reached, region).area() < reached.area()) continue;
-        const SourceLookup lookup = views[i].keep(history, x, y, centres_.reach());
+        const HistorySample lookup = views[i].keep(history, x, y, centres_.reach());
         if (lookup.total() > float(carried.count[0]) + float(carried.count[1]))
           fill(lookup, sources_[i].swap, film_, x, y);
         if (lookup.total() >= sources_[i].enough) break;

@@ -16,7 +16,7 @@
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling, between pixels and between sizes of pixels: by the squared second differences around there
-//     (resampling_error2() of source_lookup.h),
+//     (resampling_error2() of history_sample.h),
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
 //     of the old one is worked out from directions that light came from (DirectionReservoir,
@@ -24,7 +24,7 @@
 //     that those cannot tell of, the old picture's mean radiance is taken, give or take half of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
-//   - edits of the scene since then, which are among it (trace/reuse/history_revision.h).
+//   - edits of the scene since then, which are among it (trace/reuse/history_invalidation.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest. Where the change of view is
 // known so badly that b is more than half of the mean, nothing counts. Where the pixels of a lookup differ in what they
@@ -63,11 +63,11 @@ struct PictureSource {
   // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
   float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
-  // Surfaces or the environment were edited since (HistoryRevision): nobody knows what was beside the picture then.
+  // Surfaces or the environment were edited since (HistoryInvalidation): nobody knows what was beside the picture then.
   bool edited = false;
 };
 
-class SourceView;
+class HistoryView;
 
 struct ReprojectionStats {
   std::uint64_t rays = 0;     // of the verification: through pixel centres, and of what edits have changed
@@ -111,7 +111,7 @@ class Reprojection {
   class Seeker;
 
   void prepare_lookups() const;
-  std::vector<SourceView> views() const;  // by source
+  std::vector<HistoryView> views() const;  // by source
 
   Film& film_;
   GbufferPass centres_;

@@ -4,7 +4,7 @@
 
 namespace helio {
 
-// How a new picture finds pixels of an earlier one (trace/reuse/source_view.h, trace/reuse/forward_map.h).
+// How a new picture finds pixels of an earlier one (trace/reuse/history_view.h, trace/reuse/forward_map.h).
 enum class ReprojectionMapping {
   reverse,  // each new pixel looks its centre up, between four pixels of the earlier picture
   forward,  // each pixel of the earlier picture goes to one new pixel

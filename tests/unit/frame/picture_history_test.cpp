@@ -25,7 +25,7 @@ int leave(PictureHistory& history, double x, double samples) {
   return slot;
 }
 
-void run_all(PictureTransfer& transfer) {
+void run_all(TemporalReprojection& transfer) {
   for (int sweep = 0; sweep < transfer.sweeps(); ++sweep) {
     for (std::size_t part = 0; part < transfer.parts(); ++part) transfer.run(sweep, part);
     transfer.finish_sweep(sweep);

@@ -8,7 +8,7 @@
 #include "renderer/film/allocation/sample_demand.h"
 #include "renderer/film/estimate/resolve.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/film/history/history_review.h"
+#include "renderer/film/history/history_rejection.h"
 #include "renderer/film/history/history_source.h"
 #include "renderer/film/history/splat_row.h"
 #include "renderer/film/splats/splat_buffer.h"
@@ -138,7 +138,7 @@ TEST(CarriedSplats, VarianceIsThatOfAllSamples) {
 }
 
 void review(Film& film) {
-  HistoryReview work(film, film.bounds());
+  HistoryRejection work(film, film.bounds());
   for (int sweep = 0; sweep < work.sweeps(); ++sweep) {
     for (std::size_t part = 0; part < work.parts(); ++part) work.run(sweep, part);
     work.finish_sweep(sweep);

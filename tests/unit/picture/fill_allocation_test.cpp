@@ -114,7 +114,7 @@ TEST(FillAllocation, HalfOfThePixelsIsLookedAtFromTheMeanThatSaysSo) {
   std::size_t looked_at = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 16; x < kWidth; ++x) {
-      // The same pixels in both halves: only these are held against their history (film/history/history_review.h).
+      // The same pixels in both halves: only these are held against their history (film/history/history_rejection.h).
       EXPECT_EQ(film.targets()->target(0, x, y) > 0, film.targets()->target(1, x, y) > 0);
       looked_at += film.targets()->target(0, x, y) > 0;
     }

@@ -5,9 +5,9 @@
 // what they knew. What has come into a pixel's view, or gone from it, is seen by the new picture's own centre hits
 // (trace/reuse/reprojection.h). When all that shines was scaled alike, so is the picture.
 //
-// Measured: of all other pixels, what shadows, reflections and bounced light may have changed (trace/reuse/change_samples.h)
-// is added to what reuse may have added to them before: bounds, not their squares, for edits in a row may all go one
-// way. It caps what they count, and travels on with them.
+// Measured: of all other pixels, what shadows, reflections and bounced light may have changed
+// (trace/reuse/change_samples.h) is added to what reuse may have added to them before: bounds, not their squares, for
+// edits in a row may all go one way. It caps what they count, and travels on with them.
 #pragma once
 
 #include <memory>
@@ -31,11 +31,11 @@ struct OutdatedPicture {
 //
 // Stopped on the way, pictures are outdated still, and may be revised again: bounds only grow. Not so those that are
 // scaled.
-class HistoryRevision {
+class HistoryInvalidation {
  public:
   // The pictures' pixels outlive this. settings.seed: of none of their samples, nor of those of other revisions.
-  HistoryRevision(std::shared_ptr<const RenderScene> scene, const PixelRect& region, const PixelFilter& filter,
-                  const PathSettings& settings, std::vector<OutdatedPicture> pictures);
+  HistoryInvalidation(std::shared_ptr<const RenderScene> scene, const PixelRect& region, const PixelFilter& filter,
+                      const PathSettings& settings, std::vector<OutdatedPicture> pictures);
 
   void compare();  // one part
   // After compare(): revise() multiplies the pixels of this picture, and must not stop on the way.

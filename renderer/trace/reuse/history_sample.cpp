@@ -1,4 +1,4 @@
-#include "renderer/trace/reuse/source_lookup.h"
+#include "renderer/trace/reuse/history_sample.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -39,8 +39,8 @@ float resampling_error2(float between, float zoom) {
   return 2.0f / 3 * off * off + shrink * shrink / 12 + (zoom > 1 ? 0.25f * shrink * off : 0);
 }
 
-SourceLookup LookupSums::weigh(float resampled, float view_reweighting, const Rgb& arrival) const {
-  SourceLookup result;
+HistorySample LookupSums::weigh(float resampled, float view_reweighting, const Rgb& arrival) const {
+  HistorySample result;
   float variance[kHalves] = {0, 0};
   for (int h = 0; h < kHalves; ++h) {
     if (weight(h) < kLeastLookupWeight) continue;

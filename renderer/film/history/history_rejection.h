@@ -16,10 +16,10 @@
 
 namespace helio {
 
-class HistoryReview {
+class HistoryRejection {
  public:
   // The film, which has history, outlives this; nobody else writes to it meanwhile.
-  HistoryReview(Film& film, const PixelRect& region);
+  HistoryRejection(Film& film, const PixelRect& region);
 
   // Two sweeps; see passes/sweeps.h. A part takes well under 5 ms.
   std::size_t parts() const { return windows_.size(); }

@@ -17,9 +17,9 @@ inline std::vector<PixelRect> transfer_windows(const PixelRect& region) {
 }
 
 // The sweeps of one move.
-class PictureTransfer {
+class TemporalReprojection {
  public:
-  virtual ~PictureTransfer() = default;
+  virtual ~TemporalReprojection() = default;
   virtual std::size_t parts() const = 0;
   virtual int sweeps() const = 0;
   virtual void run(int sweep, std::size_t part) = 0;
@@ -47,7 +47,7 @@ class PictureTransfer {
   ReprojectionStats stats_;
 };
 
-using ReprojectPiece = SweepPiece<PictureTransfer>;
-using ReprojectPass = SweepPass<PictureTransfer>;
+using ReprojectPiece = SweepPiece<TemporalReprojection>;
+using ReprojectPass = SweepPass<TemporalReprojection>;
 
 }  // namespace helio

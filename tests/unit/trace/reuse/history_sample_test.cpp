@@ -1,5 +1,5 @@
 // What pixels that are looked up say together, from sums that are written by hand.
-#include "renderer/trace/reuse/source_lookup.h"
+#include "renderer/trace/reuse/history_sample.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ double step_in_box(double at, double side, double step) {
 }
 
 // Integrals over the step's place, of the squared error of a lookup and of squared second differences.
-TEST(SourceLookup, ResamplingIsExpectedToBeOffAsItIsAtSteps) {
+TEST(HistorySample, ResamplingIsExpectedToBeOffAsItIsAtSteps) {
   for (const double zoom : {0.5, 0.8, 1.0, 1.5, 2.0, 4.0}) {
     for (const double f : {0.0, 0.1, 0.25, 0.5, 0.75}) {
       double error2 = 0, bend2 = 0;
@@ -55,8 +55,8 @@ LookupSums sums_of(float mean, float count, float variance_a, float variance_b, 
   return sums;
 }
 
-TEST(SourceLookup, BiasCapsCountsByTheOtherHalfsVariance) {
-  const SourceLookup lookup = sums_of(3, 64, 0.5f, 2, 0.01f).weigh(0, 0, Rgb(0, 0, 0));
+TEST(HistorySample, BiasCapsCountsByTheOtherHalfsVariance) {
+  const HistorySample lookup = sums_of(3, 64, 0.5f, 2, 0.01f).weigh(0, 0, Rgb(0, 0, 0));
   EXPECT_NEAR(lookup.count[0], 1 / (1 / 64.0 + 0.01 / 2), 1e-3);
   EXPECT_NEAR(lookup.count[1], 1 / (1 / 64.0 + 0.01 / 0.5), 1e-3);
   EXPECT_NEAR(lookup.bias2, 0.01, 1e-6);
@@ -64,14 +64,14 @@ TEST(SourceLookup, BiasCapsCountsByTheOtherHalfsVariance) {
   EXPECT_EQ(lookup.mean[1][2], 3);
 }
 
-TEST(SourceLookup, BoundsAddUpWhereNewErrorsAreSquares) {
+TEST(HistorySample, BoundsAddUpWhereNewErrorsAreSquares) {
   // 0.1 carried; 0.3 of resampling and 0.4 of the change of view, 0.1 of 4, are 0.5.
-  const SourceLookup lookup = sums_of(4, 64, 1, 1, 0.01f).weigh(0.09f, 0.1f, Rgb(0, 0, 0));
+  const HistorySample lookup = sums_of(4, 64, 1, 1, 0.01f).weigh(0.09f, 0.1f, Rgb(0, 0, 0));
   EXPECT_NEAR(lookup.bias2, 0.36, 1e-5);
   EXPECT_NEAR(lookup.count[0], 1 / (1 / 64.0 + 0.36), 1e-3);
 }
 
-TEST(SourceLookup, WhatMayBeOffByMoreThanHalfAfterAChangeOfViewSaysNothing) {
+TEST(HistorySample, WhatMayBeOffByMoreThanHalfAfterAChangeOfViewSaysNothing) {
   EXPECT_GT(sums_of(4, 64, 1, 1, 3).weigh(0, 0.01f, Rgb(0, 0, 0)).total(), 0);
   EXPECT_EQ(sums_of(4, 64, 1, 1, 4).weigh(0, 0.01f, Rgb(0, 0, 0)).total(), 0);
   // However it scatters, for what is off does that as well; and where the view is as it was its bound is its own.
@@ -80,13 +80,13 @@ TEST(SourceLookup, WhatMayBeOffByMoreThanHalfAfterAChangeOfViewSaysNothing) {
   EXPECT_EQ(sums_of(4, 64, 1, 1, 0).weigh(0, 0.6f, Rgb(0, 0, 0)).total(), 0);
 }
 
-TEST(SourceLookup, LightThatArrivesIsAddedAndDoubtedByHalf) {
-  const SourceLookup lookup = sums_of(4, 64, 1, 1, 0).weigh(0, 0, Rgb(1, 1, 1));
+TEST(HistorySample, LightThatArrivesIsAddedAndDoubtedByHalf) {
+  const HistorySample lookup = sums_of(4, 64, 1, 1, 0).weigh(0, 0, Rgb(1, 1, 1));
   EXPECT_EQ(lookup.mean[0][0], 5);
   EXPECT_NEAR(lookup.bias2, 0.25, 1e-6);
 }
 
-TEST(SourceLookup, WhatIsNoNumberSaysNothing) {
+TEST(HistorySample, WhatIsNoNumberSaysNothing) {
   for (const float bad : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     EXPECT_EQ(sums_of(bad, 64, 1, 1, 0).weigh(0, 0, Rgb(0, 0, 0)).total(), 0);
     EXPECT_EQ(sums_of(1, 64, 1, 1, bad).weigh(0, 0, Rgb(0, 0, 0)).total(), 0);

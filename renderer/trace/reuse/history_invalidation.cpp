@@ -1,4 +1,4 @@
-#include "renderer/trace/reuse/history_revision.h"
+#include "renderer/trace/reuse/history_invalidation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,16 +70,16 @@ SurfaceChange surface_change(const SceneDifference& difference, const CentreHit&
 
 }  // namespace
 
-HistoryRevision::HistoryRevision(std::shared_ptr<const RenderScene> scene, const PixelRect& region,
-                                 const PixelFilter& filter, const PathSettings& settings,
-                                 std::vector<OutdatedPicture> pictures)
+HistoryInvalidation::HistoryInvalidation(std::shared_ptr<const RenderScene> scene, const PixelRect& region,
+                                         const PixelFilter& filter, const PathSettings& settings,
+                                         std::vector<OutdatedPicture> pictures)
     : scene_(std::move(scene)), region_(region), wide_filter_(filter_reach(filter) > 1), settings_(settings) {
   // Which estimates what all integrators do whose pictures are reused, without splats.
   settings_.integrator = Integrator::path;
   for (OutdatedPicture& picture : pictures) items_.push_back({std::move(picture), std::nullopt, nullptr});
 }
 
-void HistoryRevision::compare() {
+void HistoryInvalidation::compare() {
   std::vector<std::vector<Item*>> views;  // that have to be measured
   for (Item& item : items_) {
     item.difference = scene_difference(*item.picture.scene, *scene_);
@@ -102,23 +102,23 @@ void HistoryRevision::compare() {
   }
 }
 
-bool HistoryRevision::scales(std::size_t picture) const {
+bool HistoryInvalidation::scales(std::size_t picture) const {
   const std::optional<SceneDifference>& difference = items_[picture].difference;
   return difference && difference->brightness.has_value();
 }
 
-bool HistoryRevision::edits_what_shows(std::size_t picture) const {
+bool HistoryInvalidation::edits_what_shows(std::size_t picture) const {
   const std::optional<SceneDifference>& difference = items_[picture].difference;
   return !difference || difference->edits_what_shows();
 }
 
-std::size_t HistoryRevision::measure_parts() const {
+std::size_t HistoryInvalidation::measure_parts() const {
   std::size_t parts = 0;
   for (const auto& changes : changes_) parts += changes->trace_parts();
   return parts;
 }
 
-void HistoryRevision::measure(std::size_t part, ReprojectionStats& stats) {
+void HistoryInvalidation::measure(std::size_t part, ReprojectionStats& stats) {
   for (const auto& changes : changes_) {
     if (part < changes->trace_parts()) {
       TraceStats traced;
@@ -130,28 +130,28 @@ void HistoryRevision::measure(std::size_t part, ReprojectionStats& stats) {
   }
 }
 
-std::size_t HistoryRevision::collect_parts() const {
+std::size_t HistoryInvalidation::collect_parts() const {
   std::size_t parts = 0;
   for (const auto& changes : changes_) parts += changes->collect_parts();
   return parts;
 }
 
-void HistoryRevision::collect(std::size_t part) {
+void HistoryInvalidation::collect(std::size_t part) {
   for (const auto& changes : changes_) {
     if (part < changes->collect_parts()) return changes->collect(part);
     part -= changes->collect_parts();
   }
 }
 
-void HistoryRevision::finish_collecting() {
+void HistoryInvalidation::finish_collecting() {
   for (const auto& changes : changes_) changes->finish();
 }
 
-void HistoryRevision::revise(const PixelRect& window, ReprojectionStats& stats) {
+void HistoryInvalidation::revise(const PixelRect& window, ReprojectionStats& stats) {
   for (const Item& item : items_) revise(item, window, stats);
 }
 
-void HistoryRevision::revise(const Item& item, const PixelRect& window, ReprojectionStats& stats) {
+void HistoryInvalidation::revise(const Item& item, const PixelRect& window, ReprojectionStats& stats) {
   HistorySource& pixels = *item.picture.pixels;
   if (!item.difference) {  // another load's: nothing is known
     for (int y = window.y0; y < window.y1; ++y) {

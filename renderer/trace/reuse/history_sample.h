@@ -17,7 +17,7 @@ inline constexpr int kMostTaps = 4;  // pixels of a lookup
 inline constexpr float kLeastLookupWeight = 0.1f;
 
 // What a source says of a pixel.
-struct SourceLookup {
+struct HistorySample {
   float count[kHalves] = {0, 0};  // effective samples after the bias has its say; 0: nothing
   float mean[kHalves][3] = {};
   float spread[kHalves][3] = {};  // variance of one sample
@@ -48,7 +48,7 @@ struct LookupSums {
   // What they say together. resampled: squared error of the lookup, over the sums'. view_reweighting: relative to the
   // mean. arrival: radiance that may have come into view, a guess. Where the view has changed, halves that may be off
   // by more than half of the mean say nothing.
-  SourceLookup weigh(float resampled, float view_reweighting, const Rgb& arrival) const;
+  HistorySample weigh(float resampled, float view_reweighting, const Rgb& arrival) const;
 
   float mean(int h, int c) const { return means[3 * h + c]; }
   float inverse_count(int h) const { return means[6 + h]; }

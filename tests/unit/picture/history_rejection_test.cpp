@@ -1,4 +1,4 @@
-#include "renderer/film/history/history_review.h"
+#include "renderer/film/history/history_rejection.h"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ Film film_with(double carried, float variance, std::uint32_t samples, const Fres
 }
 
 void review(Film& film) {
-  HistoryReview work(film, film.bounds());
+  HistoryRejection work(film, film.bounds());
   for (int sweep = 0; sweep < work.sweeps(); ++sweep) {
     for (std::size_t part = 0; part < work.parts(); ++part) work.run(sweep, part);
     work.finish_sweep(sweep);
@@ -52,7 +52,7 @@ double mean_of(const Film& film, int x, int y) {
   return sum;
 }
 
-TEST(HistoryReview, KeepsWhatFreshSamplesConfirm) {
+TEST(HistoryRejection, KeepsWhatFreshSamplesConfirm) {
   Film film = film_with(1, 0.01f, 4, [](int x, int y, int h, std::uint32_t i) {
     return 1 + ((x * 7 + y * 3 + h + int(i)) % 2 ? 0.1f : -0.1f);
   });
@@ -62,7 +62,7 @@ TEST(HistoryReview, KeepsWhatFreshSamplesConfirm) {
   }
 }
 
-TEST(HistoryReview, TakesBackWhatTheyContradict) {
+TEST(HistoryRejection, TakesBackWhatTheyContradict) {
   // To the right of x = 12 the light has changed from 1 to 3.
   Film film = film_with(1, 0.01f, 4, [](int x, int y, int h, std::uint32_t i) {
     return (x < 12 ? 1 : 3) + ((x * 7 + y * 3 + h + int(i)) % 2 ? 0.1f : -0.1f);
@@ -76,7 +76,7 @@ TEST(HistoryReview, TakesBackWhatTheyContradict) {
   EXPECT_GE(film.half(0, 20, 12).deviations[0], 0);
 }
 
-TEST(HistoryReview, WhatWasExpectedIsNoContradiction) {
+TEST(HistoryRejection, WhatWasExpectedIsNoContradiction) {
   // The same change of light, when reuse said that it may be off by that much: a square of 4, give or take 0.04 (four
   // deviations of 48 pixels' mean: of variance 0.24 a sample, of 64 carried ones and 4 fresh ones in each half).
   for (const auto& [expected, kept] : {std::pair(4.1f, true), std::pair(3.98f, true), std::pair(1.0f, false)}) {
@@ -92,7 +92,7 @@ TEST(HistoryReview, WhatWasExpectedIsNoContradiction) {
   }
 }
 
-TEST(HistoryReview, WhatFewSamplesMissIsNoContradiction) {
+TEST(HistoryRejection, WhatFewSamplesMissIsNoContradiction) {
   // One sample in a hundred is 100, the others nothing: history has seen some, two fresh samples a pixel have not.
   Film film = film_with(1, 99.0f, 1, [](int, int, int, std::uint32_t) { return 0.0f; });
   review(film);
@@ -101,7 +101,7 @@ TEST(HistoryReview, WhatFewSamplesMissIsNoContradiction) {
   }
 }
 
-TEST(HistoryReview, SurvivesWhatNumbersMayBe) {
+TEST(HistoryRejection, SurvivesWhatNumbersMayBe) {
   for (const float value : {0.0f, 1e-38f, 1e9f, 3e38f}) {
     Film film = film_with(double(value), 0, 2, [&](int x, int, int, std::uint32_t) { return x % 2 ? value : 1.0f; });
     review(film);
@@ -115,7 +115,7 @@ TEST(HistoryReview, SurvivesWhatNumbersMayBe) {
   }
 }
 
-TEST(HistoryReview, DarkSamplesUnderBrightHistoryDoNotBecomeNegative) {
+TEST(HistoryRejection, DarkSamplesUnderBrightHistoryDoNotBecomeNegative) {
   // Thirds are no floats: what is taken back of a sum of 64 of them is not to the bit what was added.
   Film film = film_with(1e9 / 3, 1, 4, [](int, int, int, std::uint32_t) { return 1e-9f; });
   review(film);
@@ -127,7 +127,7 @@ TEST(HistoryReview, DarkSamplesUnderBrightHistoryDoNotBecomeNegative) {
   }
 }
 
-TEST(HistoryReview, PixelsWithoutFreshSamplesOfBothHalvesHaveNoSay) {
+TEST(HistoryRejection, PixelsWithoutFreshSamplesOfBothHalvesHaveNoSay) {
   Film film = film_with(1, 0.01f, 0, [](int, int, int, std::uint32_t) { return 9.0f; });
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) film.half(0, x, y).add(Rgb(9, 9, 9));
@@ -136,7 +136,7 @@ TEST(HistoryReview, PixelsWithoutFreshSamplesOfBothHalvesHaveNoSay) {
   EXPECT_EQ(film.history()->carried(5, 5).count[0], kCarried);
 }
 
-TEST(HistoryReview, PixelsWithoutFreshSamplesKeepSomethingToShow) {
+TEST(HistoryRejection, PixelsWithoutFreshSamplesKeepSomethingToShow) {
   // Three pixels in four have fresh samples, which say that history is wrong altogether; its own variance is nothing.
   Film film = film_with(1, 1e-9f, 0, [](int, int, int, std::uint32_t) { return 0.0f; });
   for (int y = 0; y < kSide; ++y) {

@@ -1,4 +1,4 @@
-#include "renderer/film/history/history_review.h"
+#include "renderer/film/history/history_rejection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -76,7 +76,7 @@ void scale_deviations(const Film& film, const SplatRow& before, double factor, i
 
 }  // namespace
 
-HistoryReview::HistoryReview(Film& film, const PixelRect& region)
+HistoryRejection::HistoryRejection(Film& film, const PixelRect& region)
     : film_(film), region_(intersect(region, film.bounds())) {
   HELIO_DCHECK(film.history() && !region_.empty());
   constexpr int kRows = 2 * kFilmBlock, kColumns = 16 * kFilmBlock;
@@ -84,7 +84,7 @@ HistoryReview::HistoryReview(Film& film, const PixelRect& region)
   taken_.resize(windows_.size());
 }
 
-void HistoryReview::run(int sweep, std::size_t part) {
+void HistoryRejection::run(int sweep, std::size_t part) {
   if (sweep == 0) {
     look(windows_[part]);
   } else {
@@ -92,7 +92,7 @@ void HistoryReview::run(int sweep, std::size_t part) {
   }
 }
 
-void HistoryReview::look(const PixelRect& window) {
+void HistoryRejection::look(const PixelRect& window) {
   thread_local BoxRows rows;
   thread_local std::vector<float> sums;
   thread_local Splats splats;
@@ -136,7 +136,7 @@ void HistoryReview::look(const PixelRect& window) {
   }
 }
 
-double HistoryReview::take_back(const PixelRect& window) {
+double HistoryRejection::take_back(const PixelRect& window) {
   thread_local Splats splats;
   double taken = 0;
   for (int y = window.y0; y < window.y1; ++y) {

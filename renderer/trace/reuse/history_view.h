@@ -13,19 +13,19 @@
 #include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
 #include "renderer/trace/reuse/forward_map.h"
-#include "renderer/trace/reuse/source_lookup.h"
+#include "renderer/trace/reuse/history_sample.h"
 
 namespace helio {
 
-struct SourceTap {
+struct HistoryTap {
   int x = 0, y = 0;
   float weight = 0;
   Rgb modulation;  // new albedo over old
 };
 
 // The pixels around a point inside a surface that show that surface, and nothing else.
-struct SourceTaps {
-  SourceTap tap[kMostTaps];
+struct HistoryTaps {
+  HistoryTap tap[kMostTaps];
   int count = 0;
   float total = 0;       // weight, at most 1
   double u = 0, v = 0;   // where the point lies, in pixels from the centre of the first of the film
@@ -35,13 +35,13 @@ struct SourceTaps {
 
 // What a pixel finds in a source.
 struct SourceSight {
-  SourceTaps taps;
+  HistoryTaps taps;
   float zoom = 1;  // size of a pixel of the source over that of a new one
   bool glossy = false;
   // Of surfaces that look different from there: neighbours have a say, and `lookup` is not known yet.
   std::optional<ViewEvidence> evidence;
   WeighedDirections directions;  // of the evidence: what each counts for the new camera
-  SourceLookup lookup;
+  HistorySample lookup;
 
   bool usable() const { return taps.total >= kLeastLookupWeight; }
   // Of neighbours that ask the same pixel of the source.
@@ -49,13 +49,13 @@ struct SourceSight {
 };
 
 // Not thread safe.
-class SourceView {
+class HistoryView {
  public:
   // viewpoint: where it was taken from (rebased) if surfaces are seen from elsewhere now. now: the new picture's
   // camera. region: pixels outside it are of pictures that are no longer true. landed: what is looked up, null: the
   // four pixels around each point. It and the pixels, which are of the new film's size, outlive this.
-  SourceView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-             const CameraPose& now, const PixelRect& region, const V3d& scene_origin, const ForwardMap* landed);
+  HistoryView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
+              const CameraPose& now, const PixelRect& region, const V3d& scene_origin, const ForwardMap* landed);
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
@@ -66,15 +66,15 @@ class SourceView {
            std::uint32_t key, SourceSight& sight);
 
   // Without the directions of surfaces that look different from there. light: the picture's mean radiance.
-  SourceLookup look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change, const Rgb& light,
-                    std::uint32_t key) const;
+  HistorySample look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change, const Rgb& light,
+                     std::uint32_t key) const;
 
   // Whether what the pixel showed was next to another surface.
   bool border(int x, int y) const { return pixels_.centre(x, y).border; }
 
   // What it knew of the pixel itself, if that and all around it, so far, show what they showed. Precondition:
   // same_camera().
-  SourceLookup keep(const FilmHistory& now, int x, int y, int reach) const;
+  HistorySample keep(const FilmHistory& now, int x, int y, int reach) const;
 
  private:
   // The normal that was met last: neighbours share it.
@@ -89,12 +89,12 @@ class SourceView {
 
   // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
   // surfaces are textured every pixel asks for itself.
-  ViewEvidence evidence_of(const SourceTaps& taps, const PrimaryHits& centres, WeighedDirections& directions) const;
-  SourceTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
+  ViewEvidence evidence_of(const HistoryTaps& taps, const PrimaryHits& centres, WeighedDirections& directions) const;
+  HistoryTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
   // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
-  bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap, SourceTaps& taps);
+  bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, HistoryTap tap, HistoryTaps& taps);
   // Those of the pixels that weigh `least` and more, by what they counted there.
-  WeighedDirections directions_of(const SourceTaps& taps, float least) const;
+  WeighedDirections directions_of(const HistoryTaps& taps, float least) const;
 
   const HistorySource& pixels_;
   const ForwardMap* landed_;

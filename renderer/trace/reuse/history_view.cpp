@@ -1,4 +1,4 @@
-#include "renderer/trace/reuse/source_view.h"
+#include "renderer/trace/reuse/history_view.h"
 
 #include <cfloat>
 #include <cmath>
@@ -21,9 +21,9 @@ constexpr float kSameDepth = 1e-4f;
 
 }  // namespace
 
-SourceView::SourceView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-                       const CameraPose& now, const PixelRect& region, const V3d& scene_origin,
-                       const ForwardMap* landed)
+HistoryView::HistoryView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
+                         const CameraPose& now, const PixelRect& region, const V3d& scene_origin,
+                         const ForwardMap* landed)
     : pixels_(pixels),
       landed_(landed),
       region_(intersect(region, {0, 0, pixels.width(), pixels.height()})),
@@ -32,8 +32,8 @@ SourceView::SourceView(const HistorySource& pixels, const CameraPose& pose, cons
       viewpoint_(viewpoint),
       normal_(0, projection_) {}
 
-void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, double footprint,
-                     const PrimaryHits& centres, std::uint32_t key, SourceSight& sight) {
+void HistoryView::see(const CentreHit& here, int x, int y, const V3d& position, double footprint,
+                      const PrimaryHits& centres, std::uint32_t key, SourceSight& sight) {
   sight.taps = find_taps(here, x, y, position);
   sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
   sight.glossy = centres.depends_on_view();
@@ -45,16 +45,16 @@ void SourceView::see(const CentreHit& here, int x, int y, const V3d& position, d
   }
 }
 
-SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change,
-                              const Rgb& light, std::uint32_t key) const {
+HistorySample HistoryView::look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change,
+                                const Rgb& light, std::uint32_t key) const {
   if (!sight.usable()) return {};
-  const SourceTaps& taps = sight.taps;
+  const HistoryTaps& taps = sight.taps;
   const Rgb beyond_albedo = change.ratio / change.albedo;
 
   LookupSums sums;
   double off_x = -taps.u, off_y = -taps.v;
   for (int i = 0; i < taps.count; ++i) {
-    const SourceTap& tap = taps.tap[i];
+    const HistoryTap& tap = taps.tap[i];
     const float w = tap.weight / taps.total;
     off_x += double(w) * tap.x;
     off_y += double(w) * tap.y;
@@ -65,7 +65,7 @@ SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, c
   const float resampled = albedo2 * (sums.bend2(0) * resampling_error2(taps.fx, sight.zoom) +
                                      sums.bend2(1) * resampling_error2(taps.fy, sight.zoom) +
                                      sums.slope2() * float(off_x * off_x + off_y * off_y));
-  SourceLookup result = sums.weigh(resampled, change.error, change.arrival * light);
+  HistorySample result = sums.weigh(resampled, change.error, change.arrival * light);
   if (sight.glossy && !sight.evidence && result.total() > 0) {
     const WeighedDirections directions = directions_of(taps, 0);
     const WeighedDirections* const all[] = {&directions};
@@ -74,7 +74,7 @@ SourceLookup SourceView::look(const CentreHit& here, const SourceSight& sight, c
   return result;
 }
 
-SourceLookup SourceView::keep(const FilmHistory& now, int x, int y, int reach) const {
+HistorySample HistoryView::keep(const FilmHistory& now, int x, int y, int reach) const {
   const SourcePixel& pixel = pixels_.pixel(x, y);
   if (!region_.contains(x, y) || pixel.empty()) return {};
   const PixelRect around = intersect({x - reach, y - reach, x + reach + 1, y + reach + 1}, region_);
@@ -87,14 +87,14 @@ SourceLookup SourceView::keep(const FilmHistory& now, int x, int y, int reach) c
   }
   LookupSums sums;
   sums.add(pixel, 1, Rgb(1, 1, 1));
-  SourceLookup result = sums.weigh(0, 0, Rgb(0, 0, 0));
+  HistorySample result = sums.weigh(0, 0, Rgb(0, 0, 0));
   result.directions = pixels_.directions(x, y);
   result.kept = &pixel;
   return result;
 }
 
-SourceTaps SourceView::find_taps(const CentreHit& here, int x, int y, const V3d& position) {
-  SourceTaps taps;
+HistoryTaps HistoryView::find_taps(const CentreHit& here, int x, int y, const V3d& position) {
+  HistoryTaps taps;
   const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
   if (!p.in_front) return taps;
   taps.u = p.x - 0.5;
@@ -121,8 +121,8 @@ SourceTaps SourceView::find_taps(const CentreHit& here, int x, int y, const V3d&
   return taps;
 }
 
-bool SourceView::add_tap(const CentreHit& here, const V3d& from_camera, double footprint, SourceTap tap,
-                         SourceTaps& taps) {
+bool HistoryView::add_tap(const CentreHit& here, const V3d& from_camera, double footprint, HistoryTap tap,
+                          HistoryTaps& taps) {
   if (!(tap.weight > 0) || !region_.contains(tap.x, tap.y)) return true;
   const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
   const CentreHit& there = pixels_.centre(tap.x, tap.y);
@@ -146,8 +146,8 @@ bool SourceView::add_tap(const CentreHit& here, const V3d& from_camera, double f
   return true;
 }
 
-ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const PrimaryHits& centres,
-                                     WeighedDirections& directions) const {
+ViewEvidence HistoryView::evidence_of(const HistoryTaps& taps, const PrimaryHits& centres,
+                                      WeighedDirections& directions) const {
   float least = kLeastShare * taps.total;
   if (!centres.textured()) {
     for (int i = 0; i < taps.count; ++i) least = std::max(least, taps.tap[i].weight);
@@ -156,12 +156,12 @@ ViewEvidence SourceView::evidence_of(const SourceTaps& taps, const PrimaryHits& 
   return centres.evidence_from(*viewpoint_, directions);
 }
 
-WeighedDirections SourceView::directions_of(const SourceTaps& taps, float least) const {
+WeighedDirections HistoryView::directions_of(const HistoryTaps& taps, float least) const {
   WeighedDirections directions;
   float share = 0;
   for (int i = 0; i < taps.count; ++i) share += taps.tap[i].weight >= least ? taps.tap[i].weight : 0;
   for (int i = 0; i < taps.count; ++i) {
-    const SourceTap& tap = taps.tap[i];
+    const HistoryTap& tap = taps.tap[i];
     if (tap.weight < least) continue;
     const SourcePixel& pixel = pixels_.pixel(tap.x, tap.y);
     for (int h = 0; h < kHalves; ++h) {
