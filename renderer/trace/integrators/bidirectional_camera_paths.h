@@ -28,15 +28,15 @@ struct BidirectionalGroup {
 // and, where what stands below does not suit its techniques, its own
 //   bool samples_lights() const, bool ends_with(const BsdfSample&) const       at a vertex
 //   void look_ahead(int j, int active) const           before the j-th of so many paths that are shaded in turn
-template <typename Kernel, typename Watch>
-class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
-  using Base = PathKernelBase<Kernel, Watch>;
+template <typename Kernel, typename Recorder>
+class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
+  using Base = PathKernelBase<Kernel, Recorder>;
 
  protected:
   using Base::add_emission, Base::alpha_key, Base::group_, Base::has_lights_, Base::instance_name, Base::kernel,
-      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_, Base::watch_;
+      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_, Base::recorder_;
 
-  friend PathKernelBase<Kernel, Watch>;
+  friend PathKernelBase<Kernel, Recorder>;
 
   BidirectionalCameraPaths(const WindowTask& task, const TechniqueCounts& counts)
       : Base(task),
@@ -95,12 +95,12 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
 
   void trace_connections() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
-      watch_.joined(path, ray, paths_.rays.rays()[ray].direction, radiance);
-      watch_.ray_arrived(ray);
+      recorder_.joined(path, ray, paths_.rays.rays()[ray].direction, radiance);
+      recorder_.ray_arrived(ray);
       group_.paths[path].radiance += radiance;
       if (task_.squares) add_squares(path, squares_of_rays_[ray]);
     });
-    watch_.rays_traced();
+    recorder_.rays_traced();
   }
 
   // The picture of squares has an end, and what lies beyond it is no less rare. A sum holds 2^32 of the largest.
@@ -152,19 +152,19 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     MisState& mis = paths_.mis[i];
     Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
-    watch_.segment(vertex, i, b);
+    recorder_.segment(vertex, i, b);
     if (!hit.valid()) {
       leave_scene(vertex, i);
       return false;
     }
-    watch_.hit(i, hit, instance_name(hit));
+    recorder_.hit(i, hit, instance_name(hit));
     if (scene_.mip_mapped) b.cones[i].advance(hit.t);
     const PathVertex at(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
     const Surface& surface = at.surface;
     const MaterialRecord& material = *surface.material;
     const V3f to_camera = -ray.direction;
     if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
-    watch_.throughput(i, path.beta);
+    recorder_.throughput(i, path.beta);
     mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
     if (material.emissive && shows(0, vertex + 1)) add_emission(vertex, i, hit, surface);
 
@@ -179,7 +179,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
-    if (Watch::kWatches || (Watch::kRecords && vertex == 1)) tell_surface(i, at, point, frame.n, black);
+    if (Recorder::kRecordsSample || (Recorder::kRecordsFirstHit && vertex == 1))
+      tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 
@@ -187,7 +188,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
     const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
                                     : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
-    watch_.scatter(i, sample, frame);
+    recorder_.scatter(i, sample, frame);
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
     if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
@@ -209,21 +210,21 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       mis.scatter_one_way();
     }
     path.beta *= sample.weight;
-    watch_.density(path, sample);
+    recorder_.density(path, sample);
     path.normal = light_normal;
     if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
     if (sample.transmitted && material.volume)
       stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
-    watch_.next_throughput(i, path.beta);
+    recorder_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
     if (vertex >= task_.settings.roulette_from) {
       const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
-      watch_.roulette(i, survival, b.roulette[j]);
+      recorder_.roulette(i, survival, b.roulette[j]);
       if (!survives(b.roulette[j], survival)) return false;
       path.beta *= 1 / survival;
     }
-    watch_.goes_on(i);
+    recorder_.goes_on(i);
     ray.origin = at.start(direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
@@ -233,8 +234,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
   void tell_surface(std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const V3f& normal, bool black) {
     SurfaceParams lambert;
     lambert.base_color = at.albedo;
-    watch_.surface(i, at.surface, point ? point->params : lambert, normal,
-                   point ? point->geometric_normal() : at.facing_normal(), black);
+    recorder_.surface(i, at.surface, point ? point->params : lambert, normal,
+                      point ? point->geometric_normal() : at.facing_normal(), black);
   }
 
   // s = 1.
@@ -245,11 +246,11 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const Surface& surface = at.surface;
     const V3f from = transmissive ? surface.position : at.near_side;
     const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
-    watch_.light_sample(i, light);
+    recorder_.light_sample(i, light);
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
     const V3f to_camera = -at.arrived;
     const BsdfValue value = at.scatter(scene_, to_camera, light.direction, point, to_camera);
-    watch_.light_value(i, light, value);
+    recorder_.light_value(i, light, value);
     if (is_black(value.f_cos)) return;
     const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, point, to_camera);
     const double weight =
@@ -266,8 +267,8 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const double hit = light.delta ? 0 : mis_ratio(value.pdf_w, light.pdf_w);
       squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, 1 + hit, task_.rare);
     }
-    watch_.shadow_ray(i, t_max, radiance);
-    watch_.light_ray(i, paths_.rays.count(), counting(weight));
+    recorder_.shadow_ray(i, t_max, radiance);
+    recorder_.light_ray(i, paths_.rays.count(), counting(weight));
     paths_.rays.add(at.start(light.direction), light.direction, t_max, alpha_key(path.key, reversed_index_, -vertex), i,
                     radiance);
   }
@@ -288,7 +289,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
     const V3f direction(V3d(between) / distance), back = -direction;
     const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
     if (is_black(camera_value.f_cos)) return;
-    watch_.connection_value(direction, camera_value);
+    recorder_.connection_value(direction, camera_value);
     std::optional<ShadingPoint> from_camera;  // the light vertex
     if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
     const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;
@@ -314,7 +315,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Watch> {
       const double ratio = light.mis.path_tracer_behind(camera_value.pdf_w * cos_light / squared, light_value.pdf_w);
       squares_of_rays_[paths_.rays.count()] = rare_squares(luminance(radiance), weight, ratio, task_.rare);
     }
-    watch_.connection(i, paths_.rays.count(), light, distance, counting(weight), radiance);
+    recorder_.connection(i, paths_.rays.count(), light, distance, counting(weight), radiance);
     paths_.rays.add_between(at.start(direction), light.start(back),
                             combine_hash(alpha_key(path.key, reversed_index_, -vertex), number), i, radiance);
   }

@@ -28,9 +28,9 @@ struct PairedPaths {
   LightPaths lights;
 };
 
-template <typename Watch>
-class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<Watch>, Watch> {
-  using Base = BidirectionalCameraPaths<BidirectionalKernel<Watch>, Watch>;
+template <typename Recorder>
+class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<Recorder>, Recorder> {
+  using Base = BidirectionalCameraPaths<BidirectionalKernel<Recorder>, Recorder>;
 
  public:
   explicit BidirectionalKernel(const WindowTask& task)
@@ -41,14 +41,14 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
  private:
   friend Base;
-  friend PathKernelBase<BidirectionalKernel, Watch>;
+  friend PathKernelBase<BidirectionalKernel, Recorder>;
   using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::instance_name, Base::join,
       Base::light_only_, Base::paths_, Base::reversed_index_, Base::samples, Base::scene_, Base::shows, Base::squares_,
-      Base::squares_of_rays_, Base::stats_, Base::task_, Base::technique_, Base::trace_rays, Base::watch_;
+      Base::squares_of_rays_, Base::stats_, Base::task_, Base::technique_, Base::trace_rays, Base::recorder_;
 
   // That a sample of every pixel comes with.
   static double light_paths_of(const WindowTask& task) {
-    if constexpr (Watch::kWatches) return double(task.trace->sample.light_paths);
+    if constexpr (Recorder::kRecordsSample) return double(task.trace->sample.light_paths);
     const PixelRect region = task.settings.region.empty() ? task.film.bounds() : task.settings.region;
     const LightTiles* tiles = task.film.light_tiles().get();
     return tiles ? tiles->pixels_in(region) : double(region.area());
@@ -68,10 +68,10 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   void prepare_paths(int count) {
     trace_light_paths(count);
-    if constexpr (Watch::kWatches) {
+    if constexpr (Recorder::kRecordsSample) {
       for (std::uint32_t v = 0; v < pairs_.lights.vertices().size(); ++v) {
         const LightVertex& light = pairs_.lights.vertices()[v];
-        watch_.light_vertex(pairs_.lights.path_of(v), light, instance_name(light.hit));
+        recorder_.light_vertex(pairs_.lights.path_of(v), light, instance_name(light.hit));
       }
     }
     splat_light_paths();
@@ -106,7 +106,8 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const std::uint32_t i = pairs_.lights.path_of(v);
       const std::uint32_t key = pairs_.batch.keys[i], index = pairs_.batch.reversed_index[i];
       const V2f lens = lens_sample(task_.camera, key, index, vertex.depth);
-      const auto splat = connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Watch::kRecords);
+      const auto splat =
+          connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Recorder::kRecordsFirstHit);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
       film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, told_of(vertex, *splat)};
@@ -116,7 +117,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
         squares_of_rays_[paths_.rays.count()] =
             rare_squares(brought, splat->weight, splat->path_tracer, task_.rare) * tries;
       }
-      watch_.splat(i, paths_.rays.count(), vertex, *splat);
+      recorder_.splat(i, paths_.rays.count(), vertex, *splat);
       add_splat_ray(vertex, *splat, key, index, i, paths_.rays);
     }
     trace_splats();
@@ -124,13 +125,13 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   // Of the light that the camera sees.
   static ToldLight told_of(const LightVertex& vertex, const SplatConnection& splat) {
-    if constexpr (!Watch::kRecords) return {};
+    if constexpr (!Recorder::kRecordsFirstHit) return {};
     return {pack_direction<DirectionReservoir::kAxisBits>(-vertex.arrived), splat.share};
   }
 
   void trace_splats() {
     trace_rays([&](int ray, std::uint32_t path, const Rgb& radiance) {
-      watch_.ray_arrived(ray);
+      recorder_.ray_arrived(ray);
       const FilmPoint& at = film_points_[ray];
       // A light path is the window's whose pixel's camera path it goes with.
       if (!task_.window.contains(group_.pixel_x[path], group_.pixel_y[path])) return;
@@ -140,7 +141,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
           squares_.push_back({x, y, Base::that_enters(squares_of_rays_[ray] * share)});
         });
     });
-    watch_.rays_traced();
+    recorder_.rays_traced();
   }
 
   // s > 1: to the vertices of the camera path's own light path.
@@ -190,16 +191,16 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
 }  // namespace
 
-bool run_watched_bidirectional_kernel(const WindowTask& task) {
+bool run_bidirectional_sample_trace_kernel(const WindowTask& task) {
   TraceStats stats;
-  return BidirectionalKernel<SampleWatch>(task).run(stats);
+  return BidirectionalKernel<SampleRecorder>(task).run(stats);
 }
 
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats) {
   // What later pictures draw on, as path_kernel_recording.cpp has it; the same bits.
   const bool keeps = task.film.history() && !task.scene.features.only_lambert;
   return keeps ? BidirectionalKernel<DirectionRecorder>(task).run(stats)
-               : BidirectionalKernel<NoWatch>(task).run(stats);
+               : BidirectionalKernel<NoRecorder>(task).run(stats);
 }
 
 }  // namespace helio

@@ -22,9 +22,9 @@ namespace helio {
 
 namespace {
 
-template <typename Watch>
-class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch> {
-  using Base = BidirectionalCameraPaths<CachedKernel<Watch>, Watch>;
+template <typename Recorder>
+class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Recorder> {
+  using Base = BidirectionalCameraPaths<CachedKernel<Recorder>, Recorder>;
 
  public:
   explicit CachedKernel(const WindowTask& task)
@@ -37,9 +37,9 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
 
  private:
   friend Base;
-  friend PathKernelBase<CachedKernel, Watch>;
+  friend PathKernelBase<CachedKernel, Recorder>;
   using Base::block_bias_, Base::counts_, Base::group_, Base::instance_name, Base::join, Base::paths_,
-      Base::reversed_index_, Base::scene_, Base::task_, Base::watch_;
+      Base::reversed_index_, Base::scene_, Base::task_, Base::recorder_;
 
   void prepare_paths(int count) {
     Base::start_camera_paths(count);
@@ -99,7 +99,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
       for (int k = 0; k < connections_; ++k) {
         const double drawn = (double(k) + double(u)) / connections_ * double(partners_.size());
         const LightVertex& light = partners_[std::min(std::size_t(drawn), partners_.size() - 1)];
-        if constexpr (Watch::kWatches) watch_.light_vertex(i, light, instance_name(light.hit));
+        if constexpr (Recorder::kRecordsSample) recorder_.light_vertex(i, light, instance_name(light.hit));
         join(vertex, i, at, point, light, std::uint32_t(k), share_);
       }
     }
@@ -132,7 +132,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
       const bool inner = dot(off, off) < 0.5 * cache_.radius() * cache_.radius();
       outer_less_inner += inner ? brought * -1.0f : brought;
     });
-    watch_.merged(i, merged, path.beta * sum * float(per_area_));
+    recorder_.merged(i, merged, path.beta * sum * float(per_area_));
     path.radiance += path.beta * sum * float(per_area_);
     // The whole disc less the inner half of its area, which counts twice: where the bias grows as the radius does, as
     // along edges, which make most of it, 1 - 1 / sqrt(2) of the bias.
@@ -155,12 +155,12 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Watch>, Watch>
 }  // namespace
 
 bool run_cached_kernel(const WindowTask& task, TraceStats& stats) {
-  return CachedKernel<NoWatch>(task).run(stats);
+  return CachedKernel<NoRecorder>(task).run(stats);
 }
 
-bool run_watched_cached_kernel(const WindowTask& task) {
+bool run_cached_sample_trace_kernel(const WindowTask& task) {
   TraceStats stats;
-  return CachedKernel<SampleWatch>(task).run(stats);
+  return CachedKernel<SampleRecorder>(task).run(stats);
 }
 
 }  // namespace helio

@@ -1,6 +1,6 @@
 // What a kernel notes for a film that later pictures draw on: of each sample, a direction that its light came from at
-// the first hit, and how much of it depends on the view (film/core/direction_reservoir.h). Of the general kernel and the
-// bidirectional one: Lambert surfaces look alike from everywhere.
+// the first hit, and how much of it depends on the view (film/core/direction_reservoir.h). Of the general kernel and
+// the bidirectional one: Lambert surfaces look alike from everywhere.
 #pragma once
 
 #include <algorithm>
@@ -11,18 +11,18 @@
 #include "renderer/film/core/direction_reservoir.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/bsdf/bsdf_views.h"
-#include "renderer/trace/integrators/path_watch.h"
+#include "renderer/trace/integrators/path_recorder.h"
 #include "renderer/trace/paths/connection_rays.h"
 #include "renderer/trace/sampling/sampler.h"
 
 namespace helio {
 
-class DirectionRecorder : public NoWatch {
+class DirectionRecorder : public NoRecorder {
  public:
-  static constexpr bool kRecords = true;
+  static constexpr bool kRecordsFirstHit = true;
 
   explicit DirectionRecorder(const WindowTask& task)
-      : NoWatch(task), film_(task.film), seed_(task.settings.seed ^ 0x9e3779b97f4a7c15u) {}
+      : NoRecorder(task), film_(task.film), seed_(task.settings.seed ^ 0x9e3779b97f4a7c15u) {}
 
   void make_room(std::size_t samples) { samples_.resize(samples); }
   void arrived(const PathGroup&) {}

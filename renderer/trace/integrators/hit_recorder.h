@@ -1,5 +1,5 @@
-// What a kernel notes for a film that keeps first hits (film/history/first_hits.h): where each camera ray arrived, which
-// direction was sampled there, and what came back along it.
+// What a kernel notes for a film that keeps first hits (film/history/first_hits.h): where each camera ray arrived,
+// which direction was sampled there, and what came back along it.
 //
 // A sample's irradiance Ir is worked out from its radiance R: with R_1 what it had after the first vertex (its emission
 // and what lights sent it directly) and f cos / pdf the weight of the direction sampled there, light L_i came along
@@ -10,16 +10,16 @@
 #include <vector>
 
 #include "renderer/film/history/first_hits.h"
-#include "renderer/trace/integrators/path_watch.h"
+#include "renderer/trace/integrators/path_recorder.h"
 
 namespace helio {
 
-class HitRecorder : public NoWatch {
+class HitRecorder : public NoRecorder {
  public:
-  static constexpr bool kRecords = true;
+  static constexpr bool kRecordsFirstHit = true;
 
   explicit HitRecorder(const WindowTask& task)
-      : NoWatch(task), first_hits_(*task.film.first_hits()), cone_(task.camera.cone()) {}
+      : NoRecorder(task), first_hits_(*task.film.first_hits()), cone_(task.camera.cone()) {}
 
   void make_room(std::size_t samples) { samples_.resize(samples); }
 

@@ -13,7 +13,7 @@
 
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/trace/gbuffer/partial_coverage.h"
-#include "renderer/trace/integrators/path_watch.h"
+#include "renderer/trace/integrators/path_recorder.h"
 #include "renderer/trace/paths/path_group.h"
 #include "renderer/trace/paths/path_kernel.h"
 #include "renderer/trace/sampling/mis.h"
@@ -35,7 +35,7 @@ struct SampleLevels {
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed(),
 //   std::uint64_t light_paths() const
-template <typename Kernel, typename Watch>
+template <typename Kernel, typename Recorder>
 class PathKernelBase {
  public:
   explicit PathKernelBase(const WindowTask& task)
@@ -45,11 +45,11 @@ class PathKernelBase {
         lights_(*task.scene.lights),
         has_lights_(!lights_.empty()),
         mixed_(task),
-        watch_(task) {
+        recorder_(task) {
     if (task.targets) find_levels();
     film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
     if (task.range.half == 0) film_first_.resize(film_radiance_.size());
-    if constexpr (Watch::kRecords) watch_.make_room(film_radiance_.size());
+    if constexpr (Recorder::kRecordsFirstHit) recorder_.make_room(film_radiance_.size());
   }
 
   // False when cancelled: the film is as it was.
@@ -70,8 +70,8 @@ class PathKernelBase {
         work_.push_back({stats_.rays - rays, stats_.paths - paths, block_bias_});
       }
     }
-    if constexpr (Watch::kWatches) {
-      watch_.ended(film_radiance_[0]);
+    if constexpr (Recorder::kRecordsSample) {
+      recorder_.ended(film_radiance_[0]);
     } else {
       commit();
       kernel().committed();
@@ -122,14 +122,14 @@ class PathKernelBase {
     for (int i = 0; i < kGroupPaths; ++i) {
       const int tile = i / (kTile * kTile), lane = i % (kTile * kTile);
       const int x = block_x + tile % kTiles * kTile + lane % kTile, y = block_y + tile / kTiles * kTile + lane / kTile;
-      if (!watch_.film_bounds(task_).contains(x, y)) continue;
+      if (!recorder_.film_bounds(task_).contains(x, y)) continue;
       if (task_.targets) {
         if (!task_.window.contains(x, y)) continue;
         const SampleLevels own = levels_[pixel_index(x, y)];
         if (sample < own.end) same_until = std::min(same_until, sample < own.begin ? own.begin : own.end);
         if (sample < own.begin || sample >= own.end) continue;
       }
-      if (task_.window.contains(x, y)) watch_.placed(std::uint32_t(b.count));
+      if (task_.window.contains(x, y)) recorder_.placed(std::uint32_t(b.count));
       b.pixel_x[b.count] = x;
       b.pixel_y[b.count] = y;
       ++b.count;
@@ -204,8 +204,8 @@ class PathKernelBase {
     scene_.accel->intersect(b.rays, b.active, std::size_t(active), b.hits,
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
     if (vertex == 1) {
-      if constexpr (!Watch::kWatches) mixed_.look(b, reverse_bits(reversed_index_));
-      if constexpr (Watch::kRecords) watch_.arrived(b);
+      if constexpr (!Recorder::kRecordsSample) mixed_.look(b, reverse_bits(reversed_index_));
+      if constexpr (Recorder::kRecordsFirstHit) recorder_.arrived(b);
     }
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
@@ -241,7 +241,7 @@ class PathKernelBase {
     stats_.shadow_rays += std::uint64_t(shadow_count_);
     scene_.accel->occluded(b.shadow_rays, std::size_t(shadow_count_), b.occluded);
     for (int k = 0; k < shadow_count_; ++k) {
-      watch_.occluded(b.shadow_path[k], b.occluded[k] != 0);
+      recorder_.occluded(b.shadow_path[k], b.occluded[k] != 0);
       if (!b.occluded[k]) b.paths[b.shadow_path[k]].radiance += b.shadow_radiance[k];
     }
     if (task_.log) task_.log->add(b.shadow_rays, nullptr, std::size_t(shadow_count_), true);
@@ -256,7 +256,7 @@ class PathKernelBase {
     ray.direction = direction;
     ray.t_max = t_max;
     ray.alpha_key = alpha_key(b.paths[path].key, reversed_index_, -vertex);
-    watch_.shadow_ray(path, t_max, radiance);
+    recorder_.shadow_ray(path, t_max, radiance);
     b.shadow_radiance[slot] = radiance;
     b.shadow_path[slot] = path;
   }
@@ -275,7 +275,7 @@ class PathKernelBase {
     const Rgb radiance = lights_.environment_radiance(ray.direction);
     if (is_black(radiance)) return;
     const float weight = kernel().environment_weight(vertex, i);
-    watch_.emission(i, radiance, weight);
+    recorder_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
 
@@ -316,7 +316,7 @@ class PathKernelBase {
     if (is_black(radiance)) return;
     const float weight =
         emitter != kNoHit ? kernel().emission_weight(vertex, i, emitter, radiance, hit.t, cos_light) : 1.0f;
-    watch_.emission(i, radiance, weight);
+    recorder_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
   }
 
@@ -346,7 +346,7 @@ class PathKernelBase {
       // A throughput that is not finite makes the sample invalid, even where the path met no light afterwards.
       film_radiance_[slot] = is_finite(path.beta) ? path.radiance : Rgb(std::numeric_limits<float>::quiet_NaN());
       if (task_.range.half == 0) film_first_[slot] = group_.first[i];
-      if constexpr (Watch::kRecords) watch_.store(slot, std::uint32_t(i), path.radiance);
+      if constexpr (Recorder::kRecordsFirstHit) recorder_.store(slot, std::uint32_t(i), path.radiance);
     }
   }
 
@@ -377,7 +377,7 @@ class PathKernelBase {
           if (range.half == 0 && sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
-            if constexpr (Watch::kRecords) watch_.commit(slot, range.half, sample, pixel.count, x, y);
+            if constexpr (Recorder::kRecordsFirstHit) recorder_.commit(slot, range.half, sample, pixel.count, x, y);
           } else {
             task_.film.add_invalid(range.half, x, y);
             stats_.note_invalid({x, y, range.half, sample, kernel().light_paths()});
@@ -419,7 +419,7 @@ class PathKernelBase {
   std::vector<SampleLevels> levels_;
   std::vector<std::size_t> slots_;
   PartialCoverage mixed_;
-  [[no_unique_address]] Watch watch_;
+  [[no_unique_address]] Recorder recorder_;
 };
 
 }  // namespace helio

@@ -3,7 +3,7 @@
 namespace helio {
 
 bool run_general_kernel(const WindowTask& task, TraceStats& stats) {
-  return GeneralKernel<NoWatch>(task).run(stats);
+  return GeneralKernel<NoRecorder>(task).run(stats);
 }
 
 }  // namespace helio

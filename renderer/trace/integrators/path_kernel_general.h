@@ -1,5 +1,5 @@
-// The kernel for everything: one vertex of one path after the other. Watch: NoWatch, SampleWatch, HitRecorder or
-// DirectionRecorder.
+// The kernel for everything: one vertex of one path after the other. Recorder: NoRecorder, SampleRecorder, HitRecorder
+// or DirectionRecorder.
 #pragma once
 
 #include "renderer/trace/bsdf/bsdf_lambert.h"
@@ -8,9 +8,9 @@
 
 namespace helio {
 
-template <typename Watch>
-class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
-  using Base = PathKernelBase<GeneralKernel<Watch>, Watch>;
+template <typename Recorder>
+class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
+  using Base = PathKernelBase<GeneralKernel<Recorder>, Recorder>;
 
  public:
   using Base::Base;
@@ -19,7 +19,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
   friend Base;
   using Base::add_emission, Base::add_shadow_ray, Base::alpha_key, Base::emitted, Base::group_, Base::has_lights_,
       Base::instance_name, Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::shadow_count_,
-      Base::stats_, Base::task_, Base::trace_shadow_rays, Base::watch_;
+      Base::stats_, Base::task_, Base::trace_shadow_rays, Base::recorder_;
 
   void prepare_paths(int count) {
     if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
@@ -43,14 +43,14 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     PathState& path = b.paths[i];
     Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
-    watch_.segment(vertex, i, group_);
+    recorder_.segment(vertex, i, group_);
 
     if (!hit.valid()) {
       leave_scene(vertex, i);
       return false;
     }
 
-    watch_.hit(i, hit, instance_name(hit));
+    recorder_.hit(i, hit, instance_name(hit));
     Surface surface = make_surface<true>(scene_, ray, hit);
     const MaterialRecord& material = *surface.material;
     const V3f wo_world = -ray.direction;
@@ -58,7 +58,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     // Absorb what the medium takes along the segment.
     if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
 
-    watch_.throughput(i, path.beta);
+    recorder_.throughput(i, path.beta);
 
     // Add what the surface emits.
     if (material.emissive) add_emission(vertex, i, hit, surface);
@@ -91,7 +91,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
       const V3f seen = params.mapped ? frame.to_world(params.map_normal) : normal;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
-    watch_.surface(i, surface, params, normal, geometric_normal, black);
+    recorder_.surface(i, surface, params, normal, geometric_normal, black);
     if (black) return false;
     if (vertex >= task_.settings.max_segments) return false;
     if (params.model == LobeModel::none) return false;
@@ -105,11 +105,11 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
       // would then, if it emits, light itself.
       const V3f from = transmissive ? surface.position : near_side;
       const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
-      watch_.light_sample(i, light);
+      recorder_.light_sample(i, light);
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
         const BsdfValue value = lambert ? evaluate_lambert(params.base_color, wo, wi) : evaluate_bsdf(params, wo, wi);
-        watch_.light_value(i, light, value);
+        recorder_.light_value(i, light, value);
         // A direction that the shading normal admits but the geometry does not would leak light.
         const bool consistent = dot(geometric_normal, light.direction) * wi.z > 0;
         if (consistent && !is_black(value.f_cos)) {
@@ -130,7 +130,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
     sample = lambert ? sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u))
                      : sample_bsdf(params, wo, b.lobe[j], u);
-    watch_.scatter(i, sample, frame);
+    recorder_.scatter(i, sample, frame);
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);
     if (!(dot(geometric_normal, direction) * sample.wi.z > 0)) return false;
@@ -141,18 +141,18 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Watch>, Watch> {
     path.eta_scale *= sample.eta * sample.eta;
     if (sample.transmitted && material.volume)
       stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
-    watch_.next_throughput(i, path.beta);
+    recorder_.next_throughput(i, path.beta);
     if (is_black(path.beta)) return false;
 
     // Let the path die with a probability that its throughput gives.
     if (vertex >= task_.settings.roulette_from) {
       const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
-      watch_.roulette(i, survival, b.roulette[j]);
+      recorder_.roulette(i, survival, b.roulette[j]);
       if (!survives(b.roulette[j], survival)) return false;
       path.beta *= 1 / survival;
     }
 
-    watch_.goes_on(i);
+    recorder_.goes_on(i);
     ray.origin = origin_towards(surface, near_side, direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);

@@ -3,7 +3,7 @@
 namespace helio {
 
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats) {
-  return PlainKernel<NoWatch>(task).run(stats);
+  return PlainKernel<NoRecorder>(task).run(stats);
 }
 
 }  // namespace helio

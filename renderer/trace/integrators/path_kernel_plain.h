@@ -1,5 +1,5 @@
-// The kernel for flat Lambert triangles: their vertices are shaded in batches (lambert_batch.h). Watch: NoWatch or
-// HitRecorder.
+// The kernel for flat Lambert triangles: their vertices are shaded in batches (lambert_batch.h). Recorder: NoRecorder
+// or HitRecorder.
 #pragma once
 
 #include <optional>
@@ -8,9 +8,9 @@
 
 namespace helio {
 
-template <typename Watch>
-class PlainKernel : public PathKernelBase<PlainKernel<Watch>, Watch> {
-  using Base = PathKernelBase<PlainKernel<Watch>, Watch>;
+template <typename Recorder>
+class PlainKernel : public PathKernelBase<PlainKernel<Recorder>, Recorder> {
+  using Base = PathKernelBase<PlainKernel<Recorder>, Recorder>;
 
  public:
   using Base::Base;

@@ -35,7 +35,7 @@ struct WindowTask {
   Film& film;
   RayLog* log;
   const SampleTargets* targets = nullptr;  // who takes part in which level; null: everyone
-  // Of those that watch alone: what becomes of the sample, and the film's size.
+  // Of those that recorder alone: what becomes of the sample, and the film's size.
   // The range is that one sample, the window its pixel; the film is not touched.
   SampleTrace* trace = nullptr;
   // run_bidirectional_kernel() alone. Of the film's size, of each pixel: rare_squares() of a sample's finds, x the path
@@ -51,9 +51,9 @@ struct WindowTask {
 bool has_plain_kernel(const SceneFeatures& features);
 bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
-bool run_watched_kernel(const WindowTask& task);
-bool run_watched_bidirectional_kernel(const WindowTask& task);
-bool run_watched_cached_kernel(const WindowTask& task);
+bool run_sample_trace_kernel(const WindowTask& task);
+bool run_bidirectional_sample_trace_kernel(const WindowTask& task);
+bool run_cached_sample_trace_kernel(const WindowTask& task);
 // Integrators light, bdpt and path_bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Integrators that draw on a LightVertexCache.

@@ -144,10 +144,10 @@ bool trace_sample(const RenderScene& scene, const Camera& camera, const PathSett
     }
     const auto pass = trace_pass(borrowed, settings, sample, cancel, none);
     task.lights = pass.get();
-    return pass && run_watched_cached_kernel(task);
+    return pass && run_cached_sample_trace_kernel(task);
   }
-  if (sample.light_paths == 0) return run_watched_kernel(task);
-  const bool told = run_watched_bidirectional_kernel(task);
+  if (sample.light_paths == 0) return run_sample_trace_kernel(task);
+  const bool told = run_bidirectional_sample_trace_kernel(task);
   judge_splats(camera, trace);
   return told;
 }

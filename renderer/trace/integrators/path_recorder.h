@@ -15,11 +15,11 @@
 
 namespace helio {
 
-struct NoWatch {
-  static constexpr bool kWatches = false;
-  static constexpr bool kRecords = false;
+struct NoRecorder {
+  static constexpr bool kRecordsSample = false;
+  static constexpr bool kRecordsFirstHit = false;
 
-  explicit NoWatch(const WindowTask&) {}
+  explicit NoRecorder(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
   void placed(std::uint32_t) {}
   void segment(int, std::uint32_t, const PathGroup&) {}
@@ -51,19 +51,19 @@ struct NoWatch {
 };
 
 // `path` is an index in the group throughout; what is said of other paths than the watched one goes nowhere.
-class SampleWatch {
+class SampleRecorder {
  public:
-  static constexpr bool kWatches = true;
-  static constexpr bool kRecords = false;
+  static constexpr bool kRecordsSample = true;
+  static constexpr bool kRecordsFirstHit = false;
 
-  explicit SampleWatch(const WindowTask& task) : trace_(*task.trace) {}
+  explicit SampleRecorder(const WindowTask& task) : trace_(*task.trace) {}
 
   static PixelRect film_bounds(const WindowTask& task) { return {0, 0, task.trace->width, task.trace->height}; }
-  void placed(std::uint32_t path) { watched_ = path; }
+  void placed(std::uint32_t path) { recorded_ = path; }
 
   // The path arrives at its next vertex, or leaves the scene.
   void segment(int vertex, std::uint32_t path, const PathGroup& group) {
-    if (path != watched_) return;
+    if (path != recorded_) return;
     VertexTrace& v = trace_.vertices.emplace_back();
     const PathState& state = group.paths[path];
     v.number = vertex;
@@ -148,14 +148,14 @@ class SampleWatch {
   void density(PathState& state, const BsdfSample& sample) { state.pdf_w = sample.delta ? 0.0f : sample.pdf_w; }
 
   void light_vertex(std::uint32_t path, const LightVertex& light, std::uint32_t instance_name) {
-    if (path != watched_) return;
+    if (path != recorded_) return;
     trace_.light_vertices.push_back(trace_of(light, instance_name));
     trace_.light_vertices.back().number = int(trace_.light_vertices.size());
   }
 
   // Of a light vertex that was told before.
   void splat(std::uint32_t path, int ray, const LightVertex& light, const SplatConnection& splat) {
-    if (path != watched_) return;
+    if (path != recorded_) return;
     newest(light).splat = trace_of(splat);
     rays_.push_back({ray, kSplat, newest(light).number});
   }
@@ -168,7 +168,7 @@ class SampleWatch {
 
   // After light_value() and shadow_ray().
   void light_ray(std::uint32_t path, int ray, double mis_weight) {
-    if (path != watched_) return;
+    if (path != recorded_) return;
     LightTrace& light = trace_.vertices.back().light;
     light.mis_weight = float(mis_weight);
     light.occluded = true;
@@ -178,7 +178,7 @@ class SampleWatch {
   void connection_value(const V3f&, const BsdfValue&) {}
   void connection(std::uint32_t path, int ray, const LightVertex& light, double distance, double mis_weight,
                   const Rgb& contribution) {
-    if (path != watched_) return;
+    if (path != recorded_) return;
     std::vector<ConnectionTrace>& all = trace_.vertices.back().connections;
     rays_.push_back({ray, all.size(), 0});
     all.push_back({newest(light).number, distance, mis_weight, true, contribution});
@@ -204,7 +204,7 @@ class SampleWatch {
 
  private:
   // The newest vertex of the sample that is watched; of all others, something that nobody reads.
-  VertexTrace& note(std::uint32_t path) { return path == watched_ ? trace_.vertices.back() : ignored_; }
+  VertexTrace& note(std::uint32_t path) { return path == recorded_ ? trace_.vertices.back() : ignored_; }
 
   // The one told last that lies as far from its light.
   LightVertexTrace& newest(const LightVertex& light) {
@@ -220,7 +220,7 @@ class SampleWatch {
   };
 
   SampleTrace& trace_;
-  std::uint32_t watched_ = ~0u;
+  std::uint32_t recorded_ = ~0u;
   std::vector<TracedRay> rays_;  // of the sample, in the batch in hand
   VertexTrace ignored_;
 };

@@ -4,9 +4,9 @@
 
 namespace helio {
 
-bool run_watched_kernel(const WindowTask& task) {
+bool run_sample_trace_kernel(const WindowTask& task) {
   TraceStats stats;
-  return GeneralKernel<SampleWatch>(task).run(stats);
+  return GeneralKernel<SampleRecorder>(task).run(stats);
 }
 
 }  // namespace helio
