@@ -3,12 +3,12 @@
 #include "renderer/trace/integrators/direction_recorder.h"
 #include "renderer/trace/integrators/hit_recorder.h"
 #include "renderer/trace/integrators/path_kernel_general.h"
-#include "renderer/trace/integrators/path_kernel_plain.h"
+#include "renderer/trace/integrators/path_kernel_lambert.h"
 
 namespace helio {
 
 bool run_hit_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats) {
-  return plain ? PlainKernel<HitRecorder>(task).run(stats) : GeneralKernel<HitRecorder>(task).run(stats);
+  return plain ? LambertKernel<HitRecorder>(task).run(stats) : GeneralKernel<HitRecorder>(task).run(stats);
 }
 
 bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats) {

@@ -82,7 +82,7 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   // features says what the second earns.
   const bool plain = has_plain_kernel(scene.features()) && !settings.general_kernel;
   if (film.first_hits()) return run_hit_recording_kernel(task, plain, stats);
-  if (plain) return run_plain_kernel(task, stats);
+  if (plain) return run_lambert_kernel(task, stats);
   // Lambert surfaces look alike from everywhere.
   const bool keeps = film.history() && !scene.features().only_lambert;
   return keeps ? run_direction_recording_kernel(task, stats) : run_general_kernel(task, stats);

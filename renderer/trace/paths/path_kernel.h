@@ -49,7 +49,7 @@ struct WindowTask {
 
 // Whether the kernel for flat Lambert triangles suits the scene.
 bool has_plain_kernel(const SceneFeatures& features);
-bool run_plain_kernel(const WindowTask& task, TraceStats& stats);
+bool run_lambert_kernel(const WindowTask& task, TraceStats& stats);
 bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_sample_trace_kernel(const WindowTask& task);
 bool run_bidirectional_sample_trace_kernel(const WindowTask& task);

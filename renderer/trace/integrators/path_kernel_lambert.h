@@ -9,8 +9,8 @@
 namespace helio {
 
 template <typename Recorder>
-class PlainKernel : public PathKernelBase<PlainKernel<Recorder>, Recorder> {
-  using Base = PathKernelBase<PlainKernel<Recorder>, Recorder>;
+class LambertKernel : public PathKernelBase<LambertKernel<Recorder>, Recorder> {
+  using Base = PathKernelBase<LambertKernel<Recorder>, Recorder>;
 
  public:
   using Base::Base;
