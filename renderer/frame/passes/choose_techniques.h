@@ -1,8 +1,8 @@
-// Pass: decides which tiles of a new picture get light paths (trace/selection/technique_probe.h). Integrator pt+bdpt.
+// Pass: decides which tiles of a new picture get light paths (trace/selection/pilot_render.h). Integrator pt+bdpt.
 #pragma once
 
 #include "renderer/frame/passes/sweeps.h"
-#include "renderer/trace/selection/technique_probe.h"
+#include "renderer/trace/selection/pilot_render.h"
 
 namespace helio {
 
@@ -34,7 +34,7 @@ class TechniqueChoice {
   std::shared_ptr<const RenderScene> scene_;
   Film& film_;
   TechniqueHistory* history_;
-  TechniqueProbe probe_;
+  PilotRender probe_;
 };
 
 using ChoosePiece = SweepPiece<TechniqueChoice>;

@@ -13,7 +13,7 @@ enum class Integrator : std::uint8_t {
   light,  // from the lights, each vertex connected to the camera (t = 1), and what the camera sees of lights and the
           // environment directly: nothing that mirrors and glass show
   bdpt,   // from both, all connections (s, t)
-  path_bdpt,  // path or bdpt, tile by tile, whichever pays (technique_probe.h)
+  path_bdpt,  // path or bdpt, tile by tile, whichever pays (pilot_render.h)
   lvc,        // as bdpt, camera vertices joined to a few light vertices of the whole picture's (light_vertex_cache.h)
   vcm,        // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
   photon,     // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
@@ -22,8 +22,8 @@ inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,      Integra
                                                   Integrator::path_bdpt, Integrator::lvc,   Integrator::vcm,
                                                   Integrator::photon};
 
-// Light paths reach the camera at any pixel: the film has splats (film/splats/splat_buffer.h); but for photon's, which are
-// merged alone.
+// Light paths reach the camera at any pixel: the film has splats (film/splats/splat_buffer.h); but for photon's, which
+// are merged alone.
 constexpr bool traces_light_paths(Integrator integrator) {
   return integrator != Integrator::path;
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/trace/selection/technique_probe.h"
+#include "renderer/trace/selection/pilot_render.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
 
@@ -16,12 +16,12 @@ constexpr int kWidth = 256, kHeight = 192;  // 8 x 6 tiles
 using Scene = std::shared_ptr<const RenderScene>;
 
 // All sweeps.
-std::unique_ptr<TechniqueProbe> probe(const Scene& scene, const CameraPose& pose, TechniqueHistory::Views known = {},
-                                      const PixelRect& region = {}) {
+std::unique_ptr<PilotRender> probe(const Scene& scene, const CameraPose& pose, TechniqueHistory::Views known = {},
+                                   const PixelRect& region = {}) {
   PathSettings settings;
   settings.region = region;
-  auto work = std::make_unique<TechniqueProbe>(scene, pose, kWidth, kHeight, settings, std::make_shared<CancelToken>(),
-                                               std::move(known));
+  auto work = std::make_unique<PilotRender>(scene, pose, kWidth, kHeight, settings, std::make_shared<CancelToken>(),
+                                            std::move(known));
   for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
     for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
     work->finish_sweep(sweep);
@@ -29,7 +29,7 @@ std::unique_ptr<TechniqueProbe> probe(const Scene& scene, const CameraPose& pose
   return work;
 }
 
-std::vector<bool> tiles_of(const TechniqueProbe& work) {
+std::vector<bool> tiles_of(const PilotRender& work) {
   std::vector<bool> on;
   for (std::size_t t = 0; t < work.result().size(); ++t) {
     const PixelRect tile = work.result().window(t);
@@ -38,7 +38,7 @@ std::vector<bool> tiles_of(const TechniqueProbe& work) {
   return on;
 }
 
-std::size_t probed_tiles(const TechniqueProbe& work) {
+std::size_t probed_tiles(const PilotRender& work) {
   if (!work.probed()) return 0;
   const auto& tiles = work.probed()->tiles;
   return std::size_t(std::count_if(tiles.begin(), tiles.end(), [](const auto& tile) { return tile.has_value(); }));

@@ -1,4 +1,4 @@
-#include "renderer/trace/selection/tile_choice.h"
+#include "renderer/trace/selection/tile_selection.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -23,7 +23,7 @@ double error_of_fewer_light_paths(double share) {
   return 1 + kSplatShare * (1 / share - 1);
 }
 
-TileChoice choose_tiles(const std::vector<TileEstimate>& tiles) {
+TileSelection choose_tiles(const std::vector<TileEstimate>& tiles) {
   const std::size_t count = tiles.size();
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), std::size_t(0));
@@ -50,7 +50,7 @@ TileChoice choose_tiles(const std::vector<TileEstimate>& tiles) {
   std::size_t best = std::size_t(std::min_element(product.begin(), product.end()) - product.begin());
   const std::size_t alike = product.back() < (1 - kLeastGainOfAll) * product.front() ? count : 0;
   if (product[best] > (1 - kLeastGain) * product[alike]) best = alike;
-  TileChoice choice{std::vector<bool>(count, false), false};
+  TileSelection choice{std::vector<bool>(count, false), false};
   for (std::size_t k = 0; k < best; ++k) choice.on[order[k]] = true;
   const auto [less, more] = std::minmax(product.front(), product.back());
   choice.clear = best == alike && more >= kClearly * less && more > 0;

@@ -1,4 +1,4 @@
-#include "renderer/trace/selection/technique_probe.h"
+#include "renderer/trace/selection/pilot_render.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/paths/bidirectional_mis.h"
 #include "renderer/trace/paths/path_kernel.h"
-#include "renderer/trace/selection/tile_choice.h"
+#include "renderer/trace/selection/tile_selection.h"
 
 namespace helio {
 
@@ -98,9 +98,9 @@ FilmState probe_state(bool splats) {
 
 }  // namespace
 
-TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                               const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
-                               TechniqueHistory::Views known)
+PilotRender::PilotRender(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
+                         const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
+                         TechniqueHistory::Views known)
     : scene_(std::move(scene)),
       cancel_(std::move(cancel)),
       known_(std::move(known)),
@@ -115,18 +115,18 @@ TechniqueProbe::TechniqueProbe(std::shared_ptr<const RenderScene> scene, const C
       splat_camera_(pose, small(width, scale_), small(height, scale_), scene_->origin()),
       settings_{probe_settings(settings, Integrator::path), probe_settings(settings, Integrator::bdpt)} {}
 
-TechniqueProbe::Pictures::Pictures(int width, int height)
+PilotRender::Pictures::Pictures(int width, int height)
     : films{Film(width, height, probe_state(false)), Film(width, height, probe_state(true))}, squares(width, height) {}
 
-TechniqueProbe::~TechniqueProbe() = default;
+PilotRender::~PilotRender() = default;
 
-std::size_t TechniqueProbe::parts() const {
+std::size_t PilotRender::parts() const {
   if (scene_->impl().lights->empty()) return 0;  // nothing starts a light path
   if (current_ == kRecall) return known_.empty() ? 0 : tiles_.size() / std::size_t(tiles_.columns());
   return current_ == kProbeMore && clear_ ? 0 : jobs_.size();
 }
 
-void TechniqueProbe::run(int sweep, std::size_t part) {
+void PilotRender::run(int sweep, std::size_t part) {
   if (sweep == kRecall) {
     const std::size_t columns = std::size_t(tiles_.columns()), first = part * columns;
     const auto recalled = recall_tiles(*scene_, pose_, known_, first, columns);
@@ -150,7 +150,7 @@ void TechniqueProbe::run(int sweep, std::size_t part) {
   }
 }
 
-void TechniqueProbe::finish_sweep(int sweep) {
+void PilotRender::finish_sweep(int sweep) {
   current_ = sweep + 1;
   if (scene_->impl().lights->empty()) return;
   if (sweep == kRecall) {
@@ -169,7 +169,7 @@ void TechniqueProbe::finish_sweep(int sweep) {
 }
 
 // What no view knows, and what is to be probed for it: a rectangle around all of that and what borders on it.
-void TechniqueProbe::find_unknown() {
+void PilotRender::find_unknown() {
   const int columns = tiles_.columns(), rows = int(tiles_.size()) / columns;
   const std::vector<std::optional<TileEstimate>> recalled = estimates_;
   PixelRect unknown;
@@ -211,7 +211,7 @@ void TechniqueProbe::find_unknown() {
   for (std::vector<TraceStats>& stats : stats_) stats.resize(jobs_.size());
 }
 
-double TechniqueProbe::mean_cost(int technique) const {
+double PilotRender::mean_cost(int technique) const {
   double rays = 0, paths = 0;
   for (const TraceStats& stats : stats_[technique]) {
     rays += double(stats.rays);
@@ -222,7 +222,7 @@ double TechniqueProbe::mean_cost(int technique) const {
 }
 
 // Errors of what the small pictures show of a tile; none: nothing, or no light.
-std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor) const {
+std::optional<TileEstimate> PilotRender::estimate(std::size_t t, double floor) const {
   // A tile and its neighbours: a tile has few pixels in the small picture.
   const PixelRect window = intersect(small(grown(tiles_.window(t)), scale_), picture_);
   if (window.empty()) return std::nullopt;
@@ -268,7 +268,7 @@ std::optional<TileEstimate> TechniqueProbe::estimate(std::size_t t, double floor
   return found;
 }
 
-void TechniqueProbe::choose() {
+void PilotRender::choose() {
   if (!jobs_.empty()) {
     ProbedView view{pose_, tiles_.width(), tiles_.height(), 0, {}};
     view.brightness = whole() ? mean_luminance(pictures_->films[1], picture_) : known_.back()->brightness;
@@ -295,7 +295,7 @@ void TechniqueProbe::choose() {
     known.push_back(*estimates_[t]);
     numbers.push_back(t);
   }
-  const TileChoice choice = choose_tiles(known);
+  const TileSelection choice = choose_tiles(known);
   for (std::size_t k = 0; k < choice.on.size(); ++k) tiles_.set(numbers[k], choice.on[k]);
   clear_ = choice.clear;
 }

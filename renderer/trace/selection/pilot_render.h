@@ -32,14 +32,14 @@
 
 namespace helio {
 
-class TechniqueProbe {
+class PilotRender {
  public:
   // settings.integrator does not matter. Costs about as much as half a sample to two of every pixel that has to be
   // probed. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
-  TechniqueProbe(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
-                 const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
-                 TechniqueHistory::Views known = {});
-  ~TechniqueProbe();
+  PilotRender(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
+              const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
+              TechniqueHistory::Views known = {});
+  ~PilotRender();
 
   // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
   std::size_t parts() const;  // of the sweep in hand

@@ -1,4 +1,4 @@
-#include "renderer/trace/selection/tile_choice.h"
+#include "renderer/trace/selection/tile_selection.h"
 
 #include <gtest/gtest.h>
 
@@ -10,16 +10,16 @@ namespace {
 
 using Estimates = std::vector<TileEstimate>;
 
-TEST(TileChoice, NoiseAlikeLeavesThePathTracer) {
+TEST(TileSelection, NoiseAlikeLeavesThePathTracer) {
   for (const bool on : choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}})).on) EXPECT_FALSE(on);
 }
 
-TEST(TileChoice, ManyTimesLessNoiseIsWorthItsCost) {
+TEST(TileSelection, ManyTimesLessNoiseIsWorthItsCost) {
   for (const bool on : choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}})).on) EXPECT_TRUE(on);
 }
 
 // A tenth of the tiles makes all the error: where light paths are dear, they go there alone.
-TEST(TileChoice, WhereTheErrorIsLightPathsGo) {
+TEST(TileSelection, WhereTheErrorIsLightPathsGo) {
   Estimates tiles(40, {{0.001, 5}, {0.001, 2000}});
   for (std::size_t t = 0; t < 4; ++t) {
     tiles[t].path.error = 100;
@@ -30,7 +30,7 @@ TEST(TileChoice, WhereTheErrorIsLightPathsGo) {
 }
 
 // Against every choice there is, of six tiles.
-TEST(TileChoice, NoOtherChoiceIsMuchBetter) {
+TEST(TileSelection, NoOtherChoiceIsMuchBetter) {
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> spread(-3, 3);
   for (int n = 0; n < 200; ++n) {
@@ -61,7 +61,7 @@ TEST(TileChoice, NoOtherChoiceIsMuchBetter) {
   }
 }
 
-TEST(TileChoice, IsClearWhereTheOtherWayIsTwiceAsDearForAllTiles) {
+TEST(TileSelection, IsClearWhereTheOtherWayIsTwiceAsDearForAllTiles) {
   EXPECT_TRUE(choose_tiles(Estimates(9, {{0.1, 5}, {0.1, 15}})).clear);
   EXPECT_FALSE(choose_tiles(Estimates(9, {{0.1, 5}, {0.06, 15}})).clear);
   EXPECT_TRUE(choose_tiles(Estimates(9, {{1.0, 5}, {0.1, 15}})).clear);
@@ -71,7 +71,7 @@ TEST(TileChoice, IsClearWhereTheOtherWayIsTwiceAsDearForAllTiles) {
   EXPECT_FALSE(choose_tiles({}).clear);
 }
 
-TEST(TileChoice, ZeroesAndEqualCostsAreNoTrouble) {
+TEST(TileSelection, ZeroesAndEqualCostsAreNoTrouble) {
   for (const double error : {0.0, 1e-300, 1e300}) {
     for (const double cost : {1.0, 1e9}) {
       EXPECT_EQ(choose_tiles(Estimates(5, {{error, cost}, {0, cost}})).on, std::vector<bool>(5, error > 0));

@@ -1,4 +1,4 @@
-// Which tiles get light paths, from what is known of them (technique_probe.h says by which measure).
+// Which tiles get light paths, from what is known of them (pilot_render.h says by which measure).
 #pragma once
 
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace helio {
 
-struct TileChoice {
+struct TileSelection {
   std::vector<bool> on;  // by tile: light paths pay
   // Estimates that are off by half would not change it: all tiles are treated alike, and the other way is much worse.
   bool clear = false;
 };
 
 // Pure.
-TileChoice choose_tiles(const std::vector<TileEstimate>& tiles);
+TileSelection choose_tiles(const std::vector<TileEstimate>& tiles);
 
 // By what the error of pixels with light paths grows where only this share of the picture's pixels has them, (0, 1]:
 // what lands on them comes from all.

@@ -1,6 +1,6 @@
 // What the probe makes of scenes whose answer is known for their whole picture: measured against references, as
 // helio_bench has them, at 512 rows.
-#include "renderer/trace/selection/technique_probe.h"
+#include "renderer/trace/selection/pilot_render.h"
 
 #include <gtest/gtest.h>
 
@@ -18,14 +18,14 @@ struct Known {
   double ratio;  // of bdpt over path, in (error at 16 samples) x (seconds)
 };
 
-class TechniqueProbeOf : public testing::TestWithParam<Known> {
+class PilotRenderOf : public testing::TestWithParam<Known> {
  protected:
   // All sweeps.
-  static std::unique_ptr<TechniqueProbe> probe(const std::shared_ptr<const RenderScene>& scene, std::uint64_t seed) {
+  static std::unique_ptr<PilotRender> probe(const std::shared_ptr<const RenderScene>& scene, std::uint64_t seed) {
     PathSettings settings;
     settings.seed = seed;
-    auto work = std::make_unique<TechniqueProbe>(scene, camera_pose(scene->description().cameras.at(0)), kWidth,
-                                                 kHeight, settings, std::make_shared<CancelToken>());
+    auto work = std::make_unique<PilotRender>(scene, camera_pose(scene->description().cameras.at(0)), kWidth, kHeight,
+                                              settings, std::make_shared<CancelToken>());
     for (int sweep = 0; sweep < work->sweeps(); ++sweep) {
       for (std::size_t part = 0; part < work->parts(); ++part) work->run(sweep, part);
       work->finish_sweep(sweep);
@@ -43,7 +43,7 @@ double ratio_of(const ProbedView& view) {
   return sum.bdpt.error * sum.bdpt.cost / (sum.path.error * sum.path.cost);
 }
 
-TEST_P(TechniqueProbeOf, KnowsWhatTakesLessTime) {
+TEST_P(PilotRenderOf, KnowsWhatTakesLessTime) {
   const auto scene = load_own_scene(GetParam().scene);
   constexpr int kSeeds = 8;
   double sum = 0, squares = 0;
@@ -63,7 +63,7 @@ TEST_P(TechniqueProbeOf, KnowsWhatTakesLessTime) {
   EXPECT_NEAR(mean, std::log(GetParam().ratio), std::log(2));
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, TechniqueProbeOf,
+INSTANTIATE_TEST_SUITE_P(Scenes, PilotRenderOf,
                          testing::Values(Known{"cornell-box", 2.0}, Known{"veach-plates", 1.6},
                                          Known{"cornell-covered", 0.16}, Known{"cornell-glossy", 0.39}),
                          [](const auto& info) {
