@@ -38,7 +38,7 @@ Material lamp(const Rgb& radiance) {
 }
 
 // No larger than it need be: surfaces and the starts of rays are off by some 1e-5 of a scene's extent
-// (trace/accel/widening.h, trace/scene/surface.h), and so is what a lamp nearby gives.
+// (trace/accel/edge_dilation.h, trace/scene/surface.h), and so is what a lamp nearby gives.
 TriangleMesh floor_quad(float half_side) {
   return quad({-half_side, 0, half_side}, {2 * half_side, 0, 0}, {0, 0, -2 * half_side}, 0);
 }

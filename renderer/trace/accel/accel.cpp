@@ -73,8 +73,8 @@ class BuildMemory {
 // meanwhile is another scene's. Threads may leave an arena unseen, with a number that is over.
 thread_local std::uint64_t t_build_number = 0;
 
-// The builds that are on, each in a slot of its own while it lasts: an edit, for which someone waits at the screen, does
-// not wait for the build of a load.
+// The builds that are on, each in a slot of its own while it lasts: an edit, for which someone waits at the screen,
+// does not wait for the build of a load.
 constexpr std::size_t kMostBuilds = 8;
 constexpr std::chrono::milliseconds kCancelPoll(5);
 
@@ -428,16 +428,16 @@ Result<std::unique_ptr<Accel>> Accel::build(const AccelInput& input) {
     if (part.kind != AccelPart::Kind::triangles) impl->triangles_only = false;
   }
   impl->ray_limit = float(reach_limit(input.instances));
-  impl->widening_radius = input.widening_radius;
-  const bool robust = !(input.widening_radius > 0);
+  impl->edge_dilation_radius = input.edge_dilation_radius;
+  const bool robust = !(input.edge_dilation_radius > 0);
   const Status built = run_build(input, memory, [&] {
     if (!input.objects.empty()) impl->objects.push_back(build_objects(input.objects, robust, input.cancel, memory));
     if (failed(memory) || (input.cancel && input.cancel->cancelled())) return;
     const BytesTaken flat_bytes(memory);
     auto flat = std::make_shared<FlatGeometry>();
     flat->parts = input.flat;
-    flat->widening_radius = input.widening_radius;
-    make_geometries(*flat, double(input.widening_radius) * double(input.widening));
+    flat->edge_dilation_radius = input.edge_dilation_radius;
+    make_geometries(*flat, double(input.edge_dilation_radius) * double(input.edge_dilation));
     flat->bytes = flat_bytes();
     if (failed(memory)) return;
     const BytesTaken top_bytes(memory);
@@ -472,11 +472,11 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
   impl->flat_count = 0;  // of the top level
   impl->ray_limit = float(reach_limit(edit.instances));
   const Impl& before = *base.impl_;
-  const bool give_up = edit.robust && impl->widening_radius > 0, restore = !edit.robust && impl->widened;
+  const bool give_up = edit.robust && impl->edge_dilation_radius > 0, restore = !edit.robust && impl->widened;
   const bool same_rest = before.rest && before.taken_out == edit.taken_out && !give_up && !restore;
   if (give_up) impl->widened = before.flat;
   if (restore) impl->flat = std::exchange(impl->widened, nullptr);
-  impl->widening_radius = edit.robust ? 0 : impl->flat->widening_radius;
+  impl->edge_dilation_radius = edit.robust ? 0 : impl->flat->edge_dilation_radius;
   const bool any_flat = std::find(edit.taken_out.begin(), edit.taken_out.end(), false) != edit.taken_out.end();
   const Status built = run_build(edit, memory, [&] {
     if (!edit.new_objects.empty()) {
@@ -494,7 +494,7 @@ Result<std::unique_ptr<Accel>> Accel::edit(const Accel& base, const AccelEdit& e
       const BytesTaken rest_bytes(memory);
       auto rest = std::make_shared<AccelScenes>();
       rest->scenes.reserve(1);
-      rest->scenes.push_back(make_scene(!(impl->widening_radius > 0), edit.cancel));
+      rest->scenes.push_back(make_scene(!(impl->edge_dilation_radius > 0), edit.cancel));
       attach_flat(rest->scenes[0], *impl->flat, edit.taken_out);
       commit(rest->scenes[0]);
       rest->bytes = rest_bytes();
@@ -542,12 +542,12 @@ std::size_t Accel::object_count() const {
   return count;
 }
 
-float Accel::widening_radius() const {
-  return impl_->widening_radius;
+float Accel::edge_dilation_radius() const {
+  return impl_->edge_dilation_radius;
 }
 
-float Accel::built_widening_radius() const {
-  return (impl_->widened ? impl_->widened : impl_->flat)->widening_radius;
+float Accel::built_edge_dilation_radius() const {
+  return (impl_->widened ? impl_->widened : impl_->flat)->edge_dilation_radius;
 }
 
 const char* Accel::version() {
@@ -633,13 +633,13 @@ void switch_off_untraceable(RTCRay16& rays, float limit, int* valid) {
   }
 }
 
-// Rays that start far outside of a widened scene lose more to rounding than the widening covers. They are moved up to
-// a sphere around it, in double precision; `moved` says how far. A ray that misses the sphere is switched off.
-// False when none is far.
+// Rays that start far outside of a widened scene lose more to rounding than edge dilation covers. They are moved up
+// to a sphere around it, in double precision; `moved` says how far. A ray that misses the sphere is switched off. False
+// when none is far.
 template <class Rays>
 bool bring_near(Rays& rays, float radius, int* valid, double* moved) {
   int far = 0;
-  const float reach = float(kWideningReach) * radius;
+  const float reach = float(kEdgeDilationReach) * radius;
   for (int lane = 0; lane < kLanes; ++lane) {
     const float x = rays.org_x[lane], y = rays.org_y[lane], z = rays.org_z[lane];
     far |= int(x * x + y * y + z * z > reach * reach);
@@ -652,7 +652,7 @@ bool bring_near(Rays& rays, float radius, int* valid, double* moved) {
     const V3d d(double(rays.dir_x[lane]), double(rays.dir_y[lane]), double(rays.dir_z[lane]));
     if (valid[lane] == 0 || !(length(o) > double(reach))) continue;
     // |o + t d| = the sphere's radius, from the point of the line that is closest to the centre.
-    const double sphere = 0.5 * kWideningReach * double(radius), closest = -dot(o, d) / length_squared(d);
+    const double sphere = 0.5 * kEdgeDilationReach * double(radius), closest = -dot(o, d) / length_squared(d);
     const double off = length(o + d * closest);
     const double t = closest - std::sqrt(std::max(0.0, sphere * sphere - off * off) / length_squared(d));
     if (!(off < sphere && t > 0 && t < double(rays.tfar[lane]))) {
@@ -674,7 +674,7 @@ bool bring_near(Rays& rays, float radius, int* valid, double* moved) {
 void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t count, Hit* hits,
                       RayOrder coherence) const {
   const bool frustum = coherence == RayOrder::camera && impl_->triangles_only;
-  const bool widened = impl_->widening_radius > 0;
+  const bool widened = impl_->edge_dilation_radius > 0;
   AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRayHit16 query;
   alignas(64) int valid[kLanes];
@@ -688,7 +688,7 @@ void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t c
     }
     switch_off_untraceable(query.ray, impl_->ray_limit, valid);
     double moved[kLanes];
-    const bool any_moved = widened && bring_near(query.ray, impl_->widening_radius, valid, moved);
+    const bool any_moved = widened && bring_near(query.ray, impl_->edge_dilation_radius, valid, moved);
     embree::intersect16(valid, impl_->top, &context, &query, frustum);
     for (int lane = 0; any_moved && lane < kLanes; ++lane) {
       query.ray.tfar[lane] = float(double(query.ray.tfar[lane]) + moved[lane]);
@@ -702,7 +702,7 @@ void Accel::intersect(const Ray* rays, const std::uint32_t* order, std::size_t c
 }
 
 void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const {
-  const bool widened = impl_->widening_radius > 0;
+  const bool widened = impl_->edge_dilation_radius > 0;
   AlphaContext context = make_context(*impl_, rays);
   alignas(64) RTCRay16 query;
   alignas(64) int valid[kLanes], traceable[kLanes];
@@ -715,7 +715,7 @@ void Accel::occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded)
     switch_off_untraceable(query, impl_->ray_limit, valid);
     std::copy_n(valid, kLanes, traceable);
     double moved[kLanes];
-    if (widened) bring_near(query, impl_->widening_radius, valid, moved);
+    if (widened) bring_near(query, impl_->edge_dilation_radius, valid, moved);
     embree::occluded16(valid, impl_->top, &context, &query);
     for (int lane = 0; lane < used; ++lane) {
       occluded[first + std::size_t(lane)] = (traceable[lane] == 0) | ((valid[lane] != 0) & (query.tfar[lane] < 0));

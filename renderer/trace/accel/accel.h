@@ -11,7 +11,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/memory_ledger.h"
 #include "renderer/base/result.h"
-#include "renderer/trace/accel/widening.h"
+#include "renderer/trace/accel/edge_dilation.h"
 
 namespace helio {
 
@@ -79,8 +79,8 @@ struct AccelInput {
   const AlphaTest* alpha_test = nullptr;  // required when any part has alpha
   // Radius of a sphere around the origin that holds everything: trace without Embree's robust mode, triangles widened
   // so that neighbours overlap. 0: robust mode. Precondition of a radius: no instances.
-  float widening_radius = 0;
-  float widening = float(kWidening);  // in radii; other values are for measuring what it is good for
+  float edge_dilation_radius = 0;
+  float edge_dilation = float(kEdgeDilation);  // in radii; other values are for measuring what it is good for
   int threads = 0;
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();  // of the BVH and of what its build takes meanwhile
   MemoryLedger* ledger = nullptr;       // what Embree allocates is taken from it besides, and left in it; null: none
@@ -92,7 +92,8 @@ struct AccelEdit {
   std::vector<bool> taken_out;           // by flat part: not there any more; none that was so before comes back
   std::vector<AccelObject> new_objects;  // bottom levels that the base has not; numbered after its own
   std::vector<AccelInstance> instances;  // all that there are
-  // Flat parts that were widened when they were built are replaced by robust ones: the scene has outgrown its widening.
+  // Flat parts that were widened when they were built are replaced by robust ones: the scene has outgrown its
+  // edge_dilation.
   bool robust = false;
   int threads = 0;
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
@@ -141,8 +142,8 @@ class Accel {
   std::size_t memory_bytes() const;        // what is shared with other Accels included
   std::vector<AccelShare> shares() const;  // they add up to memory_bytes()
   std::size_t object_count() const;        // bottom levels, that of the flat parts aside
-  float widening_radius() const;           // as in AccelInput
-  float built_widening_radius() const;     // that of the scene as loaded, whatever an edit has made of it
+  float edge_dilation_radius() const;      // as in AccelInput
+  float built_edge_dilation_radius() const;  // that of the scene as loaded, whatever an edit has made of it
   static const char* version();            // "Embree 4.3.3"
 
   struct Impl;

@@ -16,7 +16,7 @@ namespace helio {
 struct FlatGeometry {
   std::vector<AccelPart> parts;
   std::vector<RTCGeometry> geometries;  // by part
-  float widening_radius = 0;
+  float edge_dilation_radius = 0;
   std::size_t bytes = 0;  // of the widened corners
 
   FlatGeometry() = default;
@@ -46,7 +46,7 @@ struct Accel::Impl {
   const AlphaTest* alpha_test = nullptr;
   bool triangles_only = false;                      // no instances, no spheres
   float ray_limit = 0;                              // rays whose coordinates add up to more are not traced
-  float widening_radius = 0;                        // as in AccelInput
+  float edge_dilation_radius = 0;                   // as in AccelInput
   std::uint32_t flat_count = 0;                     // top-level ids below are flat parts, those above are instances
   std::uint32_t rest_id = RTC_INVALID_GEOMETRY_ID;  // top-level id of `rest`, which is no instance to anybody else
 

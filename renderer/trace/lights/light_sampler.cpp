@@ -14,7 +14,7 @@ namespace {
 constexpr double kUniformShare = 0.1;
 // The probability of an infinite light beside a tree is its share of the power within these bounds.
 constexpr double kMinInfiniteShare = 0.1, kMaxInfiniteShare = 0.9;
-// Disks are larger than the scene by more than rounding and widened triangles (widening.h) reach out of it.
+// Disks are larger than the scene by more than rounding and widened triangles (edge_dilation.h) reach out of it.
 constexpr double kDiskMargin = 1 + 1e-4;
 
 AliasTable make_power_table(std::vector<double> flux) {

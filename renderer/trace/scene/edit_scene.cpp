@@ -316,7 +316,7 @@ class SceneEditor {
     edit.new_objects = std::move(new_objects_);
     for (const InstanceRecord& record : data_->instances) edit.instances.push_back(accel_instance(record));
     // Triangles are widened for rays that stay within a few radii of the scene as it was loaded.
-    const float widened_radius = old_.accel->built_widening_radius();
+    const float widened_radius = old_.accel->built_edge_dilation_radius();
     edit.robust = !(data_->radius <= widened_radius * kSameRadius);
     edit.threads = options_.threads;
     edit.max_bytes = std::size_t(options_.max_bytes);
@@ -326,11 +326,11 @@ class SceneEditor {
     if (!accel) return std::move(accel).error();
     data_->accel = std::move(*accel);
 
-    const float widening = data_->accel->widening_radius();
-    data_->features.fast_rays = widening > 0;
+    const float edge_dilation = data_->accel->edge_dilation_radius();
+    data_->features.fast_rays = edge_dilation > 0;
     data_->features.instances |= !data_->instances.empty();
-    if (widening != old_.accel->widening_radius()) set_flat_offsets(*data_, widening);
-    for (InstanceRecord& record : data_->instances) record.offset += widening_offset(widening);
+    if (edge_dilation != old_.accel->edge_dilation_radius()) set_flat_offsets(*data_, edge_dilation);
+    for (InstanceRecord& record : data_->instances) record.offset += edge_dilation_offset(edge_dilation);
     return ok_status();
   }
 

@@ -8,17 +8,17 @@
 #include "renderer/base/clock.h"
 #include "renderer/scene/description/material_slots.h"
 #include "renderer/scene/images/environment.h"
-#include "renderer/trace/accel/widening.h"
+#include "renderer/trace/accel/edge_dilation.h"
 #include "renderer/trace/bsdf/bsdf_sheen.h"
 #include "renderer/trace/bsdf/microfacet_albedo.h"
 #include "renderer/trace/sampling/sampler.h"
 #include "renderer/trace/scene/build_memory.h"
 #include "renderer/trace/scene/float_resolution.h"
-#include "renderer/trace/scene/leak_probe.h"
 #include "renderer/trace/scene/light_gathering.h"
 #include "renderer/trace/scene/placement.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/surface.h"
+#include "renderer/trace/scene/watertightness.h"
 
 namespace helio {
 namespace {
@@ -148,7 +148,7 @@ class Builder {
     accel_input_.ledger = options.ledger;
     accel_input_.max_bytes = std::size_t(scene_.memory_limit - std::min(scene_.memory_limit, resident_bytes()));
     if (widen_) {
-      accel_input_.widening_radius = data_.radius;
+      accel_input_.edge_dilation_radius = data_.radius;
       auto accel = Accel::build(accel_input_);
       // Without the memory for it the robust one, which takes less, may still fit.
       if (!accel && accel.error().code != ErrorCode::resource_exhausted) return std::move(accel).error();
@@ -165,7 +165,7 @@ class Builder {
       if (options.ledger) options.ledger->shrink(given_up);
       if (options.cancel && options.cancel->cancelled()) return cancelled_error();
     }
-    accel_input_.widening_radius = 0;
+    accel_input_.edge_dilation_radius = 0;
     auto accel = Accel::build(accel_input_);
     if (!accel) return std::move(accel).error();
     data_.accel = std::move(*accel);
@@ -263,7 +263,7 @@ class Builder {
         pad(mesh);
         if (widen_) {
           put_longest_side_last(mesh);
-          widen_ = widening_share(mesh, kWidening * double(data_.radius)) <= kMaxWideningShare;
+          widen_ = edge_dilation_share(mesh, kEdgeDilation * double(data_.radius)) <= kMaxEdgeDilationShare;
         }
         add_flat(part_record(mesh), make_accel_part(mesh), i);
       }
@@ -408,17 +408,17 @@ void prepare_material_tables(const Material& material, const SceneFeatures& feat
   prepare_sheen_table();
 }
 
-float widening_offset(float widening_radius) {
-  return float(1.0625 * kWidening * double(widening_radius));
+float edge_dilation_offset(float edge_dilation_radius) {
+  return float(1.0625 * kEdgeDilation * double(edge_dilation_radius));
 }
 
-void set_flat_offsets(SceneData& data, float widening_radius) {
+void set_flat_offsets(SceneData& data, float edge_dilation_radius) {
   // On the other side, where two sides meet at 30 degrees.
-  const float through = float(0.5 * kWidening * double(widening_radius));
+  const float through = float(0.5 * kEdgeDilation * double(edge_dilation_radius));
   for (PartRecord& part : data.flat) {
     const float offset = (part.mesh ? part_record(*part.mesh) : part_record(part.center, part.radius, 0)).offset;
     part.through = std::max(offset, through);
-    part.offset = std::max(offset, widening_offset(widening_radius));
+    part.offset = std::max(offset, edge_dilation_offset(edge_dilation_radius));
   }
 }
 

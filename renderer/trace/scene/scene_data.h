@@ -170,10 +170,10 @@ PartRecord part_record(const TriangleMesh& mesh);
 PartRecord part_record(const V3f& center, float radius, std::uint32_t material);
 
 // How far rays start off the surfaces of flat parts, anew: past what widened neighbours stand out by, where
-// `widening_radius` (AccelInput) is not 0.
-void set_flat_offsets(SceneData& data, float widening_radius);
+// `edge_dilation_radius` (AccelInput) is not 0.
+void set_flat_offsets(SceneData& data, float edge_dilation_radius);
 // What instances in such a scene add to their offsets for the same reason.
-float widening_offset(float widening_radius);
+float edge_dilation_offset(float edge_dilation_radius);
 
 // Fills in the figures of data that tell of memory, but for stats.own_bytes.
 void count_memory(SceneData& data);

@@ -104,7 +104,7 @@ class Acne : public testing::TestWithParam<Placement> {};
 
 // Convex bodies and a floor of 128 x 128 quads with a second copy of itself in the same plane, in the light of a sun
 // that sinks to 89.9 degrees: of a face whose normal is n each sample is albedo / pi x irradiance x max(0, n . l),
-// whatever lies beside it. What shades itself is black. A face that looks away can be met where widening makes it
+// whatever lies beside it. What shades itself is black. A face that looks away can be met where edge dilation makes it
 // stand out by 4e-6 radii (ARCHITECTURE.md, "Watertight without robust mode"); those samples are counted apart.
 TEST_P(Acne, NoneInFourMillionSamplesOfConvexBodies) {
   const Placement& placement = GetParam();

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "renderer/trace/sampling/warp.h"
-#include "renderer/trace/scene/leak_probe.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/surface.h"
+#include "renderer/trace/scene/watertightness.h"
 #include "tests/support/bumpy_ball.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
@@ -50,7 +50,7 @@ int escapes(const Accel& accel, const TriangleMesh& mesh, int count, std::uint64
   return escaped;
 }
 
-std::unique_ptr<Accel> accel_of(const TriangleMesh& mesh, float radius, float widening) {
+std::unique_ptr<Accel> accel_of(const TriangleMesh& mesh, float radius, float edge_dilation) {
   AccelInput input;
   AccelPart part;
   part.positions = mesh.positions.data();
@@ -58,8 +58,8 @@ std::unique_ptr<Accel> accel_of(const TriangleMesh& mesh, float radius, float wi
   part.indices = mesh.indices.data();
   part.triangle_count = mesh.triangle_count();
   input.flat = {part};
-  input.widening_radius = radius;
-  input.widening = widening;
+  input.edge_dilation_radius = radius;
+  input.edge_dilation = edge_dilation;
   auto accel = Accel::build(input);
   EXPECT_TRUE(accel.ok());
   return accel.ok() ? std::move(*accel) : nullptr;
@@ -73,7 +73,7 @@ TEST(WatertightRays, WideningClosesWhatLeaksWithoutIt) {
     const SceneData& data = scene->impl();
     const TriangleMesh& mesh = *data.flat[0].mesh;
     EXPECT_EQ(escapes(*data.accel, mesh, kRays, 17), 0) << rings;
-    // The same rays without widening: the test would see leaks.
+    // The same rays without edge dilation: the test would see leaks.
     EXPECT_GT(escapes(*accel_of(mesh, data.radius, 0), mesh, kRays, 17), 1000) << rings;
   }
 }

@@ -1,4 +1,4 @@
-#include "renderer/trace/accel/widening.h"
+#include "renderer/trace/accel/edge_dilation.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ double outside(const V3f (&t)[3], int k, const V3f& p) {
   return dot(normalize(cross(side, normal)), V3d(p) - a);
 }
 
-TEST(Widening, MovesEverySideOutwardsByTheMargin) {
+TEST(EdgeDilation, MovesEverySideOutwardsByTheMargin) {
   Random random(11);
   constexpr double kMargin = 1e-3;
   int thin = 0;
@@ -41,7 +41,7 @@ TEST(Widening, MovesEverySideOutwardsByTheMargin) {
   EXPECT_LT(thin, 200);
 }
 
-TEST(Widening, LeavesTrianglesWithoutAreaAlone) {
+TEST(EdgeDilation, LeavesTrianglesWithoutAreaAlone) {
   const V3f cases[][3] = {{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}},
                           {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}},
                           {{0, 0, 0}, {1, 0, 0}, {0.5f, 1e-7f, 0}},
@@ -54,19 +54,19 @@ TEST(Widening, LeavesTrianglesWithoutAreaAlone) {
   }
 }
 
-TEST(Widening, ShareIsWhatTheTrianglesGainInArea) {
+TEST(EdgeDilation, ShareIsWhatTheTrianglesGainInArea) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}, {7, 7, 7}};
   mesh.indices = {0, 1, 2, 3, 3, 3};
   // Inradius 1: widened by 0.1 it grows by 1.1 squared.
-  EXPECT_NEAR(widening_share(mesh, 0.1), 0.21, 1e-6);
+  EXPECT_NEAR(edge_dilation_share(mesh, 0.1), 0.21, 1e-6);
   mesh.indices = {3, 3, 3};
-  EXPECT_EQ(widening_share(mesh, 0.1), 0);
+  EXPECT_EQ(edge_dilation_share(mesh, 0.1), 0);
   mesh.indices = {};
-  EXPECT_EQ(widening_share(mesh, 0.1), 0);
+  EXPECT_EQ(edge_dilation_share(mesh, 0.1), 0);
 }
 
-TEST(Widening, PutsTheLongestSideLastAndKeepsTheWinding) {
+TEST(EdgeDilation, PutsTheLongestSideLastAndKeepsTheWinding) {
   Random random(5);
   TriangleMesh mesh;
   for (int i = 0; i < 3000; ++i) {

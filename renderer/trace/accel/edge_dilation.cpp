@@ -1,4 +1,4 @@
-#include "renderer/trace/accel/widening.h"
+#include "renderer/trace/accel/edge_dilation.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -53,7 +53,7 @@ void widen_triangle(V3f (&corners)[3], double margin) {
   corners[2] = V3f(circle.center + (c - circle.center) * factor);
 }
 
-double widening_share(const TriangleMesh& mesh, double margin) {
+double edge_dilation_share(const TriangleMesh& mesh, double margin) {
   const Areas sum = tbb::parallel_deterministic_reduce(
       tbb::blocked_range<std::size_t>(0, mesh.triangle_count(), kGrain), Areas(),
       [&](const tbb::blocked_range<std::size_t>& range, Areas areas) {

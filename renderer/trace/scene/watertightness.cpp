@@ -1,4 +1,4 @@
-#include "renderer/trace/scene/leak_probe.h"
+#include "renderer/trace/scene/watertightness.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "renderer/trace/accel/build_arena.h"
-#include "renderer/trace/accel/widening.h"
+#include "renderer/trace/accel/edge_dilation.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/sampling/sampler.h"
 #include "renderer/trace/sampling/warp.h"
@@ -20,7 +20,7 @@ constexpr std::size_t kMaxCameras = 16;
 constexpr int kFilm = 1024;
 constexpr std::uint64_t kLeastAimed = 4096;
 // Width of the rim in radii of the scene: four times what the tests' roundings add up to in practice.
-constexpr double kRim = kWidening / 4;
+constexpr double kRim = kEdgeDilation / 4;
 // How far beyond the triangle, in radii, something must be found at the latest.
 constexpr double kTolerance = 1e-3;
 
