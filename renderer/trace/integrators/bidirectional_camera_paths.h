@@ -179,7 +179,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
-    if (Recorder::kRecordsSample || (Recorder::kRecordsFirstHit && vertex == 1))
+    if (Recorder::kRecordsSample || (Recorder::kRecordsForReuse && vertex == 1))
       tell_surface(i, at, point, frame.n, black);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;

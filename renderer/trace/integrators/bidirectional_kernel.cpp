@@ -107,7 +107,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const std::uint32_t key = pairs_.batch.keys[i], index = pairs_.batch.reversed_index[i];
       const V2f lens = lens_sample(task_.camera, key, index, vertex.depth);
       const auto splat =
-          connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Recorder::kRecordsFirstHit);
+          connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Recorder::kRecordsForReuse);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
       film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, told_of(vertex, *splat)};
@@ -125,7 +125,7 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
   // Of the light that the camera sees.
   static ToldLight told_of(const LightVertex& vertex, const SplatConnection& splat) {
-    if constexpr (!Recorder::kRecordsFirstHit) return {};
+    if constexpr (!Recorder::kRecordsForReuse) return {};
     return {pack_direction<DirectionReservoir::kAxisBits>(-vertex.arrived), splat.share};
   }
 

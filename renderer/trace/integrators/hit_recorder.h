@@ -16,7 +16,7 @@ namespace helio {
 
 class HitRecorder : public NoRecorder {
  public:
-  static constexpr bool kRecordsFirstHit = true;
+  static constexpr bool kRecordsForReuse = true;
 
   explicit HitRecorder(const WindowTask& task)
       : NoRecorder(task), first_hits_(*task.film.first_hits()), cone_(task.camera.cone()) {}

@@ -49,7 +49,7 @@ class PathKernelBase {
     if (task.targets) find_levels();
     film_radiance_.resize(task.targets ? slots_.back() : std::size_t(task.window.area()) * task.range.count);
     if (task.range.half == 0) film_first_.resize(film_radiance_.size());
-    if constexpr (Recorder::kRecordsFirstHit) recorder_.make_room(film_radiance_.size());
+    if constexpr (Recorder::kRecordsForReuse) recorder_.make_room(film_radiance_.size());
   }
 
   // False when cancelled: the film is as it was.
@@ -205,7 +205,7 @@ class PathKernelBase {
                             vertex == 1 ? RayOrder::camera : RayOrder::scattered);
     if (vertex == 1) {
       if constexpr (!Recorder::kRecordsSample) mixed_.look(b, reverse_bits(reversed_index_));
-      if constexpr (Recorder::kRecordsFirstHit) recorder_.arrived(b);
+      if constexpr (Recorder::kRecordsForReuse) recorder_.arrived(b);
     }
     stats_.rays += std::uint64_t(active);
     if (task_.log) task_.log->add(b.rays, b.active, std::size_t(active), false);
@@ -346,7 +346,7 @@ class PathKernelBase {
       // A throughput that is not finite makes the sample invalid, even where the path met no light afterwards.
       film_radiance_[slot] = is_finite(path.beta) ? path.radiance : Rgb(std::numeric_limits<float>::quiet_NaN());
       if (task_.range.half == 0) film_first_[slot] = group_.first[i];
-      if constexpr (Recorder::kRecordsFirstHit) recorder_.store(slot, std::uint32_t(i), path.radiance);
+      if constexpr (Recorder::kRecordsForReuse) recorder_.store(slot, std::uint32_t(i), path.radiance);
     }
   }
 
@@ -377,7 +377,7 @@ class PathKernelBase {
           if (range.half == 0 && sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
-            if constexpr (Recorder::kRecordsFirstHit) recorder_.commit(slot, range.half, sample, pixel.count, x, y);
+            if constexpr (Recorder::kRecordsForReuse) recorder_.commit(slot, range.half, sample, pixel.count, x, y);
           } else {
             task_.film.add_invalid(range.half, x, y);
             stats_.note_invalid({x, y, range.half, sample, kernel().light_paths()});

@@ -17,7 +17,7 @@ namespace helio {
 
 struct NoRecorder {
   static constexpr bool kRecordsSample = false;
-  static constexpr bool kRecordsFirstHit = false;
+  static constexpr bool kRecordsForReuse = false;
 
   explicit NoRecorder(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
@@ -54,7 +54,7 @@ struct NoRecorder {
 class SampleRecorder {
  public:
   static constexpr bool kRecordsSample = true;
-  static constexpr bool kRecordsFirstHit = false;
+  static constexpr bool kRecordsForReuse = false;
 
   explicit SampleRecorder(const WindowTask& task) : trace_(*task.trace) {}
 
