@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "client/cli/command.h"
+#include "client/cli/command_context.h"
 #include "client/cli/edit_options.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
 #include "client/cli/scene_options.h"
 
 namespace helio::cli {
@@ -56,10 +56,10 @@ void say(Terminal& terminal, const pb::EditSceneResponse& edited, const std::str
 }
 
 int run(const CLI::App& app, const EditCommandOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   const bool by_id = options.scene_id.given();
   SceneChoice choice;
   std::string scene_id = reader.text(options.scene_id).value_or("");
@@ -78,12 +78,12 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
   }
   pb::EditSceneRequest request;
   for (pb::SceneEdit& edit : read_edits(options.edits, problems)) *request.add_edits() = std::move(edit);
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
+  Result<Renderer> renderer = Renderer::open(context.connection);
+  if (!renderer) return context.fail(renderer.error());
   RenderClient& client = renderer->client();
   if (!by_id) {
     const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
@@ -94,14 +94,14 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
   request.set_scene_id(scene_id);
   const auto edited = client.edit_scene(request, &control);
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted");
-  if (!edited) return opening.fail(edited.error());
+  if (!edited) return context.fail(edited.error());
   std::optional<std::uint64_t> revision;
   if (!session.empty()) {
     pb::UpdateSessionRequest update;
     update.set_session_id(session);
     update.set_scene_id(edited->scene().scene_id());
     const auto updated = client.update_session(update);
-    if (!updated) return opening.fail(updated.error());
+    if (!updated) return context.fail(updated.error());
     revision = *updated;
   }
   say(terminal, *edited, session);

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "client/cli/command.h"
+#include "client/cli/command_context.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
 #include "client/cli/scene_options.h"
 
 namespace helio::cli {
@@ -110,17 +110,17 @@ void say(Terminal& terminal, const LoadedScene& loaded) {
 }
 
 int run(const CLI::App& app, const InspectOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
+  Result<Renderer> renderer = Renderer::open(context.connection);
+  if (!renderer) return context.fail(renderer.error());
   const LoadOutcome outcome = load_scene(renderer->client(), choice, terminal, &control);
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
   if (outcome.failure) return terminal.fail(outcome.failure->exit_code, outcome.failure->error.to_string());

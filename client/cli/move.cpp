@@ -218,10 +218,10 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
 }
 
 int run(const CLI::App& app, const MoveOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   const PathScale scale = read_scale(options, reader);
   const CameraMotion motion = read_motion(options, scale, reader);
@@ -230,7 +230,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  pb::TileFormat format = read_transport(options.transport, opening.connection.address, reader);
+  pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns.heat_maps, format);
@@ -238,7 +238,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   outputs.add_inputs(choice);
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   std::mutex player_mutex;
@@ -248,7 +248,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
     std::lock_guard lock(player_mutex);
     if (playing) playing->cancel();
   });
-  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  auto opened = open_scene(context, options.settings, choice, control, interrupt, *request.mutable_settings());
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   RenderClient& client = open.renderer.client();
@@ -261,11 +261,11 @@ int run(const CLI::App& app, const MoveOptions& options) {
   for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
     outputs.check(numbered(patterns, static_cast<int>(i)), problems);
   }
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   request.set_scene_id(scene.scene_id());
   const auto session = client.create_session(request);
-  if (!session) return opening.fail(session.error());
+  if (!session) return context.fail(session.error());
 
   Json json;
   json["load_seconds"] = open.loaded.seconds;

@@ -3,8 +3,8 @@
 
 #include <variant>
 
+#include "client/cli/command_context.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
 #include "client/cli/render_options.h"
 #include "client/cli/scene_options.h"
 
@@ -20,8 +20,8 @@ struct OpenScene {
 
 // Connects, loads the scene, and makes the settings whole by what server and camera say. An exit code: something is
 // wrong, and has been said.
-std::variant<OpenScene, int> open_scene(Opening& opening, const SettingsOptions& options, const SceneChoice& choice,
-                                        CallControl& control, const Interrupt& interrupt,
+std::variant<OpenScene, int> open_scene(CommandContext& context, const SettingsOptions& options,
+                                        const SceneChoice& choice, CallControl& control, const Interrupt& interrupt,
                                         heliograph::v1::RenderSettings& settings);
 
 }  // namespace helio::cli

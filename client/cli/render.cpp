@@ -163,27 +163,27 @@ int finish(Terminal& terminal, const Interrupt& interrupt, Outcome& outcome, con
 }
 
 int run(const CLI::App& app, const RenderOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   pb::RunJobRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  *request.mutable_format() = read_transport(options.transport, opening.connection.address, reader);
+  *request.mutable_format() = read_transport(options.transport, context.connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
   const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names.heat_maps, *request.mutable_format());
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   CancellableJob job(control);
   const Interrupt interrupt([&] { job.cancel(); });
-  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  auto opened = open_scene(context, options.settings, choice, control, interrupt, *request.mutable_settings());
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   const pb::SceneInfo& scene = open.scene();

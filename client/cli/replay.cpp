@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "client/cli/command.h"
+#include "client/cli/command_context.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/opening.h"
 #include "client/cli/replay_report.h"
 #include "client/cli/scene_options.h"
 
@@ -59,10 +59,10 @@ void say(Terminal& terminal, const pb::ReplaySampleResponse& replay) {
 }
 
 int run(const CLI::App& app, const ReplayOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   std::string token;
   if (options.token.given()) {
     token = reader.text(options.token).value_or("");
@@ -82,12 +82,12 @@ int run(const CLI::App& app, const ReplayOptions& options) {
     if (scene.scene_path) problems.add("--scene-path", "stands only beside FILE");
     if (scene.strict) problems.add("--strict", "stands only beside FILE");
   }
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  Result<Renderer> renderer = Renderer::open(opening.connection);
-  if (!renderer) return opening.fail(renderer.error());
+  Result<Renderer> renderer = Renderer::open(context.connection);
+  if (!renderer) return context.fail(renderer.error());
   if (with_scene) {
     const LoadOutcome loaded = load_scene(renderer->client(), choice, terminal, &control);
     if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
@@ -97,7 +97,7 @@ int run(const CLI::App& app, const ReplayOptions& options) {
   if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted");
   if (!replay) {
     const bool other_scene = with_scene && replay.error().code == ErrorCode::not_found;
-    if (!other_scene) return opening.fail(replay.error());
+    if (!other_scene) return context.fail(replay.error());
     return terminal.fail(kSceneRefused, choice.file + " is not the token's scene; " + replay.error().to_string());
   }
   if (!replay->note().empty()) terminal.warn(replay->note());

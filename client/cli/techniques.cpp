@@ -264,25 +264,25 @@ void check_outputs(const SceneChoice& choice, const std::string& folder, int max
 }
 
 int run(const CLI::App& app, const TechniquesOptions& options) {
-  Opening opening(app, options.common);
-  Terminal& terminal = opening.terminal;
-  Problems& problems = opening.problems;
-  OptionReader& reader = opening.reader;
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  Problems& problems = context.problems;
+  OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   pb::RunJobRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  *request.mutable_format() = read_transport({}, opening.connection.address, reader);
+  *request.mutable_format() = read_transport({}, context.connection.address, reader);
   request.mutable_settings()->set_integrator(pb::INTEGRATOR_BDPT);
   const int longest = int(reader.integer(options.max_length, 1, kMostSegments).value_or(kDefaultSegments));
   request.mutable_settings()->set_max_segments(longest);
   const std::string folder = read_folder(options.output, scene_stem(choice) + "-techniques", reader);
   check_outputs(choice, folder, longest, problems);
-  if (!problems.empty()) return opening.refuse();
+  if (!problems.empty()) return context.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  auto opened = open_scene(opening, options.settings, choice, control, interrupt, *request.mutable_settings());
+  auto opened = open_scene(context, options.settings, choice, control, interrupt, *request.mutable_settings());
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   *request.mutable_camera() = open.camera.view();

@@ -14,11 +14,11 @@ struct CommonOptions {
 // The last options of a command. `json_help` describes --json.
 void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help);
 
-struct Opening {
+struct CommandContext {
   // Reads the common options; `problems` then holds theirs, and flags that the command does not know.
-  Opening(const CLI::App& app, const CommonOptions& options);
-  Opening(const Opening&) = delete;
-  Opening& operator=(const Opening&) = delete;
+  CommandContext(const CLI::App& app, const CommonOptions& options);
+  CommandContext(const CommandContext&) = delete;
+  CommandContext& operator=(const CommandContext&) = delete;
 
   // Both say what is wrong and return the exit code.
   int refuse();  // precondition: there are problems

@@ -1,4 +1,4 @@
-#include "client/cli/opening.h"
+#include "client/cli/command_context.h"
 
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
@@ -13,18 +13,19 @@ void add_common_options(CLI::App& app, CommonOptions& options, const std::string
   allow_unknown(app);
 }
 
-Opening::Opening(const CLI::App& app, const CommonOptions& options) : terminal(options.json), reader(problems) {
+CommandContext::CommandContext(const CLI::App& app, const CommonOptions& options)
+    : terminal(options.json), reader(problems) {
   report_unknown(app, reader);
   read_progress(options.progress, reader, terminal);
   connection = read_connection(options.connection, reader);
   connection.connect.notice = [this](const std::string& text) { terminal.warn(single_line(text)); };
 }
 
-int Opening::refuse() {
+int CommandContext::refuse() {
   return terminal.fail(kUsage, problems.to_error().message);
 }
 
-int Opening::fail(const Error& error) {
+int CommandContext::fail(const Error& error) {
   return terminal.fail(exit_code_of(error), error.to_string());
 }
 
