@@ -106,8 +106,8 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   if (!id) return id.error();
   job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
-  auto rendering = Rendering::create(core_.resources(), std::move(*scene), settings, budget, RenderRank::job, tiles,
-                                     format.channels);
+  auto rendering = RenderContext::create(core_.resources(), std::move(*scene), settings, budget, RenderRank::job, tiles,
+                                         format.channels);
   if (!rendering) return rendering.error();
   auto queue = (*rendering)->reserve_queue(settings, format);
   if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, format); !fits.ok()) return fits;
@@ -132,7 +132,7 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   }
   stream_->queue().limit_rate(budget.bytes_per_second);
   // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
-  Rendering& rendering_of_job = job_->rendering();
+  RenderContext& rendering_of_job = job_->rendering();
   rendering_of_job.publisher().attach(stream_, format);
   core_.jobs.add(job_);  // attached: who ends all jobs ends this call
   stream_->push(Greeting{greeting.SerializeAsString()});

@@ -10,18 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "server/sessions/rendering.h"
+#include "server/sessions/render_context.h"
 
 namespace helio {
 
 class Job {
  public:
   // The views' ids count from 1. At least one.
-  Job(std::string id, std::shared_ptr<Rendering> rendering, std::vector<View> views)
+  Job(std::string id, std::shared_ptr<RenderContext> rendering, std::vector<View> views)
       : id_(std::move(id)), rendering_(std::move(rendering)), views_(std::move(views)) {}
 
   const std::string& id() const { return id_; }
-  Rendering& rendering() { return *rendering_; }
+  RenderContext& rendering() { return *rendering_; }
   const std::vector<View>& views() const { return views_; }
 
   // Renders the next view; nothing after stop(). Precondition: the one before has ended, and one is left.
@@ -34,7 +34,7 @@ class Job {
 
  private:
   const std::string id_;
-  const std::shared_ptr<Rendering> rendering_;
+  const std::shared_ptr<RenderContext> rendering_;
   const std::vector<View> views_;
 
   std::mutex mutex_;  // a view starts before the stop, or not at all

@@ -39,7 +39,7 @@ struct ServiceCore {
   ~ServiceCore() { timers.stop(); }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  Rendering::Resources resources() { return {engine, memory, timers, reaper}; }
+  RenderContext::Resources resources() { return {engine, memory, timers, reaper}; }
   bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const {

@@ -11,7 +11,7 @@ constexpr double kAttached = -1;
 
 }  // namespace
 
-Session::Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings,
+Session::Session(std::string id, std::shared_ptr<RenderContext> rendering, const RenderSettings& settings,
                  const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
     : id_(std::move(id)),
       grace_s_(grace_s),

@@ -12,15 +12,15 @@
 #include <mutex>
 #include <string>
 
-#include "server/sessions/rendering.h"
+#include "server/sessions/render_context.h"
 #include "server/stream/convert.h"
 
 namespace helio {
 
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  Session(std::string id, std::shared_ptr<Rendering> rendering, const RenderSettings& settings, const Budget& budget,
-          unsigned channels, double grace_s, const RenderLimits& limits);
+  Session(std::string id, std::shared_ptr<RenderContext> rendering, const RenderSettings& settings,
+          const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits);
 
   const std::string& id() const { return id_; }
   double grace_s() const { return grace_s_; }
@@ -73,7 +73,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string id_;
   const double grace_s_;
   const RenderLimits limits_;
-  const std::shared_ptr<Rendering> rendering_;
+  const std::shared_ptr<RenderContext> rendering_;
 
   std::mutex resize_mutex_;  // one film at a time; taken before mutex_
   mutable std::mutex mutex_;

@@ -44,7 +44,7 @@ class SessionRegistry::Place {
   bool taken_ = false;
 };
 
-Result<std::shared_ptr<Session>> SessionRegistry::create(const Rendering::Resources& resources, SceneLease scene,
+Result<std::shared_ptr<Session>> SessionRegistry::create(const RenderContext::Resources& resources, SceneLease scene,
                                                          const RenderSettings& settings, const Budget& budget,
                                                          double grace_s, const RenderLimits& limits) {
   Place place(*this);
@@ -56,8 +56,8 @@ Result<std::shared_ptr<Session>> SessionRegistry::create(const Rendering::Resour
         {},
         kRetrySeconds};
   }
-  auto rendering = Rendering::create(resources, std::move(scene), settings, budget, RenderRank::interactive,
-                                     FramePublisher::Tiles::all, TileFormat().channels);
+  auto rendering = RenderContext::create(resources, std::move(scene), settings, budget, RenderRank::interactive,
+                                         FramePublisher::Tiles::all, TileFormat().channels);
   if (!rendering) return rendering.error();
   auto session = std::make_shared<Session>(make_id("s-"), std::move(*rendering), settings, budget,
                                            TileFormat().channels, grace_s, limits);

@@ -18,9 +18,9 @@ class SessionRegistry {
  public:
   SessionRegistry(int max_sessions, TimerQueue& timers) : max_sessions_(max_sessions), timers_(timers) {}
 
-  // Takes long, as Rendering::create(). Where no place is left, the session to which nobody has listened for the
+  // Takes long, as RenderContext::create(). Where no place is left, the session to which nobody has listened for the
   // longest time is ended. resource_exhausted: max_sessions (somebody listens to every session), max_memory.
-  Result<std::shared_ptr<Session>> create(const Rendering::Resources& resources, SceneLease scene,
+  Result<std::shared_ptr<Session>> create(const RenderContext::Resources& resources, SceneLease scene,
                                           const RenderSettings& settings, const Budget& budget, double grace_s,
                                           const RenderLimits& limits);
   Result<std::shared_ptr<Session>> find(const std::string& id, const std::string& where) const;

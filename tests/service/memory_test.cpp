@@ -54,7 +54,7 @@ class MemoryTest : public testing::Test {
     of_scene_ = memory_.used();
   }
 
-  Rendering::Resources resources() { return {engine_, memory_, timers_, reaper_}; }
+  RenderContext::Resources resources() { return {engine_, memory_, timers_, reaper_}; }
   SceneLease lease() { return scenes_.acquire(scene_id_, "scene_id").value(); }
   static RenderSettings settings(int side) {
     RenderSettings settings;
@@ -66,9 +66,9 @@ class MemoryTest : public testing::Test {
     budget.samples = 1;
     return budget;
   }
-  Result<std::shared_ptr<Rendering>> rendering(const RenderSettings& settings) {
-    return Rendering::create(resources(), lease(), settings, one_sample(), RenderRank::interactive,
-                             FramePublisher::Tiles::all, TileFormat().channels);
+  Result<std::shared_ptr<RenderContext>> rendering(const RenderSettings& settings) {
+    return RenderContext::create(resources(), lease(), settings, one_sample(), RenderRank::interactive,
+                                 FramePublisher::Tiles::all, TileFormat().channels);
   }
   Result<std::shared_ptr<Session>> session(SessionRegistry& sessions, int side = 16) {
     return sessions.create(resources(), lease(), settings(side), one_sample(), 60, kLimits);
@@ -98,7 +98,7 @@ View quad_view() {
 TEST_F(MemoryTest, TheFilmThatIsReplacedCountsUntilItIsFreed) {
   auto created = rendering(settings(64));
   ASSERT_TRUE(created.ok());
-  const std::shared_ptr<Rendering> rendering = std::exchange(*created, nullptr);
+  const std::shared_ptr<RenderContext> rendering = std::exchange(*created, nullptr);
   const std::uint64_t small = film_bytes(settings(64)), large = film_bytes(settings(128));
   EXPECT_EQ(memory_.used(), of_scene_ + small);
   {

@@ -19,7 +19,7 @@ std::uint64_t film_bytes(const RenderSettings& settings);
 std::uint64_t scratch_bytes(const RenderSettings& settings);
 
 // Freed by the reaper, whoever lets go of it last: its film may have gigabytes.
-class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper::Item {
+class RenderContext : public std::enable_shared_from_this<RenderContext>, private Reaper::Item {
  public:
   struct Resources {
     RenderEngine& engine;
@@ -29,9 +29,9 @@ class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. resource_exhausted: max_memory.
-  static Result<std::shared_ptr<Rendering>> create(const Resources& resources, SceneLease scene,
-                                                   const RenderSettings& settings, const Budget& budget,
-                                                   RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
+  static Result<std::shared_ptr<RenderContext>> create(const Resources& resources, SceneLease scene,
+                                                       const RenderSettings& settings, const Budget& budget,
+                                                       RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
@@ -65,8 +65,8 @@ class Rendering : public std::enable_shared_from_this<Rendering>, private Reaper
     std::weak_ptr<const LoadedScene> before;
   };
 
-  explicit Rendering(const Resources& resources) : resources_(resources) {}
-  ~Rendering() override = default;
+  explicit RenderContext(const Resources& resources) : resources_(resources) {}
+  ~RenderContext() override = default;
   void give_to_reaper() noexcept;
   void report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told);
 

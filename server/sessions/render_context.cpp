@@ -1,4 +1,4 @@
-#include "server/sessions/rendering.h"
+#include "server/sessions/render_context.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -46,14 +46,14 @@ Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::
   return std::make_shared<const Reservation>(std::move(*memory));
 }
 
-Result<std::shared_ptr<Film>> reserve_film(const Rendering::Resources& resources, const RenderSettings& settings) {
+Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resources, const RenderSettings& settings) {
   auto memory = reserve(resources.memory, film_bytes(settings),
                         fmt::format("a film of {} x {}", settings.width, settings.height));
   if (!memory) return memory.error();
   return make_film(settings, std::move(*memory));
 }
 
-Result<std::shared_ptr<const Reservation>> reserve_scratch(const Rendering::Resources& resources,
+Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
                                                            const RenderSettings& settings) {
   return reserve(resources.memory, scratch_bytes(settings),
                  fmt::format("light paths and maps of {} x {} pixels", settings.width, settings.height));
@@ -61,14 +61,16 @@ Result<std::shared_ptr<const Reservation>> reserve_scratch(const Rendering::Reso
 
 }  // namespace
 
-Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources, SceneLease scene,
-                                                     const RenderSettings& settings, const Budget& budget,
-                                                     RenderRank rank, FramePublisher::Tiles tiles, unsigned channels) {
+Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& resources, SceneLease scene,
+                                                             const RenderSettings& settings, const Budget& budget,
+                                                             RenderRank rank, FramePublisher::Tiles tiles,
+                                                             unsigned channels) {
   auto film = reserve_film(resources, settings);
   if (!film) return film.error();
   auto scratch = reserve_scratch(resources, settings);
   if (!scratch) return scratch.error();
-  const std::shared_ptr<Rendering> rendering(new Rendering(resources), [](Rendering* r) { r->give_to_reaper(); });
+  const std::shared_ptr<RenderContext> rendering(new RenderContext(resources),
+                                                 [](RenderContext* r) { r->give_to_reaper(); });
   rendering->scenes_->current = std::move(scene);
   rendering->publisher_ = std::make_shared<FramePublisher>(
       tiles, [scenes = rendering->scenes_](const FrameBegin& frame, const InvalidSample& sample) {
@@ -90,12 +92,12 @@ Result<std::shared_ptr<Rendering>> Rendering::create(const Resources& resources,
   return rendering;
 }
 
-const LoadedScene& Rendering::scene() const {
+const LoadedScene& RenderContext::scene() const {
   const std::lock_guard lock(scenes_->mutex);
   return *scenes_->current;
 }
 
-std::uint64_t Rendering::switch_scene(SceneLease scene, RenderLoop::Update update) {
+std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update update) {
   update.scene = scene->snapshot;
   const auto exchange = [&](std::weak_ptr<const LoadedScene> before) {
     const std::lock_guard lock(scenes_->mutex);
@@ -112,7 +114,7 @@ std::uint64_t Rendering::switch_scene(SceneLease scene, RenderLoop::Update updat
   }
 }
 
-Status Rendering::prepare(const RenderSettings& settings, RenderLoop::Update& update) {
+Status RenderContext::prepare(const RenderSettings& settings, RenderLoop::Update& update) {
   if (!loop_->film_suits(settings)) {
     auto film = reserve_film(resources_, settings);
     if (!film) return film.error();
@@ -128,11 +130,11 @@ Status Rendering::prepare(const RenderSettings& settings, RenderLoop::Update& up
   return ok_status();
 }
 
-Result<Reservation> Rendering::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {
+Result<Reservation> RenderContext::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {
   return resources_.memory.reserve_with_room(queue_bytes(settings, format), kQueue);
 }
 
-Status Rendering::keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format) {
+Status RenderContext::keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format) {
   const std::uint64_t bytes = queue_bytes(settings, format);
   if (memory && memory->bytes() != bytes) memory = resources_.memory.reserve(bytes, kQueue);
   if (!memory) return memory.error();
@@ -141,7 +143,7 @@ Status Rendering::keep_queue(Result<Reservation> memory, const RenderSettings& s
 }
 
 // The scene may be unloaded at once; what is left of it here stays counted until the loop has gone.
-void Rendering::give_to_reaper() noexcept {
+void RenderContext::give_to_reaper() noexcept {
   {
     const std::lock_guard lock(scenes_->mutex);
     scenes_->current = {};
@@ -149,11 +151,11 @@ void Rendering::give_to_reaper() noexcept {
   resources_.reaper.take(this);
 }
 
-void Rendering::report_progress(const std::shared_ptr<OutboundStream>& stream) {
+void RenderContext::report_progress(const std::shared_ptr<OutboundStream>& stream) {
   report_progress_later(stream, -1);
 }
 
-void Rendering::report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told) {
+void RenderContext::report_progress_later(std::weak_ptr<OutboundStream> stream, double seconds_told) {
   resources_.timers.call_at(now_s() + kProgressInterval, [weak = weak_from_this(), stream, seconds_told] {
     const auto rendering = weak.lock();
     const auto listener = stream.lock();
