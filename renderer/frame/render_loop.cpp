@@ -8,7 +8,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
-#include "renderer/film/core/pixel_hash.h"
+#include "renderer/base/hash.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/splats/splat_buffer.h"
@@ -50,7 +50,7 @@ constexpr double kFillShare = 0.25;
 
 // Samples of a picture that draws on others must not repeat theirs.
 std::uint64_t picture_seed(std::uint64_t seed, std::uint64_t generation) {
-  return generation == 0 ? seed : mix_bits(seed ^ mix_bits(generation));
+  return generation == 0 ? seed : hash64(seed ^ hash64(generation));
 }
 
 void blend(double& mean, double value) {

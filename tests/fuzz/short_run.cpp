@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/base/hash.h"
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 // Where a sanitizer is linked.
 extern "C" void __sanitizer_set_death_callback(void (*callback)()) __attribute__((weak));
@@ -53,10 +55,7 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull) {}
   std::uint64_t next() {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15ull;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
+    return helio::hash64(state_ += 0x9e3779b97f4a7c15ull);
   }
   std::size_t below(std::size_t n) { return n == 0 ? 0 : std::size_t(next() % n); }
 

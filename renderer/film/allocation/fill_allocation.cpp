@@ -172,7 +172,7 @@ void FillAllocation::find_steps(std::size_t part) {
     for (std::int64_t group = begin / every; group * every < end; ++group) {
       // One of each group.
       const std::int64_t i =
-          group * every + (every > 1 ? std::int64_t(mix_bits(std::uint64_t(group)) % std::uint64_t(every)) : 0);
+          group * every + (every > 1 ? std::int64_t(hash64(std::uint64_t(group)) % std::uint64_t(every)) : 0);
       if (i < begin || i >= end) continue;
       const int x = int(i - row);
       const Pixel first = pixel(0, x, y), second = pixel(1, x, y);

@@ -18,7 +18,7 @@ constexpr double kEpsilon = 1e-3;
 // In [0, 1), of pixel and iteration.
 double coin(int x, int y, std::uint32_t iteration, std::uint64_t seed) {
   const std::uint64_t key = pixel_bits(x, y) * 0x9e3779b97f4a7c15u + seed;
-  return double(mix_bits(key + std::uint64_t(iteration) * 0xd1342543de82ef95u) >> 11) * 0x1p-53;
+  return double(hash64(key + std::uint64_t(iteration) * 0xd1342543de82ef95u) >> 11) * 0x1p-53;
 }
 
 }  // namespace

@@ -3,14 +3,9 @@
 
 #include <cstdint>
 
-namespace helio {
+#include "renderer/base/hash.h"
 
-// The finaliser of splitmix64 (Steele et al. 2014).
-inline std::uint64_t mix_bits(std::uint64_t z) {
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-  return z ^ z >> 31;
-}
+namespace helio {
 
 inline std::uint64_t pixel_bits(int x, int y) {
   return std::uint64_t(std::uint32_t(y)) << 32 | std::uint32_t(x);
@@ -18,7 +13,7 @@ inline std::uint64_t pixel_bits(int x, int y) {
 
 // In [0, 1), of the pixel: decides between two counts.
 inline float dither(int x, int y, std::uint64_t seed) {
-  return float(mix_bits(pixel_bits(x, y) + seed * 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f;
+  return float(hash64(pixel_bits(x, y) + seed * 0x9e3779b97f4a7c15u) >> 40) * 0x1p-24f;
 }
 
 }  // namespace helio

@@ -166,7 +166,7 @@ void mix_directions(const Film& film, const SplatRow& splats, const Rgb& mean, i
   for (int k = 0; k < DirectionReservoir::kPlaces; ++k) {
     const auto place = std::uint64_t(h * DirectionReservoir::kPlaces + k + 1);
     // What chance: that of this picture, and of no other.
-    const float u = dither(x, y, mix_bits(place ^ mix_bits(film.splats()->light_paths(h))));
+    const float u = dither(x, y, hash64(place ^ hash64(film.splats()->light_paths(h))));
     if (double(u) * counts < splatted) directions.set_direction(h, k, told.direction);
   }
   directions.set_share(h, float((brought * double(told.share) + (whole - brought) * double(camera_share)) / whole));

@@ -57,8 +57,8 @@ std::uint64_t ring(const Splat& splat, int half) {
   const std::uint64_t told = std::uint64_t(pack_share(splat.told.share)) << kDirectionBits |
                              (splat.told.direction & ((1u << kDirectionBits) - 1));
   const std::uint64_t bits =
-      mix_bits(std::uint64_t(std::bit_cast<std::uint32_t>(rate)) << 32 | told << 1 | std::uint64_t(half));
-  const double u = double(mix_bits(bits ^ pixel_bits(splat.x, splat.y)) >> 11) * 0x1p-53;  // [0, 1)
+      hash64(std::uint64_t(std::bit_cast<std::uint32_t>(rate)) << 32 | told << 1 | std::uint64_t(half));
+  const double u = double(hash64(bits ^ pixel_bits(splat.x, splat.y)) >> 11) * 0x1p-53;  // [0, 1)
   const auto time = std::bit_cast<std::uint32_t>(float(std::min(-std::log1p(-u) / double(rate), double(FLT_MAX))));
   return std::uint64_t(time) << kToldBits | told;
 }

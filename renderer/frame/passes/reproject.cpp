@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/base/hash.h"
 #include "renderer/film/core/film_windows.h"
-#include "renderer/film/core/pixel_hash.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/splats/splat_buffer.h"
 
@@ -54,7 +54,7 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
       settings_(settings),
       mapping_(mapping),
       cancel_(std::move(cancel)) {
-  settings_.seed = mix_bits(settings.seed ^ kOtherPaths);
+  settings_.seed = hash64(settings.seed ^ kOtherPaths);
   windows_ = transfer_windows(region);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);

@@ -32,15 +32,15 @@ void pick_directions(std::span<const WeighedDirections* const> among, std::uint3
     for (const WeighedDirection& d : directions->all()) total += double(d.weight);
   }
   if (!(total > 0)) return;
-  key = mix_bits(key);
+  key = hash32(key);
   // Rounded up in one half where they are rounded down in the other.
-  const float first = unit_float(mix_bits(~key)), u[kHalves] = {first, kOneMinusEpsilon - first};
+  const float first = unit_float(hash32(~key)), u[kHalves] = {first, kOneMinusEpsilon - first};
   for (int h = 0; light > 0 && h < kHalves; ++h)
     out.set_share(h, DirectionReservoir::share_of(float(total / light)), u[h]);
   const double step = total / kPlaces;
   double next = double(unit_float(key)) * step, sum = 0;
   // Of the first: samples that come all for one half replace none but its places.
-  const unsigned start = mix_bits(key) % kPlaces;
+  const unsigned start = hash32(key) % kPlaces;
   unsigned filled = 0;
   const auto fill = [&](std::uint32_t packed) {
     const unsigned place = (start + filled++) % kPlaces;

@@ -102,8 +102,8 @@ class DirectionRecorder : public NoRecorder {
     const std::uint32_t key = combine_hash(pixel_key(x, y, half, seed_), index);
     DirectionReservoir::Chances u;
     std::uint32_t bits = key;
-    for (float& place : u.place) place = unit_float(bits = mix_bits(bits));
-    u.share = unit_float(mix_bits(bits));
+    for (float& place : u.place) place = unit_float(bits = hash32(bits));
+    u.share = unit_float(hash32(bits));
     const HalfPixel& pixel = film_.half(half, x, y);
     const double whole = double(luminance(Rgb(V3d(pixel.sum[0], pixel.sum[1], pixel.sum[2]))));
     film_.history()->directions(x, y).add(half, sample.pick(unit_float(key)), sample.whole, sample.varies(), whole, u);

@@ -56,13 +56,6 @@ inline constexpr float kMaxShapePdf = 1e30f;
 
 namespace detail {
 
-// Uniform in the unit triangle (s, t >= 0, s + t <= 1) by the low-distortion map of Heitz 2019, "A Low-Distortion Map
-// Between Triangle and Square".
-inline V2f square_to_triangle(const V2f& u) {
-  if (u.y > u.x) return {u.x * 0.5f, u.y - u.x * 0.5f};
-  return {u.x - u.y * 0.5f, u.y * 0.5f};
-}
-
 inline float accept_pdf(float pdf) {
   return pdf <= kMaxShapePdf ? pdf : 0.0f;
 }  // drops NaN too

@@ -13,7 +13,7 @@ constexpr int kMaxDraws = 64;
 
 V3f uniform_by_area(const AreaShape& ellipsoid, const V2f& u) {
   std::uint32_t state = combine_hash(std::bit_cast<std::uint32_t>(u.x), std::bit_cast<std::uint32_t>(u.y));
-  const auto next = [&state] { return unit_float(state = mix_bits(state + 0x9e3779b9u)); };
+  const auto next = [&state] { return unit_float(state = hash32(state + 0x9e3779b9u)); };
   V3f local = square_to_sphere(u);
   for (int draw = 1; draw < kMaxDraws; ++draw) {
     if (next() * ellipsoid.max_stretch < area_stretch(ellipsoid, local)) break;

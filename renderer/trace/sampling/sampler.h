@@ -9,6 +9,7 @@
 
 #include <cstdint>
 
+#include "renderer/base/hash.h"
 #include "renderer/base/math.h"
 
 namespace helio {
@@ -31,18 +32,8 @@ inline std::uint32_t owen_hash(std::uint32_t x, std::uint32_t seed) {
   return x;
 }
 
-// A well mixed 32-bit hash (C. Wellons, "triple32" family, low bias).
-inline std::uint32_t mix_bits(std::uint32_t x) {
-  x ^= x >> 16;
-  x *= 0x7feb352du;
-  x ^= x >> 15;
-  x *= 0x846ca68bu;
-  x ^= x >> 16;
-  return x;
-}
-
 inline std::uint32_t combine_hash(std::uint32_t a, std::uint32_t b) {
-  return mix_bits(a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2)));
+  return hash32(a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2)));
 }
 
 // The scramble seed of one pixel in one half.
@@ -76,19 +67,19 @@ struct SamplePair {
 
 // Both values of dimension pair `pair` at a sample. `reversed_index` is reverse_bits(sample index).
 inline SamplePair sample_pair(std::uint32_t key, std::uint32_t reversed_index, std::uint32_t pair) {
-  const std::uint32_t seed = mix_bits(key ^ (pair * 0x9e3779b9u));
+  const std::uint32_t seed = hash32(key ^ (pair * 0x9e3779b9u));
   const std::uint32_t index = owen_hash(reversed_index, seed);  // bit-reversed shuffled index
   // The fraction of dimension 0 is the bit-reversed index itself. Owen scrambling works from the top bit down.
-  const std::uint32_t x = reverse_bits(owen_hash(reverse_bits(index), mix_bits(seed ^ 0x5bd1e995u)));
-  const std::uint32_t y = reverse_bits(owen_hash(reverse_bits(sobol_dimension_1(index)), mix_bits(seed ^ 0x1b873593u)));
+  const std::uint32_t x = reverse_bits(owen_hash(reverse_bits(index), hash32(seed ^ 0x5bd1e995u)));
+  const std::uint32_t y = reverse_bits(owen_hash(reverse_bits(sobol_dimension_1(index)), hash32(seed ^ 0x1b873593u)));
   return {unit_float(x), unit_float(y)};
 }
 
 // One value of dimension `dimension` (numbered apart from the pairs).
 inline float sample_1d(std::uint32_t key, std::uint32_t reversed_index, std::uint32_t dimension) {
-  const std::uint32_t seed = mix_bits(key ^ (dimension * 0x85ebca6bu) ^ 0x27d4eb2fu);
+  const std::uint32_t seed = hash32(key ^ (dimension * 0x85ebca6bu) ^ 0x27d4eb2fu);
   const std::uint32_t index = owen_hash(reversed_index, seed);
-  return unit_float(reverse_bits(owen_hash(reverse_bits(index), mix_bits(seed ^ 0x5bd1e995u))));
+  return unit_float(reverse_bits(owen_hash(reverse_bits(index), hash32(seed ^ 0x5bd1e995u))));
 }
 
 }  // namespace helio

@@ -39,7 +39,7 @@ bool crosses(const Ray& ray, const V3d& a, const V3d& b, const V3d& c) {
 class Walker {
  public:
   Walker(const SceneData& scene, const std::vector<Camera>& cameras, int block)
-      : scene_(scene), cameras_(cameras), key_(mix_bits(std::uint32_t(block) + 0x6c65616bu)) {
+      : scene_(scene), cameras_(cameras), key_(hash32(std::uint32_t(block) + 0x6c65616bu)) {
     for (int i = 0; i < kWalks; ++i) start(i);
   }
 
@@ -73,7 +73,7 @@ class Walker {
     ray.origin = origin;
     ray.direction = direction;
     ray.t_max = std::numeric_limits<float>::infinity();
-    ray.alpha_key = mix_bits(key_ ^ counter_);
+    ray.alpha_key = hash32(key_ ^ counter_);
   }
 
   void start(int i) {

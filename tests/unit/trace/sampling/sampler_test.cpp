@@ -81,8 +81,8 @@ TEST(Sampler, PairsAreShuffledAgainstEachOther) {
   std::set<int> joint;
   for (std::uint32_t key = 0; key < 64; ++key) {
     for (std::uint32_t i = 0; i < 4; ++i) {
-      const float a = sample_pair(mix_bits(key), reverse_bits(i), 2).x,
-                  b = sample_pair(mix_bits(key), reverse_bits(i), 3).x;
+      const float a = sample_pair(hash32(key), reverse_bits(i), 2).x,
+                  b = sample_pair(hash32(key), reverse_bits(i), 3).x;
       joint.insert(int(a * 4) * 4 + int(b * 4));
     }
   }
