@@ -19,15 +19,10 @@ namespace pb = heliograph::v1;
 
 namespace {
 
-std::chrono::system_clock::time_point in_seconds(double seconds) {
-  return std::chrono::system_clock::now() +
-         std::chrono::duration_cast<std::chrono::system_clock::duration>(std::chrono::duration<double>(seconds));
-}
-
 // Waits until the channel is connected. The state machine of gRPC tries by itself, with a growing pause in between;
 // without `retry` the first failure is final.
 bool wait_until_ready(grpc::Channel& channel, const ConnectOptions& options) {
-  const auto deadline = in_seconds(options.timeout_s);
+  const auto deadline = deadline_in(options.timeout_s);
   grpc_connectivity_state state = channel.GetState(true);
   while (state != GRPC_CHANNEL_READY) {
     if (state == GRPC_CHANNEL_SHUTDOWN) return false;
@@ -86,7 +81,7 @@ template <class Request, class Response>
 Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                     const Request& request, CallControl* control) {
   grpc::ClientContext context;
-  context.set_deadline(in_seconds(options_.call_timeout_s));
+  context.set_deadline(deadline_in(options_.call_timeout_s));
   const CallControl::Scope scope(control, context);
   Response response;
   const grpc::Status status = ((*stub_).*method)(&context, request, &response);

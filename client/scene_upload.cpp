@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "client/file_hash.h"
+#include "renderer/codec/sha256.h"
 
 namespace helio {
 
@@ -34,7 +34,7 @@ Status write_scene(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, cons
 
   std::uint64_t sent = 0;
   for (const LocalSceneFile& file : scene.files) {
-    const Result<FileHash> hash = sha256_of_file(file.path);
+    const Result<FileHash> hash = hash_file(file.path);
     if (!hash) return hash.error();
     if (hash->bytes != file.bytes) return changed(file.path);
     pb::LoadSceneRequest::BeginFile& begin_file = *message.mutable_begin_file();

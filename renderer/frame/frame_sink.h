@@ -25,6 +25,8 @@ struct FrameTag {
   std::uint64_t revision = 0;  // of the session: raised by every change of view, settings, budget or region
   std::uint64_t view_id = 0;
   std::uint64_t frame = 0;  // counts frames of the render loop
+
+  bool same_frame(const FrameTag& other) const { return revision == other.revision && frame == other.frame; }
 };
 
 struct FrameBegin {

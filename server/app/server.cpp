@@ -28,11 +28,6 @@ constexpr double kOvertimeSeconds = 0.5;
 // Jobs get the grace less this, in which their results are sent.
 constexpr double kResultSeconds = 0.5;
 
-std::chrono::system_clock::time_point in_seconds(double seconds) {
-  return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
-                                                std::chrono::duration<double>(std::max(0.0, seconds)));
-}
-
 }  // namespace
 
 struct Server::Impl {
@@ -127,7 +122,7 @@ bool Server::drain(double grace_s) {
     core.jobs.cancel_all();
     core.jobs.wait_until_empty(deadline);
   }
-  const auto last_calls = in_seconds(std::min(kLastCallsSeconds, deadline - now_s()));
+  const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {
     impl_->server->Shutdown(last_calls);
     impl_->stop_promise.set_value();

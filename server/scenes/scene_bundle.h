@@ -9,9 +9,9 @@
 
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/base/result.h"
+#include "renderer/codec/sha256.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "server/base/memory_account.h"
-#include "server/base/sha256.h"
 
 namespace helio {
 

@@ -385,8 +385,10 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
       continue;
     }
     if (!scene->disk_files.contains(main) || scene->manifest.main_file != location->relative) continue;
-    if (std::all_of(scene->disk_files.begin(), scene->disk_files.end(),
-                    [](const auto& file) { return hash_file(file.first) == file.second; })) {
+    if (std::all_of(scene->disk_files.begin(), scene->disk_files.end(), [](const auto& file) {
+          const auto hash = hash_file(file.first);
+          return hash && hash->sha256 == file.second;
+        })) {
       return scene;
     }
   }

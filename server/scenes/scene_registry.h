@@ -14,11 +14,11 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/result.h"
+#include "renderer/codec/sha256.h"
 #include "renderer/scene/load/scene_edit.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "renderer/trace/scene/render_scene.h"
 #include "server/base/memory_account.h"
-#include "server/base/sha256.h"
 #include "server/scenes/scene_bundle.h"
 #include "server/scenes/scene_roots.h"
 

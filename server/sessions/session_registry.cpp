@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "renderer/base/clock.h"
+#include "renderer/codec/sha256.h"
 #include "server/base/retry.h"
-#include "server/base/sha256.h"
 
 namespace helio {
 

@@ -5,13 +5,6 @@
 #include "server/base/grpc_status.h"
 
 namespace helio {
-namespace {
-
-bool same_frame(const FrameTag& a, const FrameTag& b) {
-  return a.revision == b.revision && a.frame == b.frame;
-}
-
-}  // namespace
 
 std::shared_ptr<OutboundStream> FramePublisher::attach(std::shared_ptr<OutboundStream> stream,
                                                        const TileFormat& format) {
@@ -36,7 +29,7 @@ std::shared_ptr<OutboundStream> FramePublisher::stream() const {
 }
 
 bool FramePublisher::in_flight() const {
-  return begin_ && !(end_ && same_frame(begin_->tag, end_->tag));
+  return begin_ && !(end_ && begin_->tag.same_frame(end_->tag));
 }
 
 void FramePublisher::finish_after(std::uint64_t revision) {

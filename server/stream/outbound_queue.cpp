@@ -8,10 +8,6 @@ namespace {
 // Rate limiting lets this much sending time accumulate while nothing is sent.
 constexpr double kRateBurst = 0.1;
 
-bool same_frame(const FrameTag& a, const FrameTag& b) {
-  return a.revision == b.revision && a.frame == b.frame;
-}
-
 }  // namespace
 
 void OutboundQueue::push(Greeting greeting) {
@@ -63,7 +59,7 @@ void OutboundQueue::push(EncodedTile tile) {
 
 void OutboundQueue::push(const FrameEnd& end, std::string replay_token) {
   const std::lock_guard lock(mutex_);
-  if (!frame_ || !same_frame(frame_->begin.tag, end.tag) || frame_->ended) return;
+  if (!frame_ || !frame_->begin.tag.same_frame(end.tag) || frame_->ended) return;
   frame_->end = end;
   frame_->replay_token = std::move(replay_token);
   frame_->progress.reset();  // the end says it all
@@ -84,7 +80,7 @@ bool OutboundQueue::wants(const FrameTag& tag) const {
 }
 
 bool OutboundQueue::wants_locked(const FrameTag& tag) const {
-  return frame_ && same_frame(frame_->begin.tag, tag) && !frame_->ended && tag.revision >= min_revision_;
+  return frame_ && frame_->begin.tag.same_frame(tag) && !frame_->ended && tag.revision >= min_revision_;
 }
 
 void OutboundQueue::limit_credit(std::uint32_t tiles) {

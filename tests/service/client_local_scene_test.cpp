@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "client/environment_text.h"
-#include "client/file_hash.h"
 #include "client/gltf_uris.h"
 #include "client/local_scene.h"
 #include "client/server_address.h"
@@ -142,18 +141,6 @@ TEST(EnvironmentText, IsAColourWhenAllItsPartsLookLikeNumbers) {
     ASSERT_TRUE(names_map) << map;
     EXPECT_TRUE(*names_map) << map;
   }
-}
-
-// FIPS 180-4's example of one block: "abc".
-TEST(FileHash, IsSha256) {
-  const TemporaryFolder folder;
-  write_file(folder / "abc", "abc");
-  const auto hash = sha256_of_file(folder / "abc");
-  ASSERT_TRUE(hash);
-  EXPECT_EQ(hash->bytes, 3u);
-  const std::uint8_t start[] = {0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea};
-  EXPECT_TRUE(std::equal(std::begin(start), std::end(start), hash->sha256.begin()));
-  EXPECT_EQ(sha256_of_file(folder / "none").error().code, ErrorCode::not_found);
 }
 
 TEST(ServerAddress, IsHostAndPort) {

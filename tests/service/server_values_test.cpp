@@ -8,10 +8,10 @@
 #include <random>
 
 #include "renderer/base/clock.h"
+#include "renderer/codec/sha256.h"
 #include "server/base/grpc_status.h"
 #include "server/base/memory_account.h"
 #include "server/base/server_config.h"
-#include "server/base/sha256.h"
 #include "server/base/task_thread.h"
 #include "server/base/timer_queue.h"
 #include "server/stream/convert.h"
@@ -262,7 +262,7 @@ TEST(Sha256, KnownDigests) {
   Sha256 hash;
   hash.update(std::string_view("abc"));
   EXPECT_EQ(to_hex(hash.finish()), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_FALSE(hash_file("/nonexistent").has_value());
+  EXPECT_EQ(hash_file("/nonexistent").error().code, ErrorCode::not_found);
 }
 
 // Pictures that are nearly done have variances below the smallest half, 6e-8; a client must not take them for certain.

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/base/clock.h"
-#include "server/base/sha256.h"
+#include "renderer/codec/sha256.h"
 
 namespace helio::test {
 namespace {

@@ -1,13 +1,14 @@
-// SHA-256 of byte streams.
+// SHA-256 of byte streams and files.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "renderer/base/result.h"
 
 namespace helio {
 
@@ -29,8 +30,12 @@ class Sha256 {
   std::unique_ptr<State> state_;
 };
 
-// Of a file's bytes; nothing when it cannot be read.
-std::optional<Sha256Digest> hash_file(const std::string& path);
+struct FileHash {
+  Sha256Digest sha256{};
+  std::uint64_t bytes = 0;
+};
+// Reads the file in pieces. not_found: it cannot be opened; internal: reading failed.
+Result<FileHash> hash_file(const std::string& path);
 
 std::string to_hex(std::span<const std::uint8_t> bytes);
 

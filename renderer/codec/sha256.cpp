@@ -1,4 +1,4 @@
-#include "server/base/sha256.h"
+#include "renderer/codec/sha256.h"
 
 #include <openssl/evp.h>
 
@@ -36,15 +36,19 @@ Sha256Digest Sha256::finish() {
   return digest;
 }
 
-std::optional<Sha256Digest> hash_file(const std::string& path) {
+Result<FileHash> hash_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{ErrorCode::not_found, "cannot be opened", path};
   std::vector<char> buffer(1 << 20);
   Sha256 hash;
+  FileHash result;
   while (file.read(buffer.data(), std::streamsize(buffer.size())) || file.gcount() > 0) {
     hash.update(std::string_view(buffer.data(), std::size_t(file.gcount())));
+    result.bytes += std::uint64_t(file.gcount());
   }
-  if (!file.eof()) return std::nullopt;
-  return hash.finish();
+  if (!file.eof()) return Error{ErrorCode::internal, "reading failed", path};
+  result.sha256 = hash.finish();
+  return result;
 }
 
 std::string to_hex(std::span<const std::uint8_t> bytes) {
