@@ -18,6 +18,7 @@ std::size_t prefix_length(const google::protobuf::EnumDescriptor& type) {
 }  // namespace
 
 std::string short_name(const google::protobuf::EnumValueDescriptor& value) {
+  if (value.name() == "INTEGRATOR_PT_BDPT") return "pt+bdpt";
   std::string name = value.name().substr(prefix_length(*value.type()));
   for (char& c : name) c = c == '_' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;

@@ -14,7 +14,8 @@ namespace helio {
 
 namespace pb = heliograph::v1;
 
-// "pt" for MODE_PT: the part after the prefix that all values share with UNSPECIFIED, in lower case, '-' for '_'.
+// "pt" for MODE_PT: the part after the prefix that all values share with UNSPECIFIED, in lower case, '-' for '_'; of
+// INTEGRATOR_PT_BDPT "pt+bdpt".
 std::string short_name(const google::protobuf::EnumValueDescriptor& value);
 
 // All short names but that of UNSPECIFIED, in the order of their numbers.

@@ -55,8 +55,8 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(
       app, options.integrator, "--integrator", "INTEGRATOR",
       "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
-      "mirrors and glass show; bdpt, from both, with all connections; pt-bdpt (or pt+bdpt), path or bdpt in every part "
-      "of the picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, "
+      "mirrors and glass show; bdpt, from both, with all connections; pt+bdpt, path or bdpt in every part of the "
+      "picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, "
       "bdpt with light vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive "
       "nearby; "
       "photon, merging alone: --mode pt. The last two are biased, less so with every sample. Default: path");
@@ -143,11 +143,9 @@ void read_light_cache(const SettingsOptions& options, pb::RenderSettings& settin
 }
 
 void read_integrator(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  // Written with a plus as well, as methods and papers have it.
-  if (options.integrator.text == "pt+bdpt") settings.set_integrator(pb::INTEGRATOR_PT_BDPT);
-  const bool plus = settings.integrator() == pb::INTEGRATOR_PT_BDPT;
-  const auto name = plus ? std::optional<std::string>("pt-bdpt")
-                         : reader.choice(options.integrator, short_names(*pb::Integrator_descriptor()));
+  auto integrator = options.integrator;
+  if (integrator.text == "pt-bdpt") integrator.text = "pt+bdpt";  // as it was once spelled
+  const auto name = reader.choice(integrator, short_names(*pb::Integrator_descriptor()));
   if (!name) return;
   settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
   const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;

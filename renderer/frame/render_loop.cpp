@@ -514,7 +514,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     lights = std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()), options.keep_light_vertices);
   }
   // A plan may have been cut short after it had chosen, or before it could.
-  state.choice_due = settings.integrator == Integrator::path_bdpt && scene && !film->light_tiles() && film_samples == 0;
+  state.choice_due = settings.integrator == Integrator::pt_bdpt && scene && !film->light_tiles() && film_samples == 0;
   state.round.samples = film_samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;

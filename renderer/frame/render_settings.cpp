@@ -97,7 +97,7 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
   if (caches_light_vertices(settings.integrator)) {
     if (settings.mode != RenderMode::pt)
       problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
-                              "; allowed there: path, light, bdpt, pt-bdpt; this one in mode pt");
+                              "; allowed there: path, light, bdpt, pt+bdpt; this one in mode pt");
     return;
   }
   const bool reused = !reuses(settings.mode) || settings.integrator != Integrator::light;
@@ -106,7 +106,7 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
     problems.add(where,
                  std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) + " (variant " +
                      to_string(settings.variant) +
-                     "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt-bdpt "
+                     "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt+bdpt "
                      "in mode pt, and all others with variant bounded");
 }
 
@@ -189,13 +189,6 @@ const char* to_string(ModeVariant variant) {
       return "paper";
   }
   return "unknown";
-}
-
-Result<RenderMode> parse_render_mode(const std::string& name) {
-  for (const RenderMode mode : kEveryRenderMode) {
-    if (name == to_string(mode)) return mode;
-  }
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not a mode; allowed: " + kModeNames, "mode"};
 }
 
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where,

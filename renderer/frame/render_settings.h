@@ -34,7 +34,6 @@ constexpr bool reuses(RenderMode mode) {
   return mode == RenderMode::reproject || mode == RenderMode::combined;
 }
 const char* to_string(RenderMode mode);
-Result<RenderMode> parse_render_mode(const std::string& name);
 
 enum class ErrorMeasure { rmse, relmse };  // radiance units | mean(variance / (mean^2 + 1e-2 (image mean)^2))
 

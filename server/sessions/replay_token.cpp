@@ -126,7 +126,7 @@ CameraPose read_pose(const pb::SampleReplay& message) {
 
 // Tiles are of one of two.
 Integrator integrator_of(const RenderSettings& settings, const InvalidSample& sample) {
-  if (settings.integrator != Integrator::path_bdpt) return settings.integrator;
+  if (settings.integrator != Integrator::pt_bdpt) return settings.integrator;
   return sample.light_paths > 0 ? Integrator::bdpt : Integrator::path;
 }
 

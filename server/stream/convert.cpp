@@ -67,7 +67,7 @@ RenderMode read_mode(pb::Mode message, const std::string& where, Problems& probl
 
 constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {
     {Integrator::path, pb::INTEGRATOR_PATH},    {Integrator::light, pb::INTEGRATOR_LIGHT},
-    {Integrator::bdpt, pb::INTEGRATOR_BDPT},    {Integrator::path_bdpt, pb::INTEGRATOR_PT_BDPT},
+    {Integrator::bdpt, pb::INTEGRATOR_BDPT},    {Integrator::pt_bdpt, pb::INTEGRATOR_PT_BDPT},
     {Integrator::lvc, pb::INTEGRATOR_LVC},      {Integrator::vcm, pb::INTEGRATOR_VCM},
     {Integrator::photon, pb::INTEGRATOR_PHOTON}};
 static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));

@@ -37,7 +37,7 @@ constexpr std::uint64_t kTargetSeed = 1u << 20;  // of no picture that is timed
 std::vector<Integrator> integrators_for(const RenderScene& scene) {
   std::vector<Integrator> all = {Integrator::path, Integrator::bdpt, Integrator::lvc};
   if (unsampled_light(Integrator::light, scene.features()).empty()) all.push_back(Integrator::light);
-  all.push_back(Integrator::path_bdpt);
+  all.push_back(Integrator::pt_bdpt);
   return all;
 }
 
@@ -102,7 +102,7 @@ Status run_case(BenchContext& context, const Case& what, const ErrorScene& scene
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < integrators.size(); ++k) {
     const double seconds = median(ours[k]);
-    if (integrators[k] != Integrator::path_bdpt) best = std::min(best, seconds);
+    if (integrators[k] != Integrator::pt_bdpt) best = std::min(best, seconds);
     if (std::isfinite(seconds)) {
       figures.add({name + "." + to_string(integrators[k]), seconds, "s", std::nullopt, Better::lower});
     } else {

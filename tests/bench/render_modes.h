@@ -25,7 +25,7 @@ inline constexpr ComparedMode kRenderModes[] = {{"pt", RenderMode::pt},
                                                 {"reproject", RenderMode::reproject},
                                                 {"combined", RenderMode::combined},
                                                 {"bdpt", RenderMode::pt, Integrator::bdpt},
-                                                {"pt+bdpt", RenderMode::pt, Integrator::path_bdpt},
+                                                {"pt+bdpt", RenderMode::pt, Integrator::pt_bdpt},
                                                 {"lvc", RenderMode::pt, Integrator::lvc},
                                                 {"vcm", RenderMode::pt, Integrator::vcm},
                                                 {"photon", RenderMode::pt, Integrator::photon}};

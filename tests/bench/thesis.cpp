@@ -79,7 +79,7 @@ CurveReport published(const std::string& scene, const std::string& mode, std::sp
   return curve;
 }
 
-constexpr Integrator kIntegrators[] = {Integrator::path, Integrator::bdpt, Integrator::path_bdpt};
+constexpr Integrator kIntegrators[] = {Integrator::path, Integrator::bdpt, Integrator::pt_bdpt};
 
 RenderSettings settings_of(const ErrorScene& scene, Integrator integrator) {
   RenderSettings settings;
@@ -136,7 +136,7 @@ Result<std::vector<CurveReport>> run_thesis(BenchContext& context) {
     }
     RenderSettings how;
     how.max_segments = kDepth;
-    how.integrator = Integrator::path_bdpt;  // the covered light's is no path tracer's business
+    how.integrator = Integrator::pt_bdpt;  // the covered light's is no path tracer's business
     const auto reference_samples = std::max(kReferenceSamples, std::uint32_t(kReferenceOverMost * options.samples));
     const auto scene = load_error_scene(options, *file, engine, reference_samples, how);
     if (!scene) return scene.error();

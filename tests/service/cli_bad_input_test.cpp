@@ -51,7 +51,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"render", "quad.gltf", "--variant", "paper"}, 2, {"--variant", "stands only beside --mode adaptive"}},
       {{"render", "quad.gltf", "--integrator", "mlt"},
        2,
-       {"--integrator: 'mlt' is none of path, light, bdpt, pt-bdpt, lvc, vcm, photon"}},
+       {"--integrator: 'mlt' is none of path, light, bdpt, pt+bdpt, lvc, vcm, photon"}},
       {{"render", "quad.gltf", "--technique", "1,2"},
        2,
        {"--technique: stands only beside --integrator bdpt with --mode pt"}},

@@ -129,7 +129,7 @@ TEST_F(MemoryTest, AResizeThatDoesNotFitChangesNothing) {
 
 TEST_F(MemoryTest, LightVerticesCountWithoutANewFilm) {
   RenderSettings cached = settings(64);
-  cached.integrator = Integrator::path_bdpt;
+  cached.integrator = Integrator::pt_bdpt;
   RenderSettings other = cached;
   for (const Integrator integrator : kEveryIntegrator) {
     other.integrator = integrator;

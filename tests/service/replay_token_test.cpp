@@ -98,8 +98,8 @@ TEST(ReplayToken, TellsWhichPathsMadeTheSample) {
   // Of tiles of either kind each sample has its own.
   for (const auto& [rendered, light_paths, made] : {std::tuple(Integrator::light, 1000, Integrator::light),
                                                     {Integrator::bdpt, 1000, Integrator::bdpt},
-                                                    {Integrator::path_bdpt, 1000, Integrator::bdpt},
-                                                    {Integrator::path_bdpt, 0, Integrator::path},
+                                                    {Integrator::pt_bdpt, 1000, Integrator::bdpt},
+                                                    {Integrator::pt_bdpt, 0, Integrator::path},
                                                     {Integrator::vcm, 1000, Integrator::vcm}}) {
     begin.settings.integrator = rendered;
     sample.light_paths = std::uint64_t(light_paths);

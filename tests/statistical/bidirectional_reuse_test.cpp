@@ -45,7 +45,7 @@ class BidirectionalReuse : public testing::TestWithParam<Case> {
 // from bright pixels and give it to dark ones, and where fresh samples follow relative errors the dark ones forget it
 // sooner. With counts for absolute errors, which follow the bright ones, it was +0.24 % +- 0.03 %.
 TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
-  if (GetParam().integrator != Integrator::path_bdpt) HELIO_FULL_TIER_ONLY();
+  if (GetParam().integrator != Integrator::pt_bdpt) HELIO_FULL_TIER_ONLY();
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
   Moments fresh, moving, resting;
@@ -70,7 +70,7 @@ TEST_P(BidirectionalReuse, TheMeanIsNotBiased) {
 // pixels make both, at the rims of lamps, which carry nothing: what reuse gains over a restart is asked for where light
 // is everywhere as noisy as there.
 TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
-  if (GetParam().integrator != Integrator::path_bdpt) HELIO_FULL_TIER_ONLY();
+  if (GetParam().integrator != Integrator::pt_bdpt) HELIO_FULL_TIER_ONLY();
   ASSERT_TRUE(scene);
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
   LoopViews fresh(engine, scene, settings_of(RenderMode::pt, Integrator::bdpt, 77));
@@ -108,8 +108,8 @@ TEST_P(BidirectionalReuse, TheReportedErrorHoldsAfterAMove) {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, BidirectionalReuse,
     testing::Values(Case{"cornell-covered", Integrator::bdpt, 16, true},
-                    Case{"cornell-covered", Integrator::path_bdpt, 16}, Case{"cornell-spheres", Integrator::bdpt, 16},
-                    Case{"cornell-glossy", Integrator::bdpt, 16}, Case{"cornell-box", Integrator::path_bdpt, 16}),
+                    Case{"cornell-covered", Integrator::pt_bdpt, 16}, Case{"cornell-spheres", Integrator::bdpt, 16},
+                    Case{"cornell-glossy", Integrator::bdpt, 16}, Case{"cornell-box", Integrator::pt_bdpt, 16}),
     [](const auto& test) {
       return test_name_of(test.param.scene) + (test.param.integrator == Integrator::bdpt ? "_bdpt" : "_pt_bdpt");
     });

@@ -138,7 +138,7 @@ TEST_P(Bidirectional, AgreesWithThePathTracer) {
   for (const std::size_t on : {0, 1}) {
     const auto tiles = std::make_shared<LightTiles>(kWidth, kHeight, false);
     tiles->set(on, true);
-    expect_agreement(renderer, scene, reference, on == 0 ? "left bdpt" : "right bdpt", Integrator::path_bdpt,
+    expect_agreement(renderer, scene, reference, on == 0 ? "left bdpt" : "right bdpt", Integrator::pt_bdpt,
                      scene.seeds / 4, scene.largest_error, tiles);
   }
 }
@@ -237,7 +237,7 @@ TEST(BidirectionalChoice, TilesThatAPictureChoosesForItselfAgree) {
   RenderSettings settings;
   settings.width = 8 * kLightTile;
   settings.height = 4 * kLightTile;
-  settings.integrator = Integrator::path_bdpt;
+  settings.integrator = Integrator::pt_bdpt;
   constexpr int kPictures = 12;
   const LoopBatches mixed = make_in_loop(scene, built, settings, kSeed, kPictures, 8);
   std::printf("  %d of %d pictures are mixed\n", mixed.mixed, kPictures);

@@ -146,7 +146,7 @@ TEST_P(OwnReferenceWithLightPaths, PassesTheZTests) {
 std::vector<bench::ComparedMode> unbiased_modes_with_light_paths() {
   std::vector<bench::ComparedMode> modes;
   for (const bench::ComparedMode& mode : bench::kRenderModes) {
-    if (mode.integrator == Integrator::bdpt || mode.integrator == Integrator::path_bdpt ||
+    if (mode.integrator == Integrator::bdpt || mode.integrator == Integrator::pt_bdpt ||
         mode.integrator == Integrator::lvc)
       modes.push_back(mode);
   }

@@ -10,8 +10,8 @@ const char* to_string(Integrator integrator) {
       return "light";
     case Integrator::bdpt:
       return "bdpt";
-    case Integrator::path_bdpt:
-      return "pt-bdpt";
+    case Integrator::pt_bdpt:
+      return "pt+bdpt";
     case Integrator::lvc:
       return "lvc";
     case Integrator::vcm:
@@ -27,14 +27,6 @@ std::string integrator_names() {
   for (const Integrator integrator : kEveryIntegrator)
     names += (names.empty() ? "" : ", ") + std::string(to_string(integrator));
   return names;
-}
-
-Result<Integrator> parse_integrator(const std::string& name) {
-  for (const Integrator integrator : kEveryIntegrator) {
-    if (name == to_string(integrator)) return integrator;
-  }
-  return Error{ErrorCode::invalid_argument, "\"" + name + "\" is not an integrator; allowed: " + integrator_names(),
-               "integrator"};
 }
 
 }  // namespace helio

@@ -4,22 +4,20 @@
 #include <cstdint>
 #include <string>
 
-#include "renderer/base/result.h"
-
 namespace helio {
 
 enum class Integrator : std::uint8_t {
-  path,   // from the camera, with next-event estimation
-  light,  // from the lights, each vertex connected to the camera (t = 1), and what the camera sees of lights and the
-          // environment directly: nothing that mirrors and glass show
-  bdpt,   // from both, all connections (s, t)
-  path_bdpt,  // path or bdpt, tile by tile, whichever pays (pilot_render.h)
-  lvc,        // as bdpt, camera vertices joined to a few light vertices of the whole picture's (light_vertex_cache.h)
-  vcm,        // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
-  photon,     // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
+  path,     // from the camera, with next-event estimation
+  light,    // from the lights, each vertex connected to the camera (t = 1), and what the camera sees of lights and the
+            // environment directly: nothing that mirrors and glass show
+  bdpt,     // from both, all connections (s, t)
+  pt_bdpt,  // path or bdpt, tile by tile, whichever pays (pilot_render.h)
+  lvc,      // as bdpt, camera vertices joined to a few light vertices of the whole picture's (light_vertex_cache.h)
+  vcm,      // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
+  photon,   // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
 };
-inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,      Integrator::light, Integrator::bdpt,
-                                                  Integrator::path_bdpt, Integrator::lvc,   Integrator::vcm,
+inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,    Integrator::light, Integrator::bdpt,
+                                                  Integrator::pt_bdpt, Integrator::lvc,   Integrator::vcm,
                                                   Integrator::photon};
 
 // Light paths reach the camera at any pixel: the film has splats (film/splats/splat_buffer.h); but for photon's, which
@@ -37,7 +35,5 @@ constexpr bool merges(Integrator integrator) {
 const char* to_string(Integrator integrator);
 // All of them, with commas.
 std::string integrator_names();
-// invalid_argument, naming "integrator", the value and those allowed.
-Result<Integrator> parse_integrator(const std::string& name);
 
 }  // namespace helio

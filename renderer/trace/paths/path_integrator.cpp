@@ -57,7 +57,7 @@ bool has_plain_kernel(const SceneFeatures& f) {
 // pt+bdpt without tiles is the path tracer: nothing is known in favour of light paths.
 static bool has_light_paths(Integrator integrator, const Film& film, const PixelRect& window) {
   const LightTiles* tiles = film.light_tiles().get();
-  if (!tiles) return traces_light_paths(integrator) && integrator != Integrator::path_bdpt;
+  if (!tiles) return traces_light_paths(integrator) && integrator != Integrator::pt_bdpt;
   return traces_light_paths(integrator) && tiles->on(window.x0, window.y0);
 }
 

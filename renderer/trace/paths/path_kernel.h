@@ -54,7 +54,7 @@ bool run_general_kernel(const WindowTask& task, TraceStats& stats);
 bool run_sample_trace_kernel(const WindowTask& task);
 bool run_bidirectional_sample_trace_kernel(const WindowTask& task);
 bool run_cached_sample_trace_kernel(const WindowTask& task);
-// Integrators light, bdpt and path_bdpt; the film has splats.
+// Integrators light, bdpt and pt_bdpt; the film has splats.
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Integrators that draw on a LightVertexCache.
 bool run_cached_kernel(const WindowTask& task, TraceStats& stats);

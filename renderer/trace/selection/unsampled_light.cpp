@@ -5,7 +5,7 @@ namespace helio {
 std::vector<std::string> unsampled_light(Integrator integrator, const SceneFeatures& features) {
   std::vector<std::string> missing;
   const bool connects =
-      integrator == Integrator::bdpt || integrator == Integrator::path_bdpt || integrator == Integrator::lvc;
+      integrator == Integrator::bdpt || integrator == Integrator::pt_bdpt || integrator == Integrator::lvc;
   // No ray meets a delta light, and nothing is joined to a vertex on a delta surface: a path no two neighbours of which
   // can be joined is made by no technique without merging (Veach 1997, section 8.3).
   const bool never_hit = features.delta_lights && features.delta_lobes;
@@ -22,7 +22,7 @@ std::vector<std::string> unsampled_light(Integrator integrator, const SceneFeatu
           "the smaller the light");
     }
   }
-  if (integrator == Integrator::path_bdpt && never_hit) {
+  if (integrator == Integrator::pt_bdpt && never_hit) {
     missing.push_back(
         "missing: where a tile was given no light paths, light of lights without extent (point, spot, directional, "
         "projector) that arrives by way of smooth mirrors or smooth glass (faint caustics, and what lies behind "

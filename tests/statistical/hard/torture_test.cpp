@@ -45,7 +45,7 @@ std::string where(const RenderScene& scene, const CameraPose& pose, const PathSe
 
 // Half of the scenes as the path tracer has them, the others with light paths.
 Integrator integrator_of(std::uint64_t seed) {
-  static constexpr Integrator kLightPaths[] = {Integrator::bdpt, Integrator::light, Integrator::path_bdpt,
+  static constexpr Integrator kLightPaths[] = {Integrator::bdpt, Integrator::light, Integrator::pt_bdpt,
                                                Integrator::lvc,  Integrator::vcm,   Integrator::photon};
   return seed % 2 == 0 ? Integrator::path : kLightPaths[seed / 2 % std::size(kLightPaths)];
 }
@@ -55,7 +55,7 @@ Film film_for(Integrator integrator) {
   FilmState state;
   state.splats = traces_light_paths(integrator);
   Film film(kWidth, kHeight, state);
-  if (integrator == Integrator::path_bdpt) {
+  if (integrator == Integrator::pt_bdpt) {
     auto tiles = std::make_shared<LightTiles>(kWidth, kHeight, false);
     tiles->set(0, true);
     film.set_light_tiles(std::move(tiles));

@@ -31,7 +31,7 @@ class BidirectionalFrame : public ::testing::Test {
 };
 
 TEST_F(BidirectionalFrame, ThreadsDoNotChangeABit) {
-  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::path_bdpt}) {
+  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::pt_bdpt}) {
     const test::LoopPicture one = render("cornell-spheres", integrator, 6, 1);
     const test::LoopPicture four = render("cornell-spheres", integrator, 6, 4);
     for (int c = 0; c < 3; ++c) EXPECT_EQ(one.channels[c], four.channels[c]) << to_string(integrator);
@@ -42,7 +42,7 @@ TEST_F(BidirectionalFrame, ThreadsDoNotChangeABit) {
 
 // Light comes to the covered box by way of the ceiling: light paths pay everywhere, and the picture is that of bdpt.
 TEST_F(BidirectionalFrame, LightPathsAreChosenWhereTheLightIsHidden) {
-  const test::LoopPicture mixed = render("cornell-covered", Integrator::path_bdpt, 8);
+  const test::LoopPicture mixed = render("cornell-covered", Integrator::pt_bdpt, 8);
   const test::LoopPicture bdpt = render("cornell-covered", Integrator::bdpt, 8);
   for (int c = 0; c < 3; ++c) EXPECT_EQ(mixed.channels[c], bdpt.channels[c]);
   EXPECT_GT(choose_seconds(mixed), 0);
@@ -51,7 +51,7 @@ TEST_F(BidirectionalFrame, LightPathsAreChosenWhereTheLightIsHidden) {
 
 // In the open box next-event estimation does as well in less time: the picture is the path tracer's.
 TEST_F(BidirectionalFrame, AndNotWhereItIsSeen) {
-  const test::LoopPicture mixed = render("cornell-box", Integrator::path_bdpt, 8);
+  const test::LoopPicture mixed = render("cornell-box", Integrator::pt_bdpt, 8);
   const test::LoopPicture path = render("cornell-box", Integrator::path, 8);
   for (int c = 0; c < 3; ++c) EXPECT_EQ(mixed.channels[c], path.channels[c]);
   EXPECT_EQ(mixed.end.progress.trace.light_paths, 0u);
@@ -97,7 +97,7 @@ TEST_F(BidirectionalFrame, LightThatThePathTracerCannotFindIsNotLeftOut) {
     budget.samples = 32;
     const auto built = test::build(std::move(scene));
     double means[3];
-    for (const Integrator integrator : {Integrator::path, Integrator::bdpt, Integrator::path_bdpt}) {
+    for (const Integrator integrator : {Integrator::path, Integrator::bdpt, Integrator::pt_bdpt}) {
       settings.integrator = integrator;
       const test::LoopPicture picture =
           test::render_through_loop(engine, built, settings, budget, test::camera_at({0, 0, 0.9}, {0, 0, -1}, 70));
@@ -137,7 +137,7 @@ TEST_F(BidirectionalFrame, AShortTimeIsNotSpentOnChoosing) {
   RenderSettings settings;
   settings.width = 1024;
   settings.height = 1024;
-  settings.integrator = Integrator::path_bdpt;
+  settings.integrator = Integrator::pt_bdpt;
   Budget budget;
   budget.time_s = 1e-3;
   RenderEngine engine(2);
@@ -157,7 +157,7 @@ TEST_F(BidirectionalFrame, ASceneWithoutLightIsBlackAndEnds) {
   budget.samples = 4;
   RenderEngine engine(2);
   const auto built = test::build(std::move(scene));
-  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::path_bdpt}) {
+  for (const Integrator integrator : {Integrator::light, Integrator::bdpt, Integrator::pt_bdpt}) {
     settings.integrator = integrator;
     const test::LoopPicture picture =
         test::render_through_loop(engine, built, settings, budget, test::camera_at({0, 0, 0.9}, {0, 0, -1}, 70));

@@ -240,8 +240,8 @@ TEST_P(BidirectionalReuse, NoSplatStaysWhereTheCameraLooksElsewhere) {
 INSTANTIATE_TEST_SUITE_P(Modes, BidirectionalReuse,
                          testing::Values(Case{RenderMode::reproject, Integrator::bdpt},
                                          Case{RenderMode::combined, Integrator::bdpt},
-                                         Case{RenderMode::reproject, Integrator::path_bdpt},
-                                         Case{RenderMode::combined, Integrator::path_bdpt}),
+                                         Case{RenderMode::reproject, Integrator::pt_bdpt},
+                                         Case{RenderMode::combined, Integrator::pt_bdpt}),
                          [](const auto& test) {
                            return std::string(to_string(test.param.mode)) +
                                   (test.param.integrator == Integrator::bdpt ? "_bdpt" : "_pt_bdpt");
@@ -295,7 +295,7 @@ TEST(BidirectionalReuseChoice, WhatEarlierViewsChoseIsNotProbedAgain) {
   const CameraPose home = camera_pose(scene->description().cameras.at(0));
   std::size_t grid = 0;  // what every loop keeps beside its film once it has a view
   for (const RenderMode mode : {RenderMode::pt, RenderMode::reproject}) {
-    RenderSettings settings = settings_of(mode, Integrator::path_bdpt);
+    RenderSettings settings = settings_of(mode, Integrator::pt_bdpt);
     settings.width = settings.height = 256;
     LoopViews views(engine, scene, settings);
     const auto bytes_after = [&](const CameraPose& pose) {
@@ -333,7 +333,7 @@ TEST(BidirectionalReuseEdit, LightThatGoesOutLeavesNoSplats) {
   const CameraPose home = camera_pose(lit->description().cameras.at(0));
   LoopViews fresh(engine, lit, settings_of(RenderMode::pt, Integrator::bdpt));
   const double truth = mean_radiance(fresh.render(home, 256));
-  LoopViews views(engine, lit, settings_of(RenderMode::reproject, Integrator::path_bdpt));
+  LoopViews views(engine, lit, settings_of(RenderMode::reproject, Integrator::pt_bdpt));
   ASSERT_GT(views.render(home, 64).end.progress.trace.light_paths, 0u);
   views.set_scene(dark);
   EXPECT_EQ(mean_radiance(views.render(home, 2)), 0);

@@ -105,15 +105,15 @@ TEST_P(FailedAllocation, OfAnUpdateChangesNothing) {
   EXPECT_GT(first, 3u);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Courses, FailedAllocation,
-    testing::Values(Course{"pt", RenderMode::pt, Integrator::path}, Course{"bdpt", RenderMode::pt, Integrator::bdpt},
-                    Course{"pt_bdpt", RenderMode::pt, Integrator::path_bdpt},
-                    Course{"vcm", RenderMode::pt, Integrator::vcm},
-                    Course{"adaptive", RenderMode::adaptive, Integrator::path},
-                    Course{"combined", RenderMode::combined, Integrator::path},
-                    Course{"paper", RenderMode::combined, Integrator::path, ModeVariant::paper}),
-    [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(Courses, FailedAllocation,
+                         testing::Values(Course{"pt", RenderMode::pt, Integrator::path},
+                                         Course{"bdpt", RenderMode::pt, Integrator::bdpt},
+                                         Course{"pt_bdpt", RenderMode::pt, Integrator::pt_bdpt},
+                                         Course{"vcm", RenderMode::pt, Integrator::vcm},
+                                         Course{"adaptive", RenderMode::adaptive, Integrator::path},
+                                         Course{"combined", RenderMode::combined, Integrator::path},
+                                         Course{"paper", RenderMode::combined, Integrator::path, ModeVariant::paper}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
 }  // namespace helio::test

@@ -8,7 +8,7 @@
 namespace helio {
 namespace {
 
-constexpr Integrator kConnecting[] = {Integrator::bdpt, Integrator::path_bdpt, Integrator::lvc};
+constexpr Integrator kConnecting[] = {Integrator::bdpt, Integrator::pt_bdpt, Integrator::lvc};
 
 SceneFeatures diffuse(bool delta_lights, bool area_lights) {
   SceneFeatures features;
@@ -72,7 +72,7 @@ TEST(UnsampledLight, GlossySurfacesHideNothing) {
 TEST(UnsampledLight, CausticsInMirrorsAreJoinedToNothing) {
   for (const Integrator integrator : kConnecting) {
     // Tiles without light paths miss what the path tracer misses.
-    const int expected = integrator == Integrator::path_bdpt ? 2 : 1;
+    const int expected = integrator == Integrator::pt_bdpt ? 2 : 1;
     EXPECT_EQ(missing(integrator, with_glass(diffuse(true, false))), expected) << to_string(integrator);
     EXPECT_EQ(missing(integrator, with_glass(diffuse(false, true))), 0) << to_string(integrator);
     EXPECT_EQ(by_chance(integrator, with_glass(diffuse(false, true))), 1) << to_string(integrator);
