@@ -1,10 +1,10 @@
-#include "bench_context.h"
+#include "tests/bench/bench_context.h"
 
 #include <tbb/task_arena.h>
 #include <unistd.h>
 
-#include "child_process.h"
 #include "renderer/scene/load/scene_loader.h"
+#include "tests/bench/peers/child_process.h"
 
 namespace helio::bench {
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "bench_options.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/scene/render_scene.h"
+#include "tests/bench/bench_options.h"
 
 namespace helio::bench {
 

@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <functional>
 
-#include "error_curves.h"
-#include "reuse_motions.h"
-#include "study.h"
-#include "study_turns.h"
-#include "subcommands.h"
+#include "tests/bench/commands/error_curves.h"
+#include "tests/bench/commands/study.h"
+#include "tests/bench/commands/study_turns.h"
+#include "tests/bench/scenes/reuse_motions.h"
+#include "tests/bench/subcommands.h"
 
 namespace {
 

@@ -2,10 +2,10 @@
 // itself failed; figures added before stay.
 #pragma once
 
-#include "bench_context.h"
-#include "error_report.h"
-#include "figures.h"
 #include "renderer/base/result.h"
+#include "tests/bench/bench_context.h"
+#include "tests/bench/reports/error_report.h"
+#include "tests/bench/reports/figures.h"
 
 namespace helio::bench {
 

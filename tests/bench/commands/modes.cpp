@@ -1,0 +1,110 @@
+// Error against time and samples, for every mode; and beside Mitsuba on the same XML file.
+#include <functional>
+#include <iterator>
+#include <utility>
+
+#include "tests/bench/commands/error_curves.h"
+#include "tests/bench/peers/mitsuba_peer.h"
+#include "tests/bench/render_modes.h"
+#include "tests/bench/reports/figures.h"
+#include "tests/bench/subcommands.h"
+
+namespace helio::bench {
+
+namespace {
+
+// A reference of our own has so many times the samples of a curve's last point, so that it adds little to its error.
+constexpr std::uint32_t kReferenceFactor = 64;
+
+// Ours, in every mode. The engine and the scene outlive them.
+std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& scene) {
+  std::vector<Contender> contenders;
+  for (const ComparedMode& mode : kRenderModes) {
+    contenders.push_back({"heliograph", mode.name, [&engine, &scene, &mode](int samples, std::uint64_t seed) {
+                            RenderSettings settings = scene.settings;
+                            mode.choose_in(settings);
+                            settings.seed = seed;
+                            return render_picture(engine, scene.scene, settings, std::uint32_t(samples));
+                          }});
+  }
+  return contenders;
+}
+
+// The scenes asked for, or those of the defaults that are there.
+Result<std::vector<std::filesystem::path>> chosen_scenes(const BenchOptions& options,
+                                                         const std::vector<std::string>& defaults, SceneKind kind) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
+    auto file = find_error_scene(options, name, kind);
+    if (file) {
+      files.push_back(*file);
+    } else if (options.scenes.empty()) {
+      note(file.error().to_string() + "; left out");
+    } else {
+      return file.error();
+    }
+  }
+  return files;
+}
+
+// Who else takes part in a scene, whose file is given; the scene outlives them.
+using OtherContenders = std::function<Result<std::vector<Contender>>(const ErrorScene&, const std::filesystem::path&)>;
+
+Result<std::vector<CurveReport>> measure_scenes(const BenchOptions& options,
+                                                const std::vector<std::filesystem::path>& files,
+                                                const OtherContenders& others) {
+  RenderEngine engine(options.threads);
+  std::vector<CurveReport> curves;
+  for (const std::filesystem::path& file : files) {
+    const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
+    if (!scene) return scene.error();
+    std::vector<Contender> contenders = our_contenders(engine, *scene);
+    auto guests = others(*scene, file);
+    if (!guests) return guests.error();
+    std::move(guests->begin(), guests->end(), std::back_inserter(contenders));
+    auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
+    if (!measured) return measured.error();
+    curves.insert(curves.end(), measured->begin(), measured->end());
+  }
+  return curves;
+}
+
+Result<Contender> mitsuba_contender(MitsubaPeer& peer, const ErrorScene& scene, const std::filesystem::path& file,
+                                    const std::string& picture_file) {
+  if (const Status loaded = peer.load(scene.name, file.string()); !loaded) return loaded.error();
+  if (const Status sized = peer.resize(scene.name, scene.reference.width, scene.reference.height); !sized)
+    return sized.error();
+  return Contender{"mitsuba " + peer.version(), "path", [&peer, &scene, picture_file](int samples, std::uint64_t seed) {
+                     return peer.render_picture(scene.name, samples, int(seed), picture_file);
+                   }};
+}
+
+}  // namespace
+
+Result<std::vector<CurveReport>> run_modes(BenchContext& context) {
+  const BenchOptions& options = context.options();
+  const auto files =
+      chosen_scenes(options, {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"}, SceneKind::any);
+  if (!files) return files.error();
+  return measure_scenes(options, *files, [](const ErrorScene&, const auto&) { return std::vector<Contender>(); });
+}
+
+Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
+  const BenchOptions& options = context.options();
+  const auto files = chosen_scenes(options, {"cornell", "covered", "glass"}, SceneKind::mitsuba_xml);
+  if (!files) return files.error();
+  auto started = MitsubaPeer::start(options.mitsuba_python, options.threads);
+  if (!started) note(started.error().to_string());
+  const std::unique_ptr<MitsubaPeer> peer = started ? std::move(started).value() : nullptr;
+  const std::string picture_file = (context.folder() / "mitsuba.exr").string();
+  const auto mitsuba = [&](const ErrorScene& scene,
+                           const std::filesystem::path& file) -> Result<std::vector<Contender>> {
+    if (!peer) return std::vector<Contender>();
+    auto contender = mitsuba_contender(*peer, scene, file, picture_file);
+    if (!contender) return contender.error();
+    return std::vector<Contender>{std::move(*contender)};
+  };
+  return measure_scenes(options, *files, mitsuba);
+}
+
+}  // namespace helio::bench

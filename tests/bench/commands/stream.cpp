@@ -1,0 +1,224 @@
+// What it costs the daemon to resolve, encode and send ten pictures a second.
+#include <chrono>
+#include <condition_variable>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "renderer/base/clock.h"
+#include "tests/bench/peers/daemon_process.h"
+#include "tests/bench/reports/statistics.h"
+#include "tests/bench/subcommands.h"
+
+namespace helio::bench {
+
+namespace {
+
+namespace pb = heliograph::v1;
+
+constexpr int kWidth = 640, kHeight = 360;
+// A frame of two samples is published twice: after the first one and at its end. So 5 views make 10 pictures a second.
+constexpr double kViewInterval = 0.2;
+constexpr int kViewsPerRun = 25;
+// What is measured is told per picture received, so a few frames that end early do not matter.
+constexpr int kMostSuperseded = kViewsPerRun / 5;
+constexpr double kPicturesPerSecond = 10;
+constexpr double kCores = 2;  // that the share is told of
+
+// A card of 64 x 36 squares with random vertex colours, unlit: one ray a sample, and noise in every pixel.
+Status write_card(const std::filesystem::path& file) {
+  constexpr int kColumns = 64, kRows = 36, kVertices = (kColumns + 1) * (kRows + 1);
+  std::vector<float> positions, colors;
+  std::vector<std::uint32_t> indices;
+  std::uint32_t random = 1;
+  for (int y = 0; y <= kRows; ++y) {
+    for (int x = 0; x <= kColumns; ++x) {
+      positions.insert(positions.end(), {3.2f * (float(x) / kColumns - 0.5f), 1.8f * (float(y) / kRows - 0.5f), 0});
+      for (int c = 0; c < 3; ++c) {
+        random = random * 1664525u + 1013904223u;
+        colors.push_back(float(random >> 8) * 0x1p-24f);
+      }
+    }
+  }
+  for (std::uint32_t y = 0; y < kRows; ++y) {
+    for (std::uint32_t x = 0; x < kColumns; ++x) {
+      const std::uint32_t a = y * (kColumns + 1) + x, b = a + 1, c = a + kColumns + 1, d = c + 1;
+      indices.insert(indices.end(), {a, b, d, a, d, c});
+    }
+  }
+  const std::size_t vertex_bytes = positions.size() * 4, index_bytes = indices.size() * 4;
+  using nlohmann::json;
+  const json gltf = {
+      {"asset", {{"version", "2.0"}}},
+      {"extensionsUsed", {"KHR_materials_unlit"}},
+      {"scene", 0},
+      {"scenes", {{{"nodes", {0}}}}},
+      {"nodes", {{{"mesh", 0}}}},
+      {"materials", {{{"doubleSided", true}, {"extensions", {{"KHR_materials_unlit", json::object()}}}}}},
+      {"meshes",
+       {{{"primitives", {{{"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}}, {"indices", 2}, {"material", 0}}}}}}},
+      {"accessors",
+       {{{"bufferView", 0},
+         {"componentType", 5126},
+         {"count", kVertices},
+         {"type", "VEC3"},
+         {"min", {-1.6, -0.9, 0}},
+         {"max", {1.6, 0.9, 0}}},
+        {{"bufferView", 1}, {"componentType", 5126}, {"count", kVertices}, {"type", "VEC3"}},
+        {{"bufferView", 2}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}}}},
+      {"bufferViews",
+       {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", vertex_bytes}},
+        {{"buffer", 0}, {"byteOffset", vertex_bytes}, {"byteLength", vertex_bytes}},
+        {{"buffer", 0}, {"byteOffset", 2 * vertex_bytes}, {"byteLength", index_bytes}}}},
+      {"buffers", {{{"uri", "card.bin"}, {"byteLength", 2 * vertex_bytes + index_bytes}}}}};
+  std::ofstream(file) << gltf.dump();
+  std::ofstream binary(file.parent_path() / "card.bin", std::ios::binary);
+  binary.write(reinterpret_cast<const char*>(positions.data()), std::streamsize(vertex_bytes));
+  binary.write(reinterpret_cast<const char*>(colors.data()), std::streamsize(vertex_bytes));
+  binary.write(reinterpret_cast<const char*>(indices.data()), std::streamsize(index_bytes));
+  if (!binary.flush()) return Error{ErrorCode::internal, "cannot be written", file.string()};
+  return ok_status();
+}
+
+// Added up by the stream's callbacks.
+struct Received {
+  std::mutex mutex;
+  std::condition_variable frame_ended;
+  std::int64_t pixels = 0;
+  std::uint64_t bytes = 0;
+  double tracing = 0, estimating = 0, others = 0;  // seconds of the frames' passes
+  int frames = 0, superseded = 0;
+
+  void clear() {
+    const std::lock_guard lock(mutex);
+    pixels = 0;
+    bytes = 0;
+    tracing = estimating = others = 0;
+    frames = superseded = 0;
+  }
+  bool wait_for_frames(int count) {
+    std::unique_lock lock(mutex);
+    return frame_ended.wait_for(lock, std::chrono::seconds(10), [&] { return frames >= count; });
+  }
+};
+
+void set_view(pb::View& view, std::uint64_t id) {
+  view.set_id(id);
+  pb::CameraView& camera = *view.mutable_camera();
+  camera.mutable_position()->set_x(0.001 * double(id % 100));
+  camera.mutable_position()->set_z(1);
+  camera.mutable_look_at()->mutable_target();
+}
+
+struct Run {
+  double seconds_per_picture = 0;  // processor time
+  double estimating_per_picture = 0;
+  double bytes_per_picture = 0;
+};
+
+// A number of views at a steady pace, and their frames to the end. The daemon's processor time, less what its workers
+// spent on samples and error estimates: their time for the session (ListSessions), in the proportion of the frames'
+// passes.
+Result<Run> measure(DaemonProcess& daemon, RenderClient& client, FrameStream& stream, Received& received,
+                    std::uint64_t& view_id) {
+  const auto used_seconds = [&]() -> Result<double> {
+    const auto sessions = client.list_sessions();
+    if (!sessions) return sessions.error();
+    return sessions.value().sessions(0).used_seconds();
+  };
+  received.clear();
+  const auto used_before = used_seconds();
+  if (!used_before) return used_before.error();
+  const double cpu_before = daemon.cpu_seconds(), started = now_s();
+  for (int i = 0; i < kViewsPerRun; ++i) {
+    pb::View view;
+    set_view(view, ++view_id);
+    if (const Status sent = stream.send_view(view); !sent) return sent.error();
+    const double next = started + (i + 1) * kViewInterval;
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, next - now_s())));
+  }
+  const bool complete = received.wait_for_frames(kViewsPerRun);
+  const double cpu = daemon.cpu_seconds() - cpu_before;
+  const auto used_after = used_seconds();
+  if (!used_after) return used_after.error();
+
+  const std::lock_guard lock(received.mutex);
+  if (!complete || received.superseded > kMostSuperseded) {
+    return Error{ErrorCode::internal,
+                 std::to_string(received.superseded) + " of " + std::to_string(kViewsPerRun) +
+                     " frames were not done in time: the machine is too slow or too busy for this figure",
+                 "stream"};
+  }
+  const double per_pass_second =
+      (used_after.value() - used_before.value()) / (received.tracing + received.estimating + received.others);
+  const double tracing = received.tracing * per_pass_second, estimating = received.estimating * per_pass_second;
+  const double pictures = double(received.pixels) / (kWidth * kHeight);
+  return Run{(cpu - tracing - estimating) / pictures, estimating / pictures, double(received.bytes) / pictures};
+}
+
+}  // namespace
+
+Status run_stream(BenchContext& context, Figures& figures) {
+  const std::filesystem::path card = context.folder() / "card.gltf";
+  if (const Status written = write_card(card); !written) return written;
+  auto daemon = DaemonProcess::start(context.options(), context.folder());
+  if (!daemon) return daemon.error();
+  auto client = (*daemon)->connect();
+  if (!client) return client.error();
+  const auto scene = upload(**client, card);
+  if (!scene) return scene.error();
+
+  pb::CreateSessionRequest create;
+  create.set_scene_id(scene.value());
+  create.mutable_settings()->set_width(kWidth);
+  create.mutable_settings()->set_height(kHeight);
+  create.mutable_budget()->set_samples(2);
+  const auto session = (*client)->create_session(create);
+  if (!session) return session.error();
+
+  Received received;
+  FrameCallbacks callbacks;
+  callbacks.tile = [&](const pb::Tile& tile) {
+    const std::lock_guard lock(received.mutex);
+    received.pixels +=
+        std::int64_t(tile.window().x1() - tile.window().x0()) * (tile.window().y1() - tile.window().y0());
+    received.bytes += tile.exr().size();
+  };
+  callbacks.frame_end = [&](const pb::FrameEnd& end) {
+    const std::lock_guard lock(received.mutex);
+    ++received.frames;
+    received.superseded += end.reason() != pb::END_REASON_SAMPLES;
+    received.frame_ended.notify_all();
+    for (const pb::PassTime& pass : end.passes()) {
+      double& seconds = pass.pass() == "integrate" ? received.tracing
+                        : pass.pass() == "measure" ? received.estimating
+                                                   : received.others;
+      seconds += pass.seconds();
+    }
+  };
+  pb::StreamRequest::Open open;
+  open.set_session_id(session.value().session_id());
+  open.mutable_format()->set_pixel_type(pb::PIXEL_TYPE_HALF);
+  open.mutable_format()->set_compression(pb::COMPRESSION_NONE);
+  const auto stream = (*client)->stream_frames(open, callbacks);
+
+  std::vector<double> share, estimates, rate;
+  std::uint64_t view_id = 0;
+  for (int i = -1; i < context.options().repeat; ++i) {
+    const auto run = measure(**daemon, **client, *stream, received, view_id);
+    if (!run) return run.error();
+    if (i < 0) continue;  // warm-up
+    share.push_back(100 * run.value().seconds_per_picture * kPicturesPerSecond / kCores);
+    estimates.push_back(100 * run.value().estimating_per_picture * kPicturesPerSecond / kCores);
+    rate.push_back(1e-6 * run.value().bytes_per_picture * kPicturesPerSecond);
+  }
+  (void)stream->close(true);
+  (void)stream->wait();
+  figures.add({"stream.cpu_share", median(share), "%", 4.0, Better::lower});
+  figures.add({"stream.cpu_share.of_error_estimates", median(estimates), "%", std::nullopt, Better::lower});
+  figures.add({"stream.megabytes_per_second", median(rate), "MB/s", std::nullopt, Better::lower});
+  return ok_status();
+}
+
+}  // namespace helio::bench
