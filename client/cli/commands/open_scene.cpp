@@ -1,4 +1,4 @@
-#include "client/cli/open_scene.h"
+#include "client/cli/commands/open_scene.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "client/cli/contact_sheet.h"
+#include "client/cli/commands/contact_sheet.h"
 
 #include <algorithm>
 #include <cstdint>

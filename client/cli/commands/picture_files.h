@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/heat_maps.h"
+#include "client/cli/commands/heat_maps.h"
 #include "client/cli/options.h"
 #include "client/cli/terminal.h"
 #include "client/picture.h"

@@ -6,9 +6,9 @@
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
+#include "client/cli/commands/replay_report.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/replay_report.h"
 #include "client/cli/scene_options.h"
 
 namespace helio::cli {

@@ -1,8 +1,8 @@
-#include "client/cli/render_report.h"
+#include "client/cli/commands/render_report.h"
 
 #include <spdlog/fmt/fmt.h>
 
-#include "client/cli/replay_report.h"
+#include "client/cli/commands/replay_report.h"
 #include "client/enum_names.h"
 
 namespace helio::cli {

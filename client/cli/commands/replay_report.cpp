@@ -1,4 +1,4 @@
-#include "client/cli/replay_report.h"
+#include "client/cli/commands/replay_report.h"
 
 #include <spdlog/fmt/fmt.h>
 

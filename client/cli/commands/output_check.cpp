@@ -1,4 +1,4 @@
-#include "client/cli/output_check.h"
+#include "client/cli/commands/output_check.h"
 
 #include <sys/stat.h>
 

@@ -1,4 +1,4 @@
-#include "client/cli/picture_files.h"
+#include "client/cli/commands/picture_files.h"
 
 #include <spdlog/fmt/fmt.h>
 

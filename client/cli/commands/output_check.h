@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "client/cli/commands/picture_files.h"
 #include "client/cli/options.h"
-#include "client/cli/picture_files.h"
 #include "client/cli/scene_options.h"
 
 namespace helio::cli {

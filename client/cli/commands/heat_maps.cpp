@@ -1,4 +1,4 @@
-#include "client/cli/heat_maps.h"
+#include "client/cli/commands/heat_maps.h"
 
 #include <algorithm>
 #include <cmath>

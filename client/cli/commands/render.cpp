@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "client/cli/command.h"
+#include "client/cli/commands/open_scene.h"
+#include "client/cli/commands/output_check.h"
+#include "client/cli/commands/picture_files.h"
+#include "client/cli/commands/render_report.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/open_scene.h"
-#include "client/cli/output_check.h"
-#include "client/cli/picture_files.h"
-#include "client/cli/render_report.h"
 #include "client/frame_assembler.h"
 
 namespace helio::cli {

@@ -11,12 +11,12 @@
 
 #include "client/camera_path.h"
 #include "client/cli/command.h"
+#include "client/cli/commands/move_player.h"
+#include "client/cli/commands/open_scene.h"
+#include "client/cli/commands/output_check.h"
+#include "client/cli/commands/picture_files.h"
+#include "client/cli/commands/render_report.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/move_player.h"
-#include "client/cli/open_scene.h"
-#include "client/cli/output_check.h"
-#include "client/cli/picture_files.h"
-#include "client/cli/render_report.h"
 #include "client/named_paths.h"
 #include "renderer/base/clock.h"
 

@@ -1,4 +1,4 @@
-#include "client/cli/move_player.h"
+#include "client/cli/commands/move_player.h"
 
 #include <google/protobuf/util/message_differencer.h>
 #include <spdlog/fmt/fmt.h>
