@@ -251,4 +251,18 @@ TEST(IncludeRules, RefuseWhatIsNotListed) {
   for (const Line& line : allowed) EXPECT_EQ(complaint(line.path, line.line), "");
 }
 
+// What a reader takes in at a glance.
+TEST(Folders, HoldAtMostFortySourceFiles) {
+  const fs::path root = HELIO_SOURCE_DIR;
+  std::map<std::string, int> files;
+  for (const char* top : {"renderer", "server", "client", "tests"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+      const std::string extension = entry.path().extension().string();
+      if (extension == ".h" || extension == ".cpp") ++files[fs::relative(entry.path().parent_path(), root).string()];
+    }
+  }
+  EXPECT_GT(files.size(), 40u);
+  for (const auto& [folder, count] : files) EXPECT_LE(count, 40) << folder;
+}
+
 }  // namespace
