@@ -1,5 +1,5 @@
-// Libraries depend downward only: holds every #include of the product against ARCHITECTURE.md's table. What a folder may
-// include is listed; what is not listed is refused, so that a new dependency is a decision.
+// Libraries and their rooms depend downward only: holds every #include of the product to a list per folder (the table is
+// in ARCHITECTURE.md). What is not listed is refused, so that a new dependency is a decision.
 #include <gtest/gtest.h>
 
 #include <algorithm>
