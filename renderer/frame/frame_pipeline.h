@@ -11,14 +11,14 @@
 #include <variant>
 
 #include "renderer/frame/frame_plan.h"
-#include "renderer/frame/passes/allocate.h"
-#include "renderer/frame/passes/choose_techniques.h"
-#include "renderer/frame/passes/integrate.h"
-#include "renderer/frame/passes/measure.h"
-#include "renderer/frame/passes/resolve.h"
-#include "renderer/frame/passes/review.h"
-#include "renderer/frame/passes/temporal_reprojection.h"
-#include "renderer/frame/passes/trace_lights.h"
+#include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/stages/choose_integrators.h"
+#include "renderer/frame/stages/integrate.h"
+#include "renderer/frame/stages/estimate_error.h"
+#include "renderer/frame/stages/resolve.h"
+#include "renderer/frame/stages/reject_history.h"
+#include "renderer/frame/stages/temporal_reprojection.h"
+#include "renderer/frame/stages/trace_lights.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {

@@ -20,14 +20,14 @@ enum class Publish {
 struct FramePlan {
   std::uint64_t revision = 0;
 
-  // reproject: the film becomes a source of history and is filled for the new camera (passes/temporal_reprojection.h).
+  // reproject: the film becomes a source of history and is filled for the new camera (stages/temporal_reprojection.h).
   bool reproject = false;
 
-  // centres: what the pixels of the picture in hand show at their centres is found out (passes/centre_search.h); of
+  // centres: what the pixels of the picture in hand show at their centres is found out (stages/centre_search.h); of
   // such a plan nothing else is asked.
   bool centres = false;
 
-  // choose: which tiles get light paths (passes/choose_techniques.h).
+  // choose: which tiles get light paths (stages/choose_integrators.h).
   bool choose = false;
   double choose_until_s = std::numeric_limits<double>::infinity();  // later nothing more is probed
 
@@ -44,7 +44,7 @@ struct FramePlan {
 
   std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves (FrameState::told())
 
-  bool review = false;   // take back history that the samples contradict (passes/review.h)
+  bool review = false;   // take back history that the samples contradict (stages/reject_history.h)
   bool measure = false;  // estimate the picture's error afterwards
   Publish publish = Publish::none;
   bool final = false;  // what is published is the last of the frame; pixels without samples are shown empty

@@ -15,9 +15,9 @@
 #include "renderer/frame/failure_reason.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
-#include "renderer/frame/passes/allocate.h"
-#include "renderer/frame/passes/centre_search.h"
-#include "renderer/frame/passes/forward_transfer.h"
+#include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/stages/centre_search.h"
+#include "renderer/frame/stages/forward_transfer.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
@@ -503,7 +503,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     state.round = {};
     if (film->targets()) film->targets()->demand_known = false;
     film->set_light_tiles(nullptr);
-    // A picture that is drawn on keeps them until it has become a source (passes/reproject.h).
+    // A picture that is drawn on keeps them until it has become a source (stages/history_transfer.h).
     if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
     if (lights) retired.pass = lights->set_aside();
   }

@@ -6,7 +6,7 @@
 
 #include "heliograph/v1/render_service.pb.h"
 #include "renderer/frame/integrate_function.h"
-#include "renderer/frame/passes/trace_lights.h"
+#include "renderer/frame/stages/trace_lights.h"
 #include "renderer/trace/paths/light_vertex_cache.h"
 #include "renderer/trace/paths/sample_trace.h"
 #include "server/base/grpc_status.h"

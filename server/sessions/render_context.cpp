@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "renderer/base/clock.h"
-#include "renderer/frame/passes/allocate.h"
-#include "renderer/frame/passes/trace_lights.h"
+#include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/stages/trace_lights.h"
 #include "server/sessions/replay_token.h"
 
 namespace helio {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <thread>
 
-#include "renderer/frame/passes/trace_lights.h"
+#include "renderer/frame/stages/trace_lights.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "server/base/reaper.h"
 #include "server/sessions/idle_room.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "renderer/film/core/film.h"
-#include "renderer/frame/passes/choose_techniques.h"
+#include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/trace/selection/technique_history.h"
 #include "tests/support/edited_scenes.h"

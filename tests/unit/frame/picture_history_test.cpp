@@ -3,8 +3,8 @@
 
 #include "renderer/film/core/film.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/frame/passes/centre_search.h"
-#include "renderer/frame/passes/reproject.h"
+#include "renderer/frame/stages/centre_search.h"
+#include "renderer/frame/stages/history_transfer.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {

@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/integrate.h"
+#include "renderer/frame/stages/integrate.h"
 
 #include <algorithm>
 

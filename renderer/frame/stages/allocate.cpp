@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/allocate.h"
+#include "renderer/frame/stages/allocate.h"
 
 namespace helio {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/film/core/film_windows.h"
-#include "renderer/frame/passes/sweeps.h"
+#include "renderer/frame/stages/sweeps.h"
 #include "renderer/trace/reuse/reprojection.h"
 
 namespace helio {

@@ -1,7 +1,7 @@
 // Pass: decides which tiles of a new picture get light paths (trace/selection/pilot_render.h). Integrator pt+bdpt.
 #pragma once
 
-#include "renderer/frame/passes/sweeps.h"
+#include "renderer/frame/stages/sweeps.h"
 #include "renderer/trace/selection/pilot_render.h"
 
 namespace helio {

@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/trace_lights.h"
+#include "renderer/frame/stages/trace_lights.h"
 
 #include <algorithm>
 #include <utility>

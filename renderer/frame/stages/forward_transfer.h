@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "renderer/frame/passes/reproject.h"
+#include "renderer/frame/stages/history_transfer.h"
 #include "renderer/trace/reuse/forward_reprojection.h"
 
 namespace helio {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "renderer/film/estimate/error_estimate.h"
-#include "renderer/frame/passes/sweeps.h"
+#include "renderer/frame/stages/sweeps.h"
 
 namespace helio {
 

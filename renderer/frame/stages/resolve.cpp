@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/resolve.h"
+#include "renderer/frame/stages/resolve.h"
 
 namespace helio {
 

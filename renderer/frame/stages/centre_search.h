@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "renderer/frame/passes/reproject.h"
-#include "renderer/frame/passes/temporal_reprojection.h"
+#include "renderer/frame/stages/history_transfer.h"
+#include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
 
 namespace helio {

@@ -2,7 +2,7 @@
 // (trace/reuse/history_invalidation.h), and what they know is carried into the film of a new camera
 // (trace/reuse/reprojection.h). A camera that jumped finds nothing there, and a session's first picture has no sources:
 // such pictures begin without rays through the centres of their pixels, which are traced once the picture is worth it
-// (passes/centre_search.h), at the latest when it becomes a source itself.
+// (stages/centre_search.h), at the latest when it becomes a source itself.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "renderer/film/history/film_history.h"
-#include "renderer/frame/passes/temporal_reprojection.h"
+#include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/history_invalidation.h"
 #include "renderer/trace/reuse/reprojection.h"
@@ -65,7 +65,7 @@ class PictureHistory {
     slots_[slot].edited |= what_shows_edited;
   }
   void film_overwritten() { film_ = {}; }
-  // The whole film was copied aside and may be overwritten (passes/forward_transfer.h).
+  // The whole film was copied aside and may be overwritten (stages/forward_transfer.h).
   void copy_complete() {
     copy_pose_ = film_.pose;
     film_overwritten();

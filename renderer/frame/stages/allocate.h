@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "renderer/film/allocation/sample_allocation.h"
-#include "renderer/frame/passes/sweeps.h"
+#include "renderer/frame/stages/sweeps.h"
 #include "renderer/frame/render_settings.h"
 
 namespace helio {

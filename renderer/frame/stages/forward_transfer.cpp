@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/forward_transfer.h"
+#include "renderer/frame/stages/forward_transfer.h"
 
 #include <utility>
 

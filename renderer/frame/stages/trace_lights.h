@@ -13,7 +13,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/film/core/film.h"
-#include "renderer/frame/passes/sweeps.h"
+#include "renderer/frame/stages/sweeps.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/light_vertex_cache.h"
 

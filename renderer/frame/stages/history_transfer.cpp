@@ -1,4 +1,4 @@
-#include "renderer/frame/passes/reproject.h"
+#include "renderer/frame/stages/history_transfer.h"
 
 #include <algorithm>
 
