@@ -1,6 +1,6 @@
-// Carries out one plan after another: reproject, choose, allocate, integrate, review, measure, resolve, in this order,
-// each cut into pieces that workers take. Where integrating draws on light vertices, lights and integrate take turns,
-// one sample of one half at a time.
+// Carries out one plan after another: its stages, samples and publication, in this order, each cut into pieces that
+// workers take. Where integrating draws on light vertices, tracing those and integrating take turns, one sample of one
+// half at a time.
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -9,26 +9,25 @@
 #include <cstddef>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "renderer/frame/frame_plan.h"
-#include "renderer/frame/stages/allocate.h"
-#include "renderer/frame/stages/choose_integrators.h"
+#include "renderer/frame/stage_runner.h"
 #include "renderer/frame/stages/integrate.h"
-#include "renderer/frame/stages/estimate_error.h"
 #include "renderer/frame/stages/resolve.h"
-#include "renderer/frame/stages/reject_history.h"
-#include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/frame/stages/trace_lights.h"
 #include "renderer/frame/tile_grid.h"
 
 namespace helio {
 
-using Piece = std::variant<IntegratePiece, ReprojectPiece, ChoosePiece, AllocatePiece, LightsPiece, RejectionPiece,
-                           MeasurePiece, ResolvePiece>;
+using Piece = std::variant<IntegratePiece, StageItem, ResolvePiece>;
 
-// Wall time that the stages of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
-struct StageSeconds {
-  double reproject = 0, integrate = 0, measure = 0, publish = 0;
+// Whose processor time a piece takes.
+StageId stage_of(const Piece& piece);
+
+// The stages of one plan, in the order of its requests.
+struct FrameStages {
+  std::vector<std::shared_ptr<FrameStage>> before, after;
 };
 
 class FramePipeline {
@@ -39,67 +38,65 @@ class FramePipeline {
   void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
   void forget_samples() { grid_.clear(); }
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
-  // Those of the works that the plan asks for, on this film.
-  struct Works {
-    std::shared_ptr<TemporalReprojection> reproject;  // of plans that ask for centres, too
-    std::shared_ptr<TechniqueChoice> choose;
-    std::shared_ptr<SampleAllocation> allocate;
-    std::shared_ptr<HistoryRejection> review;
-    std::shared_ptr<LightVertexSource> lights;  // whenever the integrator draws on it
-  };
-  void start(const FramePlan& plan, const Film& film, const Works& works = {});
+  // lights: the integrator draws on it.
+  void start(const FramePlan& plan, const Film& film, FrameStages stages = {},
+             std::shared_ptr<LightVertexSource> lights = nullptr);
 
   // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
   // flight, waits for room, or the plan is over.
   std::optional<Piece> take(bool room, double now_s);
   // What take() would probably find; never false when it would find something.
   bool may_take(bool room) const;
-  // `done`: integrate: the samples are in the film. seconds: processor time of the piece.
+  // `done`: the piece has run to its end. seconds: processor time of the piece.
   void finish(const Piece& piece, bool done, double seconds, double now_s);
 
   // Drops everything that is not in flight.
   void stop();
 
-  bool over() const { return stage_ == Stage::over; }
+  bool over() const { return phase_ == Phase::over; }
   // The plan's deadline came before its samples were in.
   bool cut() const { return cut_; }
   int in_flight() const { return in_flight_; }
   const FramePlan& plan() const { return plan_; }
   const TileGrid& grid() const { return grid_; }
-  const StageSeconds& seconds() const { return seconds_; }
-  const std::optional<FilmError>& measured() const { return measured_; }  // by the newest plan
+  // Wall time that a stage of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
+  // integrate: light vertices included; resolve: of whole publications.
+  double seconds(StageId id) const { return seconds_[std::size_t(id)]; }
+  // Whose turn is over, in order.
+  const std::vector<std::shared_ptr<FrameStage>>& finished_stages() const { return finished_; }
   bool published_final() const { return resolve_.all_final(); }
 
  private:
-  enum class Stage { reproject, choose, allocate, lights, integrate, review, measure, publish, over };
-  void enter(Stage stage);
-  void begin_choice();
+  enum class Phase { before, lights, integrate, after, publish, over };
+  void enter(Phase phase);
+  bool runs_stages() const { return phase_ == Phase::before || phase_ == Phase::after; }
+  void begin_stage();
+  void end_stage(double now_s);
   void begin_integration();
   bool begin_step();
   void integrate_step();
-  void leave_finished_stages(double now_s);
+  void end_integration(double now_s);
+  void begin_publication();
+  void go_on(double now_s);
+  void note_seconds(StageId id, double now_s);
 
   FramePlan plan_;
   const Film* film_ = nullptr;
-  std::shared_ptr<LightVertexSource> light_source_;  // null: integrating is one step
-  FramePlan step_;                                   // what the integration in hand goes for
+  FrameStages stages_;
+  std::size_t next_stage_ = 0;  // in the list of the phase
+  StageRunner runner_;          // of the stage in hand, or of light vertices
+  std::vector<std::shared_ptr<FrameStage>> finished_;
+  std::shared_ptr<LightVertexSource> lights_;  // null: integrating is one step
+  FramePlan step_;                             // what the integration in hand goes for
   TileGrid grid_;
-  ReprojectPass reproject_;
-  ChoosePass choose_;
-  std::shared_ptr<TechniqueChoice> choice_;  // whose turn has not come
-  AllocatePass allocate_;
-  LightsPass lights_;
   IntegratePass integrate_;
-  RejectionPass review_;
-  MeasurePass measure_;
   ResolvePass resolve_;
   double piece_seconds_;
-  Stage stage_ = Stage::over;
+  Phase phase_ = Phase::over;
   bool cut_ = false;
   int in_flight_ = 0;
-  double stage_began_s_ = 0;  // 0: no piece was taken yet
-  StageSeconds seconds_;
-  std::optional<FilmError> measured_;
+  double began_s_ = 0;  // 0: no piece was taken yet
+  PerStage<double> seconds_{};
 };
 
 }  // namespace helio

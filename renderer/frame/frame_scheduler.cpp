@@ -109,10 +109,10 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   FramePlan plan;
   plan.revision = state.revision;
   plan.round = true;
-  plan.allocate = AllocationRequest{};
+  StageRequest& allocate = plan.before.emplace_back(StageId::allocate);
+  allocate.allocation.fill = state.fill;
   if (allocation_->paper) {
-    plan.allocate->iteration = paper_iteration(state);
-    plan.allocate->fill = state.fill;
+    allocate.allocation.iteration = paper_iteration(state);
     return plan;
   }
   // Of a few pixels the counts, powers of two, may stay below what was asked for: what is asked for grows all the same.
@@ -135,8 +135,7 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
     const double left = std::max(0.0, deadline_s(state) - now_s);
     goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
   }
-  plan.allocate->mean = std::max(goal, mean);
-  plan.allocate->fill = state.fill;
+  allocate.allocation.mean = std::max(goal, mean);
   return plan;
 }
 
@@ -187,8 +186,10 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   }
   const std::uint32_t iteration = paper_iteration(state);
   // Of fewer pixels a single bright sample would be taken for what history lacks.
-  plan.review = ends_round && state.carried && (!state.fill || state.round.mean >= kHalfCheckedMean);
-  plan.measure = ends_round && (!allocation_->paper || budget_.error || std::has_single_bit(iteration));
+  const bool review = state.carried && (!state.fill || state.round.mean >= kHalfCheckedMean);
+  const bool measure = !allocation_->paper || budget_.error || std::has_single_bit(iteration);
+  if (ends_round && review) plan.after.push_back(StageId::review);
+  if (ends_round && measure) plan.after.push_back(StageId::measure);
   return plan;
 }
 
@@ -202,11 +203,11 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   FramePlan plan;
   plan.revision = state.revision;
   plan.deadline_s = deadline_s(state);
-  plan.reproject = state.reproject_due;
-  plan.choose = state.choice_due;
+  if (state.reproject_due) plan.before.push_back(StageId::reproject);
   if (state.choice_due) {
     // What is chosen decides whether tiles can be shown one by one.
-    if (budget_.time_s) plan.choose_until_s = state.begun_s + kChoiceShare * *budget_.time_s;
+    StageRequest& choose = plan.before.emplace_back(StageId::choose);
+    if (budget_.time_s) choose.until_s = state.begun_s + kChoiceShare * *budget_.time_s;
     return plan;
   }
   if (state.reproject_due) {
@@ -255,8 +256,8 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   for (int h = 0; h < kHalves; ++h) plan.target[h] = std::max(state.done[h], std::min(goal_of[h], limit_of[h]));
   const std::uint32_t total = plan.target[0] + plan.target[1];
   const bool look = std::has_single_bit(total) || total >= limit;
-  plan.review = state.carried && plan.target[1] > 0 && look;
-  plan.measure = plan.target[1] > 0 && (error_expected || look);
+  if (state.carried && plan.target[1] > 0 && look) plan.after.push_back(StageId::review);
+  if (plan.target[1] > 0 && (error_expected || look)) plan.after.push_back(StageId::measure);
   return plan;
 }
 
@@ -266,7 +267,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
   plan.revision = state.revision;
   plan.mean_samples = state.round.number > 0 ? state.told() : 0;
   if (const auto reason = reached(state, now_s)) {
-    plan.measure = !state.measured_now() && state.done[0] > 0 && state.done[1] > 0;
+    if (!state.measured_now() && state.done[0] > 0 && state.done[1] > 0) plan.after.push_back(StageId::measure);
     plan.publish = state.published_final ? Publish::none : Publish::round;
     plan.final = true;
     plan.end = reason;
@@ -278,7 +279,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
   }
   // Samples that come after it tell of mixed pixels: which ones must not follow the clock, which cuts rounds.
   if (state.centres_due && state.total() >= kSamplesBeforeCentres && (state.round.number == 0 || state.round_done())) {
-    plan.centres = true;
+    plan.before.push_back(StageId::centres);
     return plan;
   }
   return plan_integration(state, view_age_s, now_s);

@@ -53,7 +53,7 @@ const char* to_string(FrameEndReason reason);
 struct PassTime {
   std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
                        // "allocate" (modes with adaptive counts), "choose" (integrator pt+bdpt), "trace_lights"
-                       // (light vertices), "reproject", "review" (modes that reuse pictures)
+                       // (light vertices), "reproject", "centres", "review" (modes that reuse pictures)
   double seconds = 0;  // of processor time, summed over workers
 };
 

@@ -16,8 +16,8 @@
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/stages/allocate.h"
-#include "renderer/frame/stages/centre_search.h"
-#include "renderer/frame/stages/forward_transfer.h"
+#include "renderer/frame/stages/make_stage.h"
+#include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
 #include "renderer/frame/thread_clock.h"
@@ -45,9 +45,6 @@ int channel_count(unsigned channels) {
 // A sink that throws when it is told of an end is told again, so many times in all.
 constexpr int kMostEndTries = 8;
 
-// Of a region's pixels, the share that must have been carried for counts to fill up what is missing.
-constexpr double kFillShare = 0.25;
-
 // Samples of a picture that draws on others must not repeat theirs.
 std::uint64_t picture_seed(std::uint64_t seed, std::uint64_t generation) {
   return generation == 0 ? seed : hash64(seed ^ hash64(generation));
@@ -61,14 +58,44 @@ bool suits(const Film& film, const RenderSettings& settings) {
   return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
 }
 
-// What takes long to free, and so is freed after the lock.
-struct Retired {
-  std::shared_ptr<const void> scratch_count;  // first, and so released last
-  std::shared_ptr<Film> film;
-  std::vector<std::shared_ptr<const RenderScene>> scenes;
-  std::shared_ptr<LightVertexSource> lights;
-  std::shared_ptr<LightVertexWork> pass;
+// The first four of every frame, the others where there was something to do.
+std::vector<PassTime> pass_times(const FrameRecord& record) {
+  const auto seconds = [&](StageId id) { return record.stage_seconds[std::size_t(id)]; };
+  std::vector<PassTime> times;
+  for (const StageId id : {StageId::integrate, StageId::measure, StageId::resolve})
+    times.push_back({to_string(id), seconds(id)});
+  times.push_back({"publish", record.publish_seconds});
+  for (const StageId id : {StageId::reproject, StageId::centres, StageId::choose, StageId::trace_lights,
+                           StageId::review, StageId::allocate}) {
+    if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
+  }
+  return times;
+}
+
+// What takes long to free, and so is freed after the lock: in reverse order, what counts others' memory at last.
+class Retired {
+ public:
+  Retired() = default;
+  Retired(const Retired&) = delete;
+  ~Retired() {
+    while (!kept_.empty()) kept_.pop_back();
+  }
+  void add(std::shared_ptr<const void> what) {
+    if (what) kept_.push_back(std::move(what));
+  }
+
+ private:
+  std::vector<std::shared_ptr<const void>> kept_;
 };
+
+// Of another picture that follows this one: what is known of the machine.
+FrameState with_costs_of(const FrameState& before) {
+  FrameState state;
+  state.sample_seconds = before.sample_seconds;
+  state.measure_seconds = before.measure_seconds;
+  state.publish_seconds = before.publish_seconds;
+  return state;
+}
 
 }  // namespace
 
@@ -105,8 +132,8 @@ struct RenderLoop::Impl final : PieceSource {
   void sink_failed(const std::shared_ptr<FrameRecord>& record, SinkEventSlot& slot, std::string reason) noexcept;
   void open_frame() noexcept;
   void begin_frame(Retired& retired);
+  void begin_picture(bool reuse, Retired& retired);
   void advance(std::size_t backlog);
-  void note_transfer();
   double mean_of_tiles() const;
   void note_finished_plan(double now);
   // These allocate nothing.
@@ -149,23 +176,16 @@ struct RenderLoop::Impl final : PieceSource {
   std::shared_ptr<Film> film;
   PictureHistory history;                     // of the film, in modes that reuse pictures
   TechniqueHistory techniques;                // what pt+bdpt has probed, in modes that reuse pictures
-  std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
-  std::shared_ptr<CentreSearch> search;       // of the plan in hand; null: none
-  std::uint64_t search_rays = 0;              // of this picture's
-  std::shared_ptr<HistoryRejection> review;   // of the plan in hand
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
-  double taken_back = 0;                      // carried samples that reviews of this picture took back
+  PictureState picture;
   FramePipeline pipeline;
   int running = 0;      // pieces
   bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
   FrameScheduler scheduler;
-  FrameState state;
-  TraceStats trace;                                   // since the film was cleared
-  std::uint64_t invalid_samples = 0;                  // since the loop was made
-  std::uint64_t film_samples = 0, frame_samples = 0;  // pixel samples, since the film was cleared | the frame began
-  std::uint64_t left_samples = 0;                     // film_samples of the picture before
-  bool planned = false;                               // the pipeline carries out a plan of this frame
-  std::shared_ptr<FrameRecord> frame;                 // in flight; null: none
+  std::uint64_t invalid_samples = 0;   // since the loop was made
+  std::uint64_t frame_samples = 0;     // pixel samples since the frame began
+  bool planned = false;                // the pipeline carries out a plan of this frame
+  std::shared_ptr<FrameRecord> frame;  // in flight; null: none
   std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
   std::uint64_t frames = 0;
   FrameProgress last_progress;
@@ -295,7 +315,7 @@ void RenderLoop::Impl::republish() {
     const std::lock_guard lock(mutex);
     if (next != Next::nothing || another_picture || !anything_to_show()) return;
     if (frame) {
-      state.republish = true;
+      picture.state.republish = true;
     } else {
       if (!next_record) next_record = std::make_shared<FrameRecord>();
       next = Next::show_again;
@@ -306,7 +326,8 @@ void RenderLoop::Impl::republish() {
 
 // The film's pixels are of the picture that was asked for last, and say something.
 bool RenderLoop::Impl::anything_to_show() const {
-  return film_samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
+  const auto& transfer = picture.transfer;
+  return picture.samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
 }
 
 // Ends the frame in flight from outside and drops what it had to say.
@@ -359,16 +380,18 @@ void RenderLoop::Impl::give_up(std::string reason) noexcept {
 }
 
 FrameProgress RenderLoop::Impl::progress_at(double now) const {
+  const FrameState& state = picture.state;
   FrameProgress p;
   p.tag = frame->begin.tag;
   p.seconds = now - frame->begun_s;
   p.samples_per_pixel = state.told();
   p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
-  p.trace = trace;
-  if (transfer && !state.reproject_due) {
-    p.verification_rays = transfer->stats().rays + search_rays;
-    const double carried = transfer->stats().samples - taken_back - double(trace.dropped), fresh = double(film_samples);
-    if (carried > 0) p.reuse_share = carried / (carried + fresh);
+  p.trace = picture.trace;
+  if (picture.transfer && !state.reproject_due) {
+    const ReprojectionStats stats = picture.transfer->stats();
+    p.verification_rays = stats.rays + picture.search_rays;
+    const double carried = stats.samples - picture.taken_back - double(picture.trace.dropped);
+    if (carried > 0) p.reuse_share = carried / (carried + double(picture.samples));
   }
   p.error = state.measured.error;
   p.budget_used = scheduler.budget_used(state, now);
@@ -396,15 +419,7 @@ void RenderLoop::Impl::prepare(SinkEvent& event, double now) {
   } else {
     auto& end = std::get<FrameEnd>(event.what);
     if (record.first_tile_s > 0) end.first_tile_seconds = record.first_tile_s - record.accepted_s;
-    end.passes = {{"integrate", record.integrate_seconds},
-                  {"measure", record.measure_seconds},
-                  {"resolve", record.resolve_seconds},
-                  {"publish", record.publish_seconds}};
-    if (record.reproject_seconds > 0) end.passes.push_back({"reproject", record.reproject_seconds});
-    if (record.choose_seconds > 0) end.passes.push_back({"choose", record.choose_seconds});
-    if (record.lights_seconds > 0) end.passes.push_back({"trace_lights", record.lights_seconds});
-    if (record.review_seconds > 0) end.passes.push_back({"review", record.review_seconds});
-    if (record.allocate_seconds > 0) end.passes.push_back({"allocate", record.allocate_seconds});
+    end.passes = pass_times(record);
   }
 }
 
@@ -468,54 +483,32 @@ void RenderLoop::Impl::open_frame() noexcept {
 
 void RenderLoop::Impl::begin_frame(Retired& retired) {
   // The plan that the transfer began may have been cut short after it.
-  if (state.reproject_due && transfer && transfer->complete()) note_transfer();
+  const auto& transfer = picture.transfer;
+  if (picture.state.reproject_due && transfer && transfer->complete()) transfer->note(picture);
   const bool show_again = next == Next::show_again;
   open_frame();
   next = Next::nothing;
   if (broken) pipeline = FramePipeline(engine.threads(), kPieceSeconds);
   broken = false;
-  if (next_film) {
-    retired.film = std::move(film);
-    film = std::move(next_film);
-  }
-  if (next_scratch_count) retired.scratch_count = std::exchange(scratch_count, std::move(next_scratch_count));
+  if (next_scratch_count) retired.add(std::exchange(scratch_count, std::move(next_scratch_count)));
+  if (next_film) retired.add(std::exchange(film, std::move(next_film)));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
-  if (another_picture || another_grid) {
-    if (another_kind || another_grid) {
-      retired.scenes = history.forget();
-      techniques.forget();
-    } else if (reuse) {
-      ++history.generation;
-    }
-    trace = {};
-    // A transfer that was stopped before it overwrote the film has left it as it was.
-    if (!state.reproject_due || !history.film_usable()) left_samples = film_samples;
-    film_samples = 0;
-    transfer.reset();
-    taken_back = 0;
-    search_rays = 0;
-    state.carried = state.fill = false;
-    state.reproject_due = reuse;
-    state.measured = {};
-    state.round = {};
-    if (film->targets()) film->targets()->demand_known = false;
-    film->set_light_tiles(nullptr);
-    // A picture that is drawn on keeps them until it has become a source (stages/history_transfer.h).
-    if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
-    if (lights) retired.pass = lights->set_aside();
-  }
+  if (another_picture || another_grid) begin_picture(reuse, retired);
   if (!caches_light_vertices(settings.integrator) || !scene) {
-    retired.lights = std::move(lights);
+    retired.add(std::move(lights));
+    lights = nullptr;
   } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
-    retired.lights = std::move(lights);
-    lights = std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()), options.keep_light_vertices);
+    retired.add(std::exchange(lights, std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()),
+                                                                          options.keep_light_vertices)));
   }
+  FrameState& state = picture.state;
   // A plan may have been cut short after it had chosen, or before it could.
-  state.choice_due = settings.integrator == Integrator::pt_bdpt && scene && !film->light_tiles() && film_samples == 0;
-  state.round.samples = film_samples;
+  state.choice_due =
+      settings.integrator == Integrator::pt_bdpt && scene && !film->light_tiles() && picture.samples == 0;
+  state.round.samples = picture.samples;
   state.round.pixels = std::uint64_t(settings.rendered_region().area());
   another_picture = another_grid = another_kind = false;
 
@@ -550,40 +543,40 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   }
 }
 
-// The film holds what earlier pictures know.
-void RenderLoop::Impl::note_transfer() {
-  state.reproject_due = false;
-  const double carried = double(transfer->stats().carried);
-  const bool paper = film->first_hits() != nullptr;  // reviews nothing, and counts all that there is
-  state.carried = !paper && carried > 0;
-  state.fill = paper ? carried > 0 : carried >= kFillShare * double(state.round.pixels);
+// The film's samples are of no use to the picture that begins, unless as a source of history (reuse).
+void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
+  if (another_kind || another_grid) {
+    for (auto& held : history.forget()) retired.add(std::move(held));
+    techniques.forget();
+  } else if (reuse) {
+    ++history.generation;
+  }
+  PictureState begun;
+  begun.state = with_costs_of(picture.state);
+  begun.state.reproject_due = reuse;
+  // A transfer that was stopped before it overwrote the film has left it as it was.
+  const bool left = !picture.state.reproject_due || !history.film_usable();
+  begun.left_samples = left ? picture.samples : picture.left_samples;
+  picture = std::move(begun);
+  if (film->targets()) film->targets()->demand_known = false;
+  film->set_light_tiles(nullptr);
+  // A picture that is drawn on keeps them until it has become a source (stages/history_transfer.h).
+  if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
+  if (lights) retired.add(lights->set_aside());
 }
 
 void RenderLoop::Impl::note_finished_plan(double now) {
   const FramePlan& plan = pipeline.plan();
+  FrameState& state = picture.state;
   pipeline.grid().done_everywhere(state.done);
 
-  const StageSeconds& seconds = pipeline.seconds();
-  if (plan.reproject) note_transfer();
-  if (search) search_rays += search->stats().rays;
-  if (plan.choose) state.choice_due = false;
-  if (review && !pipeline.cut()) taken_back += review->taken_back();
-  if (plan.allocate) {
-    ++state.round.number;
-    state.round.mean = plan.allocate->mean;
-    state.round.summary = film->targets()->round;
-  }
-  const std::uint64_t added = film_samples - state.round.samples;
-  state.round.samples = film_samples;
+  const std::uint64_t added = picture.samples - state.round.samples;
+  state.round.samples = picture.samples;
   if (added > 0 && !pipeline.cut())
-    blend(state.sample_seconds, seconds.integrate * double(state.round.pixels) / double(added));
-  blend(state.measure_seconds, seconds.measure);
-  blend(state.publish_seconds, seconds.publish);
-
-  if (pipeline.measured()) {
-    state.measured = {state.total(), *pipeline.measured()};
-    state.round.measured = state.round.samples;
-  }
+    blend(state.sample_seconds, pipeline.seconds(StageId::integrate) * double(state.round.pixels) / double(added));
+  blend(state.measure_seconds, pipeline.seconds(StageId::measure));
+  blend(state.publish_seconds, pipeline.seconds(StageId::resolve));
+  for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
 
   if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
     state.published = true;
@@ -597,14 +590,15 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 
 // Samples per pixel that tiles' densities are relative to; of tiles that are shown one by one those of the whole round.
 double RenderLoop::Impl::mean_of_tiles() const {
-  if (state.round.number == 0) return 0;
-  std::uint64_t samples = film_samples;
+  const RoundState& round = picture.state.round;
+  if (round.number == 0) return 0;
+  std::uint64_t samples = picture.samples;
   if (planned && pipeline.plan().publish == Publish::early) {
-    samples = state.round.samples;
-    for (const auto& octaves : state.round.summary.by_octave)
+    samples = round.samples;
+    for (const auto& octaves : round.summary.by_octave)
       samples = std::accumulate(octaves.begin(), octaves.end(), samples);
   }
-  return double(samples) / double(state.round.pixels);
+  return double(samples) / double(round.pixels);
 }
 
 // Precondition: a frame is in flight, its plan is over and no piece is.
@@ -617,40 +611,20 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
       return;
     }
   }
+  FrameState& state = picture.state;
   state.tiles_alone = !film->splats() && !lights;
   state.centres_due = !state.reproject_due && history.film_usable() && !history.centres_known() &&
                       can_reproject(history.film_pose(), settings.filter);
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
-  FramePipeline::Works works;
   const PixelRect& region = pipeline.grid().region();
-  if (plan.reproject) {
-    const double samples = double(left_samples) / double(region.area());
-    if (film->first_hits()) {
-      transfer = std::make_shared<ForwardTransfer>(scene, *film, region, history, frame->begin.camera, settings.filter,
-                                                   float(settings.reprojection.max_error));
-    } else {
-      transfer = std::make_shared<HistoryTransfer>(scene, *film, region, history, frame->begin.camera, settings.filter,
-                                                   samples, path_settings(frame->begin.settings),
-                                                   settings.reprojection.mapping, token);
-    }
-    works.reproject = transfer;
-  }
-  search = plan.centres ? std::make_shared<CentreSearch>(*film, region, history, settings.filter) : nullptr;
-  if (search) works.reproject = search;
-  if (plan.choose) {
-    works.choose = std::make_shared<TechniqueChoice>(scene, frame->begin.camera, path_settings(frame->begin.settings),
-                                                     token, *film, reuses(settings.mode) ? &techniques : nullptr);
-  }
-  if (plan.allocate)
-    works.allocate = make_allocation(*film, region, *allocation_settings(frame->begin.settings), *plan.allocate);
-  review = plan.review ? std::make_shared<HistoryRejection>(*film, region) : nullptr;
-  works.review = review;
+  const StageContext context{scene, frame->begin.settings, frame->begin.camera, token, *film, region, history,
+                             reuses(settings.mode) ? &techniques : nullptr, picture};
+  FrameStages stages = make_stages(plan, context);
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
     lights->aim(camera, token, *film);
-    works.lights = lights;
   }
-  pipeline.start(plan, *film, works);
+  pipeline.start(plan, *film, std::move(stages), lights);
   planned = true;
 }
 
@@ -705,19 +679,8 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   try {
     if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
       done = run_integrate(*p, *tracer, camera, mine->begin.settings, *cancelled, pixels, stats);
-    } else if (const auto* p = std::get_if<ReprojectPiece>(&*piece)) {
-      run_sweep(*p);
-    } else if (const auto* p = std::get_if<ChoosePiece>(&*piece)) {
-      run_sweep(*p);
-    } else if (const auto* p = std::get_if<AllocatePiece>(&*piece)) {
-      run_sweep(*p);
-    } else if (const auto* p = std::get_if<LightsPiece>(&*piece)) {
-      run_sweep(*p);
-      stats = p->work->take_stats();
-    } else if (const auto* p = std::get_if<RejectionPiece>(&*piece)) {
-      run_sweep(*p);
-    } else if (const auto* p = std::get_if<MeasurePiece>(&*piece)) {
-      run_sweep(*p);
+    } else if (const auto* p = std::get_if<StageItem>(&*piece)) {
+      run(*p, stats);
     } else {
       tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
     }
@@ -725,37 +688,23 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     failure = failure_reason();
   }
   const double ended = now_s(), cpu_seconds = thread_cpu_s() - cpu_started;
+  const auto* integrated = std::get_if<IntegratePiece>(&*piece);
 
   lock.lock();
   --running;
   if (!broken) pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
   const bool current = frame == mine;
-  if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
-    mine->integrate_seconds += cpu_seconds;
-    if (done && !failure) {
-      trace.add(stats);
-      invalid_samples += stats.invalid_samples + stats.invalid_splats;
-      film_samples += p->samples;
-      if (current) frame_samples += p->samples;
-    }
-  } else if (std::holds_alternative<ReprojectPiece>(*piece)) {
-    mine->reproject_seconds += cpu_seconds;
-  } else if (std::holds_alternative<ChoosePiece>(*piece)) {
-    mine->choose_seconds += cpu_seconds;
-  } else if (std::holds_alternative<LightsPiece>(*piece)) {
-    mine->lights_seconds += cpu_seconds;
-    trace.add(stats);
-    invalid_samples += stats.invalid_splats;
-  } else if (std::holds_alternative<RejectionPiece>(*piece)) {
-    mine->review_seconds += cpu_seconds;
-  } else if (std::holds_alternative<AllocatePiece>(*piece)) {
-    mine->allocate_seconds += cpu_seconds;
-  } else if (std::holds_alternative<MeasurePiece>(*piece)) {
-    mine->measure_seconds += cpu_seconds;
-  } else {
-    mine->resolve_seconds += cpu_seconds;
-    if (current && !failure) waiting.push({mine, std::move(tile)});
+  mine->stage_seconds[std::size_t(stage_of(*piece))] += cpu_seconds;
+  // Samples that were thrown away are not the film's; light paths stay where they landed.
+  if (!integrated || (done && !failure)) {
+    picture.trace.add(stats);
+    invalid_samples += stats.invalid_samples + stats.invalid_splats;
   }
+  if (integrated && done && !failure) {
+    picture.samples += integrated->samples;
+    if (current) frame_samples += integrated->samples;
+  }
+  if (current && !failure && std::holds_alternative<ResolvePiece>(*piece)) waiting.push({mine, std::move(tile)});
   if (failure) {
     another_picture = another_kind = true;  // the film may hold half a piece
     if (current) fail_frame(std::move(*failure));

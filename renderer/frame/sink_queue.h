@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "renderer/frame/frame_sink.h"
+#include "renderer/frame/stage.h"
 
 namespace helio {
 
@@ -27,8 +28,8 @@ struct FrameRecord {
   FrameBegin begin;
   double accepted_s = 0, begun_s = 0;
   double first_tile_s = 0;  // 0: no tile was handed over yet
-  double reproject_seconds = 0, choose_seconds = 0, review_seconds = 0, allocate_seconds = 0, lights_seconds = 0,
-         integrate_seconds = 0, measure_seconds = 0, resolve_seconds = 0, publish_seconds = 0;
+  PerStage<double> stage_seconds{};  // of processor time
+  double publish_seconds = 0;        // of the same, in the sink
   bool begin_delivered = false;
   int end_tries = 0;  // the sink threw when it was told of the end
   // Allocated with the record: a frame that has one can begin and end without memory.

@@ -21,7 +21,7 @@ class HistoryRejection {
   // The film, which has history, outlives this; nobody else writes to it meanwhile.
   HistoryRejection(Film& film, const PixelRect& region);
 
-  // Two sweeps; see stages/sweeps.h. A part takes well under 5 ms.
+  // Two sweeps; as FrameStage has them. A part takes well under 5 ms.
   std::size_t parts() const { return windows_.size(); }
   int sweeps() const { return 2; }
   void run(int sweep, std::size_t part);

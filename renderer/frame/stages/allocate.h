@@ -1,11 +1,12 @@
-// Pass: decides how many samples each pixel gets in the round that follows (film/allocation/sample_allocation.h).
+// Stage: decides how many samples each pixel gets in the round that follows (film/allocation/sample_allocation.h).
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "renderer/film/allocation/sample_allocation.h"
-#include "renderer/frame/stages/sweeps.h"
 #include "renderer/frame/render_settings.h"
+#include "renderer/frame/stage.h"
 
 namespace helio {
 
@@ -14,7 +15,23 @@ std::optional<AllocationSettings> allocation_settings(const RenderSettings& sett
 // What a film needs for them.
 FilmState film_state(const RenderSettings& settings);
 
-using AllocatePiece = SweepPiece<SampleAllocation>;
-using AllocatePass = SweepPass<SampleAllocation>;
+class AllocateSamples final : public FrameStage {
+ public:
+  // Preconditions: those of make_allocation().
+  AllocateSamples(Film& film, const PixelRect& region, const AllocationSettings& settings,
+                  const AllocationRequest& request);
+
+  int sweeps() const override { return allocation_->sweeps(); }
+  std::size_t parts() const override { return allocation_->parts(); }
+  void run(int sweep, std::size_t part, TraceStats& stats) override;
+  void finish_sweep(int sweep) override;
+  void finished(TileGrid& grid) override;
+  void note(PictureState& picture) override;
+
+ private:
+  Film& film_;
+  double mean_;
+  std::unique_ptr<SampleAllocation> allocation_;
+};
 
 }  // namespace helio

@@ -5,6 +5,7 @@
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/first_hits.h"
+#include "renderer/frame/picture_state.h"
 
 namespace helio {
 namespace {
@@ -28,7 +29,7 @@ ForwardTransfer::ForwardTransfer(std::shared_ptr<const RenderScene> scene, Film&
   reprojection_ = std::make_unique<ForwardReprojection>(std::move(scene), film, region, *from, pose, max_error);
 }
 
-void ForwardTransfer::run(int sweep, std::size_t part) {
+void ForwardTransfer::run(int sweep, std::size_t part, TraceStats&) {
   const PixelRect& window = windows_[part];
   ReprojectionStats stats;
   switch (kinds_[std::size_t(sweep)]) {
@@ -51,7 +52,7 @@ void ForwardTransfer::run(int sweep, std::size_t part) {
       }
       return;
   }
-  note(stats);
+  add_stats(stats);
 }
 
 void ForwardTransfer::finish_sweep(int sweep) {
@@ -68,6 +69,13 @@ void ForwardTransfer::finish_sweep(int sweep) {
       note_complete();
       return;
   }
+}
+
+// Nothing of it is reviewed, and counts fill up whatever is missing (Algorithm 2).
+void ForwardTransfer::note(PictureState& picture) {
+  picture.state.reproject_due = false;
+  picture.state.carried = false;
+  picture.state.fill = stats().carried > 0;
 }
 
 }  // namespace helio

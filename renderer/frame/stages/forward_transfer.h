@@ -1,4 +1,4 @@
-// Pass: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask
+// Stage: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask
 // for those of the new camera's film.
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/frame/stages/history_transfer.h"
+#include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/trace/reuse/forward_reprojection.h"
 
 namespace helio {
@@ -20,8 +21,9 @@ class ForwardTransfer final : public TemporalReprojection {
 
   std::size_t parts() const override { return windows_.size(); }
   int sweeps() const override { return int(kinds_.size()); }
-  void run(int sweep, std::size_t part) override;
+  void run(int sweep, std::size_t part, TraceStats& stats) override;
   void finish_sweep(int sweep) override;
+  void note(PictureState& picture) override;
 
  private:
   enum class Sweep { gather, withdraw, project, carry, clear };

@@ -6,6 +6,7 @@
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/splats/splat_buffer.h"
+#include "renderer/frame/picture_state.h"
 
 namespace helio {
 namespace {
@@ -14,6 +15,8 @@ namespace {
 constexpr double kEnough = 0.5;
 // The paths that measure what an edit has changed are none of those of the picture.
 constexpr std::uint64_t kOtherPaths = 0x6a09e667f3bcc909;
+// Of a region's pixels, the share that must have been carried for counts to fill up what is missing.
+constexpr double kFillShare = 0.25;
 
 }  // namespace
 
@@ -117,7 +120,7 @@ std::size_t HistoryTransfer::parts() const {
   }
 }
 
-void HistoryTransfer::run(int sweep, std::size_t part) {
+void HistoryTransfer::run(int sweep, std::size_t part, TraceStats&) {
   ReprojectionStats stats;
   switch (sweeps_[std::size_t(sweep)]) {
     case Sweep::search:
@@ -162,7 +165,7 @@ void HistoryTransfer::run(int sweep, std::size_t part) {
       reprojection_->settle(windows_[part], stats);
       break;
   }
-  note(stats);
+  add_stats(stats);
 }
 
 void HistoryTransfer::finish_sweep(int sweep) {
@@ -212,6 +215,14 @@ void HistoryTransfer::finish_sweep(int sweep) {
       note_complete();
       return;
   }
+}
+
+void HistoryTransfer::note(PictureState& picture) {
+  FrameState& state = picture.state;
+  const double carried = double(stats().carried);
+  state.reproject_due = false;
+  state.carried = carried > 0;
+  state.fill = carried >= kFillShare * double(state.round.pixels);
 }
 
 }  // namespace helio

@@ -1,4 +1,4 @@
-// Pass: what the film knew is kept as a source, sources of a scene that was edited since are revised
+// Stage: what the film knew is kept as a source, sources of a scene that was edited since are revised
 // (trace/reuse/history_invalidation.h), and what they know is carried into the film of a new camera
 // (trace/reuse/reprojection.h). A camera that jumped finds nothing there, and a session's first picture has no sources:
 // such pictures begin without rays through the centres of their pixels, which are traced once the picture is worth it
@@ -100,10 +100,11 @@ class HistoryTransfer final : public TemporalReprojection {
                   const PathSettings& settings, ReprojectionMapping mapping = ReprojectionMapping::reverse,
                   std::shared_ptr<const CancelToken> cancel = nullptr);
 
-  std::size_t parts() const override;  // of the sweep in hand
+  std::size_t parts() const override;
   int sweeps() const override { return int(sweeps_.size()); }
-  void run(int sweep, std::size_t part) override;
+  void run(int sweep, std::size_t part, TraceStats& stats) override;
   void finish_sweep(int sweep) override;
+  void note(PictureState& picture) override;
 
  private:
   enum class Sweep {

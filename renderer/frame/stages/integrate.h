@@ -1,4 +1,4 @@
-// Pass: adds samples to the film until every pixel of the region has what the plan asks for.
+// Stage: adds samples to the film until every pixel of the region has what the plan asks for.
 //
 // The work is handed out in pieces: a run of cells in one row of one tile, and a range of samples of one half. A cell
 // is never in two pieces at once and its ranges follow one another, so each pixel is accumulated in index order. Pieces

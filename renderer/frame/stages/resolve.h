@@ -1,4 +1,4 @@
-// Pass: turns tiles of the film into what the sink gets.
+// Stage: turns tiles of the film into what the sink gets.
 #pragma once
 
 #include <cstdint>

@@ -8,7 +8,8 @@ namespace helio {
 LightVertexWork::LightVertexWork(std::shared_ptr<const RenderScene> scene, const PathSettings& settings, int half,
                                  std::uint32_t sample, std::shared_ptr<LightVertexCache> cache,
                                  std::optional<double> vertices_per_path)
-    : scene_(std::move(scene)),
+    : FrameStage(StageId::trace_lights),
+      scene_(std::move(scene)),
       settings_(settings),
       half_(half),
       sample_(sample),
@@ -28,7 +29,7 @@ std::size_t LightVertexWork::parts() const {
   return std::size_t((most + kBatches * kLightBatch - 1) / (kBatches * kLightBatch));
 }
 
-void LightVertexWork::run(int sweep, std::size_t part) {
+void LightVertexWork::run(int sweep, std::size_t part, TraceStats& stats) {
   if (sweep == kPrepare) {
     if (part > 0) return;
     spent_.reset();
@@ -45,7 +46,6 @@ void LightVertexWork::run(int sweep, std::size_t part) {
     if (gathers() && !indexed_) cache_->run_index(sweep - kIndex, part);
     return;
   }
-  TraceStats stats;
   // Photons alone are joined to no camera.
   const Camera* camera = settings_.integrator == Integrator::photon ? nullptr : &*camera_;
   const std::size_t end = std::min((part + 1) * kBatches, cache_->batches());
@@ -60,8 +60,6 @@ void LightVertexWork::run(int sweep, std::size_t part) {
                        : cache_->trace(b, camera, *cancel_, *film_, stats);
     }
   }
-  const std::lock_guard lock(mutex_);
-  stats_.add(stats);
 }
 
 void LightVertexWork::finish_sweep(int sweep) {
@@ -75,11 +73,6 @@ void LightVertexWork::finish_sweep(int sweep) {
   if (sweep != kGather || !traced_) return;
   complete_ = true;
   cache_->finish();
-}
-
-TraceStats LightVertexWork::take_stats() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(stats_, {});
 }
 
 void LightVertexSource::aim(const Camera& camera, std::shared_ptr<const CancelToken> cancel, Film& film) {

@@ -1,26 +1,26 @@
-// Pass: traces the light paths that the next sample of every pixel draws on (trace/paths/light_vertex_cache.h), one pass over
+// Stage: traces the light paths that the next sample of every pixel draws on (trace/paths/light_vertex_cache.h), one pass over
 // the picture at a time. Integrators for which caches_light_vertices().
 //
 // The first pass of each half is kept when the camera moves: light paths know nothing of it, so that the first samples
 // of the new picture only join them to the new camera.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "renderer/base/cancel.h"
 #include "renderer/film/core/film.h"
-#include "renderer/frame/stages/sweeps.h"
+#include "renderer/frame/stage.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/light_vertex_cache.h"
 
 namespace helio {
 
 // What a film gets from one pass of light paths. Resumes where it was interrupted.
-class LightVertexWork {
+class LightVertexWork final : public FrameStage {
  public:
   // `cache`: null, or what the pass made for another camera. vertices_per_path: mean_light_vertices(), or absent.
   LightVertexWork(std::shared_ptr<const RenderScene> scene, const PathSettings& settings, int half,
@@ -30,13 +30,12 @@ class LightVertexWork {
   // Before its sweeps begin, or begin again. The film outlives them.
   void aim(const Camera& camera, std::shared_ptr<const CancelToken> cancel, Film& film);
 
-  // SweepPass.
-  std::size_t parts() const;
-  int sweeps() const { return kGather + 1; }
-  void run(int sweep, std::size_t part);
-  void finish_sweep(int sweep);
+  std::size_t parts() const override;
+  int sweeps() const override { return kGather + 1; }
+  void run(int sweep, std::size_t part, TraceStats& stats) override;
+  void finish_sweep(int sweep) override;
 
-  // After the sweeps: all of it is done; else they were cancelled.
+  // After the sweeps: all of it is done; else they were cancelled. Thread safe.
   bool complete() const { return complete_; }
   const std::shared_ptr<LightVertexCache>& cache() const { return cache_; }
   int half() const { return half_; }
@@ -44,8 +43,6 @@ class LightVertexWork {
   std::optional<double> vertices_per_path() const { return vertices_per_path_; }
   // Frees it where the first of the sweeps runs: that takes long.
   void free_on_the_way(std::shared_ptr<LightVertexWork> spent) { spent_ = std::move(spent); }
-  // What was traced since it was last asked. Thread safe.
-  TraceStats take_stats();
 
  private:
   enum Sweep { kPrepare, kTrace, kIndex, kGather = kIndex + LightVertexCache::kIndexSweeps };
@@ -64,9 +61,8 @@ class LightVertexWork {
   std::shared_ptr<LightVertexWork> spent_;
   std::vector<std::uint8_t> done_, gathered_;  // by batch
   bool made_ = false;                          // by an earlier work
-  bool traced_ = false, indexed_ = false, complete_ = false;
-  std::mutex mutex_;  // of stats_
-  TraceStats stats_;
+  bool traced_ = false, indexed_ = false;
+  std::atomic<bool> complete_ = false;
 };
 
 // The passes of a picture, in the order of their samples. Not thread safe: the owner's lock guards it.
@@ -103,8 +99,5 @@ class LightVertexSource {
   std::shared_ptr<LightVertexWork> current_;
   std::shared_ptr<LightVertexCache> first_[kHalves];  // sample 0
 };
-
-using LightsPiece = SweepPiece<LightVertexWork>;
-using LightsPass = SweepPass<LightVertexWork>;
 
 }  // namespace helio

@@ -41,7 +41,7 @@ class PilotRender {
               TechniqueHistory::Views known = {});
   ~PilotRender();
 
-  // SweepPass: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
+  // As FrameStage has it: parts in any order and by several threads, then finish_sweep(). Bits do not depend on either.
   std::size_t parts() const;  // of the sweep in hand
   int sweeps() const { return kSweeps; }
   void run(int sweep, std::size_t part);

@@ -158,7 +158,9 @@ FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& 
   FrameCost cost;
   cost.all = double(std::clock() - began) / CLOCKS_PER_SEC;
   for (const PassTime& pass : picture.end.passes) {
-    if (pass.pass == "reproject" || pass.pass == "review" || pass.pass == "allocate") cost.reuse += pass.seconds;
+    for (const char* reuse : {"reproject", "centres", "review", "allocate"}) {
+      if (pass.pass == reuse) cost.reuse += pass.seconds;
+    }
   }
   return cost;
 }

@@ -5,6 +5,7 @@
 
 #include "renderer/film/core/film.h"
 #include "renderer/frame/stages/choose_integrators.h"
+#include "renderer/frame/tile_grid.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/trace/selection/technique_history.h"
 #include "tests/support/edited_scenes.h"
@@ -273,18 +274,21 @@ TEST(BidirectionalReuseChoice, WhatIsChosenCountsBeforeAllIsProbed) {
   state.splats = true;
   Film film(256, 192, state);
   TechniqueHistory history;
-  TechniqueChoice choice(scene, camera_pose(scene->description().cameras.at(0)), {}, std::make_shared<CancelToken>(),
-                         film, &history);
+  ChooseIntegrators choice(scene, camera_pose(scene->description().cameras.at(0)), {}, std::make_shared<CancelToken>(),
+                           film, &history);
+  TraceStats stats;
+  TileGrid grid(film.bounds(), 64);
   for (int sweep = 0; sweep + 1 < choice.sweeps(); ++sweep) {
     EXPECT_FALSE(film.light_tiles()) << sweep;
-    for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(sweep, part);
+    for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(sweep, part, stats);
     choice.finish_sweep(sweep);
   }
   ASSERT_TRUE(film.light_tiles());
   EXPECT_TRUE(film.light_tiles()->any());
   EXPECT_TRUE(history.views(scene, 256, 192).empty());
-  for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(choice.sweeps() - 1, part);
+  for (std::size_t part = 0; part < choice.parts(); ++part) choice.run(choice.sweeps() - 1, part, stats);
   choice.finish_sweep(choice.sweeps() - 1);
+  choice.finished(grid);
   EXPECT_EQ(history.views(scene, 256, 192).size(), 1u);
 }
 

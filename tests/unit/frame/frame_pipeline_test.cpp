@@ -3,16 +3,42 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
+
+#include "renderer/frame/stages/estimate_error.h"
 
 namespace helio {
 namespace {
 
 constexpr double kNow = 100;
 
+// The first letter of the stage.
 char kind(const Piece& piece) {
-  return std::holds_alternative<IntegratePiece>(piece) ? 'i' : std::holds_alternative<MeasurePiece>(piece) ? 'm' : 'r';
+  return *to_string(stage_of(piece));
 }
+
+// A stage of two sweeps: of three parts and of none. It writes down what is asked of it.
+class NotedStage final : public FrameStage {
+ public:
+  NotedStage(StageId id, std::string& course) : FrameStage(id), course_(course) {}
+  int sweeps() const override { return 2; }
+  std::size_t parts() const override { return sweep_ == 0 ? 3 : 0; }
+  void run(int sweep, std::size_t part, TraceStats&) override {
+    note(std::to_string(sweep) + "." + std::to_string(part));
+  }
+  void finish_sweep(int sweep) override {
+    sweep_ = sweep + 1;
+    note(std::to_string(sweep) + "/");
+  }
+  void finished(TileGrid&) override { note("!"); }
+
+ private:
+  void note(const std::string& what) { course_ += std::string(" ") + *to_string(id()) + what; }
+
+  std::string& course_;
+  int sweep_ = 0;
+};
 
 class FramePipelineTest : public ::testing::Test {
  protected:
@@ -27,8 +53,9 @@ class FramePipelineTest : public ::testing::Test {
       for (int y = p->window.y0; y < p->window.y1; ++y)
         for (int x = p->window.x0; x < p->window.x1; ++x)
           for (std::uint32_t i = 0; i < p->range.count; ++i) film.half(p->range.half, x, y).add(Rgb(float(x + i)));
-    } else if (const auto* m = std::get_if<MeasurePiece>(&piece)) {
-      run_sweep(*m);
+    } else if (const auto* item = std::get_if<StageItem>(&piece)) {
+      TraceStats stats;
+      run(*item, stats);
     }
     pipeline.finish(piece, true, 1e-4, now);
   }
@@ -45,55 +72,65 @@ class FramePipelineTest : public ::testing::Test {
     return kinds;
   }
 
+  // The plan is begun with what estimates errors, if it asks for that.
+  void start() {
+    FrameStages stages;
+    if (plan.asks(StageId::measure)) {
+      estimate = std::make_shared<EstimateError>(film, film.bounds());
+      stages.after = {estimate};
+    }
+    pipeline.start(plan, film, std::move(stages));
+  }
+
   Film film{128, 64};  // two tiles
+  std::shared_ptr<EstimateError> estimate;
   FramePipeline pipeline{2, 1e-3};
   FramePlan plan;
 };
 
 TEST_F(FramePipelineTest, IntegratesThenMeasuresThenPublishes) {
   plan.target[0] = plan.target[1] = 2;
-  plan.measure = true;
+  plan.after = {StageId::measure};
   plan.publish = Publish::round;
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "imr");
   EXPECT_FALSE(pipeline.cut());
   std::uint32_t done[kHalves];
   pipeline.grid().done_everywhere(done);
   EXPECT_EQ(done[0], 2u);
   EXPECT_EQ(done[1], 2u);
-  ASSERT_TRUE(pipeline.measured().has_value());
-  EXPECT_EQ(pipeline.measured()->rmse, estimate_error(film, film.bounds()).rmse);
+  EXPECT_EQ(estimate->result().rmse, estimate_error(film, film.bounds()).rmse);
   EXPECT_FALSE(pipeline.published_final());
 }
 
 TEST_F(FramePipelineTest, DoesOnlyWhatThePlanAsks) {
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "");
   plan.target[0] = 1;
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "i");
-  EXPECT_FALSE(pipeline.measured().has_value());
+  EXPECT_TRUE(pipeline.finished_stages().empty());
   plan.target[0] = 0;
   plan.publish = Publish::round;
   plan.final = true;
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "r");
   EXPECT_TRUE(pipeline.published_final());
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "") << "a final tile is not published again";
 }
 
 TEST_F(FramePipelineTest, EarlyTilesComeAsSoonAsTheyAreDone) {
   plan.target[0] = 1;
   plan.publish = Publish::early;
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "irir");
 }
 
 TEST_F(FramePipelineTest, AnEarlyTileReadsNothingOutsideItself) {
   plan.target[0] = 1;
   plan.publish = Publish::early;
-  pipeline.start(plan, film);
+  start();
   while (const auto piece = pipeline.take(true, kNow)) {
     if (const auto* r = std::get_if<ResolvePiece>(&*piece)) {
       EXPECT_EQ(r->roi, r->window);
@@ -101,7 +138,7 @@ TEST_F(FramePipelineTest, AnEarlyTileReadsNothingOutsideItself) {
     carry_out(*piece);
   }
   plan.publish = Publish::round;
-  pipeline.start(plan, film);
+  start();
   const auto piece = pipeline.take(true, kNow);
   ASSERT_TRUE(piece && kind(*piece) == 'r');
   EXPECT_EQ(std::get<ResolvePiece>(*piece).roi, film.bounds());
@@ -109,9 +146,8 @@ TEST_F(FramePipelineTest, AnEarlyTileReadsNothingOutsideItself) {
 
 TEST_F(FramePipelineTest, AStageWaitsForThePiecesInFlight) {
   plan.target[0] = 1;
-  plan.measure = false;
   plan.publish = Publish::round;
-  pipeline.start(plan, film);
+  start();
   const auto held = pipeline.take(true, kNow);
   while (const auto piece = pipeline.take(true, kNow)) {
     ASSERT_EQ(kind(*piece), 'i');
@@ -126,10 +162,10 @@ TEST_F(FramePipelineTest, AStageWaitsForThePiecesInFlight) {
 
 TEST_F(FramePipelineTest, TheDeadlineCutsThePlan) {
   plan.target[0] = 1;
-  plan.measure = true;
+  plan.after = {StageId::measure};
   plan.publish = Publish::round;
   plan.deadline_s = kNow + 1;
-  pipeline.start(plan, film);
+  start();
   const auto in_time = pipeline.take(true, kNow);
   ASSERT_TRUE(in_time.has_value());
   EXPECT_FALSE(pipeline.take(true, kNow + 1).has_value());
@@ -142,15 +178,15 @@ TEST_F(FramePipelineTest, TheDeadlineCutsThePlan) {
 
 TEST_F(FramePipelineTest, PiecesShrinkTowardsTheDeadline) {
   plan.target[0] = 1;
-  pipeline.start(plan, film);
+  start();
   course();  // learns the cost: 1e-4 s a piece
   plan.target[0] = 1000;
-  pipeline.start(plan, film);
+  start();
   const auto far = pipeline.take(true, kNow);
   plan.deadline_s = kNow + 1e-4;
   pipeline.stop();
   pipeline.finish(*far, false, 0, kNow);
-  pipeline.start(plan, film);
+  start();
   const auto near = pipeline.take(true, kNow);
   EXPECT_LE(std::get<IntegratePiece>(*near).samples * 5, std::get<IntegratePiece>(*far).samples);
   pipeline.finish(*near, false, 0, kNow);
@@ -158,7 +194,7 @@ TEST_F(FramePipelineTest, PiecesShrinkTowardsTheDeadline) {
 
 TEST_F(FramePipelineTest, WithoutRoomNothingIsResolved) {
   plan.publish = Publish::round;
-  pipeline.start(plan, film);
+  start();
   EXPECT_FALSE(pipeline.take(false, kNow).has_value());
   EXPECT_FALSE(pipeline.over());
   EXPECT_FALSE(pipeline.may_take(false));
@@ -168,9 +204,9 @@ TEST_F(FramePipelineTest, WithoutRoomNothingIsResolved) {
 
 TEST_F(FramePipelineTest, StopDropsWhatIsNotInFlight) {
   plan.target[0] = plan.target[1] = 4;
-  plan.measure = true;
+  plan.after = {StageId::measure};
   plan.publish = Publish::round;
-  pipeline.start(plan, film);
+  start();
   const auto held = pipeline.take(true, kNow);
   pipeline.stop();
   EXPECT_TRUE(pipeline.over());
@@ -179,9 +215,58 @@ TEST_F(FramePipelineTest, StopDropsWhatIsNotInFlight) {
   carry_out(*held);
   EXPECT_EQ(pipeline.in_flight(), 0);
   // What the piece added is known, so the next plan does not add it again.
-  pipeline.start(plan, film);
+  start();
   EXPECT_EQ(course(), "imr");
   for (int h = 0; h < kHalves; ++h) EXPECT_EQ(film.half(h, 0, 0).count, 4u);
+}
+
+// Any list of stages, in the order of the plan. Whatever they are: nothing but their owner knows them.
+TEST_F(FramePipelineTest, RunsStagesInTheOrderOfThePlan) {
+  std::string noted;
+  plan.before = {StageId::allocate, StageId::reproject};
+  plan.after = {StageId::choose};
+  plan.target[0] = 1;
+  FrameStages stages;
+  for (const StageRequest& request : plan.before) stages.before.push_back(std::make_shared<NotedStage>(request.id, noted));
+  stages.after = {std::make_shared<NotedStage>(StageId::choose, noted)};
+  pipeline.start(plan, film, stages);
+  EXPECT_EQ(course(), "aric");
+  EXPECT_EQ(noted,
+            " a0.0 a0.1 a0.2 a0/ a1/ a! r0.0 r0.1 r0.2 r0/ r1/ r! c0.0 c0.1 c0.2 c0/ c1/ c!");
+  EXPECT_EQ(pipeline.finished_stages().size(), 3u);
+}
+
+TEST_F(FramePipelineTest, AStageThatIsStoppedByTheClockIsWaitedForAndPassed) {
+  std::string noted;
+  plan.before = {StageId::choose};
+  plan.before[0].until_s = kNow + 1;
+  plan.target[0] = 1;
+  pipeline.start(plan, film, {{std::make_shared<NotedStage>(StageId::choose, noted)}, {}});
+  const auto held = pipeline.take(true, kNow);
+  ASSERT_TRUE(held);
+  EXPECT_FALSE(pipeline.take(true, kNow + 2)) << "nothing is integrated while a part of it runs";
+  carry_out(*held, kNow + 2);
+  EXPECT_EQ(noted, " c0.0");
+  EXPECT_EQ(course(), "i");
+  EXPECT_EQ(pipeline.finished_stages().size(), 1u) << "its turn is over";
+  EXPECT_EQ(pipeline.seconds(StageId::choose), 0);
+}
+
+TEST_F(FramePipelineTest, TheEndOfASweepIsAPieceOfItsOwn) {
+  std::string noted;
+  plan.before = {StageId::choose};
+  pipeline.start(plan, film, {{std::make_shared<NotedStage>(StageId::choose, noted)}, {}});
+  for (int part = 0; part < 3; ++part) carry_out(*pipeline.take(true, kNow));
+  EXPECT_TRUE(pipeline.may_take(true));
+  const auto end = pipeline.take(true, kNow);
+  ASSERT_TRUE(end && std::get<StageItem>(*end).ends_sweep);
+  EXPECT_FALSE(pipeline.may_take(true));
+  // Stopped meanwhile: it ends all the same, and nothing follows.
+  pipeline.stop();
+  carry_out(*end);
+  EXPECT_EQ(noted, " c0.0 c0.1 c0.2 c0/");
+  EXPECT_TRUE(pipeline.over());
+  EXPECT_EQ(pipeline.in_flight(), 0);
 }
 
 }  // namespace

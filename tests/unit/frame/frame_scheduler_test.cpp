@@ -5,27 +5,32 @@
 #include <cmath>
 #include <limits>
 #include <ostream>
+#include <vector>
 
 namespace helio {
 
+void print(const char* when, const std::vector<StageRequest>& stages, std::ostream& out) {
+  const StageRequest none(StageId::reproject);
+  for (const StageRequest& stage : stages) {
+    const auto& [id, until_s, allocation] = stage;
+    out << " " << when << ":" << to_string(id);
+    if (until_s != none.until_s) out << "<" << until_s;
+    if (allocation != none.allocation)
+      out << "(" << allocation.mean << "," << allocation.iteration << (allocation.fill ? ",fill)" : ")");
+  }
+}
+
 // Every field that differs from its default. One more field does not compile until it is told here.
 void PrintTo(const FramePlan& plan, std::ostream* out) {
-  const auto& [revision, reproject, centres, choose, choose_until_s, allocate, target, round, deadline_s, mean_samples,
-               review, measure, publish, final, end] = plan;
+  const auto& [revision, before, target, round, deadline_s, mean_samples, after, publish, final, end] = plan;
   const FramePlan none;
   *out << "A" << target[0] << " B" << target[1];
   if (revision != none.revision) *out << " revision:" << revision;
-  if (reproject) *out << " reproject";
-  if (centres) *out << " centres";
-  if (choose) *out << " choose";
-  if (choose_until_s != none.choose_until_s) *out << " choose_until:" << choose_until_s;
-  if (allocate)
-    *out << " allocate:" << allocate->mean << "," << allocate->iteration << (allocate->fill ? ",fill" : "");
+  print("before", before, *out);
   if (round) *out << " round";
   if (deadline_s != none.deadline_s) *out << " deadline:" << deadline_s;
   if (mean_samples != none.mean_samples) *out << " mean_samples:" << mean_samples;
-  if (review) *out << " review";
-  if (measure) *out << " measure";
+  print("after", after, *out);
   if (publish != none.publish) *out << (publish == Publish::early ? " publish_early" : " publish_round");
   if (final) *out << " final";
   if (end) *out << " end:" << to_string(*end);
@@ -37,7 +42,7 @@ FramePlan integrate(std::uint32_t a, std::uint32_t b, bool measure) {
   FramePlan plan;
   plan.target[0] = a;
   plan.target[1] = b;
-  plan.measure = measure;
+  if (measure) plan.after.push_back(StageId::measure);
   return plan;
 }
 
@@ -55,7 +60,7 @@ FramePlan show() {
 
 FramePlan finish(FrameEndReason reason, bool measure = false) {
   FramePlan plan = show();
-  plan.measure = measure;
+  if (measure) plan.after.push_back(StageId::measure);
   plan.final = true;
   plan.end = reason;
   return plan;
@@ -100,7 +105,7 @@ TEST(FrameScheduler, TilesThatAreNotDoneAloneAreShownTogether) {
   plan.final = true;
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
   state.reproject_due = true;
-  plan.reproject = true;
+  plan.before = {StageId::reproject};
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
 }
 
@@ -111,15 +116,16 @@ TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
   state.choice_due = true;
   state.reproject_due = true;
   FramePlan plan;
-  plan.choose = plan.reproject = true;
+  plan.before = {StageId::reproject, StageId::choose};
   EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
-  state.reproject_due = plan.reproject = false;
+  state.reproject_due = false;
+  plan.before = {StageId::choose};
   EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
   // At most a quarter of a time budget.
   Budget budget;
   budget.time_s = 8;
   state.begun_s = 100;
-  plan.choose_until_s = 102;
+  plan.before[0].until_s = 102;
   plan.deadline_s = 108;
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 100), plan);
 }
@@ -131,19 +137,19 @@ TEST(FrameScheduler, LooksForCentresOnceThePictureIsWorthIt) {
   for (const std::uint32_t half : {0u, 1u, 4u, 7u}) {
     FrameState state = at(half, half);
     state.centres_due = true;
-    EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres) << half;
+    EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres)) << half;
   }
   FrameState state = at(8, 8);
-  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres);
+  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres));
   state.centres_due = true;
   FramePlan alone;
-  alone.centres = true;
+  alone.before = {StageId::centres};
   EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), alone);
   state.round.number = state.round.pixels = 1;
   state.round.samples = state.round.published = 16;
-  EXPECT_TRUE(scheduler.plan_next(state, 0.1, 0, 1).centres);
+  EXPECT_TRUE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres));
   state.round.summary.top[0] = state.round.summary.top[1] = 32;
-  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).centres) << "within a round";
+  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres)) << "within a round";
   state.round = {};
   state.published_samples = 8;  // what is seen comes first
   EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), show());
@@ -217,7 +223,7 @@ TEST(FrameScheduler, SampleBudgetIsExact) {
       for (; !plan.end && steps < 100; ++steps) {
         plan = scheduler.plan_next(state, 0, 0, 0);
         for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
-        if (plan.measure) state.measured.samples = state.total();
+        if (plan.asks(StageId::measure)) state.measured.samples = state.total();
         if (plan.publish != Publish::none) {
           EXPECT_TRUE(passes || plan.final);
           state.published = true;
@@ -352,7 +358,7 @@ TEST(FrameScheduler, ErrorBudgetEndsCloseToItsTarget) {
       while (!plan.end && estimates < 100) {
         plan = scheduler.plan_next(state, 0, 0, 0);
         for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
-        if (!plan.measure) continue;
+        if (!plan.asks(StageId::measure)) continue;
         ++estimates;
         state = with_error(state, std::pow(state.total(), -decay), 0);
       }
@@ -412,7 +418,8 @@ AllocationSettings pilot_of(std::uint32_t samples) {
 FramePlan allocate(const AllocationRequest& request) {
   FramePlan plan;
   plan.round = true;
-  plan.allocate = request;
+  plan.before.push_back(StageId::allocate);
+  plan.before.back().allocation = request;
   return plan;
 }
 
@@ -424,7 +431,7 @@ FramePlan levels(std::uint32_t both, bool measure) {
 
 FramePlan carry() {
   FramePlan plan;
-  plan.reproject = true;
+  plan.before = {StageId::reproject};
   return plan;
 }
 
@@ -479,9 +486,9 @@ TEST(AdaptiveScheduler, TheFirstRoundsTowardsAnErrorAreShort) {
   const FrameScheduler scheduler(error, {.passes = false}, pilot_of(16));
   // The variance has to come down to a fourth; then by a tenth.
   FramePlan plan = scheduler.plan_next(with_error(at(8, 8), 2, 0), 0, 0, 0);
-  ASSERT_TRUE(plan.allocate.has_value());
-  EXPECT_EQ(plan, allocate({.mean = plan.allocate->mean}));
-  EXPECT_NEAR(plan.allocate->mean, 8 * std::pow(4 * 1.02, 0.125), 1e-9);
+  ASSERT_TRUE(plan.asks(StageId::allocate));
+  EXPECT_EQ(plan, allocate({.mean = plan.before[0].allocation.mean}));
+  EXPECT_NEAR(plan.before[0].allocation.mean, 8 * std::pow(4 * 1.02, 0.125), 1e-9);
   const double decay[] = {8, 4, 2, 1, 1};
   for (std::uint32_t round = 1; round < std::size(decay); ++round) {
     FrameState state = in_round(64);
@@ -489,9 +496,9 @@ TEST(AdaptiveScheduler, TheFirstRoundsTowardsAnErrorAreShort) {
     state.round.samples = state.round.measured = state.round.published = 2 * 100 * 40;
     state = with_error(state, std::sqrt(1.1), 0);
     plan = scheduler.plan_next(state, 0, 0, 0);
-    ASSERT_TRUE(plan.allocate.has_value()) << round;
-    EXPECT_EQ(plan, allocate({.mean = plan.allocate->mean}));
-    EXPECT_NEAR(plan.allocate->mean,
+    ASSERT_TRUE(plan.asks(StageId::allocate)) << round;
+    EXPECT_EQ(plan, allocate({.mean = plan.before[0].allocation.mean}));
+    EXPECT_NEAR(plan.before[0].allocation.mean,
                 40 * std::max(1 + 1.0 / 32, std::pow(1.1 * 1.02, 1 / decay[round])), 1e-9)
         << round;
   }
@@ -513,7 +520,7 @@ TEST(AdaptiveScheduler, LevelsOfARoundAreCutByTime) {
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), levels(9, false));
   state.sample_seconds = 0;
   FramePlan reviewed = levels(64, true);
-  reviewed.review = true;
+  reviewed.after = {StageId::review, StageId::measure};
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), reviewed);
 }
 
@@ -586,7 +593,7 @@ TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
       round.publish = Publish::early;
       round.mean_samples = 1;
     }
-    round.review = mean >= kHalfCheckedMean;
+    if (mean >= kHalfCheckedMean) round.after = {StageId::review, StageId::measure};
     EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), round);
     state.sample_seconds = 0;
     EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), round);

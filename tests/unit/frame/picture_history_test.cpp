@@ -3,6 +3,7 @@
 
 #include "renderer/film/core/film.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/picture_state.h"
 #include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/history_transfer.h"
 #include "tests/support/test_scenes.h"
@@ -25,10 +26,11 @@ int leave(PictureHistory& history, double x, double samples) {
   return slot;
 }
 
-void run_all(TemporalReprojection& transfer) {
-  for (int sweep = 0; sweep < transfer.sweeps(); ++sweep) {
-    for (std::size_t part = 0; part < transfer.parts(); ++part) transfer.run(sweep, part);
-    transfer.finish_sweep(sweep);
+void run_all(FrameStage& stage) {
+  TraceStats stats;
+  for (int sweep = 0; sweep < stage.sweeps(); ++sweep) {
+    for (std::size_t part = 0; part < stage.parts(); ++part) stage.run(sweep, part, stats);
+    stage.finish_sweep(sweep);
   }
 }
 
@@ -117,7 +119,6 @@ TEST(CentreSearch, FindsWhatCarryingDoes) {
     searched.half(0, 20, 20).add(Rgb(1, 2, 3));  // it has begun
     CentreSearch search(searched, region, history, {});
     run_all(search);
-    EXPECT_TRUE(search.complete());
     EXPECT_TRUE(history.centres_known());
     EXPECT_EQ(searched.features(20, 20).count, 0u) << "centres are no samples";
     EXPECT_EQ(searched.half(0, 20, 20).count, 1u);
@@ -127,7 +128,9 @@ TEST(CentreSearch, FindsWhatCarryingDoes) {
     for (const PixelRect& window : transfer_windows(region)) reprojection.carry(window, stats);
     for (const PixelRect& window : transfer_windows(region)) reprojection.find_borders(window, stats);
     for (const PixelRect& window : transfer_windows(region)) reprojection.settle(window, stats);
-    EXPECT_EQ(search.stats().rays, stats.rays);
+    PictureState picture;
+    search.note(picture);
+    EXPECT_EQ(picture.search_rays, stats.rays);
     int borders = 0;
     for (int y = region.y0; y < region.y1; ++y) {
       for (int x = region.x0; x < region.x1; ++x) {

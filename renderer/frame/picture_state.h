@@ -1,0 +1,24 @@
+// What the render loop knows of the picture in hand. Replaced whole when another picture begins.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "renderer/frame/frame_scheduler.h"
+#include "renderer/trace/paths/path_integrator.h"
+
+namespace helio {
+
+class TemporalReprojection;
+
+struct PictureState {
+  FrameState state;  // as the scheduler has it
+  std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
+  std::uint64_t search_rays = 0;                   // that told what pixels show at their centres
+  double taken_back = 0;                           // carried samples that reviews took back
+  TraceStats trace;
+  std::uint64_t samples = 0;       // pixel samples in the film
+  std::uint64_t left_samples = 0;  // the same of the picture before
+};
+
+}  // namespace helio

@@ -1,0 +1,12 @@
+#include "renderer/frame/stage.h"
+
+namespace helio {
+
+const char* to_string(StageId id) {
+  static constexpr PerStage<const char*> kNames = {
+      "integrate", "resolve", "measure", "reproject", "centres", "choose", "trace_lights", "review", "allocate",
+  };
+  return kNames[std::size_t(id)];
+}
+
+}  // namespace helio

@@ -1,0 +1,82 @@
+// A stage of a frame: something that is done to the film before or after samples are added. The scheduler asks for it by
+// a value (StageRequest), make_stage() builds it, and the pipeline runs any list of them in the order of the plan.
+//
+// To add one: a pair of files in stages/, an id with its name here, a case in stages/make_stage.cpp, and the place in
+// the scheduler that asks for it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "renderer/film/allocation/sample_allocation.h"
+
+namespace helio {
+
+class TileGrid;
+struct PictureState;
+struct TraceStats;
+
+// Integrating and resolving are no FrameStages: they are cut by tiles and samples, not by sweeps. Their time is counted
+// with the others' all the same.
+enum class StageId : std::uint8_t {
+  integrate,
+  resolve,
+  measure,
+  reproject,
+  centres,
+  choose,
+  trace_lights,
+  review,
+  allocate,
+};
+inline constexpr std::size_t kStages = 9;
+// As PassTime has it.
+const char* to_string(StageId id);
+// One value a stage, as seconds are.
+template <class T>
+using PerStage = std::array<T, kStages>;
+
+struct StageRequest {
+  StageRequest(StageId stage) : id(stage) {}  // NOLINT: a stage of which nothing else is said
+
+  StageId id;
+  // No part of it begins later (now_s() clock). The rest of it is dropped, and the plan goes on.
+  double until_s = std::numeric_limits<double>::infinity();
+  AllocationRequest allocation;  // of `allocate` alone
+
+  bool operator==(const StageRequest&) const = default;
+};
+
+// Goes over the film in sweeps: all parts of one, in any order and on any worker, before the next begins. The pipeline
+// looks for a cancel between parts; one that takes longer than some 5 ms holds up whoever waits for the machine.
+//
+// Whoever stops a stage lets it go; what is in flight then still ends. All calls but run() and finish_sweep() come with
+// the render loop's lock, and none while a part is in flight.
+class FrameStage {
+ public:
+  explicit FrameStage(StageId id) : id_(id) {}
+  virtual ~FrameStage() = default;
+  FrameStage(const FrameStage&) = delete;
+  FrameStage& operator=(const FrameStage&) = delete;
+
+  StageId id() const { return id_; }
+
+  // Both are asked for between sweeps: finish_sweep() may have changed them.
+  virtual int sweeps() const = 0;
+  virtual std::size_t parts() const = 0;  // of the sweep that comes next
+  // Thread safe for different parts of one sweep. Adds to `stats` what was traced.
+  virtual void run(int sweep, std::size_t part, TraceStats& stats) = 0;
+  // After every part of the sweep, on one worker.
+  virtual void finish_sweep(int sweep) = 0;
+  // After the last sweep. `grid`: what the stage has changed about the progress of cells.
+  virtual void finished(TileGrid& grid) { (void)grid; }
+  // At the end of the plan, when its turn is over: what it has found out about the picture.
+  virtual void note(PictureState& picture) { (void)picture; }
+
+ private:
+  const StageId id_;
+};
+
+}  // namespace helio

@@ -1,0 +1,63 @@
+#include "renderer/frame/stages/make_stage.h"
+
+#include "renderer/base/check.h"
+#include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/stages/centre_search.h"
+#include "renderer/frame/stages/choose_integrators.h"
+#include "renderer/frame/stages/estimate_error.h"
+#include "renderer/frame/stages/forward_transfer.h"
+#include "renderer/frame/stages/reject_history.h"
+
+namespace helio {
+namespace {
+
+std::shared_ptr<FrameStage> make_reprojection(const StageContext& c) {
+  const RenderSettings& settings = c.settings;
+  if (c.film.first_hits()) {
+    c.picture.transfer =
+        std::make_shared<ForwardTransfer>(c.scene, c.film, c.region, c.history, c.camera, settings.filter,
+                                          float(settings.reprojection.max_error));
+  } else {
+    const double samples = double(c.picture.left_samples) / double(c.region.area());
+    c.picture.transfer =
+        std::make_shared<HistoryTransfer>(c.scene, c.film, c.region, c.history, c.camera, settings.filter, samples,
+                                          path_settings(settings), settings.reprojection.mapping, c.cancel);
+  }
+  return c.picture.transfer;
+}
+
+}  // namespace
+
+std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageContext& c) {
+  switch (request.id) {
+    case StageId::reproject:
+      return make_reprojection(c);
+    case StageId::centres:
+      return std::make_shared<CentreSearch>(c.film, c.region, c.history, c.settings.filter);
+    case StageId::choose:
+      return std::make_shared<ChooseIntegrators>(c.scene, c.camera, path_settings(c.settings), c.cancel, c.film,
+                                                 c.techniques);
+    case StageId::allocate:
+      return std::make_shared<AllocateSamples>(c.film, c.region, *allocation_settings(c.settings),
+                                               request.allocation);
+    case StageId::review:
+      return std::make_shared<RejectHistory>(c.film, c.region);
+    case StageId::measure:
+      return std::make_shared<EstimateError>(c.film, c.region);
+    case StageId::trace_lights:
+    case StageId::integrate:
+    case StageId::resolve:
+      break;
+  }
+  HELIO_CHECK(false && "the pipeline does this by itself");
+  return nullptr;
+}
+
+FrameStages make_stages(const FramePlan& plan, const StageContext& context) {
+  FrameStages stages;
+  for (const StageRequest& request : plan.before) stages.before.push_back(make_stage(request, context));
+  for (const StageRequest& request : plan.after) stages.after.push_back(make_stage(request, context));
+  return stages;
+}
+
+}  // namespace helio
