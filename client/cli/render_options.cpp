@@ -25,7 +25,17 @@ constexpr double kMaxFilterScale = 16;             // likewise
 constexpr double kMostReuseError = 1e6;            // likewise
 constexpr double kHuge = std::numeric_limits<double>::max();
 
-const std::vector<std::string> kLayers = {"alpha", "depth", "normal", "albedo", "history", "density"};
+// What pictures can have besides: the protocol's TileFormat has a switch of that name for each.
+std::vector<std::string> layer_names() {
+  std::vector<std::string> names;
+  const google::protobuf::Descriptor& type = *pb::TileFormat::descriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const google::protobuf::FieldDescriptor& field = *type.field(i);
+    if (field.type() == google::protobuf::FieldDescriptor::TYPE_BOOL && field.name().rfind("without_", 0) != 0)
+      names.push_back(field.name());
+  }
+  return names;
+}
 
 }  // namespace
 
@@ -403,13 +413,8 @@ pb::TileFormat read_transport(const TransportOptions& options, const std::string
   if (const auto name = reader.choice(options.pixel_type, short_names(*pb::PixelType_descriptor()))) {
     format.set_pixel_type(from_short_name<pb::PixelType>(*name).value());
   }
-  for (const std::string& layer : reader.choices(options.layers, kLayers)) {
-    if (layer == "alpha") format.set_alpha(true);
-    if (layer == "depth") format.set_depth(true);
-    if (layer == "normal") format.set_normal(true);
-    if (layer == "albedo") format.set_albedo(true);
-    if (layer == "history") format.set_history(true);
-    if (layer == "density") format.set_density(true);
+  for (const std::string& layer : reader.choices(options.layers, layer_names())) {
+    format.GetReflection()->SetBool(&format, format.GetDescriptor()->FindFieldByName(layer), true);
   }
   return format;
 }

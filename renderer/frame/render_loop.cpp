@@ -33,13 +33,12 @@ std::size_t tiles_that_may_wait(int threads) {
   return 2 + 2 * std::size_t(threads);
 }
 
-int channel_count(unsigned channels) {
-  int count = 3;  // radiance
-  for (const unsigned triple : {kResolveVariance, kResolveNormal, kResolveAlbedo, kResolveHistory})
-    count += channels & triple ? 3 : 0;
-  for (const unsigned single : {kResolveSamples, kResolveAlpha, kResolveDepth, kResolveDensity})
-    count += channels & single ? 1 : 0;
-  return count;
+int plane_count(unsigned channels) {
+  std::size_t count = 0;
+  for (const Channel& channel : channel_table()) {
+    if (channel.bit == 0 || (channels & channel.bit)) count += channel.planes.size();
+  }
+  return int(count);
 }
 
 // A sink that throws when it is told of an end is told again, so many times in all.
@@ -527,7 +526,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   state.published = state.published_final = state.republish = false;
   state.published_samples = 0;
   state.tiles = pipeline.grid().tiles().size();
-  const double bytes_per_pixel = options.bytes_per_pixel > 0 ? options.bytes_per_pixel : 2.0 * channel_count(channels);
+  const double bytes_per_pixel = options.bytes_per_pixel > 0 ? options.bytes_per_pixel : 2.0 * plane_count(channels);
   state.publish_bytes = bytes_per_pixel * double(pipeline.grid().region().area());
   pipeline.grid().done_everywhere(state.done);
   pipeline.begin_frame();

@@ -17,16 +17,11 @@ SinkEventSlot SinkQueue::pop() noexcept {
 }
 
 std::size_t SinkQueue::bytes() const {
-  std::size_t floats = 0;
+  std::size_t bytes = 0;
   for (const SinkEvent& event : events_) {
-    const auto* tile = std::get_if<FrameTile>(&event.what);
-    if (!tile) continue;
-    const ResolvedTile& p = tile->pixels;
-    for (int c = 0; c < 3; ++c)
-      floats += p.radiance[c].size() + p.variance[c].size() + p.normal[c].size() + p.albedo[c].size();
-    floats += p.samples.size() + p.alpha.size() + p.depth.size();
+    if (const auto* tile = std::get_if<FrameTile>(&event.what)) bytes += tile->pixels.bytes();
   }
-  return floats * sizeof(float);
+  return bytes;
 }
 
 FrameEnd* SinkQueue::end_of(const FrameRecord& frame) {

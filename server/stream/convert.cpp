@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "renderer/base/camera_limits.h"
+#include "renderer/base/check.h"
 
 namespace helio {
 namespace {
@@ -341,14 +342,13 @@ TileFormat read_tile_format(const pb::TileFormat& message, const std::string& wh
     format.encoding.compression = kByNumber[message.compression()];
   }
   format.channels = 0;
-  if (!message.without_variance()) format.channels |= kResolveVariance;
-  if (!message.without_samples()) format.channels |= kResolveSamples;
-  if (message.alpha()) format.channels |= kResolveAlpha;
-  if (message.depth()) format.channels |= kResolveDepth;
-  if (message.normal()) format.channels |= kResolveNormal;
-  if (message.albedo()) format.channels |= kResolveAlbedo;
-  if (message.history()) format.channels |= kResolveHistory;
-  if (message.density()) format.channels |= kResolveDensity;
+  for (const Channel& channel : channel_table()) {
+    if (channel.bit == 0) continue;
+    const std::string name = (channel.by_default ? "without_" : "") + std::string(channel.name);
+    const auto* field = message.GetDescriptor()->FindFieldByName(name);
+    HELIO_CHECK(field);  // the table's names are the protocol's
+    if (message.GetReflection()->GetBool(message, field) != channel.by_default) format.channels |= channel.bit;
+  }
   return format;
 }
 

@@ -1,7 +1,6 @@
 #include "server/stream/tile_encoder.h"
 
 #include <algorithm>
-#include <array>
 
 #include "renderer/codec/checksum.h"
 
@@ -15,15 +14,12 @@ constexpr float kLargestExactHalfCount = 2048;
 
 std::uint64_t TileFormat::bytes_per_pixel() const {
   const std::uint64_t value = encoding.pixel_type == TilePixelType::half ? 2 : 4;
-  std::uint64_t bytes = 3 * value;
-  if (channels & kResolveVariance) bytes += 3 * value;
-  if (channels & kResolveSamples) bytes += 4;
-  if (channels & kResolveAlpha) bytes += value;
-  if (channels & kResolveDepth) bytes += 4;
-  if (channels & kResolveNormal) bytes += 3 * value;
-  if (channels & kResolveAlbedo) bytes += 3 * value;
-  if (channels & kResolveHistory) bytes += 3 * value;
-  if (channels & kResolveDensity) bytes += value;
+  std::uint64_t bytes = 0;
+  for (const Channel& channel : channel_table()) {
+    if (channel.bit != 0 && !(channels & channel.bit)) continue;
+    for (const ChannelPlane& plane : channel.planes)
+      bytes += plane.storage == Storage::float32 || plane.storage == Storage::count ? 4 : value;
+  }
   return bytes;
 }
 
@@ -31,31 +27,17 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
   const ResolvedTile& pixels = tile.pixels;
   std::vector<TileChannel> channels;
   channels.reserve(21);
-  const auto add = [&](const char* name, const std::vector<float>& data, bool keep_float = false,
-                       bool keep_positive = false) {
-    if (!data.empty()) channels.push_back({name, data.data(), keep_float, keep_positive});
-  };
-  const auto add_three = [&](std::array<const char*, 3> names, const std::vector<float>(&data)[3],
-                             bool keep_positive = false) {
-    for (int c = 0; c < 3; ++c) add(names[c], data[c], false, keep_positive);
-  };
-  add_three({"R", "G", "B"}, pixels.radiance);
-  if (format.channels & kResolveVariance) add_three({"variance.R", "variance.G", "variance.B"}, pixels.variance, true);
-  if (format.channels & kResolveSamples) {
-    const bool many =
-        std::any_of(pixels.samples.begin(), pixels.samples.end(), [](float n) { return n > kLargestExactHalfCount; });
-    add("samples", pixels.samples, many);
+  for (const Channel& channel : channel_table()) {
+    if (channel.bit != 0 && !(format.channels & channel.bit)) continue;
+    for (const ChannelPlane& plane : channel.planes) {
+      const std::vector<float>& data = plane.of(pixels);
+      if (data.empty()) continue;
+      const bool many = plane.storage == Storage::count &&
+                        std::any_of(data.begin(), data.end(), [](float n) { return n > kLargestExactHalfCount; });
+      channels.push_back({plane.name, data.data(), many || plane.storage == Storage::float32,
+                          plane.storage == Storage::positive_half});
+    }
   }
-  if (format.channels & kResolveAlpha) add("A", pixels.alpha);
-  if (format.channels & kResolveDepth) add("Z", pixels.depth, true);
-  if (format.channels & kResolveNormal) add_three({"N.x", "N.y", "N.z"}, pixels.normal);
-  if (format.channels & kResolveAlbedo) add_three({"albedo.r", "albedo.g", "albedo.b"}, pixels.albedo);
-  if (format.channels & kResolveHistory) {
-    add("history.weight", pixels.history_weight, false, true);
-    add("bias.bound", pixels.bias_bound, false, true);
-    add("history.age", pixels.history_age);
-  }
-  if (format.channels & kResolveDensity) add("samples.density", pixels.density);
 
   auto exr = encode_tile({pixels.window, frame_width, frame_height}, channels, format.encoding);
   if (!exr) return exr.error();

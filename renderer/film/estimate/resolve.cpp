@@ -16,15 +16,6 @@ float to_float(double x) {
   return float(std::min(std::max(x, -double(FLT_MAX)), double(FLT_MAX)));
 }
 
-template <class Value>
-void fill(const PixelRect& window, std::vector<float>& out, const Value& value) {
-  out.resize(std::size_t(window.area()));
-  std::size_t i = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) out[i++] = value(x, y);
-  }
-}
-
 // What reuse may have added to the error counts as variance.
 void add_bias(const Film& film, const PixelRect& window, std::vector<float> (&variance)[3]) {
   std::size_t i = 0;
@@ -34,25 +25,6 @@ void add_bias(const Film& film, const PixelRect& window, std::vector<float> (&va
       for (std::vector<float>& channel : variance) channel[i] += to_float(bias2);
     }
   }
-}
-
-void resolve_history(const Film& film, ResolvedTile& tile) {
-  const PixelRect& window = tile.window;
-  const FilmHistory* history = film.history();
-  if (!history) {
-    for (std::vector<float>* channel : {&tile.history_weight, &tile.bias_bound, &tile.history_age})
-      channel->assign(std::size_t(window.area()), 0.0f);
-    return;
-  }
-  fill(window, tile.history_weight,
-       [&](int x, int y) { return float(history->weight(x, y, film.half(0, x, y).count, film.half(1, x, y).count)); });
-  fill(window, tile.bias_bound, [&](int x, int y) {
-    return to_float(std::sqrt(history->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count)));
-  });
-  fill(window, tile.history_age, [&](int x, int y) {
-    const double weight = history->weight(x, y, film.half(0, x, y).count, film.half(1, x, y).count);
-    return float(weight * history->carried(x, y).age);
-  });
 }
 
 }  // namespace
@@ -98,30 +70,8 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
       visit_row(row);
     }
   }
-  // Features without samples: black, no normal, no coverage.
-  if (channels & kResolveAlpha) {
-    fill(window, tile.alpha, [&](int x, int y) {
-      const PixelFeatures& f = film.features(x, y);
-      return f.count > 0 ? float(double(f.hits) / f.count) : 0.0f;
-    });
-  }
-  if (channels & kResolveDepth) {
-    fill(window, tile.depth, [&](int x, int y) { return film.features(x, y).depth; });
-  }
-  for (int c = 0; c < 3; ++c) {
-    if (channels & kResolveNormal) {
-      fill(window, tile.normal[c], [&](int x, int y) { return film.features(x, y).normal[c]; });
-    }
-    if (channels & kResolveAlbedo) {
-      fill(window, tile.albedo[c], [&](int x, int y) { return film.features(x, y).albedo[c]; });
-    }
-  }
-  if (channels & kResolveHistory) resolve_history(film, tile);
-  if (channels & kResolveDensity) {
-    const double scale = mean_samples > 0 ? 1 / mean_samples : 0;
-    fill(window, tile.density, [&](int x, int y) {
-      return scale > 0 ? to_float(scale * (double(film.attempted(0, x, y)) + film.attempted(1, x, y))) : 1.0f;
-    });
+  for (const Channel& channel : channel_table()) {
+    if (channel.resolve && (channels & channel.bit)) channel.resolve(film, mean_samples, tile);
   }
   return tile;
 }

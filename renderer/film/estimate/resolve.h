@@ -4,42 +4,13 @@
 #include <vector>
 
 #include "renderer/film/core/film.h"
+#include "renderer/film/estimate/channels.h"
 
 namespace helio {
 
 // Mean radiance of the pixel: halves weighted equally when both have samples (weights by count are biased when counts
 // depend on the samples), else the half that has some; 0 without samples. Splats of such a half are in its mean.
 Rgb resolve_mean(const Film& film, int x, int y);
-
-// Planar pixels of a window of the film, row-major, top row first. Vectors have window.area() entries, or none when not
-// asked for.
-struct ResolvedTile {
-  PixelRect window;
-  std::vector<float> radiance[3];
-  // Variance of the mean, per channel, from differences of the halves, pooled; of a film with history the square of
-  // what reuse may have added is in it (FilmHistory::bias2).
-  std::vector<float> variance[3];
-  std::vector<float> samples;  // valid samples, both halves, carried ones included
-  std::vector<float> alpha, depth, normal[3], albedo[3];
-  // Of what the film's history has brought; all 0 in films without.
-  std::vector<float> history_weight;  // in the pixel's mean, [0, 1]
-  std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
-  std::vector<float> history_age;     // moves or up to half as many again, CarriedPixel::age times the weight, [0, 255]
-  std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
-  std::uint64_t invalid_samples = 0;  // splats among them
-};
-
-enum ResolveChannels : unsigned {
-  kResolveVariance = 1,
-  kResolveSamples = 2,
-  kResolveAlpha = 4,
-  kResolveDepth = 8,
-  kResolveNormal = 16,
-  kResolveAlbedo = 32,
-  kResolveHistory = 64,
-  kResolveDensity = 128,
-  kResolveAll = 255,
-};
 
 // `roi` is the part of the film that is being rendered: the pooling neighbourhood (7x7, variance_pool.h) never reads
 // outside it, and its result does not depend on how the film is cut into windows. Variance reads pixels up to 3 beyond

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <pugixml.hpp>
 
+#include "renderer/scene/description/load_options.h"
+
 namespace helio::mitsuba {
 
 const std::string Element::kNone;

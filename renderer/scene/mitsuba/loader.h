@@ -11,6 +11,7 @@
 
 #include "renderer/scene/description/load_options.h"
 #include "renderer/scene/description/memory_budget.h"
+#include "renderer/scene/description/scene_description.h"
 
 namespace helio {
 

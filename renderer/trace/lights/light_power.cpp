@@ -40,7 +40,7 @@ struct LightPoint {
 
 LightPoint point_at(const AreaShape& shape, const V2f& u) {
   if (shape.kind == ShapeKind::parallelogram) return {u, 1};
-  if (shape.kind == ShapeKind::triangle) return {detail::square_to_triangle(u), 1};
+  if (shape.kind == ShapeKind::triangle) return {square_to_triangle(u), 1};
   const float y = 1 - 2 * u.y, r = safe_sqrt(1 - y * y), phi = kTwoPi * u.x;
   const V3f local(r * std::cos(phi), y, r * std::sin(phi));
   return {sphere_uv(local), shape.kind == ShapeKind::ellipsoid ? area_stretch(shape, local) : 1.0};

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "renderer/base/math.h"
+#include "renderer/trace/sampling/warp.h"
 
 namespace helio {
 
@@ -98,7 +99,7 @@ inline ShapeSample sample_shape(const AreaShape& shape, const V3f& point, const 
   if (detail::is_near(shape, point)) [[unlikely]]
     return detail::sample_near_planar(shape, point, u);
   return detail::sample_planar_area(shape, point,
-                                    shape.kind == ShapeKind::triangle ? detail::square_to_triangle(u) : u);
+                                    shape.kind == ShapeKind::triangle ? square_to_triangle(u) : u);
 }
 
 // Solid angle density of sample_shape() at `point` for the unit direction that hit the shape at `distance`, where the

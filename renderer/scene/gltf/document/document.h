@@ -124,14 +124,14 @@ struct Mesh {
 
 struct Trs {
   V3d translation{0, 0, 0};
+  std::array<double, 4> rotation{0, 0, 0, 1};  // unit quaternion x, y, z, w
+  V3d scale{1, 1, 1};
+};
 
 // Row-vector matrix of scale, then rotation, then translation.
 M44d to_matrix(const Trs& trs);
 // Whether an odd number of its scales is below 0.
 bool is_mirrored(const Trs& trs);
-  std::array<double, 4> rotation{0, 0, 0, 1};  // unit quaternion x, y, z, w
-  V3d scale{1, 1, 1};
-};
 
 struct GpuInstancing {
   int translation = -1, rotation = -1, scale = -1;  // accessors

@@ -1,0 +1,74 @@
+// What a picture can tell of each of its pixels, as one table for resolving, encoding, requests and reports.
+//
+// To add a channel: its bit and planes here and in ResolvedTile, its row and its function in channels.cpp, and a field of
+// its name in the protocol's TileFormat.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "renderer/film/core/film.h"
+
+namespace helio {
+
+// Planar pixels of a window of the film, row-major, top row first. Vectors have window.area() entries, or none when not
+// asked for.
+struct ResolvedTile {
+  PixelRect window;
+  std::vector<float> radiance[3];
+  // Variance of the mean, per channel, from differences of the halves, pooled; of a film with history the square of
+  // what reuse may have added is in it (FilmHistory::bias2).
+  std::vector<float> variance[3];
+  std::vector<float> samples;  // valid samples, both halves, carried ones included
+  std::vector<float> alpha, depth, normal[3], albedo[3];
+  // Of what the film's history has brought; all 0 in films without.
+  std::vector<float> history_weight;  // in the pixel's mean, [0, 1]
+  std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
+  std::vector<float> history_age;     // moves or up to half as many again, CarriedPixel::age times the weight, [0, 255]
+  std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
+  std::uint64_t invalid_samples = 0;  // splats among them
+
+  std::size_t bytes() const;
+};
+
+// Sets of channels; radiance is always among them.
+enum ResolveChannels : unsigned {
+  kResolveVariance = 1,
+  kResolveSamples = 2,
+  kResolveAlpha = 4,
+  kResolveDepth = 8,
+  kResolveNormal = 16,
+  kResolveAlbedo = 32,
+  kResolveHistory = 64,
+  kResolveDensity = 128,
+  kResolveAll = 255,
+};
+
+// How a plane is stored where halves are asked for.
+enum class Storage {
+  half,
+  positive_half,  // what is above 0 stays so
+  count,          // half as long as it holds the integers, float beyond that
+  float32,
+};
+
+struct ChannelPlane {
+  const char* name;  // in EXR files
+  const std::vector<float>& (*of)(const ResolvedTile& tile);
+  Storage storage = Storage::half;
+};
+
+struct Channel {
+  unsigned bit;      // 0: radiance
+  const char* name;  // as requests have it; "": radiance
+  bool by_default;   // requests leave it out by "without_NAME"; others ask for it by NAME
+  std::span<const ChannelPlane> planes;
+  // Fills the planes of a tile whose window is set. Null: resolve_tile() does so row by row.
+  void (*resolve)(const Film& film, double mean_samples, ResolvedTile& tile);
+};
+
+// In the order of the files.
+std::span<const Channel> channel_table();
+
+}  // namespace helio
