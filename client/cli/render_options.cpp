@@ -98,9 +98,6 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.max_error, "--max-reuse-error", "E",
            "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, (0, 1e6]. "
            "Default: 1/256");
-  add_text(app, options.mapping, "--mapping", "MAPPING",
-           "Of --variant bounded with --mode reproject and combined: reverse, each new pixel looks its centre up in "
-           "earlier pictures, or forward, each pixel of theirs goes to one new pixel. Default: reverse");
   add_text(app, options.max_segments, "--max-segments", "N",
            "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
 }
@@ -212,10 +209,6 @@ void read_reprojection(const SettingsOptions& options, pb::RenderSettings& setti
     if (option->given() && !(reuses && settings.variant() == pb::VARIANT_PAPER))
       reader.problem(*option, "stands only beside --mode reproject or combined with --variant paper");
   }
-  if (options.mapping.given() && !(reuses && settings.variant() != pb::VARIANT_PAPER))
-    reader.problem(options.mapping, "stands only beside --mode reproject or combined with --variant bounded");
-  if (const auto mapping = reader.choice(options.mapping, short_names(*pb::ReprojectionMapping_descriptor())))
-    settings.mutable_reprojection()->set_mapping(from_short_name<pb::ReprojectionMapping>(*mapping).value());
   if (const auto n = reader.integer(options.stored_hits, 1, 4)) {
     if (*n != 1 && *n != 4) reader.problem(options.stored_hits, fmt::format("'{}' is none of 1, 4", *n));
     settings.mutable_reprojection()->set_stored_hits(static_cast<std::uint32_t>(*n));

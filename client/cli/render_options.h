@@ -11,8 +11,8 @@ namespace helio::cli {
 
 struct SettingsOptions {
   TextOption size, camera, mode, integrator, technique, variant, adaptive_min, adaptive_max, adaptive_measure,
-      stored_hits, mapping, connections, merging_radius, merging_shrinking, max_error, seed, max_segments,
-      roulette_from, filter, region;
+      stored_hits, connections, merging_radius, merging_shrinking, max_error, seed, max_segments, roulette_from, filter,
+      region;
 };
 // Those that any picture has: size, camera, seed, roulette_from, filter, region. The others stay absent.
 void add_picture_options(CLI::App& app, SettingsOptions& options);

@@ -68,12 +68,7 @@ void check_adaptive(const RenderSettings& settings, const std::string& where, Pr
 
 void check_reprojection(const RenderSettings& settings, const std::string& where, Problems& problems) {
   const ReprojectionSettings& reprojection = settings.reprojection;
-  if (settings.variant == ModeVariant::bounded) {
-    if (reprojection.mapping != ReprojectionMapping::reverse && reprojection.mapping != ReprojectionMapping::forward)
-      problems.add(field(where, "mapping"),
-                   std::to_string(int(reprojection.mapping)) + " is not a mapping; allowed: reverse, forward");
-    return;
-  }
+  if (settings.variant == ModeVariant::bounded) return;
   if (reprojection.stored_hits != 1 && reprojection.stored_hits != 4)
     problems.add(field(where, "stored_hits"),
                  std::to_string(reprojection.stored_hits) + " hits are not stored; allowed: 1, 4");

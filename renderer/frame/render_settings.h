@@ -12,7 +12,6 @@
 #include "renderer/trace/paths/integrator.h"
 #include "renderer/trace/paths/light_cache_settings.h"
 #include "renderer/trace/paths/technique.h"
-#include "renderer/trace/reuse/reprojection_mapping.h"
 #include "renderer/trace/sampling/roulette.h"
 
 namespace helio {
@@ -60,8 +59,6 @@ struct ReprojectionSettings {
   // Variant paper (trace/reuse/forward_reprojection.h).
   int stored_hits = 4;           // first hits kept per pixel: 1 or 4, which the paper found the best
   double max_error = 1.0 / 256;  // of its eq. 15, radiance; (0, 1e6]
-  // Variant bounded.
-  ReprojectionMapping mapping = ReprojectionMapping::reverse;
 
   bool operator==(const ReprojectionSettings&) const = default;
 };

@@ -26,7 +26,6 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
 
 std::uint64_t scratch_bytes(const RenderSettings& settings) {
   std::uint64_t bytes = 0;
-  if (settings.reprojection.mapping == ReprojectionMapping::forward) bytes += pixels(settings) * kForwardMapBytes;
   if (caches_light_vertices(settings.integrator)) bytes += LightVertexSource::most_bytes(path_settings(settings));
   return bytes;
 }

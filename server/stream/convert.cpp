@@ -229,17 +229,18 @@ pb::LightCacheSettings to_message(const LightCacheSettings& cache) {
   return message;
 }
 
-static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, RenderMode mode,
-                                              ModeVariant variant, const std::string& where, Problems& problems) {
+static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant,
+                                              const std::string& where, Problems& problems) {
   ReprojectionSettings reprojection;
-  known(pb::ReprojectionMapping_IsValid(message.mapping()), message.mapping(),
-        "REPROJECTION_MAPPING_REVERSE (1), REPROJECTION_MAPPING_FORWARD (2), or 0 for REPROJECTION_MAPPING_REVERSE",
-        at(where, "mapping"), problems);
-  if (variant != ModeVariant::paper) {
-    if (reuses(mode) && message.mapping() == pb::REPROJECTION_MAPPING_FORWARD)
-      reprojection.mapping = ReprojectionMapping::forward;
-    return reprojection;
+  if (message.mapping() == pb::REPROJECTION_MAPPING_FORWARD) {
+    problems.add(
+        at(where, "mapping"),
+        "REPROJECTION_MAPPING_FORWARD (2) was removed; allowed: REPROJECTION_MAPPING_REVERSE (1), or 0 for that");
+  } else {
+    known(pb::ReprojectionMapping_IsValid(message.mapping()), message.mapping(),
+          "REPROJECTION_MAPPING_REVERSE (1), or 0 for that", at(where, "mapping"), problems);
   }
+  if (variant != ModeVariant::paper) return reprojection;
   if (message.stored_hits() != 0)  // what no int holds is refused as well
     reprojection.stored_hits = int(std::min<std::uint32_t>(message.stored_hits(), std::numeric_limits<int>::max()));
   if (message.max_error() != 0) reprojection.max_error = message.max_error();
@@ -289,7 +290,7 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   if (message.has_technique()) settings.technique = read_technique(message.technique());
   settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
   settings.reprojection =
-      read_reprojection(message.reprojection(), settings.mode, settings.variant, at(where, "reprojection"), problems);
+      read_reprojection(message.reprojection(), settings.variant, at(where, "reprojection"), problems);
   settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
@@ -480,9 +481,7 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
     message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
     message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
   } else if (reuses(settings.mode)) {
-    const bool forward = settings.reprojection.mapping == ReprojectionMapping::forward;
-    message.mutable_reprojection()->set_mapping(forward ? pb::REPROJECTION_MAPPING_FORWARD
-                                                        : pb::REPROJECTION_MAPPING_REVERSE);
+    message.mutable_reprojection()->set_mapping(pb::REPROJECTION_MAPPING_REVERSE);
   }
   if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
   message.set_seed(settings.seed);

@@ -46,17 +46,14 @@ void PictureHistory::slot_complete(int slot) {
 
 HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
-                                 double film_samples, const PathSettings& settings, ReprojectionMapping mapping,
-                                 std::shared_ptr<const CancelToken> cancel)
+                                 double film_samples, const PathSettings& settings)
     : scene_(std::move(scene)),
       film_(film),
       region_(region),
       history_(history),
       pose_(pose),
       filter_(filter),
-      settings_(settings),
-      mapping_(mapping),
-      cancel_(std::move(cancel)) {
+      settings_(settings) {
   settings_.seed = hash64(settings.seed ^ kOtherPaths);
   windows_ = transfer_windows(region);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
@@ -97,8 +94,7 @@ void HistoryTransfer::prepare_reprojection() {
         {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
   sweeps_.push_back(sources.empty() ? Sweep::clear : Sweep::glance);
-  reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources), mapping_,
-                                                 cancel_);
+  reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
 }
 
 // Where nobody waits: these may be the last that hold a scene.

@@ -97,8 +97,7 @@ class HistoryTransfer final : public TemporalReprojection {
   // dropped before its sweep ends.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                   PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
-                  const PathSettings& settings, ReprojectionMapping mapping = ReprojectionMapping::reverse,
-                  std::shared_ptr<const CancelToken> cancel = nullptr);
+                  const PathSettings& settings);
 
   std::size_t parts() const override;
   int sweeps() const override { return int(sweeps_.size()); }
@@ -133,8 +132,6 @@ class HistoryTransfer final : public TemporalReprojection {
   CameraPose pose_;
   PixelFilter filter_;
   PathSettings settings_;
-  ReprojectionMapping mapping_;
-  std::shared_ptr<const CancelToken> cancel_;
   int slot_ = -1;              // that the film goes to; -1: none
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;

@@ -19,9 +19,8 @@ std::shared_ptr<FrameStage> make_reprojection(const StageContext& c) {
                                           float(settings.reprojection.max_error));
   } else {
     const double samples = double(c.picture.left_samples) / double(c.region.area());
-    c.picture.transfer =
-        std::make_shared<HistoryTransfer>(c.scene, c.film, c.region, c.history, c.camera, settings.filter, samples,
-                                          path_settings(settings), settings.reprojection.mapping, c.cancel);
+    c.picture.transfer = std::make_shared<HistoryTransfer>(c.scene, c.film, c.region, c.history, c.camera,
+                                                           settings.filter, samples, path_settings(settings));
   }
   return c.picture.transfer;
 }

@@ -22,19 +22,17 @@ constexpr float kSameDepth = 1e-4f;
 }  // namespace
 
 HistoryView::HistoryView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-                         const CameraPose& now, const PixelRect& region, const V3d& scene_origin,
-                         const ForwardMap* landed)
+                         const CameraPose& now, const PixelRect& region, const V3d& scene_origin)
     : pixels_(pixels),
-      landed_(landed),
       region_(intersect(region, {0, 0, pixels.width(), pixels.height()})),
       projection_(pose, pixels.width(), pixels.height(), scene_origin),
       same_camera_(pose == now),
       viewpoint_(viewpoint),
       normal_(0, projection_) {}
 
-void HistoryView::see(const CentreHit& here, int x, int y, const V3d& position, double footprint,
-                      const PrimaryHits& centres, std::uint32_t key, SourceSight& sight) {
-  sight.taps = find_taps(here, x, y, position);
+void HistoryView::see(const CentreHit& here, const V3d& position, double footprint, const PrimaryHits& centres,
+                      std::uint32_t key, SourceSight& sight) {
+  sight.taps = find_taps(here, position);
   sight.zoom = float(sight.taps.footprint / std::max(footprint, DBL_MIN));
   sight.glossy = centres.depends_on_view();
   sight.evidence.reset();
@@ -93,7 +91,7 @@ HistorySample HistoryView::keep(const FilmHistory& now, int x, int y, int reach)
   return result;
 }
 
-HistoryTaps HistoryView::find_taps(const CentreHit& here, int x, int y, const V3d& position) {
+HistoryTaps HistoryView::find_taps(const CentreHit& here, const V3d& position) {
   HistoryTaps taps;
   const FilmPoint p = here.hit() ? projection_.point(position) : projection_.direction(position);
   if (!p.in_front) return taps;
@@ -102,11 +100,6 @@ HistoryTaps HistoryView::find_taps(const CentreHit& here, int x, int y, const V3
   if (!(taps.u > -1 && taps.v > -1 && taps.u < pixels_.width() && taps.v < pixels_.height())) return taps;
   taps.footprint = p.footprint;
   const V3d from_camera = position - projection_.origin();
-  if (landed_) {
-    if (const auto found = landed_->at(x, y))
-      add_tap(here, from_camera, p.footprint, {found->x, found->y, 1, {}}, taps);
-    return taps;
-  }
   const int x0 = int(taps.u + 1) - 1, y0 = int(taps.v + 1) - 1;  // rounded down
   taps.fx = float(taps.u - x0);
   taps.fy = float(taps.v - y0);

@@ -12,7 +12,6 @@
 #include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
-#include "renderer/trace/reuse/forward_map.h"
 #include "renderer/trace/reuse/history_sample.h"
 
 namespace helio {
@@ -52,18 +51,18 @@ struct SourceSight {
 class HistoryView {
  public:
   // viewpoint: where it was taken from (rebased) if surfaces are seen from elsewhere now. now: the new picture's
-  // camera. region: pixels outside it are of pictures that are no longer true. landed: what is looked up, null: the
-  // four pixels around each point. It and the pixels, which are of the new film's size, outlive this.
+  // camera. region: pixels outside it are of pictures that are no longer true. The pixels, which are of the new film's
+  // size, outlive this.
   HistoryView(const HistorySource& pixels, const CameraPose& pose, const std::optional<V3f>& viewpoint,
-              const CameraPose& now, const PixelRect& region, const V3d& scene_origin, const ForwardMap* landed);
+              const CameraPose& now, const PixelRect& region, const V3d& scene_origin);
 
   // Pixels are those of the new picture, whatever they show.
   bool same_camera() const { return same_camera_; }
 
-  // Of the pixel (x, y), whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new
+  // Of the pixel whose centre sees `here` at `position`, or nothing in that direction. footprint: side of a new
   // pixel there. centres: has the pixel in hand.
-  void see(const CentreHit& here, int x, int y, const V3d& position, double footprint, const PrimaryHits& centres,
-           std::uint32_t key, SourceSight& sight);
+  void see(const CentreHit& here, const V3d& position, double footprint, const PrimaryHits& centres, std::uint32_t key,
+           SourceSight& sight);
 
   // Without the directions of surfaces that look different from there. light: the picture's mean radiance.
   HistorySample look(const CentreHit& here, const SourceSight& sight, const ViewReweighting& change, const Rgb& light,
@@ -90,14 +89,13 @@ class HistoryView {
   // Of the pixel in hand, by where its light came from as the nearest pixel knows it: neighbours ask the others. Where
   // surfaces are textured every pixel asks for itself.
   ViewEvidence evidence_of(const HistoryTaps& taps, const PrimaryHits& centres, WeighedDirections& directions) const;
-  HistoryTaps find_taps(const CentreHit& here, int x, int y, const V3d& position);
+  HistoryTaps find_taps(const CentreHit& here, const V3d& position);
   // Adds the pixel if it shows what `here` is, and nothing else. False: it shows part of what nobody knows.
   bool add_tap(const CentreHit& here, const V3d& from_camera, double footprint, HistoryTap tap, HistoryTaps& taps);
   // Those of the pixels that weigh `least` and more, by what they counted there.
   WeighedDirections directions_of(const HistoryTaps& taps, float least) const;
 
   const HistorySource& pixels_;
-  const ForwardMap* landed_;
   PixelRect region_;
   CameraProjection projection_;
   bool same_camera_;

@@ -134,13 +134,8 @@ void ReprojectionStats::add(const ReprojectionStats& other) {
 }
 
 Reprojection::Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
-                           const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources,
-                           ReprojectionMapping mapping, std::shared_ptr<const CancelToken> cancel)
-    : film_(film),
-      centres_(std::move(scene), film, region, pose, filter),
-      sources_(std::move(sources)),
-      mapping_(mapping),
-      cancel_(std::move(cancel)) {
+                           const CameraPose& pose, const PixelFilter& filter, std::vector<PictureSource> sources)
+    : film_(film), centres_(std::move(scene), film, region, pose, filter), sources_(std::move(sources)) {
   HELIO_DCHECK(sources_.size() <= kMostSources && film_.history());
   const V3d& p = pose.position;
   const V3d& f = pose.forward;
@@ -155,9 +150,6 @@ void Reprojection::prepare_lookups() const {
       const PictureSource& source = sources_[i];
       if (!scene.features().only_lambert && other_viewpoint(source.pose, centres_.pose(), scene))
         light_[i] = mean_radiance(*source.pixels, centres_.region());
-      if (mapping_ == ReprojectionMapping::forward && source.pose != centres_.pose())
-        landed_[i].emplace(*source.pixels, source.pose, centres_.pose(), centres_.region(), scene.origin(),
-                           cancel_.get());
     }
   });
 }
@@ -169,7 +161,7 @@ std::vector<HistoryView> Reprojection::views() const {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const PictureSource& source = sources_[i];
     views.emplace_back(*source.pixels, source.pose, other_viewpoint(source.pose, centres_.pose(), scene),
-                       centres_.pose(), centres_.region(), scene.origin(), landed_[i] ? &*landed_[i] : nullptr);
+                       centres_.pose(), centres_.region(), scene.origin());
   }
   return views;
 }
@@ -195,7 +187,7 @@ class Reprojection::Seeker {
       const std::size_t i = sights.asked++;
       SourceSight& sight = sights.of[i];
       if (!views_[i].same_camera()) {
-        views_[i].see(here, x, y, position, footprint, centres, key_of(x, y, i), sight);
+        views_[i].see(here, position, footprint, centres, key_of(x, y, i), sight);
       } else {
         sight.evidence.reset();
         sight.lookup = views_[i].border(x, y) ? HistorySample{} : views_[i].keep(*of_.film_.history(), x, y, 0);

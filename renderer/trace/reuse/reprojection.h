@@ -31,11 +31,6 @@
 // scatter, their mean is not what the new pixel scatters, which may be as any of them does: what looking up between
 // pixels may have brought counts against the geometric mean of their variances instead (LookupSums::weigh()).
 //
-// Forward mapping is there as well (trace/reuse/forward_map.h): each pixel of an earlier picture goes to the one new
-// pixel that its point lies in, by the same rules but for mixed pixels beside that one, which nobody asks for. As far
-// as the point lies from the new pixel's centre it is a lookup beside its point. It copies without interpolating, and
-// leaves holes where things are shown larger: tests/bench/README.md compares them.
-//
 // What was traced for one half and for the other never meets, so the halves stay independent, but for the directions,
 // which say together how the view has changed. Which lineage is the film's first half alternates from picture to
 // picture: a camera that moves on after every sample, which may be one of the first half alone, feeds both. Cameras
@@ -44,15 +39,12 @@
 
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 #include "renderer/film/history/history_source.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/paths/path_integrator.h"
-#include "renderer/trace/reuse/forward_map.h"
-#include "renderer/trace/reuse/reprojection_mapping.h"
 
 namespace helio {
 
@@ -85,12 +77,9 @@ bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
-  // know equally much. At most kMostSources. All have the film's size. Once `cancel`, which may be null, is raised what
-  // is carried is of no use.
+  // know equally much. At most kMostSources. All have the film's size.
   Reprojection(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
-               const PixelFilter& filter, std::vector<PictureSource> sources,
-               ReprojectionMapping mapping = ReprojectionMapping::reverse,
-               std::shared_ptr<const CancelToken> cancel = nullptr);
+               const PixelFilter& filter, std::vector<PictureSource> sources);
 
   static constexpr std::size_t kMostSources = 2;
 
@@ -117,13 +106,10 @@ class Reprojection {
   GbufferPass centres_;
   std::vector<PictureSource> sources_;
   std::uint32_t key_ = 0;  // of the view, for choices by chance
-  ReprojectionMapping mapping_;
-  std::shared_ptr<const CancelToken> cancel_;
   // By source, made by the first sweep that needs it: mean radiance of what it shows, beside lamps, where the camera
-  // has moved, and with forward mapping where its pixels have gone.
+  // has moved.
   mutable std::once_flag prepared_;
   mutable Rgb light_[kMostSources];
-  mutable std::optional<ForwardMap> landed_[kMostSources];
 };
 
 }  // namespace helio

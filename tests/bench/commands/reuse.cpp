@@ -50,14 +50,12 @@ struct MeasuredScene {
 struct Kind {
   RenderMode mode;
   ModeVariant variant = ModeVariant::bounded;
-  ReprojectionMapping mapping = ReprojectionMapping::reverse;
 };
 
 RenderSettings settings_of(const MeasuredScene& scene, const Kind& kind, std::uint64_t seed) {
   RenderSettings settings = scene.scene.settings;
   settings.mode = kind.mode;
   settings.variant = kind.variant;
-  settings.reprojection.mapping = kind.mapping;
   if (kind.variant == ModeVariant::paper) settings.adaptive.min_samples = kPaperMinSamples;
   settings.seed = seed;
   return settings;
@@ -192,7 +190,6 @@ Result<OtherModes> measure_others(RenderEngine& engine, const MeasuredScene& sce
     std::uint32_t further;
   } runs[] = {
       {{RenderMode::reproject}, others.reproject, kFurther * most},
-      {{RenderMode::combined, ModeVariant::bounded, ReprojectionMapping::forward}, others.forward, kFurther * most},
       {paper_ours, others.paper_combined, 0},
       {paper_reproject, others.paper_reproject, 0}};
   for (const auto& [kind, curve, further] : runs) {

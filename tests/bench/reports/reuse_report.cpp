@@ -29,7 +29,6 @@ template <ReuseCurve OtherModes::* kCurve>
 const ReuseCurve& other_of(const ReuseSeed& seed) {
   return (*seed.others).*kCurve;
 }
-constexpr Curve kForward = other_of<&OtherModes::forward>;
 constexpr Curve kPaper[] = {other_of<&OtherModes::paper_combined>, other_of<&OtherModes::paper_reproject>};
 
 class Report {
@@ -48,7 +47,6 @@ class Report {
     gains(newly_seen);
     errors("error_over_restart", {combined_of}, &ReusePoint::relmse, kMostErrorOverRestart);
     if (others_) {
-      errors("forward_error_over_restart", {kForward}, &ReusePoint::relmse, std::nullopt);
       errors("paper_error_over_restart", {kPaper[0], kPaper[1]}, &ReusePoint::relmse, std::nullopt);
     }
     at_point("at_two", 1);  // a single sample has no second half everywhere
@@ -120,8 +118,6 @@ class Report {
     const auto reproject =
         gains_at_least(other_of<&OtherModes::reproject>, &ReusePoint::relmse, "reproject_over_restart");
     add("reproject_over_restart", median(reproject), "x", Better::higher);
-    const auto forward = gains_at_least(kForward, &ReusePoint::relmse, "forward_over_restart");
-    add("forward_over_restart", median(forward), "x", Better::higher);
     std::vector<double> paper[2], over_paper;
     std::size_t missed = 0;
     for (std::size_t i = 0; i < seeds_.size(); ++i) {

@@ -38,7 +38,7 @@ inline constexpr int kCostCounts[] = {1, 4};  // samples of the frames whose cos
 
 // What stands beside ours.
 struct OtherModes {
-  ReuseCurve reproject, forward, paper_combined, paper_reproject;  // forward: combined, by forward mapping
+  ReuseCurve reproject, paper_combined, paper_reproject;
   FrameCost restart_cost[2], combined_cost[2], paper_combined_cost[2], paper_reproject_cost[2];  // by kCostCounts
 };
 

@@ -34,7 +34,6 @@ ReuseSeed seed_of() {
   seed.restart = curve_of(1, 1, kPoints + 1);
   OtherModes& others = seed.others.emplace();
   seed.combined = others.reproject = curve_of(0.1, 1);
-  others.forward = curve_of(0.25, 1);
   others.paper_combined = curve_of(0.5, 1);
   others.paper_reproject = curve_of(0.2, 1);
   for (int k = 0; k < 2; ++k) {
@@ -89,13 +88,11 @@ TEST(ReuseReport, GainsAndTheirCeiling) {
   EXPECT_NEAR(value(report, "paper_combined_over_restart"), 2, 1e-9);
   EXPECT_NEAR(value(report, "paper_reproject_over_restart"), 5, 1e-9);
   EXPECT_NEAR(value(report, "combined_over_paper"), 1.4, 1e-9);
-  EXPECT_NEAR(value(report, "forward_over_restart"), 4, 1e-9);
   EXPECT_NEAR(value(report, "ceiling"), 10, 1e-9);
   EXPECT_NEAR(value(report, "share_of_ceiling"), 70, 1e-9);
   EXPECT_NEAR(value(report, "error_over_restart"), 0.1, 1e-9);
   for (const char* at : {".at_1", ".at_2", ".at_4", ".upper_95"})
     EXPECT_NEAR(value(report, std::string("error_over_restart") + at), 0.1, 1e-9);
-  EXPECT_NEAR(value(report, "forward_error_over_restart"), 0.25, 1e-9);
   EXPECT_NEAR(value(report, "paper_error_over_restart"), 0.5, 1e-9);
   EXPECT_TRUE(report.notes.empty());
 }
@@ -195,9 +192,8 @@ TEST(ReuseReport, OursAloneHasNoFiguresOfOthers) {
     ASSERT_TRUE(find(all, name)) << name;
     EXPECT_EQ(value(report, name), value(all, name)) << name;
   }
-  for (const char* name :
-       {"reproject_over_restart", "forward_over_restart", "forward_error_over_restart", "paper_combined_over_restart",
-        "combined_over_paper", "paper_error_over_restart", "paper_bias", "cost_of_one_sample.passes"}) {
+  for (const char* name : {"reproject_over_restart", "paper_combined_over_restart", "combined_over_paper",
+                           "paper_error_over_restart", "paper_bias", "cost_of_one_sample.passes"}) {
     EXPECT_TRUE(find(all, name)) << name;
     EXPECT_FALSE(find(report, name)) << name;
   }

@@ -221,19 +221,17 @@ TEST(RenderSettings, AdaptiveCountsAreChecked) {
 
 TEST(RenderSettings, ReprojectionIsCheckedWhereItIsUsed) {
   RenderSettings s;
-  s.reprojection = {2, 0, ReprojectionMapping::forward};
+  s.reprojection = {2, 0};
   s.mode = RenderMode::reproject;
   EXPECT_EQ(problems_of(s), "");  // hits and the error are of no meaning in our variant
-  s.reprojection.mapping = ReprojectionMapping(2);
-  EXPECT_EQ(problems_of(s), "settings.reprojection.mapping: 2 is not a mapping; allowed: reverse, forward");
   s.variant = ModeVariant::paper;
   EXPECT_EQ(
       problems_of(s),
       "settings.reprojection.stored_hits: 2 hits are not stored; allowed: 1, 4; settings.reprojection.max_error: 0 "
       "is outside (0, 1000000]");
-  s.reprojection = {1, std::numeric_limits<double>::quiet_NaN(), ReprojectionMapping::reverse};
+  s.reprojection = {1, std::numeric_limits<double>::quiet_NaN()};
   EXPECT_EQ(problems_of(s), "settings.reprojection.max_error: nan is outside (0, 1000000]");
-  s.reprojection = {4, 1e6, ReprojectionMapping::reverse};
+  s.reprojection = {4, 1e6};
   s.mode = RenderMode::combined;
   s.adaptive.min_samples = 2;
   EXPECT_EQ(problems_of(s), "");

@@ -14,12 +14,11 @@ namespace {
 
 constexpr int kWidth = 61, kHeight = 45;
 
-RenderSettings settings_of(RenderMode mode, ReprojectionMapping mapping = ReprojectionMapping::reverse) {
+RenderSettings settings_of(RenderMode mode) {
   RenderSettings settings;
   settings.width = kWidth;
   settings.height = kHeight;
   settings.mode = mode;
-  settings.reprojection.mapping = mapping;
   settings.seed = 5;
   return settings;
 }
@@ -68,12 +67,10 @@ TEST_P(ReuseFrame, ATurnKeepsWhatIsStillTrue) {
 }
 
 TEST_P(ReuseFrame, TheSameViewKeepsItsBits) {
-  for (const auto mapping : {ReprojectionMapping::reverse, ReprojectionMapping::forward}) {
-    LoopViews views(engine, mixed, settings_of(GetParam(), mapping));
-    views.render(turned_and_shifted(home(), 3, 0.02), 16);
-    const ViewPicture moved = views.render(home(), 16);
-    EXPECT_TRUE(same_pixels(views.render(home(), 16), moved));
-  }
+  LoopViews views(engine, mixed, settings_of(GetParam()));
+  views.render(turned_and_shifted(home(), 3, 0.02), 16);
+  const ViewPicture moved = views.render(home(), 16);
+  EXPECT_TRUE(same_pixels(views.render(home(), 16), moved));
 }
 
 // Time was over before the first fresh sample: what was carried is a picture all the same, for who comes later.
@@ -100,20 +97,18 @@ TEST_P(ReuseFrame, ACarriedPictureWithoutSamplesIsShownAgain) {
 }
 
 TEST_P(ReuseFrame, BitsDependNeitherOnThreadsNorOnTiles) {
-  for (const auto mapping : {ReprojectionMapping::reverse, ReprojectionMapping::forward}) {
-    std::vector<ViewPicture> pictures;
-    for (const auto& [threads, tile] : {std::pair(1, 128), std::pair(2, 128), std::pair(2, 16)}) {
-      RenderEngine own(threads);
-      RenderLoopOptions options;
-      options.tile_size = tile;
-      LoopViews views(own, mixed, settings_of(GetParam(), mapping), options);
-      for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home(), 2.0 * step, 0.01 * step), 3);
-      pictures.push_back(views.render(home(), 20));
-    }
-    EXPECT_GT(pictures[0].end.progress.reuse_share, 0.1);
-    EXPECT_TRUE(same_pixels(pictures[0], pictures[1]));
-    EXPECT_TRUE(same_pixels(pictures[0], pictures[2]));
+  std::vector<ViewPicture> pictures;
+  for (const auto& [threads, tile] : {std::pair(1, 128), std::pair(2, 128), std::pair(2, 16)}) {
+    RenderEngine own(threads);
+    RenderLoopOptions options;
+    options.tile_size = tile;
+    LoopViews views(own, mixed, settings_of(GetParam()), options);
+    for (int step = 4; step > 0; --step) views.render(turned_and_shifted(home(), 2.0 * step, 0.01 * step), 3);
+    pictures.push_back(views.render(home(), 20));
   }
+  EXPECT_GT(pictures[0].end.progress.reuse_share, 0.1);
+  EXPECT_TRUE(same_pixels(pictures[0], pictures[1]));
+  EXPECT_TRUE(same_pixels(pictures[0], pictures[2]));
 }
 
 TEST_P(ReuseFrame, SingleSamplesAddUpWhileTheCameraMoves) {

@@ -23,9 +23,8 @@ namespace {
 constexpr int kWidth = 48, kHeight = 36;
 
 ReprojectionStats look_through(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, Film& film,
-                               std::vector<PictureSource> sources, const PixelRect& region,
-                               ReprojectionMapping mapping = ReprojectionMapping::reverse) {
-  Reprojection work(scene, film, region, pose, {}, std::move(sources), mapping);
+                               std::vector<PictureSource> sources, const PixelRect& region) {
+  Reprojection work(scene, film, region, pose, {}, std::move(sources));
   ReprojectionStats stats;
   work.carry(region, stats);
   work.find_borders(region, stats);
@@ -269,106 +268,6 @@ TEST(Reprojection, RoundSurfacesHaveNoSteps) {
     EXPECT_FALSE(film.history()->centre(x, kHeight / 2).border) << x;
 }
 
-// A source on the wall whose pixels' means are all different.
-HistorySource numbered_picture(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose) {
-  return picture(scene, pose, 0, [](const Film&, int x, int y, int) {
-    return HalfSamples{double(1 + y * kWidth + x), 16, 1e6f};
-  });
-}
-
-TEST(ForwardMap, PixelsGoWhereTheirPointsAre) {
-  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
-  const HistorySource source = numbered_picture(scene, orthographic_before_wall());
-  // 3.4 pixels to the right and 2.3 up: what was at (x, y) is at (x - 3.4, y + 2.3).
-  const PixelRect region = {2, 0, kWidth, kHeight};
-  const ForwardMap map(source, orthographic_before_wall(), orthographic_before_wall(3.4, 2.3), region, scene->origin());
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const auto found = map.at(x, y);
-      ASSERT_EQ(found.has_value(), x + 3 < kWidth && x + 3 >= region.x0 && y >= 2) << x << ", " << y;
-      if (!found) continue;
-      EXPECT_EQ(found->x, x + 3);
-      EXPECT_EQ(found->y, y - 2);
-    }
-  }
-}
-
-TEST(ForwardMap, ACancelEndsIt) {
-  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
-  const HistorySource source = numbered_picture(scene, orthographic_before_wall());
-  CancelToken cancel;
-  cancel.cancel();
-  const ForwardMap map(source, orthographic_before_wall(), orthographic_before_wall(), {0, 0, kWidth, kHeight},
-                       scene->origin(), &cancel);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) ASSERT_FALSE(map.at(x, y)) << x << ", " << y;
-  }
-}
-
-TEST(ForwardMap, OfMagnifiedPicturesAQuarterIsFoundAndOfReducedOnesTheNearest) {
-  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
-  const CameraPose before = orthographic_before_wall();
-  const HistorySource source = numbered_picture(scene, before);
-  int found = 0;
-  std::vector<int> used(std::size_t(kWidth * kHeight));
-  const ForwardMap larger(source, before, orthographic_before_wall(0.1, 0.1, 2), {0, 0, kWidth, kHeight},
-                          scene->origin());
-  const ForwardMap smaller(source, before, orthographic_before_wall(0.3, 0, 1.0 / 3), {0, 0, kWidth, kHeight},
-                           scene->origin());
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      if (const auto pixel = larger.at(x, y)) {
-        ++found;
-        EXPECT_EQ(++used[std::size_t(pixel->y * kWidth + pixel->x)], 1) << "goes to one pixel alone";
-      }
-      // The middle of a third of the picture: of nine pixels that which lies nearest.
-      const auto pixel = smaller.at(x, y);
-      const bool inside = x >= kWidth / 3 && x < kWidth * 2 / 3 && y >= kHeight / 3 && y < kHeight * 2 / 3;
-      ASSERT_EQ(pixel.has_value(), inside) << x << ", " << y;
-      if (!pixel) continue;
-      EXPECT_EQ(pixel->x, 3 * (x - kWidth / 3) + 1);
-      EXPECT_EQ(pixel->y, 3 * (y - kHeight / 3) + 1);
-    }
-  }
-  EXPECT_EQ(found, kWidth * kHeight / 4);
-}
-
-TEST(ForwardMap, TheNearerSurfaceCounts) {
-  SceneDescription scene;
-  scene.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-  add_mesh(scene, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
-  Object plate;
-  plate.meshes = {quad({-20, -20, 1}, {20, 0, 0}, {0, 40, 0}, 0)};
-  add_instance(scene, add_object(scene, std::move(plate)));
-  const auto built = build(scene);
-  // From the right end of an arc: the plate's right side hides wall that was seen, and both land there.
-  const CameraPose before = camera_at({1, 0, 4}, {0, 0, 0.5}), after = camera_at({-1, 0, 4}, {0, 0, 0.5});
-  const HistorySource source = numbered_picture(built, before);
-  const ForwardMap map(source, before, after, {0, 0, kWidth, kHeight}, built->origin());
-  const CameraProjection there(before, kWidth, kHeight, built->origin()), here(after, kWidth, kHeight, built->origin());
-  std::vector<bool> of_plate(std::size_t(kWidth * kHeight)), of_wall = of_plate;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const CentreHit& centre = source.centre(x, y);
-      const FilmPoint point = here.point(there.position_at(x + 0.5, y + 0.5, double(centre.depth)));
-      if (centre.border ||
-          !PixelRect{0, 0, kWidth, kHeight}.contains(int(std::floor(point.x)), int(std::floor(point.y))))
-        continue;
-      (centre.instance == 1 ? of_plate : of_wall)[std::size_t(int(point.y) * kWidth + int(point.x))] = true;
-    }
-  }
-  int both = 0;
-  for (int i = 0; i < kWidth * kHeight; ++i) {
-    const auto found = map.at(i % kWidth, i / kWidth);
-    ASSERT_EQ(found.has_value(), of_plate[std::size_t(i)] || of_wall[std::size_t(i)]);
-    if (found) {
-      EXPECT_EQ(source.centre(found->x, found->y).instance == 1, of_plate[std::size_t(i)]);
-    }
-    both += of_plate[std::size_t(i)] && of_wall[std::size_t(i)];
-  }
-  EXPECT_GT(both, 20);
-}
-
 // Of one object, with one normal: only the distance between the planes tells the plate from the wall that it hid.
 TEST(Reprojection, WhatAPlateHidIsNotTakenFromIt) {
   SceneDescription scene;
@@ -385,48 +284,24 @@ TEST(Reprojection, WhatAPlateHidIsNotTakenFromIt) {
   const HistorySource source = picture(built, before, 0, [&](const Film& film, int x, int y, int) {
     return HalfSamples{on_plate(before, film.history()->centre(x, y), x, y) ? 100.0 : 1.0, 16, 1};
   });
-  for (const auto mapping : {ReprojectionMapping::reverse, ReprojectionMapping::forward}) {
-    Film film(kWidth, kHeight, {.history = true});
-    look_through(built, after, film, {{before, &source, 0, false}}, film.bounds(), mapping);
-    int of_plate = 0, of_wall = 0, hidden = 0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const CarriedPixel& carried = film.history()->carried(x, y);
-        const bool plate = on_plate(after, film.history()->centre(x, y), x, y);
-        if (carried.count[0] == 0) {
-          hidden += !plate;
-          continue;
-        }
-        EXPECT_NEAR(carried.means.mean(0)[1], plate ? 100 : 1, plate ? 0.5 : 0.01) << x << ", " << y;
-        ++(plate ? of_plate : of_wall);
+  Film film(kWidth, kHeight, {.history = true});
+  look_through(built, after, film, {{before, &source, 0, false}}, film.bounds());
+  int of_plate = 0, of_wall = 0, hidden = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const CarriedPixel& carried = film.history()->carried(x, y);
+      const bool plate = on_plate(after, film.history()->centre(x, y), x, y);
+      if (carried.count[0] == 0) {
+        hidden += !plate;
+        continue;
       }
+      EXPECT_NEAR(carried.means.mean(0)[1], plate ? 100 : 1, plate ? 0.5 : 0.01) << x << ", " << y;
+      ++(plate ? of_plate : of_wall);
     }
-    EXPECT_GT(of_plate, 50);
-    EXPECT_GT(of_wall, 50);
-    EXPECT_GT(hidden, 50);
   }
-}
-
-TEST(Reprojection, ForwardMappingCopiesPixelsWithTheErrorOfTheirPlace) {
-  const auto scene = wall_of(lambert(Rgb(0.5f, 0.5f, 0.5f)));
-  const CameraPose before = orthographic_before_wall();
-  // Of a slope, as steep along both axes: what lies beside the point is off by that, times the distance.
-  constexpr double kSlope = 0.5;
-  const HistorySource source = picture(scene, before, 0, [](const Film&, int x, int y, int) {
-    return HalfSamples{1 + kSlope * (x + y), 16, 1e6f};
-  });
-  for (const double off : {0.0, 0.25}) {
-    Film film(kWidth, kHeight, {.history = true});
-    look_through(scene, orthographic_before_wall(3 + off, 0), film, {{before, &source, 0, false}}, film.bounds(),
-                 ReprojectionMapping::forward);
-    for (int x = 4; x < kWidth - 8; ++x) {
-      const CarriedPixel& carried = film.history()->carried(x, 9);
-      ASSERT_EQ(carried.count[0], 16u) << x;
-      for (int h = 0; h < kHalves; ++h) EXPECT_FLOAT_EQ(carried.means.mean(h)[1], float(1 + kSlope * (x + 3 + 9))) << x;
-      EXPECT_NEAR(std::sqrt(float(carried.bias2)), kSlope * off, 0.1 * kSlope * off + 1e-6) << x;
-    }
-    EXPECT_EQ(film.history()->carried(kWidth - 2, 9).count[0], 0u);
-  }
+  EXPECT_GT(of_plate, 50);
+  EXPECT_GT(of_wall, 50);
+  EXPECT_GT(hidden, 50);
 }
 
 TEST(Reprojection, AGlanceFindsNarrowStrips) {
