@@ -1,5 +1,6 @@
 #include "server/sessions/replay_token.h"
 
+#include <absl/strings/escaping.h>
 #include <spdlog/fmt/fmt.h>
 #include <zlib.h>
 
@@ -21,33 +22,6 @@ constexpr std::size_t kMaxHint = 64;     // bytes of each name; what is longer l
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint64_t kMostLightPaths = std::uint64_t(1) << 32;  // a film's pixels are fewer; a pass has fewer still
 constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-
-std::string to_base64url(std::string_view bytes) {
-  std::string text;
-  std::uint32_t held = 0;
-  int bits = 0;
-  for (const char byte : bytes) {
-    held = (held << 8) | std::uint8_t(byte);
-    for (bits += 8; bits >= 6; bits -= 6) text += kDigits[(held >> (bits - 6)) & 63];
-  }
-  if (bits > 0) text += kDigits[(held << (6 - bits)) & 63];
-  return text;
-}
-
-// Precondition: only digits.
-std::string from_base64url(std::string_view text) {
-  std::string bytes;
-  std::uint32_t held = 0;
-  int bits = 0;
-  for (const char digit : text) {
-    held = (held << 6) | std::uint32_t(kDigits.find(digit));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += char(held >> bits);
-  }
-  return bytes;
-}
 
 std::string crc_of(std::string_view bytes) {
   const auto crc = crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), uInt(bytes.size()));
@@ -97,11 +71,13 @@ Result<std::string> payload_of(const std::string& token, const std::string& wher
                                 kPrefix.size() + odd + 1),
                     where);
   }
-  const std::string bytes = from_base64url(digits);
+  std::string bytes;
+  absl::WebSafeBase64Unescape(absl::string_view(digits.data(), digits.size()),
+                              &bytes);  // of a length that is none: nothing
   const std::size_t size = bytes.size() - std::min(bytes.size(), kCrcBytes);
   // Digits that hold no whole byte must be those that were written: every character counts.
   if (size == 0 || crc_of(std::string_view(bytes).substr(0, size)) != bytes.substr(size) ||
-      to_base64url(bytes) != digits) {
+      absl::WebSafeBase64Escape(bytes) != digits) {
     return no_token("fails its checksum: cut short or mistyped; copy the whole of it", where);
   }
   return bytes.substr(0, size);
@@ -222,7 +198,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.mutable_sample()->set_index(sample.index);
   message.mutable_sample()->set_light_path(sample.light_path);
   const std::string payload = message.SerializeAsString();
-  return std::string(kPrefix) + to_base64url(payload + crc_of(payload));
+  return std::string(kPrefix) + absl::WebSafeBase64Escape(payload + crc_of(payload));
 }
 
 Result<Replay> read_replay_token(const std::string& token, const RenderLimits& limits, const std::string& where) {

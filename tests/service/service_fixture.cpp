@@ -1,5 +1,6 @@
 #include "service_fixture.h"
 
+#include <absl/strings/escaping.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <spdlog/spdlog.h>
 
@@ -11,19 +12,6 @@
 
 namespace helio::test {
 namespace {
-
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0);
-    }
-    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 grpc::ByteBuffer to_buffer(const std::string& bytes) {
   const grpc::Slice slice(bytes);
@@ -96,7 +84,7 @@ std::string quad_gltf(double radiance) {
    {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
  "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
  "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,)" +
-         base64(buffer) + R"("}]})";
+         absl::Base64Escape(buffer) + R"("}]})";
 }
 
 std::string overflowing_gltf() {

@@ -1,7 +1,8 @@
 #include "renderer/scene/gltf/document/uri.h"
 
+#include <absl/strings/escaping.h>
+
 #include <algorithm>
-#include <array>
 
 namespace helio::gltf {
 
@@ -37,47 +38,23 @@ Result<std::string> percent_decode(std::string_view text, bool is_path) {
   return result;
 }
 
-constexpr std::array<std::int8_t, 256> make_base64_table() {
-  std::array<std::int8_t, 256> table{};
-  for (std::int8_t& value : table) value = -1;
-  for (int i = 0; i < 26; ++i) {
-    table[std::size_t('A' + i)] = std::int8_t(i);
-    table[std::size_t('a' + i)] = std::int8_t(26 + i);
-  }
-  for (int i = 0; i < 10; ++i) table[std::size_t('0' + i)] = std::int8_t(52 + i);
-  table[std::size_t('+')] = 62;
-  table[std::size_t('/')] = 63;
-  return table;
-}
-
 // RFC 4648, section 4; padding may be missing.
 Result<std::vector<std::uint8_t>> base64_decode(std::string_view text) {
-  static constexpr std::array<std::int8_t, 256> kTable = make_base64_table();
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::size_t size = text.size();
   while (size > 0 && text.size() - size < 2 && text[size - 1] == '=') --size;
   if (size % 4 == 1) return invalid("has base64 data of an impossible length");
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(size / 4 * 3 + 3);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const int value = kTable[std::uint8_t(text[i])];
-    if (value < 0) return invalid("has a character that is not base64, " + std::to_string(i) + " into the data");
-    bits = bits << 6 | std::uint32_t(value);
-    if (++count == 4) {
-      bytes.push_back(std::uint8_t(bits >> 16));
-      bytes.push_back(std::uint8_t(bits >> 8));
-      bytes.push_back(std::uint8_t(bits));
-      bits = 0;
-      count = 0;
-    }
+  const std::string_view digits = text.substr(0, size);
+  std::string bytes;
+  // White space, which it takes for nothing, is no base64 either.
+  if (!absl::Base64Unescape(absl::string_view(digits.data(), digits.size()), &bytes) ||
+      bytes.size() != size / 4 * 3 + size % 4 * 3 / 4) {
+    const std::size_t odd = digits.find_first_not_of(kDigits);
+    if (odd != std::string_view::npos)
+      return invalid("has a character that is not base64, " + std::to_string(odd) + " into the data");
+    return invalid("has base64 data whose last digit holds bits of no byte");
   }
-  if (count == 2) bytes.push_back(std::uint8_t(bits >> 4));
-  if (count == 3) {
-    bytes.push_back(std::uint8_t(bits >> 10));
-    bytes.push_back(std::uint8_t(bits >> 2));
-  }
-  return bytes;
+  return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
 }
 
 }  // namespace
@@ -92,7 +69,8 @@ Result<DataUri> decode_data_uri(std::string_view uri, MemoryBudget& budget) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string_view::npos) return invalid("is a data URI without a comma");
   const std::string_view header = uri.substr(5, comma - 5), data = uri.substr(comma + 1);
-  if (Status s = budget.reserve(data.size(), ""); !s.ok()) return s.error();
+  // The bytes, and those that the decoder makes them of.
+  if (Status s = budget.reserve(data.size(), 2, ""); !s.ok()) return s.error();
   DataUri result;
   result.media_type = std::string(header.substr(0, header.find(';')));
   std::transform(result.media_type.begin(), result.media_type.end(), result.media_type.begin(),
