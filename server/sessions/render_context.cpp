@@ -55,7 +55,7 @@ Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resou
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
                                                            const RenderSettings& settings) {
   return reserve(resources.memory, scratch_bytes(settings),
-                 fmt::format("light paths and maps of {} x {} pixels", settings.width, settings.height));
+                 fmt::format("light paths of {} x {} pixels", settings.width, settings.height));
 }
 
 }  // namespace

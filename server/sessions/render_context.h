@@ -14,7 +14,7 @@
 
 namespace helio {
 
-// Bytes of a film of this size, and of what its pictures need besides: light vertices, the map of a forward transfer.
+// Bytes of a film of this size, and of what its pictures need besides: light vertices.
 std::uint64_t film_bytes(const RenderSettings& settings);
 std::uint64_t scratch_bytes(const RenderSettings& settings);
 
