@@ -22,7 +22,7 @@ string(JSON value ERROR_VARIABLE absent GET "${alone}" figures cornell-box.path-
 if(NOT code EQUAL 0 OR absent OR alone MATCHES "paper_")
   message(FATAL_ERROR "--ours-alone: exit code ${code}: ${notes} ${absent}")
 endif()
-foreach(name combined_over_restart reproject_over_restart forward_over_restart paper_combined_over_restart
+foreach(name combined_over_restart reproject_over_restart paper_combined_over_restart
     error_over_restart.at_1 error_over_restart.at_4 cost_of_one_sample.frame at_last.within_three)
   string(JSON value ERROR_VARIABLE absent GET "${json}" figures cornell-box.path-50@2.${name} value)
   if(absent OR NOT value GREATER_EQUAL 0)
