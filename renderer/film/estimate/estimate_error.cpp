@@ -144,10 +144,13 @@ void ErrorEstimate::look_over(std::size_t index) {
       for (int x = part.window.x0; x < part.window.x1; ++x) {
         const HalfPixel& pixel = pixels[x];
         for (int c = 0; c < 3; ++c) {
-          // sum of squares > brightest x sum, without a division
+          // sum of squares > brightest x sum, without a division. No sample is above the sum; a carried pixel's sum may
+          // have rounded to 0 beside squares that have not.
           const double sum = pixel.sum[c], n = pixel.count;
-          if (n * pixel.deviations[c] + sum * sum > n * part.brightest * sum)
-            part.brightest = pixel.sum_squares(c) / std::max(sum, DBL_MIN);
+          if (n * pixel.deviations[c] + sum * sum > n * part.brightest * sum) {
+            const double largest = std::min(pixel.sum_squares(c) / std::max(sum, DBL_MIN), sum);
+            part.brightest = std::max(part.brightest, largest);
+          }
         }
       }
     }

@@ -168,6 +168,26 @@ TEST(EstimateError, BlackProvesNothingWhereSurfacesReflect) {
   EXPECT_LT(error.hidden_rmse, 1e-20);
 }
 
+// A carried pixel's sum may round to 0 while its deviations do not: its brightest sample is not infinite for that.
+TEST(EstimateError, ACarriedSumOfZeroHidesNoInfinity) {
+  Film film(32, 32);
+  set_surface(film, 0, 16, 64, 0.5f);
+  for (int half = 0; half < 2; ++half) {
+    for (int y = 0; y < 32; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        for (int k = 0; k < 4; ++k) film.half(half, x, y).add(Rgb(x < 16 ? 0.0f : 1.0f));
+      }
+    }
+    film.half(half, 3, 3).deviations[1] = 1e-30f;
+  }
+  const FilmError error = estimate_error(film, film.bounds());
+  EXPECT_GT(error.unproven, 0.0);
+  EXPECT_TRUE(std::isfinite(error.hidden_rmse)) << error.hidden_rmse;
+  film.half(0, 3, 3).deviations[1] = 0;
+  film.half(1, 3, 3).deviations[1] = 0;
+  EXPECT_EQ(error.hidden_rmse, estimate_error(film, film.bounds()).hidden_rmse);
+}
+
 TEST(EstimateError, BlackIsProvenWhereNothingIsMetOrReflects) {
   Film film(8, 8);
   Random random(1);
