@@ -47,7 +47,7 @@ const std::map<std::string, Rule> kRules = {
     {"renderer/scene/description", {{"renderer/base"}, {}}},
     {"renderer/scene/images",
      {{"renderer/base", "renderer/scene/description"},
-      {"OpenImageIO/", "Iex.h", "Imf*", "half.h", "spdlog/fmt/fmt.h", "zlib.h"}}},
+      {"OpenImageIO/", "Iex.h", "Imf*", "half.h", "spdlog/fmt/fmt.h", "spng.h"}}},
     {"renderer/scene/gltf/document",
      {{"renderer/base", "renderer/scene/description"},
       {"absl/strings/", "nlohmann/json.hpp", "nlohmann/json_fwd.hpp", "spdlog/fmt/fmt.h"}}},

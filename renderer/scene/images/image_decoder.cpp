@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "renderer/scene/images/image_probe.h"
-#include "renderer/scene/images/png_check.h"
+#include "renderer/scene/images/png_decoder.h"
 
 namespace helio {
 namespace {
@@ -73,27 +73,6 @@ Status check_size(const std::string& name, std::int64_t width, std::int64_t heig
   }
   return ok_status();
 }
-
-// The bytes of the file, then zeros: OpenImageIO 2.4 leaks when a read fails inside libpng, whereas libpng itself
-// recognises that no chunk can be all zeros.
-class PaddedReader : public OIIO::Filesystem::IOMemReader {
- public:
-  explicit PaddedReader(std::span<const std::uint8_t> bytes)
-      : IOMemReader(const_cast<std::uint8_t*>(bytes.data()), bytes.size()) {}
-
-  std::size_t read(void* buffer, std::size_t size) override {
-    const std::size_t got = IOMemReader::read(buffer, size);
-    if (got < size) {
-      past_end_ = true;
-      std::memset(static_cast<char*>(buffer) + got, 0, size - got);
-    }
-    return size;
-  }
-  bool past_end() const { return past_end_; }
-
- private:
-  bool past_end_ = false;
-};
 
 struct Layout {
   int first_channel = 0, channels = 0;
@@ -327,9 +306,15 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
     }
   }
 
-  if (probe.format == ImageFormat::png) {
-    if (std::string fault = find_png_fault(bytes); !fault.empty()) return broken(name, std::move(fault));
-  }
+  const auto admit = [&](int width, int height, std::uint64_t most) -> Status {
+    if (most > max_bytes) {
+      return Error{ErrorCode::resource_exhausted,
+                   fmt::format("image of {}x{} needs {} bytes (allowed: at most {})", width, height, most, max_bytes),
+                   name};
+    }
+    return reserve ? reserve(most) : ok_status();
+  };
+  if (probe.format == ImageFormat::png) return decode_png(bytes, name, admit);
 
   disable_library_threads();
   const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::create(reader_name(probe.format));
@@ -338,15 +323,13 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
     return Error{ErrorCode::unimplemented,
                  fmt::format("the installed OpenImageIO cannot read {} from memory", reader_name(probe.format)), name};
   }
-  OIIO::Filesystem::IOMemReader plain(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
-  PaddedReader padded(bytes);
-  OIIO::Filesystem::IOMemReader& memory = probe.format == ImageFormat::png ? padded : plain;
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
   OIIO::ImageSpec hints, spec;
   hints.attribute("oiio:UnassociatedAlpha", 1);
   hints.attribute("oiio:reorient", 0);
   const auto failure = [&] {
     const std::string said = in->geterror();
-    return broken(name, padded.past_end() ? "PNG data is cut off" : said.empty() ? "image cannot be decoded" : said);
+    return broken(name, said.empty() ? "image cannot be decoded" : said);
   };
   if (!in->set_ioproxy(&memory) || !in->open("image", spec, hints)) return failure();
   if (probe.format == ImageFormat::exr) {
@@ -378,15 +361,7 @@ Result<Image> decode(std::span<const std::uint8_t> bytes, const std::string& nam
   const std::uint64_t needed = bytes_of(windows.width, windows.height);
   // Both are held while texels are placed.
   const std::uint64_t most = windows.differ(spec) ? needed + stored_bytes : needed;
-  if (most > max_bytes) {
-    return Error{ErrorCode::resource_exhausted,
-                 fmt::format("image of {}x{} needs {} bytes (allowed: at most {})", windows.width, windows.height, most,
-                             max_bytes),
-                 name};
-  }
-  if (reserve) {
-    if (const Status reserved = reserve(most); !reserved.ok()) return reserved.error();
-  }
+  if (const Status admitted = admit(windows.width, windows.height, most); !admitted.ok()) return admitted.error();
 
   Image image;
   image.name = name;

@@ -1,5 +1,3 @@
-#include "renderer/scene/images/png_check.h"
-
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -54,45 +52,41 @@ std::string decode(const std::string& png) {
   testing::internal::CaptureStderr();
   const Result<Image> image = decode_image(bytes, "p.png", 1 << 20);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  EXPECT_EQ(find_png_fault(bytes), image ? "" : image.error().message);
   return image ? "" : image.error().message;
 }
 
-TEST(PngCheck, WhatLibpngRefusesIsRefusedInSilence) {
+TEST(PngDecoder, WhatIsBrokenIsRefusedInSilence) {
   const std::string z = deflated(rgb_rows()), data = chunk("IDAT", z);
   struct Case {
     std::string png, fault;
   };
   const Case cases[] = {
-      {header(8, 8, 3, 2) + data + kEnd, "PNG has no images of depth 3 and colour type 2"},
-      {header(8, 8, 16, 3) + data + kEnd, "PNG has no images of depth 16 and colour type 3"},
-      {header(8, 8, 8, 2, 2) + data + kEnd, "PNG compression, filter or interlace method is not known"},
-      {chunk("IHDR", kHeader.substr(8, 13) + "x") + data + kEnd, "png header is broken or cut off"},
-      {chunk("IHDR", kHeader.substr(8, 13), 1) + data + kEnd, "PNG chunk IHDR has a wrong CRC"},
-      {kHeader + kHeader + data + kEnd, "PNG chunk IHDR is out of place before IDAT"},
-      {kHeader + kEnd, "PNG chunk IEND is out of place before IDAT"},
-      {kHeader, "PNG data is cut off"},
-      {(kHeader + data).substr(0, kHeader.size() + 20), "PNG data is cut off"},
-      {kHeader + chunk("IDAT", z, 1) + kEnd, "PNG chunk IDAT has a wrong CRC"},
-      {kHeader + chunk("ABCD", "x") + data + kEnd, "PNG chunk ABCD is out of place before IDAT"},
-      {kHeader + chunk("1bCD", "x") + data + kEnd, "PNG chunk has a type that is not four letters"},
-      {kHeader + big_endian(0x90000000u) + "IDAT" + z + kEnd, "PNG chunk is longer than 2^31 - 1 bytes"},
-      {header(8, 8, 8, 3) + data + kEnd, "PNG has no palette"},
-      {header(8, 8, 8, 3) + chunk("PLTE", "1234") + data + kEnd, "PNG palette is broken"},
-      {kHeader + chunk("IDAT", deflated(rgb_rows().substr(0, 50))) + kEnd,
-       "PNG data ends before the image is complete"},
-      {kHeader + chunk("IDAT", z.substr(0, 8)) + kEnd, "PNG data ends before the image is complete"},
+      {header(8, 8, 3, 2) + data + kEnd, "invalid bit depth"},
+      {header(8, 8, 16, 3) + data + kEnd, "invalid bit depth"},
+      {header(8, 8, 8, 2, 2) + data + kEnd, "invalid interlace method"},
+      {chunk("IHDR", kHeader.substr(8, 13) + "x") + data + kEnd, "invalid IHDR chunk size"},
+      {chunk("IHDR", kHeader.substr(8, 13), 1) + data + kEnd, "invalid chunk checksum"},
+      {kHeader + kHeader + data + kEnd, "invalid chunk position"},
+      {kHeader + kEnd, "invalid chunk position"},
+      {kHeader, "end of stream"},
+      {(kHeader + data).substr(0, kHeader.size() + 20), "end of stream"},
+      {kHeader + chunk("IDAT", z.substr(0, 7), 1) + chunk("IDAT", z.substr(7)) + kEnd, "invalid chunk checksum"},
+      {kHeader + chunk("ABCD", "x") + data + kEnd, "unknown critical chunk"},
+      {kHeader + big_endian(0x90000000u) + "IDAT" + z + kEnd, "chunk exceeds maximum standard length"},
+      {header(8, 8, 8, 3) + data + kEnd, "missing PLTE for indexed image"},
+      {header(8, 8, 8, 3) + chunk("PLTE", "1234") + data + kEnd, "invalid chunk length"},
+      {kHeader + chunk("IDAT", deflated(rgb_rows().substr(0, 50))) + kEnd, "IDAT stream too short"},
+      {kHeader + chunk("IDAT", z.substr(0, 8)) + kEnd, "IDAT stream too short"},
       {kHeader + chunk("IDAT", z.substr(0, 5)) + chunk("tEXt", "a") + chunk("IDAT", z.substr(5)) + kEnd,
-       "PNG data ends before the image is complete"},
-      {kHeader + chunk("IDAT", std::string("\0\0", 2) + z.substr(2)) + kEnd,
-       "PNG data is broken: unknown compression method"},
-      {kHeader + chunk("IDAT", z.substr(0, z.size() - 4) + "1234") + kEnd, "PNG data is broken: incorrect data check"},
-      {kHeader + chunk("IDAT", deflated(rgb_rows(5))) + kEnd, "PNG data has a row without a filter"},
+       "IDAT stream too short"},
+      {kHeader + chunk("IDAT", std::string("\0\0", 2) + z.substr(2)) + kEnd, "IDAT stream error"},
+      {kHeader + chunk("IDAT", z.substr(0, z.size() - 4) + "1234") + kEnd, "IDAT stream error"},
+      {kHeader + chunk("IDAT", deflated(rgb_rows(5))) + kEnd, "invalid scanline filter"},
   };
-  for (const Case& c : cases) EXPECT_EQ(decode(kSignature + c.png), c.fault);
+  for (const Case& c : cases) EXPECT_EQ(decode(kSignature + c.png), "PNG is broken or cut off: " + c.fault);
 }
 
-TEST(PngCheck, WhatLibpngTakesIsTaken) {
+TEST(PngDecoder, WhatLibpngTakesIsTaken) {
   const std::string z = deflated(rgb_rows()), data = chunk("IDAT", z);
   const std::string wide = deflated(std::string(8 * 25, '\0') + rgb_rows());
   // Adam7 of 5x5 grey pixels: passes of 1x1, 1x1, 2x1, 1x2, 3x1, 2x3 and 5x2 (columns x rows), a filter byte a row.
@@ -109,11 +103,29 @@ TEST(PngCheck, WhatLibpngTakesIsTaken) {
       kHeader + chunk("IDAT", wide) + kEnd,                        // more rows than the image has
       kHeader + chunk("IDAT", z + std::string(1000, 'x')) + kEnd,  // bytes behind the stream
       kHeader + chunk("tEXt", "a", 1) + data + kEnd,               // not critical
+      kHeader + chunk("1bCD", "x") + data + kEnd,                  // nor is this
+      kHeader + chunk("IDAT", z, 1) + kEnd,                        // the zlib stream has a sum of its own
       kHeader + chunk("iCCP", std::string("a\0\0broken", 9)) + data + kEnd,
       header(5, 5, 8, 0, 1) + chunk("IDAT", deflated(interlaced)) + kEnd,
       header(9, 2, 1, 3) + chunk("PLTE", "rgbRGB") + chunk("IDAT", deflated(std::string(6, '\0'))) + kEnd,
   };
   for (const std::string& png : pngs) EXPECT_EQ(decode(kSignature + png), "");
+}
+
+TEST(PngDecoder, WhatIsNotAdmittedIsNotDecoded) {
+  const std::string png = kSignature + kHeader + chunk("IDAT", deflated(rgb_rows())) + kEnd;
+  const std::vector<std::uint8_t> bytes(png.begin(), png.end());
+  std::uint64_t reserved = 0;
+  const ReserveBytes reserve = [&](std::uint64_t most) {
+    reserved += most;
+    return most <= 192 ? ok_status() : Status(Error{ErrorCode::resource_exhausted, "full", "memory"});
+  };
+  ASSERT_TRUE(decode_image(bytes, "p.png", 192, nullptr, reserve).ok());
+  EXPECT_EQ(reserved, 192u);
+  const Result<Image> large = decode_image(bytes, "p.png", 191, nullptr, reserve);
+  ASSERT_FALSE(large.ok());
+  EXPECT_EQ(large.error().code, ErrorCode::resource_exhausted);
+  EXPECT_EQ(reserved, 192u) << "what max_bytes refuses is not asked for";
 }
 
 }  // namespace
