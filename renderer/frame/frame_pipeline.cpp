@@ -47,15 +47,15 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, FrameStages s
 
 // The next stage of the list, or what comes after them all.
 void FramePipeline::begin_stage() {
-  const auto& list = phase_ == Phase::before ? stages_.before : stages_.after;
   began_s_ = 0;
-  if (next_stage_ < list.size()) return runner_.begin(list[next_stage_++]);
+  const auto& stages = stages_of_phase();
+  if (next_stage_ < stages.size()) return runner_.begin(stages[next_stage_++]);
   if (phase_ == Phase::before) return begin_integration();
   begin_publication();
 }
 
 void FramePipeline::end_stage(double now_s) {
-  const auto& stage = (phase_ == Phase::before ? stages_.before : stages_.after)[next_stage_ - 1];
+  const auto& stage = stages_of_phase()[next_stage_ - 1];
   if (runner_.complete()) {
     note_seconds(stage->id(), now_s);
     stage->finished(grid_);
@@ -148,10 +148,7 @@ void FramePipeline::go_on(double now_s) {
 std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   if (phase_ == Phase::integrate && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
   if (phase_ == Phase::lights && runner_.parts_open() && now_s >= plan_.deadline_s) runner_.stop();
-  if (runs_stages() && runner_.parts_open()) {
-    const auto& requests = phase_ == Phase::before ? plan_.before : plan_.after;
-    if (now_s >= requests[next_stage_ - 1].until_s) runner_.stop();
-  }
+  if (runs_stages() && runner_.parts_open() && now_s >= requests_of_phase()[next_stage_ - 1].until_s) runner_.stop();
   go_on(now_s);
 
   std::optional<Piece> piece;

@@ -45,7 +45,7 @@ class FramePipeline {
   // The next piece of the plan. `room`: whether another resolved tile can be stored. Nothing: what is left is in
   // flight, waits for room, or the plan is over.
   std::optional<Piece> take(bool room, double now_s);
-  // What take() would probably find; never false when it would find something.
+  // Whether take() would probably find a piece; never false when it would.
   bool may_take(bool room) const;
   // `done`: the piece has run to its end. seconds: processor time of the piece.
   void finish(const Piece& piece, bool done, double seconds, double now_s);
@@ -70,6 +70,12 @@ class FramePipeline {
   enum class Phase { before, lights, integrate, after, publish, over };
   void enter(Phase phase);
   bool runs_stages() const { return phase_ == Phase::before || phase_ == Phase::after; }
+  const std::vector<StageRequest>& requests_of_phase() const {
+    return phase_ == Phase::before ? plan_.before : plan_.after;
+  }
+  const std::vector<std::shared_ptr<FrameStage>>& stages_of_phase() const {
+    return phase_ == Phase::before ? stages_.before : stages_.after;
+  }
   void begin_stage();
   void end_stage(double now_s);
   void begin_integration();

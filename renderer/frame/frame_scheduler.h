@@ -48,7 +48,7 @@ struct RoundState {
   std::uint64_t pixels = 0;                   // of the region
 };
 
-// What the scheduler knows of a frame. Times in seconds of wall time, points in time on the now_s() clock.
+// State of a frame, as the scheduler needs it. Times in seconds of wall time, points in time on the now_s() clock.
 struct FrameState {
   std::uint64_t revision = 0;
   double begun_s = 0;

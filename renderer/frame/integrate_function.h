@@ -27,7 +27,7 @@ struct IntegrateJob {
 using IntegrateFunction =
     std::function<bool(const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats)>;
 
-// What the path tracer is told of the settings.
+// The path tracer's part of the settings.
 PathSettings path_settings(const RenderSettings& settings);
 
 // trace_window() on a scene.

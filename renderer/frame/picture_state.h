@@ -1,4 +1,4 @@
-// What the render loop knows of the picture in hand. Replaced whole when another picture begins.
+// State of the picture in hand, as the render loop keeps it. Replaced whole when another picture begins.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ class TemporalReprojection;
 struct PictureState {
   FrameState state;  // as the scheduler has it
   std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
-  std::uint64_t search_rays = 0;                   // that told what pixels show at their centres
+  std::uint64_t search_rays = 0;                   // of centre searches
   double taken_back = 0;                           // carried samples that reviews took back
   TraceStats trace;
   std::uint64_t samples = 0;       // pixel samples in the film

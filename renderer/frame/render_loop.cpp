@@ -36,7 +36,7 @@ std::size_t tiles_that_may_wait(int threads) {
 int plane_count(unsigned channels) {
   std::size_t count = 0;
   for (const Channel& channel : channel_table()) {
-    if (channel.bit == 0 || (channels & channel.bit)) count += channel.planes.size();
+    if (channel.in(channels)) count += channel.planes.size();
   }
   return int(count);
 }
@@ -497,8 +497,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   if (another_picture) pipeline.forget_samples();
   if (another_picture || another_grid) begin_picture(reuse, retired);
   if (!caches_light_vertices(settings.integrator) || !scene) {
-    retired.add(std::move(lights));
-    lights = nullptr;
+    retired.add(std::exchange(lights, nullptr));
   } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
     retired.add(std::exchange(lights, std::make_shared<LightVertexSource>(scene, path_settings(frame_settings()),
                                                                           options.keep_light_vertices)));

@@ -1,4 +1,4 @@
-// What a session or a job asks for: plain values with their validation.
+// Settings of a session or a job: plain values with their validation.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What waits to be told to a loop's sink, in order. A plain data structure: its owner locks it.
+// Queue of a loop's sink: tiles and ends of frames, in order. A plain data structure: its owner locks it.
 #pragma once
 
 #include <cstddef>

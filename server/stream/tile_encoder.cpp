@@ -16,7 +16,7 @@ std::uint64_t TileFormat::bytes_per_pixel() const {
   const std::uint64_t value = encoding.pixel_type == TilePixelType::half ? 2 : 4;
   std::uint64_t bytes = 0;
   for (const Channel& channel : channel_table()) {
-    if (channel.bit != 0 && !(channels & channel.bit)) continue;
+    if (!channel.in(channels)) continue;
     for (const ChannelPlane& plane : channel.planes)
       bytes += plane.storage == Storage::float32 || plane.storage == Storage::count ? 4 : value;
   }
@@ -28,7 +28,7 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
   std::vector<TileChannel> channels;
   channels.reserve(21);
   for (const Channel& channel : channel_table()) {
-    if (channel.bit != 0 && !(format.channels & channel.bit)) continue;
+    if (!channel.in(format.channels)) continue;
     for (const ChannelPlane& plane : channel.planes) {
       const std::vector<float>& data = plane.of(pixels);
       if (data.empty()) continue;

@@ -1,7 +1,7 @@
-// What a picture can tell of each of its pixels, as one table for resolving, encoding, requests and reports.
+// One table of the channels of a picture, for resolving, encoding, requests and reports.
 //
-// To add a channel: its bit and planes here and in ResolvedTile, its row and its function in channels.cpp, and a field of
-// its name in the protocol's TileFormat.
+// To add a channel: its bit and planes here and in ResolvedTile, its row and its function in channels.cpp, and a field
+// of its name in the protocol's TileFormat.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ struct ResolvedTile {
   std::vector<float> variance[3];
   std::vector<float> samples;  // valid samples, both halves, carried ones included
   std::vector<float> alpha, depth, normal[3], albedo[3];
-  // Of what the film's history has brought; all 0 in films without.
-  std::vector<float> history_weight;  // in the pixel's mean, [0, 1]
+  // Carried samples; all 0 in films without history.
+  std::vector<float> history_weight;  // of carried samples in the pixel's mean, [0, 1]
   std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
   std::vector<float> history_age;     // moves or up to half as many again, CarriedPixel::age times the weight, [0, 255]
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
@@ -60,6 +60,8 @@ struct ChannelPlane {
 };
 
 struct Channel {
+  bool in(unsigned channels) const { return bit == 0 || (channels & bit) != 0; }
+
   unsigned bit;      // 0: radiance
   const char* name;  // as requests have it; "": radiance
   bool by_default;   // requests leave it out by "without_NAME"; others ask for it by NAME

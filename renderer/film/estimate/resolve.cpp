@@ -71,7 +71,7 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
     }
   }
   for (const Channel& channel : channel_table()) {
-    if (channel.resolve && (channels & channel.bit)) channel.resolve(film, mean_samples, tile);
+    if (channel.resolve && channel.in(channels)) channel.resolve(film, mean_samples, tile);
   }
   return tile;
 }

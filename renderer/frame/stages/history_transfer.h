@@ -93,8 +93,7 @@ class PictureHistory {
 // revise; then glance, and carry, find borders, settle, or clear where nothing is to be found.
 class HistoryTransfer final : public TemporalReprojection {
  public:
-  // film_samples: fresh ones per pixel, both halves. Film and history outlive this. A work that was cancelled is to be
-  // dropped before its sweep ends.
+  // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
   HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                   PictureHistory& history, const CameraPose& pose, const PixelFilter& filter, double film_samples,
                   const PathSettings& settings);
