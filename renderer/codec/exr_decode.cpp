@@ -5,7 +5,7 @@
 #include <ImfStringAttribute.h>
 
 #include "renderer/codec/dwa_scan.h"
-#include "renderer/codec/exr_header_scan.h"
+#include "renderer/codec/exr_header_check.h"
 #include "renderer/codec/exr_streams.h"
 #include "renderer/codec/tile_codec.h"
 
@@ -89,14 +89,16 @@ Status check_chunks(std::span<const std::uint8_t> bytes, std::size_t header_byte
   return scan_dwa_chunks(bytes, header_bytes + 8 * (chunks - 1), 1, last_rows * width * pixel_bytes);
 }
 
-Result<DecodedTile> decode(std::span<const std::uint8_t> bytes, std::size_t header_bytes, std::uint64_t max_pixels) {
+Result<DecodedTile> decode(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels) {
   // The header alone comes first: opening the file already allocates by the window's height.
   Imf::Header header;
+  std::size_t header_bytes = 0;
   {
     MemoryReader stream(bytes);
     stream.seekg(8);
     int version = 2;
     header.readFrom(stream, version);
+    header_bytes = std::size_t(stream.tellg());
   }
   Result<TileHeader> windows = check_windows(header, max_pixels, bytes.size());
   if (!windows) return windows.error();
@@ -133,10 +135,9 @@ const std::vector<float>* DecodedTile::find(std::string_view name) const {
 }
 
 Result<DecodedTile> decode_tile(std::span<const std::uint8_t> bytes, std::uint64_t max_pixels) {
-  const Result<std::size_t> header_bytes = scan_exr_header(bytes);
-  if (!header_bytes) return header_bytes.error();
+  if (Status usable = check_exr_header(bytes); !usable) return usable.error();
   try {
-    return decode(bytes, *header_bytes, max_pixels);
+    return decode(bytes, max_pixels);
   } catch (const std::exception& e) {
     return refuse(e.what());
   }

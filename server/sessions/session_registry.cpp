@@ -131,7 +131,6 @@ std::uint64_t SessionRegistry::idle_bytes() const {
 }
 
 bool SessionRegistry::make_room(std::uint64_t bytes) {
-  if (idle_bytes() < bytes) return false;
   bool ended = false;
   for (const auto& session : by_idle_time()) {
     const std::uint64_t of_session = session->idle_bytes();
