@@ -6,7 +6,7 @@
 #include "renderer/base/check.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 #include "renderer/film/splats/splat_buffer.h"
 
 namespace helio {

@@ -6,7 +6,7 @@
 #include "renderer/base/check.h"
 #include "renderer/film/allocation/fill_allocation.h"
 #include "renderer/film/allocation/neyman_allocation.h"
-#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/film/core/film_windows.h"
 
 namespace helio {

@@ -39,7 +39,7 @@ struct RoundSummary {
 
 class SampleTargets {
  public:
-  // threshold: for the published rule (film/allocation/threshold_allocation.h).
+  // threshold: for the published rule (frame/paper/threshold_allocation.h).
   SampleTargets(int width, int height, bool threshold)
       : width_(width),
         columns_((width + kFilmBlock - 1) / kFilmBlock),

@@ -65,7 +65,7 @@ class PictureHistory {
     slots_[slot].edited |= what_shows_edited;
   }
   void film_overwritten() { film_ = {}; }
-  // The whole film was copied aside and may be overwritten (stages/forward_transfer.h).
+  // The whole film was copied aside and may be overwritten (paper/forward_transfer.h).
   void copy_complete() {
     copy_pose_ = film_.pose;
     film_overwritten();

@@ -5,7 +5,7 @@
 #include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/frame/stages/estimate_error.h"
-#include "renderer/frame/stages/forward_transfer.h"
+#include "renderer/frame/paper/forward_transfer.h"
 #include "renderer/frame/stages/reject_history.h"
 
 namespace helio {

@@ -1,7 +1,7 @@
 // The kernels once more, for films that later pictures draw on: hit_recorder.h, direction_recorder.h. Radiance and
 // features have the same bits.
 #include "renderer/trace/integrators/direction_recorder.h"
-#include "renderer/trace/integrators/hit_recorder.h"
+#include "renderer/frame/paper/hit_recorder.h"
 #include "renderer/trace/integrators/path_kernel_general.h"
 #include "renderer/trace/integrators/path_kernel_lambert.h"
 

@@ -6,7 +6,7 @@
 
 #include "fake_integrator.h"
 #include "recording_sink.h"
-#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/frame/render_loop.h"
 

@@ -1,4 +1,4 @@
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,5 +1,5 @@
 // The paper's forward mapping: projection, its three validations, the distance test, collisions, determinism.
-#include "renderer/trace/reuse/forward_reprojection.h"
+#include "renderer/frame/paper/forward_reprojection.h"
 
 #include <gtest/gtest.h>
 

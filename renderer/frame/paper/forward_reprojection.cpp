@@ -1,4 +1,4 @@
-#include "renderer/trace/reuse/forward_reprojection.h"
+#include "renderer/frame/paper/forward_reprojection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "renderer/film/core/packed_values.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/reuse/view_error.h"
+#include "renderer/frame/paper/view_error.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/shading_point.h"
 

@@ -1,6 +1,6 @@
 // Where the first samples of each pixel met the scene, for reprojection as published (Schalk 2018, "Adaptive sampling
 // and reprojection", paper 000, sections 3.2 and 3.3; modes reproject and combined, variant paper), and the picture
-// that a camera leaves, from which pixels are copied into the next one (trace/reuse/forward_reprojection.h).
+// that a camera leaves, from which pixels are copied into the next one (frame/paper/forward_reprojection.h).
 #pragma once
 
 #include <cstdint>

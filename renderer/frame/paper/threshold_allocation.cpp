@@ -1,4 +1,4 @@
-#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/frame/paper/threshold_allocation.h"
 
 #include <algorithm>
 #include <cmath>

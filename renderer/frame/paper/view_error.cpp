@@ -1,4 +1,4 @@
-#include "renderer/trace/reuse/view_error.h"
+#include "renderer/frame/paper/view_error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Stage: reprojection as published (trace/reuse/forward_reprojection.h): the film is copied aside, and its pixels ask
+// Stage: reprojection as published (frame/paper/forward_reprojection.h): the film is copied aside, and its pixels ask
 // for those of the new camera's film.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 #include "renderer/frame/stages/history_transfer.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
-#include "renderer/trace/reuse/forward_reprojection.h"
+#include "renderer/frame/paper/forward_reprojection.h"
 
 namespace helio {
 

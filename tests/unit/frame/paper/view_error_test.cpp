@@ -1,5 +1,5 @@
 // Eq. 15 of Schalk 2018, and what the paper takes for specular.
-#include "renderer/trace/reuse/view_error.h"
+#include "renderer/frame/paper/view_error.h"
 
 #include <gtest/gtest.h>
 

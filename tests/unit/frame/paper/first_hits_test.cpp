@@ -1,5 +1,5 @@
 // What pixels keep of their first samples for the paper's reprojection, and how they are copied.
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 
 #include <gtest/gtest.h>
 

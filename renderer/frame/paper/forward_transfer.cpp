@@ -1,10 +1,10 @@
-#include "renderer/frame/stages/forward_transfer.h"
+#include "renderer/frame/paper/forward_transfer.h"
 
 #include <utility>
 
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/core/sample_targets.h"
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 #include "renderer/frame/picture_state.h"
 
 namespace helio {

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <numeric>
 
-#include "renderer/film/allocation/threshold_allocation.h"
+#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/film/core/film.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"

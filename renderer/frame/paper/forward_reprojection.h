@@ -6,7 +6,7 @@
 //   - it is on the film, inside the region (first validation),
 //   - a ray from the new camera towards it meets a surface within kVerification of its distance (second),
 //   - the surface there is neither specular nor refractive, and eq. 15 stays within the maximum (third; view_error.h),
-//   - its pixel's samples met points close to each other (distance test, 3.2.2; film/history/first_hits.h).
+//   - its pixel's samples met points close to each other (distance test, 3.2.2; frame/paper/first_hits.h).
 // Everything else starts over.
 //
 // Where the text leaves it open, this is how it was read:
@@ -28,7 +28,7 @@
 
 #include <memory>
 
-#include "renderer/film/history/first_hits.h"
+#include "renderer/frame/paper/first_hits.h"
 #include "renderer/trace/accel/accel.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/camera/camera_projection.h"
