@@ -4,9 +4,9 @@
 #include <atomic>
 
 #include "renderer/base/check.h"
+#include "renderer/film/core/film_extension.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/frame/paper/first_hits.h"
 #include "renderer/film/splats/splat_buffer.h"
 
 namespace helio {
@@ -15,7 +15,7 @@ Film::Film(int width, int height, const FilmState& state)
     : width_(width),
       height_(height),
       block_columns_((width + kFilmBlock - 1) / kFilmBlock),
-      merging_(state.merging),
+      state_(state),
       invalid_(std::size_t(width) * std::size_t(height)) {
   HELIO_DCHECK(width > 0 && height > 0);
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
@@ -23,29 +23,24 @@ Film::Film(int width, int height, const FilmState& state)
   features_.resize(pixels);
   for (std::vector<BlockWork>& work : work_)
     work.resize(std::size_t(block_columns_) * std::size_t((height + kFilmBlock - 1) / kFilmBlock));
-  HELIO_DCHECK(state.targets || !state.threshold);
-  HELIO_DCHECK(state.threshold || !state.targets || state.stored_hits == 0);
-  if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height, state.threshold);
-  HELIO_DCHECK(state.stored_hits == 0 || (state.history && state.stored_hits <= kMostStoredHits));
-  if (state.history) history_ = std::make_unique<FilmHistory>(width, height, state.stored_hits == 0);
-  if (state.stored_hits > 0) first_hits_ = std::make_unique<FirstHits>(width, height, state.stored_hits);
-  if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height, state.history && state.stored_hits == 0);
+  HELIO_DCHECK(state.targets || !state.exact_counts);
+  HELIO_DCHECK(state.history || !state.carried_only);
+  const bool sources = state.history && !state.carried_only;
+  if (state.targets) targets_ = std::make_unique<SampleTargets>(width, height, state.exact_counts);
+  if (state.history) history_ = std::make_unique<FilmHistory>(width, height, sources);
+  if (state.splats) splats_ = std::make_unique<SplatBuffer>(width, height, sources);
+  if (state.extension) extension_ = state.extension->make(width, height);
 }
 
 std::size_t Film::bytes_per_pixel(const FilmState& state) {
   std::size_t bytes = kHalves * sizeof(HalfPixel) + sizeof(PixelFeatures);
-  if (state.targets) bytes += SampleTargets::bytes_per_pixel(state.threshold);
-  if (state.history) bytes += FilmHistory::bytes_per_pixel(state.stored_hits == 0);
-  if (state.stored_hits > 0) bytes += FirstHits::bytes_per_pixel(state.stored_hits);
+  const bool sources = state.history && !state.carried_only;
+  if (state.targets) bytes += SampleTargets::bytes_per_pixel(state.exact_counts);
+  if (state.history) bytes += FilmHistory::bytes_per_pixel(sources);
   if (state.splats) bytes += SplatBuffer::kBytesPerPixel;
-  if (state.splats && state.history && state.stored_hits == 0) bytes += SplatBuffer::kDirectionBytes;
+  if (state.splats && sources) bytes += SplatBuffer::kDirectionBytes;
+  if (state.extension) bytes += state.extension->bytes_per_pixel;
   return bytes;
-}
-
-FilmState Film::state() const {
-  return {targets_ != nullptr, targets_ && targets_->threshold(),
-          history_ != nullptr, first_hits_ ? first_hits_->per_pixel() : 0,
-          splats_ != nullptr,  merging_};
 }
 
 std::uint32_t Film::carried(int h, int x, int y) const {
@@ -58,8 +53,8 @@ Film& Film::operator=(Film&&) noexcept = default;
 
 std::size_t Film::bytes() const {
   std::size_t total = features_.capacity() * sizeof(PixelFeatures) + (targets_ ? targets_->bytes() : 0) +
-                      (history_ ? history_->bytes() : 0) + (first_hits_ ? first_hits_->bytes() : 0) +
-                      (splats_ ? splats_->bytes() : 0) + invalid_.bytes();
+                      (history_ ? history_->bytes() : 0) + (splats_ ? splats_->bytes() : 0) +
+                      (extension_ ? extension_->bytes() : 0) + invalid_.bytes();
   for (const std::vector<BlockWork>& work : work_) total += work.capacity() * sizeof(BlockWork);
   for (const std::vector<HalfPixel>& half : halves_) total += half.capacity() * sizeof(HalfPixel);
   return total;
@@ -108,7 +103,7 @@ void Film::clear(const PixelRect& window) {
     std::fill_n(features_.begin() + std::ptrdiff_t(first), window.width(), PixelFeatures{});
   }
   if (history_) history_->clear(window);
-  if (first_hits_) first_hits_->clear(window);
+  if (extension_) extension_->clear(window);
   for (int y = window.y0; y < window.y1; y = (y / kFilmBlock + 1) * kFilmBlock) {
     for (int x = window.x0; x < window.x1; x = (x / kFilmBlock + 1) * kFilmBlock) {
       for (int h = 0; h < kHalves; ++h) block(h, x, y) = {};

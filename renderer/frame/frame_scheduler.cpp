@@ -99,8 +99,8 @@ bool FrameScheduler::pilot_done(const FrameState& state) const {
                          std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
 
-// Where rounds are the algorithm's iterations: which one comes next, or is in hand.
-std::uint32_t FrameScheduler::paper_iteration(const FrameState& state) const {
+// Where rounds are iterations: the number of the one that comes next, or is in hand.
+std::uint32_t FrameScheduler::next_iteration(const FrameState& state) const {
   return (state.fill ? 0 : allocation_->min_samples) + state.round.number;
 }
 
@@ -111,8 +111,8 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   plan.round = true;
   StageRequest& allocate = plan.before.emplace_back(StageId::allocate);
   allocate.allocation.fill = state.fill;
-  if (allocation_->paper) {
-    allocate.allocation.iteration = paper_iteration(state);
+  if (allocation_->iterates) {
+    allocate.allocation.iteration = next_iteration(state);
     return plan;
   }
   // Of a few pixels the counts, powers of two, may stay below what was asked for: what is asked for grows all the same.
@@ -148,7 +148,7 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   const RoundSummary& round = state.round.summary;
   const std::uint32_t top = std::max(round.top[0], round.top[1]);
   // What is shown first is shown tile by tile, however long it takes.
-  const bool first_look = state.fill && !allocation_->paper && policy_.passes && state.tiles_alone &&
+  const bool first_look = state.fill && !allocation_->iterates && policy_.passes && state.tiles_alone &&
                           !state.published && state.round.number == 1 && state.round.samples == 0;
   std::uint32_t level = top;
   for (int h = 0; h < kHalves; ++h) {
@@ -184,10 +184,10 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
     plan.final = sample_limit() == 1;
     plan.mean_samples = std::max(1u, std::uint32_t(kHalves * state.round.mean + 0.5));
   }
-  const std::uint32_t iteration = paper_iteration(state);
+  const std::uint32_t iteration = next_iteration(state);
   // Of fewer pixels a single bright sample would be taken for what history lacks.
   const bool review = state.carried && (!state.fill || state.round.mean >= kHalfCheckedMean);
-  const bool measure = !allocation_->paper || budget_.error || std::has_single_bit(iteration);
+  const bool measure = !allocation_->iterates || budget_.error || std::has_single_bit(iteration);
   if (ends_round && review) plan.after.push_back(StageId::review);
   if (ends_round && measure) plan.after.push_back(StageId::measure);
   return plan;

@@ -6,10 +6,10 @@
 // publication interval, the time budget, or the count at which the target error is expected.
 //
 // Mode adaptive: so far for the pilot, then in rounds. A round's first plan allocates, the others integrate what it
-// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends. In
-// the paper variant a round is an iteration of Algorithm 1, the pilot being the first ones; where pixels were carried
-// over it is one of Algorithm 2, from the first on. Ours has no pilot there either: the first round has as many samples
-// as there are pixels, and its tiles are shown one by one.
+// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends.
+// Where much was carried over there is no pilot: the first round has as many samples as there are pixels, and its tiles
+// are shown one by one. Of a rule that iterates (AllocationSettings::iterates) a round is an iteration, the pilot being
+// the first ones; where anything was carried over they begin at 0.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ struct ErrorAtCount {
 // A round of mode adaptive (film/core/sample_targets.h).
 struct RoundState {
   std::uint32_t number = 0;  // 0: all pixels have the same count; none yet, or the pilot's
-  double mean = 0;           // per half, that the round was asked for; bounded variant
+  double mean = 0;           // per half, that the round was asked for; 0: of a rule that iterates
   RoundSummary summary;
   std::uint64_t samples = 0;                  // pixel samples of the film, both halves
   std::uint64_t measured = 0, published = 0;  // `samples` at the newest estimate | publication
@@ -61,7 +61,7 @@ struct FrameState {
   // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
   bool tiles_alone = true;
   bool carried = false;        // something was that is to be reviewed
-  // So much that counts are to fill up what is missing; else they are as without history. Paper: anything.
+  // So much that counts are to fill up what is missing; else they are as without history.
   bool fill = false;
   ErrorAtCount measured;  // the newest estimate; samples == 0: none
 
@@ -119,7 +119,7 @@ class FrameScheduler {
   bool pilot_done(const FrameState& state) const;
   FramePlan plan_allocation(const FrameState& state, double now_s) const;
   FramePlan plan_round(const FrameState& state, double view_age_s, double now_s) const;
-  std::uint32_t paper_iteration(const FrameState& state) const;
+  std::uint32_t next_iteration(const FrameState& state) const;
   double longest_plan_s(double view_age_s) const;
   std::uint32_t sample_limit() const;
   double deadline_s(const FrameState& state) const;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "renderer/frame/variant_parts.h"
 #include "renderer/trace/camera/camera.h"
 
 namespace helio {
@@ -22,8 +23,10 @@ PathSettings path_settings(const RenderSettings& settings) {
 IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene) {
   return [scene = std::move(scene)](const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
-    return trace_window(*scene, camera, path_settings(job.settings), job.range, job.window, cancel, film, stats,
-                        job.targets, job.lights);
+    const VariantParts* variant = variant_parts(job.settings);
+    const auto trace = variant ? variant->trace : &trace_window;
+    return trace(*scene, camera, path_settings(job.settings), job.range, job.window, cancel, film, stats, job.targets,
+                 job.lights);
   };
 }
 

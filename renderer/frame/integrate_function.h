@@ -30,7 +30,7 @@ using IntegrateFunction =
 // The path tracer's part of the settings.
 PathSettings path_settings(const RenderSettings& settings);
 
-// trace_window() on a scene.
+// trace_window() on a scene, or what the settings' variant has in its place.
 IntegrateFunction path_tracer(std::shared_ptr<const RenderScene> scene);
 
 }  // namespace helio

@@ -9,6 +9,7 @@
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
 #include "renderer/base/hash.h"
+#include "renderer/film/core/film_extension.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/splats/splat_buffer.h"
@@ -278,8 +279,8 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     view = update.view;
   }
   if (other_scene) {
-    const bool published = film_state(settings).stored_hits > 0;  // which knows of camera moves alone
-    if (!difference || (published && !difference->empty())) another_kind = true;
+    const bool sources = !film_state(settings).carried_only;  // which alone can be brought to an edited scene
+    if (!difference || (!sources && !difference->empty())) another_kind = true;
     if (!difference || !difference->empty() || !reuses(settings.mode)) {
       another_picture = true;
       view_accepted_s = now;
@@ -545,6 +546,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
 void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   if (another_kind || another_grid) {
     for (auto& held : history.forget()) retired.add(std::move(held));
+    if (film->extension()) film->extension()->forget();
     techniques.forget();
   } else if (reuse) {
     ++history.generation;

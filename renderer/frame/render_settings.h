@@ -56,7 +56,7 @@ struct AdaptiveSettings {
 
 // Modes reproject and combined.
 struct ReprojectionSettings {
-  // Variant paper (frame/paper/forward_reprojection.h).
+  // Variant paper.
   int stored_hits = 4;           // first hits kept per pixel: 1 or 4, which the paper found the best
   double max_error = 1.0 / 256;  // of its eq. 15, radiance; (0, 1e6]
 

@@ -95,6 +95,7 @@ const std::map<std::string, Rule> kRules = {
     {"renderer/frame",
      {{"renderer/base", "renderer/scene/", "renderer/film/", "renderer/trace/", "renderer/metrics"},
       {"oneapi/tbb/", "time.h"}}},
+    {"renderer/frame/paper", {{"renderer/base", "renderer/film/", "renderer/trace/", "renderer/frame"}, {}}},
 
     {"server/base",
      {{"renderer/base"},
@@ -128,6 +129,11 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "client", "client/cli", "server/app", "proto"},
       {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "CLI/CLI.hpp", "spdlog/fmt/fmt.h",
        "sys/stat.h"}}},
+};
+
+// The only ways into rooms that no rule names: a header, and the one file that may include it.
+const std::map<std::string, std::string> kRegistered = {
+    {"renderer/frame/paper/paper_parts.h", "renderer/frame/variant_parts.cpp"},
 };
 
 // Headers that only these files may include: ".cpp" is all that end so.
@@ -174,7 +180,8 @@ std::string complaint(const std::string& path, const std::string& line) {
     const bool allowed = std::any_of(rule.folders.begin(), rule.folders.end(), [&](const std::string& entry) {
       return entry.back() == '/' ? target.rfind(entry, 0) == 0 : target == entry;
     });
-    if (target == folder || allowed) return "";
+    const auto registered = kRegistered.find(named[2]);
+    if (target == folder || allowed || (registered != kRegistered.end() && registered->second == path)) return "";
     return path + " includes " + named[2].str() + ", which is in no folder that " + folder + " may include";
   }
   const std::string header = named[1];
@@ -221,6 +228,11 @@ TEST(IncludeRules, RefuseWhatIsNotListed) {
       {"renderer/trace/accel/accel.cpp", "#include <embree4/rtcore.h>"},  // in embree.h only
       {"renderer/frame/render_loop.cpp", "#include <grpcpp/grpcpp.h>"},
       {"renderer/frame/render_loop.cpp", "#include \"server/sessions/session.h\""},
+      {"renderer/frame/render_loop.cpp", "#include \"renderer/frame/paper/paper_parts.h\""},  // registered elsewhere
+      {"renderer/frame/stages/make_stage.cpp", "#include \"renderer/frame/paper/forward_transfer.h\""},
+      {"renderer/frame/variant_parts.cpp", "#include \"renderer/frame/paper/paper_film.h\""},  // by another header
+      {"renderer/film/film.cpp", "#include \"renderer/frame/paper/first_hits.h\""},
+      {"server/sessions/render_context.cpp", "#include \"renderer/frame/paper/paper_film.h\""},
       {"renderer/base/result.h", "#include \"renderer/film/core/film.h\""},
       {"server/app/server.cpp", "#include <tbb/parallel_for.h>"},
       {"server/stream/stream_messages.cpp", "#include <google/protobuf/wire_format_lite.h>"},
@@ -242,6 +254,8 @@ TEST(IncludeRules, RefuseWhatIsNotListed) {
       {"renderer/trace/accel/embree.h", "#include <embree4/rtcore.h>  // the newer"},
       {"renderer/film/core/film.h", "#include <string_view>"},
       {"renderer/film/film.cpp", "#include \"renderer/film/history/film_history.h\""},
+      {"renderer/frame/variant_parts.cpp", "#include \"renderer/frame/paper/paper_parts.h\""},
+      {"renderer/frame/paper/paper_parts.cpp", "#include \"renderer/frame/stages/make_stage.h\""},
       {"renderer/scene/load/scene_loader.cpp", "#include \"renderer/scene/gltf/document/uri.h\""},
       {"renderer/scene/images/image_decoder.cpp", "#include <half.h>"},
       {"server/app/server.cpp", "#include <grpcpp/grpcpp.h>"},

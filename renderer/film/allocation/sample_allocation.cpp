@@ -6,7 +6,6 @@
 #include "renderer/base/check.h"
 #include "renderer/film/allocation/fill_allocation.h"
 #include "renderer/film/allocation/neyman_allocation.h"
-#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/film/core/film_windows.h"
 
 namespace helio {
@@ -77,7 +76,7 @@ void SampleAllocation::finish_round() {
 std::unique_ptr<SampleAllocation> make_allocation(Film& film, const PixelRect& region,
                                                   const AllocationSettings& settings,
                                                   const AllocationRequest& request) {
-  if (settings.paper) return std::make_unique<ThresholdAllocation>(film, region, settings, request);
+  HELIO_DCHECK(!settings.iterates);
   if (request.fill) return std::make_unique<FillAllocation>(film, region, settings, request);
   return std::make_unique<NeymanAllocation>(film, region, settings, request);
 }

@@ -4,7 +4,7 @@
 // for each sweep, run() of every part in any order, then finish_sweep(). The targets have the same bits however that
 // was done. Two rules:
 //
-// NeymanAllocation (ours, `variant=bounded`). A pilot of m samples of each half everywhere; then n ~ s / sqrt(c), which
+// NeymanAllocation (without history). A pilot of m samples of each half everywhere; then n ~ s / sqrt(c), which
 // minimises the sum of s^2 / n at a given sum of c n (Neyman 1934, with costs), s: deviation of a sample in the measure
 // of the picture's error, c: its cost in rays. The counts of half A come from the pilot of half B alone and the
 // reverse, and stay so in every later round, which only scales them: the mean of A is unbiased whatever they are,
@@ -17,17 +17,13 @@
 // mean count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean
 // smooth).
 //
-// FillAllocation (ours, with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a
+// FillAllocation (with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a
 // power of two; l is what the round can afford. There is no pilot: the first round gives as many samples as there are
 // pixels to those that need them. Of pixels that carry something a share gets one all the same, a quarter of the mean
 // count as long as that is below one, the same pixels in both halves, so that wrong history is seen to be wrong; later
 // each gets 1/8 of the mean. s comes from history alone; where nothing is known in 7x7 pixels, s is the geometric mean
 // of the picture's. Once pixels that carry nothing have four samples of each half, fresh samples are looked at, once:
 // they say what c is, and s where nothing was carried, for edges between surfaces are noisier than both.
-//
-// ThresholdAllocation (Schalk 2018, Algorithm 1, `variant=paper`): one sample for every pixel whose relative deviation
-// is above a threshold that falls with the iterations. It decides by the samples that it then averages, and is biased.
-// With `fill` Algorithm 2.
 #pragma once
 
 #include <cstddef>
@@ -47,13 +43,12 @@ inline constexpr double kHalfCheckedMean = 2;
 // relMSE.
 enum class AllocationMeasure { absolute, relative };
 
-// One round of either rule, as a value.
+// One round of a rule, as a value.
 struct AllocationRequest {
-  // Mean count per half that the round aims at: exceeded only by what pixels have already, or get at least. Bounded
-  // variant.
+  // Mean count per half that the round aims at: exceeded only by what pixels have already, or get at least.
   double mean = 0;
-  // Iteration of Algorithm 1, counted from 0; the first one asked for is min_samples. With `fill` of Algorithm 2, from
-  // 0 on. Paper variant.
+  // Of a rule that iterates, in place of the mean: which one, counted from 0. The first one asked for is min_samples,
+  // with `fill` 0.
   std::uint32_t iteration = 0;
   // What pixels have carried counts. The film has history.
   bool fill = false;
@@ -62,11 +57,11 @@ struct AllocationRequest {
 };
 
 struct AllocationSettings {
-  bool paper = false;
-  AllocationMeasure measure = AllocationMeasure::relative;  // bounded variant; paper: always relative to luminance
-  std::uint32_t min_samples = 16;                           // per pixel, both halves, before counts differ; >= 2
-  std::uint32_t max_samples = 32;                           // paper variant: iterations until tau is 0; > min_samples
-  std::uint64_t seed = 0;                                   // of the dither and of the paper's coin
+  // A rule of another variant, not make_allocation()'s: its rounds, one sample a pixel at most, are iterations.
+  bool iterates = false;
+  AllocationMeasure measure = AllocationMeasure::relative;
+  std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; >= 2
+  std::uint64_t seed = 0;          // of the dither
 };
 
 class SampleAllocation {

@@ -81,19 +81,21 @@ struct BlockWork {
   double bias = 0;  // sum over samples, luminance: what merging adds by estimate (merging_bias.h)
 };
 
+class FilmExtension;
 class FilmHistory;
-class FirstHits;
 class SampleTargets;
 class SplatBuffer;
+struct FilmExtensionKind;
 
 // What a film holds beside its halves and features.
 struct FilmState {
-  bool targets = false;    // SampleTargets: fresh samples differ from pixel to pixel
-  bool threshold = false;  // and by the published rule, which counts one by one and knows probabilities
-  bool history = false;    // FilmHistory: samples of earlier pictures are among the pixels'
-  int stored_hits = 0;     // FirstHits: so many a pixel, 1 or 4, in place of the history's sources; 0: none
-  bool splats = false;     // SplatBuffer: light paths reach the camera at any pixel
-  bool merging = false;    // light paths are merged with camera paths: BlockWork::bias
+  bool targets = false;       // SampleTargets: fresh samples differ from pixel to pixel
+  bool exact_counts = false;  // and targets may be any number, not powers of two alone
+  bool history = false;       // FilmHistory: samples of earlier pictures are among the pixels'
+  bool carried_only = false;  // of it the counts and means of those alone, no centre hits and no sources
+  bool splats = false;        // SplatBuffer: light paths reach the camera at any pixel
+  bool merging = false;       // light paths are merged with camera paths: BlockWork::bias
+  const FilmExtensionKind* extension = nullptr;  // FilmExtension; null: none
 
   bool counts_differ() const { return targets || history; }
   bool operator==(const FilmState&) const = default;
@@ -101,10 +103,9 @@ struct FilmState {
 
 class Film {
  public:
-  // 120, and 8 more once a sample was not finite. With targets 6 more (a target and a demand of each half), of the
-  // published rule's 12; with history 194 more (58 and two sources of 68). History with stored hits: 30, and of N hits
-  // 196 + 32 N (the film's own, and the picture that was left): 258 or 354. Splats: 196 more, with history and its
-  // sources 212.
+  // 120, and 8 more once a sample was not finite. With targets 6 more (a target and a demand of each half), with exact
+  // ones 8; with history 194 more (58 and two sources of 68), of carried samples alone 30. Splats: 196 more, with
+  // sources 212. And what the extension says.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -139,13 +140,13 @@ class Film {
   // The same for BlockWork::bias; its last bits depend on the order of those who share a block.
   void add_merging_bias(int h, int x, int y, double bias);
 
-  FilmState state() const;
+  const FilmState& state() const { return state_; }
   SampleTargets* targets() { return targets_.get(); }  // null: none
   const SampleTargets* targets() const { return targets_.get(); }
   FilmHistory* history() { return history_.get(); }  // null: none
   const FilmHistory* history() const { return history_.get(); }
-  FirstHits* first_hits() { return first_hits_.get(); }  // null: none
-  const FirstHits* first_hits() const { return first_hits_.get(); }
+  FilmExtension* extension() { return extension_.get(); }  // null: none
+  const FilmExtension* extension() const { return extension_.get(); }
   // Null: none, or none may land as long as the light tiles are all off. A half's mean is that of its samples plus that
   // of its splats, these times the share of the samples that is not carried (splat_row.h); what has no samples has no
   // mean.
@@ -174,15 +175,15 @@ class Film {
   }
 
   int width_, height_, block_columns_;
-  bool merging_;
+  FilmState state_;
   std::vector<HalfPixel> halves_[kHalves];
   std::vector<PixelFeatures> features_;
   InvalidCounts invalid_;
   std::vector<BlockWork> work_[kHalves];
   std::unique_ptr<SampleTargets> targets_;
   std::unique_ptr<FilmHistory> history_;
-  std::unique_ptr<FirstHits> first_hits_;
   std::unique_ptr<SplatBuffer> splats_;
+  std::unique_ptr<FilmExtension> extension_;
   std::shared_ptr<const LightTiles> light_tiles_;
   bool splats_off_ = false;
 };

@@ -1,12 +1,12 @@
 // How many samples each pixel of a picture is to have, where that is not the same number everywhere (mode `adaptive`).
 //
 // Each half has its own counts: those of half A are decided from what half B has seen and the reverse, so that no
-// pixel's count depends on its own samples (film/allocation/neyman_allocation.h). A round brings every pixel from the count that
-// it has to its target. Within a round, level s is the sample of index s of every pixel that takes part in it:
-// attempted <= s < target.
+// pixel's count depends on its own samples (film/allocation/neyman_allocation.h). A round brings every pixel from the
+// count that it has to its target. Within a round, level s is the sample of index s of every pixel that takes part in
+// it: attempted <= s < target.
 //
-// Targets are powers of two, or 0, or one count that is the same everywhere, so that a byte holds one; the published
-// rule's, which grow by ones, have the full width.
+// Targets are powers of two, or 0, or one count that is the same everywhere, so that a byte holds one. Exact ones, of a
+// rule that adds samples one by one, have the full width.
 #pragma once
 
 #include <algorithm>
@@ -39,50 +39,47 @@ struct RoundSummary {
 
 class SampleTargets {
  public:
-  // threshold: for the published rule (frame/paper/threshold_allocation.h).
-  SampleTargets(int width, int height, bool threshold)
+  // exact: targets are any number, and the rule that fills them keeps no demand here.
+  SampleTargets(int width, int height, bool exact)
       : width_(width),
         columns_((width + kFilmBlock - 1) / kFilmBlock),
         rows_((height + kFilmBlock - 1) / kFilmBlock),
-        threshold_(threshold) {
+        exact_(exact) {
     const auto pixels = std::size_t(width) * std::size_t(height);
     for (int h = 0; h < kHalves; ++h) {
-      if (threshold) {
+      if (exact) {
         counts_[h].resize(pixels);
       } else {
         codes_[h].resize(pixels);
         demand_[h].resize(pixels);
       }
     }
-    if (threshold) probability_.resize(pixels);
     blocks_.resize(std::size_t(columns_) * std::size_t(rows_));
   }
 
-  bool threshold() const { return threshold_; }
-
   std::uint32_t target(int h, int x, int y) const {
-    if (threshold_) return counts_[h][index(x, y)];
+    if (exact_) return counts_[h][index(x, y)];
     const std::uint8_t code = codes_[h][index(x, y)];
     if (code == kUniform) return uniform;
     return code > 0 ? std::uint32_t(1) << (code - 1) : 0;
   }
-  // Of the published rule as it is, of the others the power of two below it: what a pixel has already may be no such
-  // number, and asks for nothing all the same.
+  // Exact ones as they are, others as the power of two below: what a pixel has already may be no such number, and asks
+  // for nothing all the same.
   void set_target(int h, int x, int y, std::uint32_t count) {
-    if (threshold_) {
+    if (exact_) {
       counts_[h][index(x, y)] = count;
     } else {
       codes_[h][index(x, y)] = std::uint8_t(std::bit_width(count));
     }
   }
-  // The target is `uniform`. Not of the published rule.
+  // The target is `uniform`. Not of exact ones.
   void set_uniform(int h, int x, int y) {
-    HELIO_DCHECK(!threshold_);
+    HELIO_DCHECK(!exact_);
     codes_[h][index(x, y)] = kUniform;
   }
 
-  // What the rule that fills the targets keeps per pixel, not the published one: log2 of what it asks for, in [-64, 64)
-  // by steps of 1/512, NaN: nothing is known.
+  // What the rule that fills the targets keeps per pixel, where they are not exact: log2 of what it asks for, in
+  // [-64, 64) by steps of 1/512, NaN: nothing is known.
   float demand(int h, int x, int y) const {
     const std::int16_t code = demand_[h][index(x, y)];
     return code == kUnknown ? std::numeric_limits<float>::quiet_NaN() : float(code) / kDemandSteps;
@@ -91,12 +88,6 @@ class SampleTargets {
     const float steps = std::clamp(std::round(demand * kDemandSteps), -32767.0f, 32767.0f);
     demand_[h][index(x, y)] = std::isnan(demand) ? kUnknown : std::int16_t(steps);
   }
-  // Of the published rule: see there. >= 0; 0: not calculated yet.
-  float& probability(int x, int y) {
-    HELIO_DCHECK(threshold_);
-    return probability_[index(x, y)];
-  }
-  float probability(int x, int y) const { return probability_[index(x, y)]; }
 
   BlockLevels& block(int x, int y) { return blocks_[block_index(x, y)]; }  // of the pixel (x, y)
   const BlockLevels& block(int x, int y) const { return blocks_[block_index(x, y)]; }
@@ -123,12 +114,11 @@ class SampleTargets {
   // Of demand(), per half: pixels by value, as the rule that fills them defines it.
   std::vector<std::uint32_t> histogram[kHalves];
 
-  static std::size_t bytes_per_pixel(bool threshold) {
-    return threshold ? kHalves * sizeof(std::uint32_t) + sizeof(float)
-                     : kHalves * (sizeof(std::uint8_t) + sizeof(std::int16_t));
+  static std::size_t bytes_per_pixel(bool exact) {
+    return kHalves * (exact ? sizeof(std::uint32_t) : sizeof(std::uint8_t) + sizeof(std::int16_t));
   }
   std::size_t bytes() const {
-    std::size_t total = blocks_.capacity() * sizeof(BlockLevels) + probability_.capacity() * sizeof(float);
+    std::size_t total = blocks_.capacity() * sizeof(BlockLevels);
     for (int h = 0; h < kHalves; ++h) {
       total += counts_[h].capacity() * sizeof(std::uint32_t) + codes_[h].capacity() +
                demand_[h].capacity() * sizeof(std::int16_t) + histogram[h].capacity() * sizeof(std::uint32_t);
@@ -147,11 +137,10 @@ class SampleTargets {
   }
 
   int width_, columns_, rows_;
-  bool threshold_;
+  bool exact_;
   std::vector<std::uint8_t> codes_[kHalves];
   std::vector<std::int16_t> demand_[kHalves];
-  std::vector<std::uint32_t> counts_[kHalves];  // the published rule's
-  std::vector<float> probability_;              // likewise
+  std::vector<std::uint32_t> counts_[kHalves];  // exact
   std::vector<BlockLevels> blocks_;
 };
 

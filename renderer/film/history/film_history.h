@@ -85,7 +85,7 @@ class HistorySource;
 
 class FilmHistory {
  public:
-  // Without `sources` the carried samples alone: no centre hits or earlier pictures (frame/paper/first_hits.h).
+  // Without `sources` the carried samples alone: no centre hits or earlier pictures.
   FilmHistory(int width, int height, bool sources = true);
   ~FilmHistory();
 

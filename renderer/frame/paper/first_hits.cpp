@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "renderer/film/core/packed_values.h"
-#include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/paper/paper_film.h"
 
 namespace helio {
 namespace {
@@ -57,10 +57,6 @@ void FirstHits::clear(const PixelRect& window) {
     std::fill_n(pixels_.begin() + std::ptrdiff_t(index(window.x0, y)), window.width(), PixelHits{});
 }
 
-std::size_t FirstHits::bytes_per_pixel(int per_pixel) {
-  return sizeof(PixelHits) + std::size_t(per_pixel) * sizeof(StoredHit) + LeftPicture::bytes_per_pixel(per_pixel);
-}
-
 std::size_t FirstHits::bytes() const {
   return pixels_.capacity() * sizeof(PixelHits) + hits_.capacity() * sizeof(StoredHit) + left_->bytes();
 }
@@ -73,7 +69,8 @@ LeftPicture::LeftPicture(int width, int height, int per_pixel)
       bids_(pixels_.size(), kNoBid) {}
 
 void LeftPicture::gather(const Film& film, const PixelRect& window) {
-  const FirstHits& first_hits = *film.first_hits();
+  const PaperFilm& kept = paper_film(film);
+  const FirstHits& first_hits = *kept.first_hits();
   const FilmHistory& history = *film.history();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
@@ -81,7 +78,7 @@ void LeftPicture::gather(const Film& film, const PixelRect& window) {
       for (int h = 0; h < kHalves; ++h) to.half[h] = film.half(h, x, y);
       to.features = film.features(x, y);
       to.hits = first_hits.pixel(x, y);
-      to.probability = film.targets() ? film.targets()->probability(x, y) : 0.0f;
+      to.probability = kept.has_probabilities() ? kept.probability(x, y) : 0.0f;
       to.age = float(history.weight(x, y, to.half[0].count, to.half[1].count)) * history.carried(x, y).age;
       const std::span<const StoredHit> hits = first_hits.hits(x, y);
       std::copy(hits.begin(), hits.end(), hits_.begin() + std::ptrdiff_t(index(x, y) * std::size_t(per_pixel_)));
@@ -111,7 +108,8 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
   const std::size_t from = std::size_t(bid & 0xffffffffu);
   const Pixel& pixel = pixels_[from];
   CarriedPixel& carried = film.history()->carried(x, y);
-  PixelHits& hits = film.first_hits()->pixel(x, y);
+  PaperFilm& kept = paper_film(film);
+  PixelHits& hits = kept.first_hits()->pixel(x, y);
   hits = pixel.hits;
   hits.settled = true;
   std::uint64_t samples = 0;
@@ -142,14 +140,10 @@ std::uint64_t LeftPicture::place(Film& film, int x, int y) const {
   carried.age = pixel.age + 1;
   film.features(x, y) = pixel.features;
   film.features(x, y).depth = std::bit_cast<float>(std::uint32_t(bid >> 32));
-  if (film.targets()) film.targets()->probability(x, y) = pixel.probability;
+  if (kept.has_probabilities()) kept.probability(x, y) = pixel.probability;
   const auto first = hits_.begin() + std::ptrdiff_t(from * std::size_t(per_pixel_));
-  std::copy_n(first, per_pixel_, film.first_hits()->hits(x, y).begin());
+  std::copy_n(first, per_pixel_, kept.first_hits()->hits(x, y).begin());
   return samples;
-}
-
-std::size_t LeftPicture::bytes_per_pixel(int per_pixel) {
-  return sizeof(Pixel) + std::size_t(per_pixel) * sizeof(StoredHit) + sizeof(std::uint64_t);
 }
 
 std::size_t LeftPicture::bytes() const {

@@ -1,13 +1,15 @@
-// Where the first samples of each pixel met the scene, for reprojection as published (Schalk 2018, "Adaptive sampling
-// and reprojection", paper 000, sections 3.2 and 3.3; modes reproject and combined, variant paper), and the picture
-// that a camera leaves, from which pixels are copied into the next one (frame/paper/forward_reprojection.h).
+// Where the first samples of each pixel met the scene, for reprojection as published (Schalk 2018, sections 3.2 and
+// 3.3; modes reproject and combined), and the picture that a camera leaves, from which pixels are copied into the next
+// one (forward_reprojection.h).
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "renderer/film/core/film.h"
+#include "renderer/trace/camera/camera.h"
 
 namespace helio {
 
@@ -71,7 +73,7 @@ class FirstHits {
   LeftPicture& left() { return *left_; }
   const LeftPicture& left() const { return *left_; }
 
-  static std::size_t bytes_per_pixel(int per_pixel);
+  static constexpr std::size_t bytes_per_pixel(int per_pixel);
   std::size_t bytes() const;
 
  private:
@@ -97,6 +99,9 @@ class LeftPicture {
 
   LeftPicture(int width, int height, int per_pixel);
 
+  // Its camera, while the film itself does not hold the picture any more; none: it does, or the copy is of no use.
+  std::optional<CameraPose> pose;
+
   // Takes over a window of the film, which has first hits and history, and withdraws all bids for its pixels. Thread
   // safe for disjoint windows.
   void gather(const Film& film, const PixelRect& window);
@@ -116,7 +121,9 @@ class LeftPicture {
   std::uint64_t place(Film& film, int x, int y) const;
 
   std::size_t bytes() const;
-  static std::size_t bytes_per_pixel(int per_pixel);
+  static constexpr std::size_t bytes_per_pixel(int per_pixel) {
+    return sizeof(Pixel) + std::size_t(per_pixel) * sizeof(StoredHit) + sizeof(std::uint64_t);
+  }
 
  private:
   static constexpr std::uint64_t kNoBid = ~std::uint64_t(0);
@@ -127,5 +134,9 @@ class LeftPicture {
   std::vector<StoredHit> hits_;
   std::vector<std::uint64_t> bids_;  // by pixel of the next picture: the distance's bits, then the pixel that asks
 };
+
+constexpr std::size_t FirstHits::bytes_per_pixel(int per_pixel) {
+  return sizeof(PixelHits) + std::size_t(per_pixel) * sizeof(StoredHit) + LeftPicture::bytes_per_pixel(per_pixel);
+}
 
 }  // namespace helio

@@ -6,8 +6,8 @@
 #include "renderer/base/check.h"
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/core/packed_values.h"
-#include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/paper/paper_film.h"
 #include "renderer/frame/paper/view_error.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/shading_point.h"
@@ -64,7 +64,7 @@ ForwardReprojection::ForwardReprojection(std::shared_ptr<const RenderScene> scen
       same_viewpoint_(same_view_of_everything(from, to)),
       far_away_(from.projection == Projection::orthographic),
       max_error_(max_error) {
-  HELIO_DCHECK(film.first_hits() && film.history());
+  HELIO_DCHECK(paper_film(film).first_hits() && film.history());
 }
 
 // The third validation. `hit` lies where the stored hit was, whose pixel that is.
@@ -88,7 +88,7 @@ bool ForwardReprojection::accepts(const Ray& ray, const Hit& hit, const LeftPict
 
 void ForwardReprojection::verify(Batch& batch, ReprojectionStats& stats) {
   if (batch.count == 0) return;
-  LeftPicture& left = film_.first_hits()->left();
+  LeftPicture& left = paper_film(film_).first_hits()->left();
   scene_->impl().accel->intersect(batch.rays, batch.order, batch.count, batch.hits, RayOrder::camera);
   for (std::uint32_t i = 0; i < batch.count; ++i) {
     const Batch::Bidder& bidder = batch.bidders[i];
@@ -104,8 +104,9 @@ void ForwardReprojection::verify(Batch& batch, ReprojectionStats& stats) {
 void ForwardReprojection::project(const PixelRect& window, ReprojectionStats& stats) {
   static thread_local std::unique_ptr<Batch> batch(new Batch);
   Batch& b = *batch;
-  const LeftPicture& left = film_.first_hits()->left();
-  const int per_pixel = film_.first_hits()->per_pixel();
+  const FirstHits& first_hits = *paper_film(film_).first_hits();
+  const LeftPicture& left = first_hits.left();
+  const int per_pixel = first_hits.per_pixel();
   b.count = 0;
   for (const PixelRect& block : cut_aligned(window, kFilmBlock, kFilmBlock)) {
     for (int y = block.y0; y < block.y1; ++y) {
@@ -141,11 +142,9 @@ void ForwardReprojection::project(const PixelRect& window, ReprojectionStats& st
 
 void ForwardReprojection::carry(const PixelRect& window, ReprojectionStats& stats) {
   film_.clear(window);
-  const LeftPicture& left = film_.first_hits()->left();
-  SampleTargets* targets = film_.targets();
+  const LeftPicture& left = paper_film(film_).first_hits()->left();
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
-      if (targets) targets->probability(x, y) = 0;
       const std::uint64_t samples = left.place(film_, x, y);
       if (samples == 0) continue;
       ++stats.carried;

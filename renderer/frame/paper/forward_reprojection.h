@@ -1,12 +1,12 @@
-// Reprojection as published (Schalk 2018, "Adaptive sampling and reprojection", paper 000, section 3.2): the baseline
-// of trace/reuse/reprojection.h. Biased, and nothing bounds it: bias that each step adds is neither estimated nor carried.
+// Reprojection as published (Schalk 2018, section 3.2): the baseline of trace/reuse/reprojection.h. Biased, and nothing
+// bounds it: bias that each step adds is neither estimated nor carried.
 //
 // Forward mapping. Each stored first hit of a pixel is looked at from the new camera. Its pixel is copied, with all of
 // its samples at once, to where that sees it, if
 //   - it is on the film, inside the region (first validation),
 //   - a ray from the new camera towards it meets a surface within kVerification of its distance (second),
 //   - the surface there is neither specular nor refractive, and eq. 15 stays within the maximum (third; view_error.h),
-//   - its pixel's samples met points close to each other (distance test, 3.2.2; frame/paper/first_hits.h).
+//   - its pixel's samples met points close to each other (distance test, 3.2.2; first_hits.h).
 // Everything else starts over.
 //
 // Where the text leaves it open, this is how it was read:
@@ -45,7 +45,7 @@ inline constexpr float kPaperMaxError = 1.0f / 256;
 bool can_reproject_forward(const CameraPose& pose, const PixelFilter& filter);
 
 // Two sweeps over windows of a film, to be shared between threads: run project() of every window of the picture that
-// was left (film.first_hits()->left()), then carry() of every window of the film. Windows are disjoint, lie in the
+// was left (FirstHits::left()), then carry() of every window of the film. Windows are disjoint, lie in the
 // region and are cut at multiples of kFilmBlock. The bits depend neither on the order nor on how it was cut.
 class ForwardReprojection {
  public:

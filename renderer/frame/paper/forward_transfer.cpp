@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "renderer/film/core/film_windows.h"
-#include "renderer/film/core/sample_targets.h"
-#include "renderer/frame/paper/first_hits.h"
+#include "renderer/frame/paper/paper_film.h"
 #include "renderer/frame/picture_state.h"
 
 namespace helio {
@@ -18,9 +17,12 @@ constexpr int kPartRows = kFilmBlock, kPartColumns = 8 * kFilmBlock;
 ForwardTransfer::ForwardTransfer(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region,
                                  PictureHistory& history, const CameraPose& pose, const PixelFilter& filter,
                                  float max_error)
-    : film_(film), history_(history), pose_(pose), windows_(cut_aligned(region, kPartColumns, kPartRows)) {
-  const CameraPose* from =
-      history.film_usable() ? &history.film_pose() : (history.copy_pose() ? &*history.copy_pose() : nullptr);
+    : film_(film),
+      left_(paper_film(film).first_hits()->left()),
+      history_(history),
+      pose_(pose),
+      windows_(cut_aligned(region, kPartColumns, kPartRows)) {
+  const CameraPose* from = history.film_usable() ? &history.film_pose() : (left_.pose ? &*left_.pose : nullptr);
   if (!from || !can_reproject_forward(*from, filter) || !can_reproject_forward(pose, filter)) {
     kinds_ = {Sweep::clear};
     return;
@@ -34,10 +36,10 @@ void ForwardTransfer::run(int sweep, std::size_t part, TraceStats&) {
   ReprojectionStats stats;
   switch (kinds_[std::size_t(sweep)]) {
     case Sweep::gather:
-      film_.first_hits()->left().gather(film_, window);
+      left_.gather(film_, window);
       return;
     case Sweep::withdraw:
-      film_.first_hits()->left().withdraw_bids(window);
+      left_.withdraw_bids(window);
       return;
     case Sweep::project:
       reprojection_->project(window, stats);
@@ -47,9 +49,6 @@ void ForwardTransfer::run(int sweep, std::size_t part, TraceStats&) {
       break;
     case Sweep::clear:
       film_.clear(window);
-      for (int y = window.y0; film_.targets() && y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) film_.targets()->probability(x, y) = 0;  // a carried one
-      }
       return;
   }
   add_stats(stats);
@@ -58,13 +57,15 @@ void ForwardTransfer::run(int sweep, std::size_t part, TraceStats&) {
 void ForwardTransfer::finish_sweep(int sweep) {
   switch (kinds_[std::size_t(sweep)]) {
     case Sweep::gather:
-      history_.copy_complete();
+      left_.pose = history_.film_pose();
+      history_.film_overwritten();
       return;
     case Sweep::withdraw:
     case Sweep::project:
       return;
     case Sweep::carry:
     case Sweep::clear:
+      left_.pose.reset();
       history_.film_complete(nullptr, pose_, true);  // edits of the scene begin anew
       note_complete();
       return;

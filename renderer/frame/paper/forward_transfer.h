@@ -1,13 +1,13 @@
-// Stage: reprojection as published (frame/paper/forward_reprojection.h): the film is copied aside, and its pixels ask
-// for those of the new camera's film.
+// Stage: reprojection as published (forward_reprojection.h): the film is copied aside, and its pixels ask for those of
+// the new camera's film.
 #pragma once
 
 #include <memory>
 #include <vector>
 
+#include "renderer/frame/paper/forward_reprojection.h"
 #include "renderer/frame/stages/history_transfer.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
-#include "renderer/frame/paper/forward_reprojection.h"
 
 namespace helio {
 
@@ -29,6 +29,7 @@ class ForwardTransfer final : public TemporalReprojection {
   enum class Sweep { gather, withdraw, project, carry, clear };
 
   Film& film_;
+  LeftPicture& left_;
   PictureHistory& history_;
   CameraPose pose_;
   std::vector<PixelRect> windows_;

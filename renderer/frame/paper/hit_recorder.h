@@ -1,4 +1,4 @@
-// What a kernel notes for a film that keeps first hits (frame/paper/first_hits.h): where each camera ray arrived,
+// What a kernel notes for a film that keeps first hits (first_hits.h): where each camera ray arrived,
 // which direction was sampled there, and what came back along it.
 //
 // A sample's irradiance Ir is worked out from its radiance R: with R_1 what it had after the first vertex (its emission
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/frame/paper/first_hits.h"
+#include "renderer/frame/paper/paper_film.h"
 #include "renderer/trace/integrators/path_recorder.h"
 
 namespace helio {
@@ -19,7 +19,7 @@ class HitRecorder : public NoRecorder {
   static constexpr bool kRecordsForReuse = true;
 
   explicit HitRecorder(const WindowTask& task)
-      : NoRecorder(task), first_hits_(*task.film.first_hits()), cone_(task.camera.cone()) {}
+      : NoRecorder(task), first_hits_(*paper_film(task.film).first_hits()), cone_(task.camera.cone()) {}
 
   void make_room(std::size_t samples) { samples_.resize(samples); }
 

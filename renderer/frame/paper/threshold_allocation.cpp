@@ -7,6 +7,7 @@
 #include "renderer/film/core/pixel_hash.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/paper/paper_film.h"
 
 namespace helio {
 namespace {
@@ -43,6 +44,7 @@ double relative_deviation(const HalfPixel& a, const HalfPixel& b) {
 
 void ThresholdAllocation::run(int, std::size_t part) {
   SampleTargets& targets = *film_.targets();
+  PaperFilm& kept = paper_film(film_);
   const PixelRect& w = windows_[part];
   const double falling = double(settings_.max_samples) - settings_.min_samples;
   const double tau = std::min(1.0, 1 - (double(iteration_) - settings_.min_samples) / falling);
@@ -52,7 +54,7 @@ void ThresholdAllocation::run(int, std::size_t part) {
       const std::uint32_t has[kHalves] = {film_.attempted(0, x, y), film_.attempted(1, x, y)};
       std::uint64_t count = std::uint64_t(has[0]) + has[1];
       if (history) count += std::uint64_t(history->carried(x, y).count[0]) + history->carried(x, y).count[1];
-      float& probability = targets.probability(x, y);
+      float& probability = kept.probability(x, y);
       const bool calculated = history && probability > 0;
       bool ready;
       if (iteration_ < settings_.max_samples) {

@@ -17,9 +17,8 @@ FilmState film_state(const RenderSettings& settings);
 
 class AllocateSamples final : public FrameStage {
  public:
-  // Preconditions: those of make_allocation().
-  AllocateSamples(Film& film, const PixelRect& region, const AllocationSettings& settings,
-                  const AllocationRequest& request);
+  // mean: of the request that the allocation was made for. The film, which outlives this, has targets.
+  AllocateSamples(Film& film, double mean, std::unique_ptr<SampleAllocation> allocation);
 
   int sweeps() const override { return allocation_->sweeps(); }
   std::size_t parts() const override { return allocation_->parts(); }

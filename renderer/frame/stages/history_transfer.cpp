@@ -26,7 +26,6 @@ std::vector<std::shared_ptr<const RenderScene>> PictureHistory::forget() {
     if (slot->scene) scenes.push_back(std::move(slot->scene));
     slot->valid = false;
   }
-  copy_pose_.reset();
   generation = 0;
   return scenes;
 }

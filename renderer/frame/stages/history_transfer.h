@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "renderer/film/history/film_history.h"
@@ -44,7 +43,6 @@ class PictureHistory {
   void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, bool centres) {
     film_ = {true, scene, pose, 0, film_swapped()};
     centres_known_ = centres;
-    copy_pose_.reset();
   }
   void centres_found() { centres_known_ = true; }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
@@ -65,13 +63,6 @@ class PictureHistory {
     slots_[slot].edited |= what_shows_edited;
   }
   void film_overwritten() { film_ = {}; }
-  // The whole film was copied aside and may be overwritten (paper/forward_transfer.h).
-  void copy_complete() {
-    copy_pose_ = film_.pose;
-    film_overwritten();
-  }
-  // The camera of that copy, until the film is complete again.
-  const std::optional<CameraPose>& copy_pose() const { return copy_pose_; }
   const Slot& slot(int i) const { return slots_[i]; }
   int anchor() const { return anchor_; }
 
@@ -85,7 +76,6 @@ class PictureHistory {
   bool promoted_ = false;  // the slot that was taken last becomes the anchor once it is complete
   Slot slots_[FilmHistory::kSources], film_;
   bool centres_known_ = false;
-  std::optional<CameraPose> copy_pose_;
 };
 
 // The sweeps of one move or edit: where the film's centres are not known search, search borders, note borders; gather

@@ -1,28 +1,35 @@
 #include "renderer/frame/stages/make_stage.h"
 
+#include <utility>
+
 #include "renderer/base/check.h"
 #include "renderer/frame/stages/allocate.h"
 #include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/frame/stages/estimate_error.h"
-#include "renderer/frame/paper/forward_transfer.h"
 #include "renderer/frame/stages/reject_history.h"
+#include "renderer/frame/variant_parts.h"
 
 namespace helio {
 namespace {
 
 std::shared_ptr<FrameStage> make_reprojection(const StageContext& c) {
   const RenderSettings& settings = c.settings;
-  if (c.film.first_hits()) {
-    c.picture.transfer =
-        std::make_shared<ForwardTransfer>(c.scene, c.film, c.region, c.history, c.camera, settings.filter,
-                                          float(settings.reprojection.max_error));
+  if (const VariantParts* variant = variant_parts(settings)) {
+    c.picture.transfer = variant->reprojection(c);
   } else {
     const double samples = double(c.picture.left_samples) / double(c.region.area());
     c.picture.transfer = std::make_shared<HistoryTransfer>(c.scene, c.film, c.region, c.history, c.camera,
                                                            settings.filter, samples, path_settings(settings));
   }
   return c.picture.transfer;
+}
+
+std::shared_ptr<FrameStage> make_allocate(const AllocationRequest& request, const StageContext& c) {
+  const VariantParts* variant = variant_parts(c.settings);
+  auto allocation = variant ? variant->allocation(c.film, c.region, c.settings, request)
+                            : make_allocation(c.film, c.region, *allocation_settings(c.settings), request);
+  return std::make_shared<AllocateSamples>(c.film, request.mean, std::move(allocation));
 }
 
 }  // namespace
@@ -37,8 +44,7 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
       return std::make_shared<ChooseIntegrators>(c.scene, c.camera, path_settings(c.settings), c.cancel, c.film,
                                                  c.techniques);
     case StageId::allocate:
-      return std::make_shared<AllocateSamples>(c.film, c.region, *allocation_settings(c.settings),
-                                               request.allocation);
+      return make_allocate(request.allocation, c);
     case StageId::review:
       return std::make_shared<RejectHistory>(c.film, c.region);
     case StageId::measure:

@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "renderer/film/core/sample_targets.h"
+#include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/partial_coverage.h"
 #include "renderer/trace/integrators/path_recorder.h"
 #include "renderer/trace/paths/path_group.h"
@@ -362,6 +363,7 @@ class PathKernelBase {
     }
     stats_.rays += mixed_.rays();
     const SampleRange& range = task_.range;
+    const bool centres = task_.film.history() && task_.film.history()->has_centres();
     std::size_t slot = 0;
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
@@ -374,7 +376,7 @@ class PathKernelBase {
           if (sample == mixed) [[unlikely]]
             stats_.dropped += mixed_.tell(x, y, sample);
           // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
-          if (range.half == 0 && sample == 0 && task_.film.history() && !task_.film.first_hits()) features = {};
+          if (range.half == 0 && sample == 0 && centres) features = {};
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);
             if constexpr (Recorder::kRecordsForReuse) recorder_.commit(slot, range.half, sample, pixel.count, x, y);

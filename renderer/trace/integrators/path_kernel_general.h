@@ -1,5 +1,4 @@
-// The kernel for everything: one vertex of one path after the other. Recorder: NoRecorder, SampleRecorder, HitRecorder
-// or DirectionRecorder.
+// The kernel for everything: one vertex of one path after the other. Recorder: as path_recorder.h has them.
 #pragma once
 
 #include "renderer/trace/bsdf/bsdf_lambert.h"

@@ -1,5 +1,5 @@
-// The kernel for flat Lambert triangles: their vertices are shaded in batches (lambert_batch.h). Recorder: NoRecorder
-// or HitRecorder.
+// The kernel for flat Lambert triangles: their vertices are shaded in batches (lambert_batch.h). Recorder: as
+// path_recorder.h has them, of what all surfaces have in common.
 #pragma once
 
 #include <optional>

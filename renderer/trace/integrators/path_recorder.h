@@ -1,6 +1,6 @@
 // What a kernel is told to write down of what it does: nothing where it renders, everything about one sample where that
 // sample is traced again (sample_trace.h). Of the first nothing is left in the compiled kernel. Others note what later
-// pictures draw on: hit_recorder.h, direction_recorder.h.
+// pictures draw on, as direction_recorder.h does.
 #pragma once
 
 #include <algorithm>

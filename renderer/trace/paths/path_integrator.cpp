@@ -81,7 +81,6 @@ bool trace_window_logged(const RenderScene& scene, const Camera& camera, const P
   // Two kernels of the path tracer: the general one, and the one for scenes of flat Lambert triangles. helio_bench
   // features says what the second earns.
   const bool plain = has_plain_kernel(scene.features()) && !settings.general_kernel;
-  if (film.first_hits()) return run_hit_recording_kernel(task, plain, stats);
   if (plain) return run_lambert_kernel(task, stats);
   // Lambert surfaces look alike from everywhere.
   const bool keeps = film.history() && !scene.features().only_lambert;

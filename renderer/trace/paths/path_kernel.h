@@ -1,4 +1,5 @@
-// The path tracer's kernels and what they are run with. Internal to trace/ (and to the ray benchmark).
+// The path tracer's kernels and what they are run with. Internal to trace/, to the
+// tracers of other variants (frame/variant_parts.h) and to the ray benchmark.
 #pragma once
 
 #include <cstdint>
@@ -58,8 +59,7 @@ bool run_cached_sample_trace_kernel(const WindowTask& task);
 bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 // Integrators that draw on a LightVertexCache.
 bool run_cached_kernel(const WindowTask& task, TraceStats& stats);
-// Either of the first two, for a film that keeps first hits; the second, for one that keeps directions.
-bool run_hit_recording_kernel(const WindowTask& task, bool plain, TraceStats& stats);
+// The second, for a film that keeps directions.
 bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats);
 
 // trace_window, with the rays written down when log is not null.

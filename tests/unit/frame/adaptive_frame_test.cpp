@@ -4,75 +4,11 @@
 #include <cmath>
 #include <tuple>
 
-#include "fake_integrator.h"
-#include "recording_sink.h"
-#include "renderer/frame/paper/threshold_allocation.h"
+#include "adaptive_frames.h"
 #include "renderer/film/core/sample_targets.h"
-#include "renderer/frame/render_loop.h"
 
 namespace helio {
 namespace {
-
-RenderSettings adaptive(int width, int height, ModeVariant variant = ModeVariant::bounded) {
-  RenderSettings settings = film_of(width, height);
-  settings.mode = RenderMode::adaptive;
-  settings.variant = variant;
-  if (variant == ModeVariant::paper) settings.adaptive.min_samples = 4;
-  return settings;
-}
-
-// Renders and hands the pixels' means and counts to `see`.
-template <class See>
-FrameEnd render(const FakeIntegrator& fake, const RenderSettings& settings, const Budget& budget, int threads,
-                const See& see, double interval_s = 0.25) {
-  RenderEngine engine(threads);
-  const auto sink = std::make_shared<RecordingSink>();
-  sink->keep_pixels = true;
-  RenderLoopOptions options;
-  options.publish_interval_s = interval_s;
-  RenderLoop loop(engine, fake.function(), settings, budget, RenderRank::job, sink, options);
-  RenderLoop::Update update;
-  update.view = view_at(1, 0);
-  const auto end = sink->wait_for_end(loop.update(update));
-  EXPECT_TRUE(end.has_value());
-  EXPECT_EQ(fake.counters->out_of_order, 0u);
-  for (const ResolvedTile& tile : sink->pixels) {
-    std::size_t i = 0;
-    for (int y = tile.window.y0; y < tile.window.y1; ++y) {
-      for (int x = tile.window.x0; x < tile.window.x1; ++x, ++i)
-        see(x, y, double(tile.radiance[0][i]), double(tile.samples[i]));
-    }
-  }
-  return end.value_or(FrameEnd{});
-}
-
-Budget samples(std::uint32_t n) {
-  Budget budget;
-  budget.samples = n;
-  return budget;
-}
-
-// 0.5 and, once in a hundred samples, 50 more: the case in which counts that follow a pixel's own samples end dark.
-FakeIntegrator rare_event() {
-  FakeIntegrator fake;
-  fake.noise = 0.1f;
-  fake.rare_share = 0.01f;
-  fake.rare = 50;
-  return fake;
-}
-
-double bias_of(const RenderSettings& settings, const Budget& budget, double& mean_samples) {
-  double sum = 0, count = 0;
-  mean_samples = 0;
-  const FrameEnd end = render(rare_event(), settings, budget, 2, [&](int, int, double mean, double taken) {
-    sum += mean;
-    mean_samples += taken;
-    ++count;
-  });
-  EXPECT_EQ(end.reason, budget.error ? FrameEndReason::error : FrameEndReason::samples);
-  mean_samples /= count;
-  return sum / count / 1.0 - 1;
-}
 
 // At each stop, by a number of samples or by the error that is looked for, at most 0.5 %. A sample deviates by 5 from a
 // mean of 1, so that 16 pictures of 256^2 pixels leave a standard error of 0.1 % at 24 samples and less later: what
@@ -99,15 +35,6 @@ TEST(AdaptiveFrame, ARareBrightEventDoesNotBiasTheMean) {
     EXPECT_LT(std::abs(bias), 0.005);
     EXPECT_LT(error, 0.00125);
   }
-}
-
-// Schalk's rule, which decides by the samples that it averages: paper 000's fault 4.
-TEST(AdaptiveFrame, AsPublishedItIsTooDark) {
-  RenderSettings settings = adaptive(128, 128, ModeVariant::paper);
-  double taken = 0;
-  const double bias = bias_of(settings, samples(6), taken);
-  std::printf("as published: bias %.1f %% at %.1f samples\n", 100 * bias, taken);
-  EXPECT_LT(bias, -0.2);
 }
 
 // A picture whose right tenth is ten times as noisy: squared error and samples, summed over pixels.
@@ -182,51 +109,6 @@ TEST(AdaptiveFrame, ATargetErrorIsReached) {
   EXPECT_EQ(end.reason, FrameEndReason::error);
   std::printf("error %.5f at %.1f samples\n", std::sqrt(error / pixels), taken / pixels);
   EXPECT_NEAR(std::sqrt(error / pixels), 0.004, 0.1 * 0.004);
-}
-
-// Algorithm 1 pixel by pixel, as it is printed (with tau decremented), against the same samples.
-TEST(AdaptiveFrame, PaperVariantIsAlgorithmOne) {
-  const int width = 24, height = 20;
-  FakeIntegrator fake;
-  fake.mean = 0.4f;
-  fake.noise = 0.04f;
-  fake.noisy_from = 0.5f;
-  RenderSettings settings = adaptive(width, height, ModeVariant::paper);
-  settings.adaptive.max_samples = 12;
-  std::vector<double> counts(std::size_t(width * height));
-  double total = 0;
-  const FrameEnd end = render(fake, settings, samples(6), 1, [&](int x, int y, double, double n) {
-    counts[std::size_t(y * width + x)] = n;
-    total += n;
-  });
-  ASSERT_EQ(end.reason, FrameEndReason::samples);
-  // The same on one pixel, until as many iterations are done.
-  struct Pixel {
-    HalfPixel half[kHalves];
-    std::uint32_t n = 0;
-  };
-  std::vector<Pixel> pixels(std::size_t(width * height));
-  const auto take = [&](int x, int y) {
-    Pixel& p = pixels[std::size_t(y * width + x)];
-    const int h = int(p.n % 2);
-    const float noise = float(x) < fake.noisy_from * float(width) ? fake.noise : 10 * fake.noise;
-    p.half[h].add(Rgb(fake.mean + noise * (2 * hash_sample(0, x, y, h, p.n / 2) - 1)));
-    ++p.n;
-  };
-  double mine = 0, tau = 1;
-  for (std::uint32_t iteration = 0; iteration < 12 && mine < total; ++iteration) {
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const Pixel& p = pixels[std::size_t(y * width + x)];
-        if (p.n >= 4 && relative_deviation(p.half[0], p.half[1]) < tau) continue;
-        take(x, y);
-        ++mine;
-      }
-    }
-    if (iteration >= 4) tau -= 1.0 / (12 - 4);
-  }
-  EXPECT_EQ(mine, total);
-  for (int i = 0; i < width * height; ++i) EXPECT_EQ(counts[std::size_t(i)], pixels[std::size_t(i)].n) << "pixel " << i;
 }
 
 }  // namespace

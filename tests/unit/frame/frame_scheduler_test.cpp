@@ -537,7 +537,7 @@ TEST(AdaptiveScheduler, ADoneRoundIsFollowedByTheNextOrTheEnd) {
 
 TEST(AdaptiveScheduler, ThePaperVariantCountsIterations) {
   AllocationSettings paper = pilot_of(4);
-  paper.paper = true;
+  paper.iterates = true;
   const FrameScheduler scheduler({}, {.passes = false}, paper);
   EXPECT_EQ(scheduler.plan_next(at(2, 2), 0, 0, 0), allocate({.iteration = 4}));
   FrameState state = in_round(64);
@@ -547,7 +547,7 @@ TEST(AdaptiveScheduler, ThePaperVariantCountsIterations) {
 
 TEST(AdaptiveScheduler, ThePaperVariantBeginsAtIterationNoughtWithWhatWasCarried) {
   AllocationSettings paper = pilot_of(4);
-  paper.paper = true;
+  paper.iterates = true;
   const FrameScheduler scheduler({}, {.passes = true}, paper);
   FrameState state = at(0, 0);
   state.reproject_due = true;

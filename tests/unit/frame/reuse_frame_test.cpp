@@ -360,10 +360,8 @@ TEST(ReuseMemory, IsAsDocumented) {
   EXPECT_EQ(bytes({.targets = true}), 126u);
   EXPECT_EQ(bytes({.history = true}), 120u + 194u);
   EXPECT_EQ(bytes({.targets = true, .history = true}), 320u);
-  // As published.
-  EXPECT_EQ(bytes({.targets = true, .threshold = true}), 132u);
-  EXPECT_EQ(bytes({.history = true, .stored_hits = 1}), 120u + 258u);
-  EXPECT_EQ(bytes({.history = true, .stored_hits = 4}), 120u + 354u);
+  EXPECT_EQ(bytes({.targets = true, .exact_counts = true}), 128u);
+  EXPECT_EQ(bytes({.history = true, .carried_only = true}), 120u + 30u);
 }
 
 }  // namespace

@@ -298,8 +298,8 @@ TEST(CarriedSplats, AHalfWithoutSamplesHasNoDirectionsOfSplats) {
 
 TEST(CarriedSplats, MemoryIsAsDocumented) {
   EXPECT_EQ(Film::bytes_per_pixel(kBoth), 120u + 194 + 196 + 16);
-  EXPECT_EQ(Film::bytes_per_pixel({.history = true, .stored_hits = 1, .splats = true}), 120u + 30 + 228 + 196)
-      << "the published reprojection keeps no directions";
+  EXPECT_EQ(Film::bytes_per_pixel({.history = true, .carried_only = true, .splats = true}), 120u + 30 + 196)
+      << "without sources nothing asks for directions";
   EXPECT_GE(Film(16, 16, kBoth).bytes(), Film(16, 16, {.history = true}).bytes() + 256 * 212);
 }
 

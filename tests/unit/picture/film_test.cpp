@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "renderer/film/core/film_extension.h"
 #include "renderer/film/estimate/resolve.h"
 
 namespace helio {
@@ -23,6 +24,33 @@ TEST(Film, StartsEmptyAndClearsToEmpty) {
   EXPECT_EQ(film.half(1, 6, 12).count, 0u);
   EXPECT_EQ(film.half(1, 6, 12).sum[0], 0.0);
   EXPECT_EQ(film.features(6, 12).primitive, ~0u);
+}
+
+TEST(Film, AnExtensionIsMadeClearedAndCountedWithIt) {
+  struct Bytes final : FilmExtension {
+    Bytes(int width, int height) : size(std::size_t(width) * std::size_t(height)) {}
+    void clear(const PixelRect& window) override { cleared += window.area(); }
+    void forget() override {}
+    std::size_t bytes() const override { return size; }
+    std::size_t size;
+    std::int64_t cleared = 0;
+  };
+  static constexpr auto make = [](int width, int height) -> std::unique_ptr<FilmExtension> {
+    return std::make_unique<Bytes>(width, height);
+  };
+  static constexpr FilmExtensionKind kind{1, make}, another{1, make};
+  Film film(7, 13, {.extension = &kind});
+  EXPECT_EQ(film.state(), FilmState{.extension = &kind});
+  EXPECT_NE(film.state(), FilmState{.extension = &another});
+  EXPECT_NE(film.state(), FilmState{});
+  EXPECT_EQ(Film::bytes_per_pixel(film.state()), Film::bytes_per_pixel({}) + 1);
+  EXPECT_EQ(film.bytes(), Film(7, 13).bytes() + 7 * 13);
+  film.clear({1, 2, 4, 6});
+  const auto& extension = static_cast<const Bytes&>(*film.extension());
+  EXPECT_EQ(extension.cleared, 3 * 4);
+  film.clear();
+  EXPECT_EQ(extension.cleared, 3 * 4 + 7 * 13);
+  EXPECT_EQ(Film(7, 13).extension(), nullptr);
 }
 
 TEST(Film, TakesTheShapesOfTheHardCases) {

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "renderer/film/core/packed_values.h"
-#include "renderer/film/core/sample_targets.h"
 #include "renderer/film/estimate/resolve.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/paper/paper_film.h"
 
 namespace helio {
 namespace {
@@ -91,25 +91,25 @@ TEST(FirstHits, WhatCameWithAPixelIsNotReplaced) {
 
 // A 3 x 1 film whose pixel x has 2 + x samples of x in half A and one of 10 + x in half B.
 Film three_pixels() {
-  Film film(3, 1, {.targets = true, .threshold = true, .history = true, .stored_hits = 1});
+  Film film(3, 1, paper_film_state({.targets = true, .history = true}, 1));
   for (int x = 0; x < 3; ++x) {
     for (int i = 0; i < 2 + x; ++i) film.half(0, x, 0).add(Rgb(float(x), 0, 0));
     film.half(1, x, 0).add(Rgb(10 + float(x), 0, 0));
-    film.first_hits()->add(0, 0, 1, x, 0, sample_at({float(x), 0, 0}, Rgb(1, 2, 3)));
-    film.targets()->probability(x, 0) = 0.25f * float(x);
+    paper_film(film).first_hits()->add(0, 0, 1, x, 0, sample_at({float(x), 0, 0}, Rgb(1, 2, 3)));
+    paper_film(film).probability(x, 0) = 0.25f * float(x);
   }
   return film;
 }
 
 // More samples than a carried pixel has digits for are taken for fewer, of the same mean and variance.
 TEST(LeftPicture, CountsHaveALimit) {
-  Film film(1, 1, {.history = true, .stored_hits = 1});
+  Film film(1, 1, paper_film_state({.history = true}, 1));
   constexpr std::uint32_t kCount = 100'000'000;
   HalfPixel& half = film.half(0, 0, 0);
   half.count = kCount;
   half.sum[1] = 3.0 * kCount;
   half.deviations[1] = 2.0f * kCount;
-  LeftPicture& left = film.first_hits()->left();
+  LeftPicture& left = paper_film(film).first_hits()->left();
   left.gather(film, film.bounds());
   left.bid(0, 0, 1, 0, 0);
   film.clear();
@@ -123,7 +123,7 @@ TEST(LeftPicture, CountsHaveALimit) {
 
 TEST(LeftPicture, CountsColourAndProbabilityTravelWithThePixel) {
   Film film = three_pixels();
-  LeftPicture& left = film.first_hits()->left();
+  LeftPicture& left = paper_film(film).first_hits()->left();
   left.gather(film, film.bounds());
   left.bid(0, 0, 2.5f, 2, 0);
   film.clear();
@@ -135,11 +135,11 @@ TEST(LeftPicture, CountsColourAndProbabilityTravelWithThePixel) {
   EXPECT_EQ(film.half(0, 0, 0).count, 1u);
   EXPECT_EQ(film.half(0, 0, 0).sum[0], 12);
   EXPECT_EQ(resolve_mean(film, 0, 0).x, 7);
-  EXPECT_EQ(film.first_hits()->pixel(0, 0).irradiance[1][2], 3);
-  EXPECT_EQ(film.first_hits()->pixel(0, 0).irradiance[0][2], 0);
-  EXPECT_EQ(film.first_hits()->hits(0, 0)[0].position.x, 2);
-  EXPECT_TRUE(film.first_hits()->pixel(0, 0).settled);
-  EXPECT_EQ(film.targets()->probability(0, 0), 0.5f);
+  EXPECT_EQ(paper_film(film).first_hits()->pixel(0, 0).irradiance[1][2], 3);
+  EXPECT_EQ(paper_film(film).first_hits()->pixel(0, 0).irradiance[0][2], 0);
+  EXPECT_EQ(paper_film(film).first_hits()->hits(0, 0)[0].position.x, 2);
+  EXPECT_TRUE(paper_film(film).first_hits()->pixel(0, 0).settled);
+  EXPECT_EQ(paper_film(film).probability(0, 0), 0.5f);
   EXPECT_EQ(film.features(0, 0).depth, 2.5f);
   // All of it was carried: the next sample is the first of this picture, and no bound is known.
   for (int h = 0; h < kHalves; ++h) EXPECT_EQ(film.attempted(h, 0, 0), 0u);
@@ -168,7 +168,7 @@ TEST(LeftPicture, TheNearestGetsThePixelAndThenTheFirst) {
   std::sort(bids.begin(), bids.end(), [](const Bid& a, const Bid& b) { return a.from < b.from; });
   do {
     Film film = three_pixels();
-    LeftPicture& left = film.first_hits()->left();
+    LeftPicture& left = paper_film(film).first_hits()->left();
     left.gather(film, film.bounds());
     for (const Bid& bid : bids) left.bid(1, 0, bid.distance, bid.from, 0);
     film.clear();

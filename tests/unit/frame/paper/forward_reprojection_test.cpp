@@ -10,6 +10,8 @@
 
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/history/film_history.h"
+#include "renderer/frame/paper/hit_tracing.h"
+#include "renderer/frame/paper/paper_film.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
 
@@ -32,7 +34,7 @@ class Picture {
  public:
   Picture(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int per_pixel, std::uint32_t samples,
           bool general_kernel = false)
-      : scene_(std::move(scene)), pose_(pose), film_(kWidth, kHeight, {.history = true, .stored_hits = per_pixel}) {
+      : scene_(std::move(scene)), pose_(pose), film_(kWidth, kHeight, paper_film_state({.history = true}, per_pixel)) {
     PathSettings settings;
     settings.general_kernel = general_kernel;
     trace(samples, settings);
@@ -43,7 +45,8 @@ class Picture {
     const CancelToken never;
     TraceStats stats;
     for (int half = 0; half < kHalves; ++half)
-      EXPECT_TRUE(trace_window(*scene_, camera, settings, {half, 0, samples}, film_.bounds(), never, film_, stats));
+      EXPECT_TRUE(
+          trace_noting_hits(*scene_, camera, settings, {half, 0, samples}, film_.bounds(), never, film_, stats));
   }
 
   // Windows of `columns` x `rows`, backwards where asked, by so many threads.
@@ -51,7 +54,7 @@ class Picture {
                          bool backwards = false, int threads = 1, const PixelRect& region = {0, 0, kWidth, kHeight}) {
     std::vector<PixelRect> windows = cut_aligned(region, columns, rows);
     if (backwards) std::reverse(windows.begin(), windows.end());
-    film_.first_hits()->left().gather(film_, region);
+    paper_film(film_).first_hits()->left().gather(film_, region);
     ForwardReprojection forward(scene_, film_, region, pose_, to, max_error);
     std::vector<ReprojectionStats> stats{std::size_t(threads)};
     const auto sweep = [&](auto step) {
@@ -73,7 +76,7 @@ class Picture {
 
   bool carried(int x, int y) const { return film_.history()->carried(x, y).count[0] > 0; }
   const Film& film() const { return film_; }
-  const PixelHits& hits(int x, int y) const { return film_.first_hits()->pixel(x, y); }
+  const PixelHits& hits(int x, int y) const { return paper_film(film_).first_hits()->pixel(x, y); }
 
  private:
   std::shared_ptr<const RenderScene> scene_;
@@ -147,8 +150,8 @@ TEST(ForwardReprojection, BothKernelsStoreTheSameHits) {
     ASSERT_EQ(plain.hits(x, y).met, general.hits(x, y).met);
     ASSERT_EQ(plain.hits(x, y).edge, general.hits(x, y).edge);
     for (int k = 0; k < 4; ++k) {
-      ASSERT_EQ(plain.film().first_hits()->hits(x, y)[std::size_t(k)].position,
-                general.film().first_hits()->hits(x, y)[std::size_t(k)].position);
+      ASSERT_EQ(paper_film(plain.film()).first_hits()->hits(x, y)[std::size_t(k)].position,
+                paper_film(general.film()).first_hits()->hits(x, y)[std::size_t(k)].position);
     }
   });
   // And radiance is what it is without.
@@ -167,7 +170,7 @@ TEST(ForwardReprojection, HitsLandWhereTheNewCameraSeesThem) {
   for_pixels([&](int x, int y) {
     if (!picture.carried(x, y)) return;
     bool inside = false;
-    for (const StoredHit& hit : picture.film().first_hits()->hits(x, y)) {
+    for (const StoredHit& hit : paper_film(picture.film()).first_hits()->hits(x, y)) {
       const FilmPoint p = projection.point(V3d(hit.position));
       inside = inside || (int(std::floor(p.x)) == x && int(std::floor(p.y)) == y);
     }
@@ -204,7 +207,7 @@ TEST(ForwardReprojection, WhatIsHiddenFromTheNewCameraIsNotCopied) {
     const PixelHits& known = picture.hits(x, y);
     for (int k = 0; k < 4; ++k) {
       if (!(known.met >> k & 1)) continue;
-      const V3f p = picture.film().first_hits()->hits(x, y)[std::size_t(k)].position + V3f(scene->origin());
+      const V3f p = paper_film(picture.film()).first_hits()->hits(x, y)[std::size_t(k)].position + V3f(scene->origin());
       const bool wall_point = p.z < -2;
       wall_point ? ++of_wall : ++of_screen;
       // Seen from the origin the screen covers |x|, |y| < 0.9 of the wall. A copied pixel's other hits may lie a

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <numeric>
 
-#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/film/core/film.h"
 #include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/frame/paper/first_hits.h"
+#include "renderer/frame/paper/paper_film.h"
+#include "renderer/frame/paper/threshold_allocation.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
@@ -205,9 +205,8 @@ TEST(PaperCombined, FreshSamplesGoFirstWhereNothingWasCarried) {
 
 // Algorithm 2, iteration by iteration, on three pixels: nothing known, carried without a probability, carried with one.
 TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
-  Film film(3, 1, {.targets = true, .threshold = true, .history = true, .stored_hits = 1});
-  AllocationSettings settings;
-  settings.paper = true;
+  Film film(3, 1, paper_film_state({.targets = true, .history = true}, 1));
+  ThresholdSettings settings;
   settings.min_samples = 2;
   settings.max_samples = 6;
   for (int h = 0; h < kHalves; ++h) {
@@ -217,15 +216,15 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
       film.history()->carried(x, 0).count[h] = 5;
     }
   }
-  film.targets()->probability(2, 0) = 0.5f;
+  paper_film(film).probability(2, 0) = 0.5f;
   std::vector<std::vector<int>> taken(3);
   for (std::uint32_t iteration = 0; iteration < 200; ++iteration) {
     AllocationRequest request;
     request.iteration = iteration;
     request.fill = true;
-    const auto allocation = make_allocation(film, film.bounds(), settings, request);
-    for (std::size_t part = 0; part < allocation->parts(); ++part) allocation->run(0, part);
-    allocation->finish_sweep(0);
+    ThresholdAllocation allocation(film, film.bounds(), settings, request);
+    for (std::size_t part = 0; part < allocation.parts(); ++part) allocation.run(0, part);
+    allocation.finish_sweep(0);
     for (int x = 0; x < 3; ++x) {
       int count = 0;
       for (int h = 0; h < kHalves; ++h) {
@@ -247,9 +246,9 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
   EXPECT_EQ(first_six(1), (std::vector<int>{0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(first_six(2), (std::vector<int>{0, 0, 0, 0, 0, 0}));
   // At max_spp: 6 of 6; 10 of 6, more than one, as the paper says may happen; and what it came with.
-  EXPECT_EQ(film.targets()->probability(0, 0), 1);
-  EXPECT_FLOAT_EQ(film.targets()->probability(1, 0), 10.0f / 6);
-  EXPECT_EQ(film.targets()->probability(2, 0), 0.5f);
+  EXPECT_EQ(paper_film(film).probability(0, 0), 1);
+  EXPECT_FLOAT_EQ(paper_film(film).probability(1, 0), 10.0f / 6);
+  EXPECT_EQ(paper_film(film).probability(2, 0), 0.5f);
   const auto later = [&](int x) {
     return std::accumulate(taken[std::size_t(x)].begin() + 6, taken[std::size_t(x)].end(), 0);
   };
@@ -260,16 +259,19 @@ TEST(PaperCombined, IterationsAreThoseOfAlgorithm2) {
 
 TEST(PaperReuseMemory, IsAsDocumented) {
   const auto bytes = [](int stored_hits, bool targets) {
-    return Film::bytes_per_pixel(
-        {.targets = targets, .threshold = targets, .history = true, .stored_hits = stored_hits});
+    return Film::bytes_per_pixel(paper_film_state({.targets = targets, .history = stored_hits > 0}, stored_hits));
   };
+  EXPECT_EQ(bytes(0, false), 120u);
+  EXPECT_EQ(bytes(0, true), 132u);
   EXPECT_EQ(bytes(1, false), 120u + 258u);
   EXPECT_EQ(bytes(4, false), 120u + 354u);
   EXPECT_EQ(bytes(4, true), 132u + 354u);
   // And so it is: 64 x 64 pixels, with little for the whole beside them.
-  const Film film(64, 64, {.targets = true, .threshold = true, .history = true, .stored_hits = 4});
+  const FilmState state = paper_film_state({.targets = true, .history = true}, 4);
+  const Film film(64, 64, state);
   EXPECT_NEAR(double(film.bytes()) / (64 * 64), 132 + 354, 2);
-  EXPECT_EQ(film.state(), (FilmState{.targets = true, .threshold = true, .history = true, .stored_hits = 4}));
+  EXPECT_EQ(film.state(), state);
+  EXPECT_NE(film.state(), paper_film_state({.targets = true, .history = true}, 1));
 }
 
 }  // namespace
