@@ -6,8 +6,8 @@
 
 namespace helio::test {
 
-// What is promised of the reported over the true error after a move, as tests/bench/README.md has it. Tests hold it as
-// it is, without an allowance for the noise of their seeds, which are fixed.
+// The promised range of the reported over the true error after a camera move (goals of tests/bench/reuse.md). Tests hold
+// it without an allowance for noise: their seeds are fixed.
 inline constexpr double kLeastReported = 0.8, kMostReported = 1.4;
 
 // Of the mean of each pixel and channel, over the picture.
