@@ -24,7 +24,7 @@ const char* const kEditHelp =
     "  --material TARGET=color:r,g,b ([0, 1]) | emission:r,g,b (W / (sr m^2)) | roughness:r ([0, 1])\n"
     "  --light TARGET=intensity:r,g,b | scale:s            a point, spot or directional light\n"
     "  --environment-light radiance:r,g,b | scale:s\n"
-    "Example: heliograph edit room.glb --server :50051 --material 'Lamp=emission:9,8,7' --object '#3=move:0,0.5,0'\n\n";
+    "Example: heliograph edit room.glb --server 127.0.0.1:50051 --material 'Lamp=emission:9,8,7' --object '#3=move:0,0.5,0'\n\n";
 
 namespace {
 
