@@ -23,7 +23,7 @@ namespace pb = heliograph::v1;
 
 namespace {
 
-constexpr std::uint64_t kMostSegments = 16;  // 302 pictures
+constexpr std::uint64_t kMostSegments = 16;  // 151 pictures
 constexpr int kDefaultSegments = 5;
 
 struct TechniquesOptions {
@@ -42,26 +42,25 @@ constexpr const char* kHelp =
     "  t = 1         a vertex of a light path is joined to the camera\n"
     "FOLDER gets, for each, sSS-tTT.exr: its share of --integrator bdpt, by its weight among all (all of them add up "
     "to\n"
-    "that picture with the same --seed); sSS-tTT-unweighted.exr: its own estimate, of the paths that it can make;\n"
-    "weighted.png and unweighted.png: all of them, one row for each number of segments, s from 0 on to the right, "
-    "named\n"
-    "s,t; both exposed row by row for the sum of the weighted ones.\n"
-    "The table, and with --json the object, gives the mean luminance of each, its share of the sum of all weighted "
-    "ones,\n"
-    "and the time of both renders: load_seconds, seconds, width, height, samples, max_length, techniques:\n"
-    "[{light_vertices, camera_vertices, segments, mean, share (null: all black), mean_unweighted, render_seconds,\n"
-    "invalid_samples, output, output_unweighted}], mean (of the sum), weighted_png, unweighted_png, exposure_stops "
-    "(of\n"
-    "each row), partial, warnings, notices, unread. Ctrl-C keeps the pictures so far.\n"
+    "that picture with the same --seed); and weighted.png: all of them, one row for each number of segments, s from 0 "
+    "on\n"
+    "to the right, named s,t, each row exposed for its sum.\n"
+    "The table, and with --json the object, gives the mean luminance of each, its share of the sum, and the time of "
+    "its\n"
+    "render: load_seconds, seconds, width, height, samples, max_length, techniques: [{light_vertices, "
+    "camera_vertices,\n"
+    "segments, mean, share (null: all black), render_seconds, invalid_samples, output}], mean (of the sum),\n"
+    "weighted_png, exposure_stops (of each row), partial, warnings, notices, unread. Ctrl-C keeps the pictures so "
+    "far.\n"
     "Example: heliograph techniques room.glb --size 320x180 --samples 64 --max-length 4 --output room-techniques\n\n";
 
-// What came of one technique's two renders.
+// What came of one technique's render.
 struct Shown {
   pb::Technique technique;
-  double mean[2] = {0, 0};  // weighted, unweighted
+  double mean = 0;
   double seconds = 0;
   std::uint64_t invalid_samples = 0;
-  std::string files[2];
+  std::string file;
 };
 
 std::vector<pb::Technique> techniques_up_to(int max_segments) {
@@ -82,14 +81,13 @@ int segments_of(const pb::Technique& technique) {
   return technique.light_vertices() + technique.camera_vertices() - 1;
 }
 
-std::string file_of(const std::string& folder, const pb::Technique& technique, bool unweighted) {
-  const std::string name = fmt::format("s{:02}-t{:02}{}.exr", technique.light_vertices(), technique.camera_vertices(),
-                                       unweighted ? "-unweighted" : "");
+std::string file_of(const std::string& folder, const pb::Technique& technique) {
+  const std::string name = fmt::format("s{:02}-t{:02}.exr", technique.light_vertices(), technique.camera_vertices());
   return (std::filesystem::path(folder) / name).string();
 }
 
-std::string sheet_of(const std::string& folder, bool unweighted) {
-  return (std::filesystem::path(folder) / (unweighted ? "unweighted.png" : "weighted.png")).string();
+std::string sheet_of(const std::string& folder) {
+  return (std::filesystem::path(folder) / "weighted.png").string();
 }
 
 // A folder that exists, or can be made inside one that does.
@@ -123,8 +121,7 @@ class TechniqueRenders {
   // Renders a technique, writes its picture and adds it to the sheet, which is made by the first.
   Status render(const pb::Technique& technique, const std::string& file, std::optional<ContactSheet>& sheet,
                 Shown& shown) {
-    const std::string name = fmt::format("s {}, t {}{}", technique.light_vertices(), technique.camera_vertices(),
-                                         technique.unweighted() ? ", unweighted" : "");
+    const std::string name = fmt::format("s {}, t {}", technique.light_vertices(), technique.camera_vertices());
     *request_.mutable_settings()->mutable_technique() = technique;
     FrameAssembler frame;
     std::optional<Error> broken;
@@ -167,10 +164,10 @@ class TechniqueRenders {
                fmt::format("{},{}", technique.light_vertices(), technique.camera_vertices()), view);
     Json ended;
     add_frame_end(ended, end);
-    shown.seconds += ended["render_seconds"].get<double>();
-    shown.invalid_samples += ended["invalid_samples"].get<std::uint64_t>();
-    shown.mean[technique.unweighted()] = mean_luminance(view);
-    shown.files[technique.unweighted()] = file;
+    shown.seconds = ended["render_seconds"].get<double>();
+    shown.invalid_samples = ended["invalid_samples"].get<std::uint64_t>();
+    shown.mean = mean_luminance(view);
+    shown.file = file;
     if (const std::string warning = invalid_caution(technique, shown); !warning.empty()) terminal_.warn(warning);
     FileNames names;
     names.exr = file;
@@ -195,16 +192,15 @@ std::string share_text(double mean, double sum) {
 }
 
 void tell(Terminal& terminal, const std::vector<Shown>& all, double sum) {
-  terminal.say(
-      fmt::format("{:>3} {:>3} {:>12} {:>9} {:>12} {:>9}", "s", "t", "weighted", "share", "unweighted", "seconds"));
+  terminal.say(fmt::format("{:>3} {:>3} {:>12} {:>9} {:>9}", "s", "t", "mean", "share", "seconds"));
   double seconds = 0;
   for (const Shown& shown : all) {
-    terminal.say(fmt::format("{:>3} {:>3} {:>12.6g} {:>9} {:>12.6g} {:>9.3f}", shown.technique.light_vertices(),
-                             shown.technique.camera_vertices(), shown.mean[0], share_text(shown.mean[0], sum),
-                             shown.mean[1], shown.seconds));
+    terminal.say(fmt::format("{:>3} {:>3} {:>12.6g} {:>9} {:>9.3f}", shown.technique.light_vertices(),
+                             shown.technique.camera_vertices(), shown.mean, share_text(shown.mean, sum),
+                             shown.seconds));
     seconds += shown.seconds;
   }
-  terminal.say(fmt::format("{:>7} {:>12.6g} {:>9} {:>12} {:>9.3f}", "all", sum, share_text(sum, sum), "", seconds));
+  terminal.say(fmt::format("{:>7} {:>12.6g} {:>9} {:>9.3f}", "all", sum, share_text(sum, sum), seconds));
 }
 
 Json to_json(const std::vector<Shown>& all, double sum) {
@@ -214,40 +210,31 @@ Json to_json(const std::vector<Shown>& all, double sum) {
     json["light_vertices"] = shown.technique.light_vertices();
     json["camera_vertices"] = shown.technique.camera_vertices();
     json["segments"] = segments_of(shown.technique);
-    json["mean"] = shown.mean[0];
-    json["share"] = sum > 0 ? Json(shown.mean[0] / sum) : Json(nullptr);
-    json["mean_unweighted"] = shown.mean[1];
+    json["mean"] = shown.mean;
+    json["share"] = sum > 0 ? Json(shown.mean / sum) : Json(nullptr);
     json["render_seconds"] = shown.seconds;
     json["invalid_samples"] = shown.invalid_samples;
-    json["output"] = shown.files[0];
-    json["output_unweighted"] = shown.files[1];
+    json["output"] = shown.file;
     list.push_back(json);
   }
   return list;
 }
 
-// Renders all; `all` holds those of which both pictures are written.
+// Renders all; `all` holds those whose picture is written.
 Status render_all(TechniqueRenders& renders, const std::string& folder, int max_segments, Json& json,
                   std::vector<Shown>& all) {
-  std::optional<ContactSheet> sheets[2];
+  std::optional<ContactSheet> sheet;
   for (const pb::Technique& technique : techniques_up_to(max_segments)) {
     Shown shown;
     shown.technique = technique;
-    for (const bool unweighted : {false, true}) {
-      pb::Technique wanted = technique;
-      wanted.set_unweighted(unweighted);
-      const Status done = renders.render(wanted, file_of(folder, technique, unweighted), sheets[unweighted], shown);
-      if (!done) return done;
-    }
+    const Status done = renders.render(technique, file_of(folder, technique), sheet, shown);
+    if (!done) return done;
     all.push_back(shown);
   }
-  const std::vector<double> exposures = sheets[0]->exposures();
-  for (const bool unweighted : {false, true}) {
-    const std::string file = sheet_of(folder, unweighted);
-    const Status written = sheets[unweighted]->write(file, exposures);
-    if (!written) return written;
-    json[unweighted ? "unweighted_png" : "weighted_png"] = file;
-  }
+  const std::vector<double> exposures = sheet->exposures();
+  const Status written = sheet->write(sheet_of(folder), exposures);
+  if (!written) return written;
+  json["weighted_png"] = sheet_of(folder);
   for (const double exposure : exposures) json["exposure_stops"].push_back(std::log2(exposure));
   return ok_status();
 }
@@ -256,11 +243,9 @@ Status render_all(TechniqueRenders& renders, const std::string& folder, int max_
 void check_outputs(const SceneChoice& choice, const std::string& folder, int max_segments, Problems& problems) {
   OutputCheck outputs;
   outputs.add_inputs(choice);
-  for (const bool unweighted : {false, true}) {
-    for (const pb::Technique& technique : techniques_up_to(max_segments))
-      outputs.check("--output", file_of(folder, technique, unweighted), problems);
-    outputs.check("--output", sheet_of(folder, unweighted), problems);
-  }
+  for (const pb::Technique& technique : techniques_up_to(max_segments))
+    outputs.check("--output", file_of(folder, technique), problems);
+  outputs.check("--output", sheet_of(folder), problems);
 }
 
 int run(const CLI::App& app, const TechniquesOptions& options) {
@@ -304,7 +289,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
   const Status done = render_all(renders, folder, longest, json, all);
   json["seconds"] = now_s() - begun;
   double sum = 0;
-  for (const Shown& shown : all) sum += shown.mean[0];
+  for (const Shown& shown : all) sum += shown.mean;
   json["mean"] = sum;
   json["techniques"] = to_json(all, sum);
   json["partial"] = !done;
@@ -314,8 +299,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
   if (interrupt.raised() && !done) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);
   if (!done) return terminal.fail(exit_code_of(done.error()), done.error().to_string() + kept, json);
   tell(terminal, all, sum);
-  terminal.say(sheet_of(folder, false));
-  terminal.say(sheet_of(folder, true));
+  terminal.say(sheet_of(folder));
   terminal.result(json);
   return kOk;
 }
@@ -332,7 +316,7 @@ Command add_techniques(CLI::App& root) {
   add_text(*app, options->budget.samples, "--samples", "N",
            "Samples per pixel of each picture, [1, 2^30]. Default: 64");
   add_text(*app, options->max_length, "--max-length", "K",
-           "Longest path, in segments with the camera's counted, [1, 16]. Default: 5, which is 38 pictures");
+           "Longest path, in segments with the camera's counted, [1, 16]. Default: 5, which is 19 pictures");
   add_text(*app, options->output, "--output,-o", "FOLDER",
            "Where the pictures go; made where it does not exist. Default: NAME-techniques in the current folder for "
            "scene NAME.glb");
