@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "client/camera_motion.h"
 #include "renderer/base/camera_limits.h"
 #include "renderer/base/json_scan.h"
+#include "renderer/base/number_range.h"
 
 namespace helio {
 
@@ -67,12 +67,12 @@ class ViewReader {
   bool has(const char* key) const { return view_.contains(key); }
   void problem(const std::string& key, const std::string& message) { problems_.add(place_ + "/" + key, message); }
 
-  std::optional<double> number(const char* key, double low, double high, const char* range) {
+  std::optional<double> number(const char* key, const NumberRange& range, const std::string& words = {}) {
     const json* value = find(key);
     if (!value) return std::nullopt;
     const double number = value->is_number() ? value->get<double>() : std::nan("");
-    if (number >= low && number <= high) return number;
-    problem(key, shown(*value) + " is not a number in " + range);
+    if (range.contains(number)) return number;
+    problem(key, shown(*value) + " is not a number in " + (words.empty() ? range.to_string() : words));
     return std::nullopt;
   }
 
@@ -124,12 +124,10 @@ class ViewReader {
   std::vector<std::string> known_;
 };
 
-constexpr double kHuge = std::numeric_limits<double>::max();
-
 std::optional<pb::Budget> read_budget(ViewReader& reader) {
-  const auto samples = reader.integer("samples", 1, 1 << 30);
-  const auto time = reader.number("time_s", std::numeric_limits<double>::min(), kHuge, "(0, inf)");
-  const auto error = reader.number("error", std::numeric_limits<double>::min(), kHuge, "(0, inf)");
+  const auto samples = reader.integer("samples", std::int64_t(kSampleBudget.low), std::int64_t(kSampleBudget.high));
+  const auto time = reader.number("time_s", kPositiveNumber);
+  const auto error = reader.number("error", kPositiveNumber);
   if (!samples && !time && !error) return std::nullopt;
   pb::Budget budget;
   if (samples) budget.set_samples(static_cast<std::uint32_t>(*samples));
@@ -139,14 +137,14 @@ std::optional<pb::Budget> read_budget(ViewReader& reader) {
 }
 
 void read_lens(ViewReader& reader, pb::CameraView& camera) {
-  if (const auto fov = reader.number("fov_degrees", 0.1, 179, "[0.1, 179]")) {
+  if (const auto fov = reader.number("fov_degrees", {0.1, 179})) {
     if (camera.orthographic_half_height() > 0) reader.problem("fov_degrees", "does not fit an orthographic camera");
     camera.set_vertical_fov(*fov * kDegree);
   }
-  if (const auto radius = reader.number("lens_radius", 0, kMaxLensRadius, kLensRadiusRange)) {
+  if (const auto radius = reader.number("lens_radius", {0, kMaxLensRadius}, kLensRadiusRange)) {
     camera.set_lens_radius(*radius);
   }
-  if (const auto focus = reader.number("focus_distance", kMinCameraLength, kMaxCameraLength, kCameraLengthRange)) {
+  if (const auto focus = reader.number("focus_distance", {kMinCameraLength, kMaxCameraLength}, kCameraLengthRange)) {
     camera.set_focus_distance(*focus);
   }
 }
@@ -187,8 +185,8 @@ Step read_step(ViewReader& reader, const V3d& pivot) {
   step.position = reader.vector("position");
   step.target = reader.vector("target");
   step.up = reader.vector("up");
-  step.turn = reader.number("turn_degrees", -360000, 360000, "[-360000, 360000]");
-  step.orbit = reader.number("orbit_degrees", -360000, 360000, "[-360000, 360000]");
+  step.turn = reader.number("turn_degrees", {-360000, 360000});
+  step.orbit = reader.number("orbit_degrees", {-360000, 360000});
   step.pivot = reader.vector("pivot").value_or(pivot);
   step.move = reader.vector("move");
   if (reader.has("up") && !reader.has("target")) reader.problem("up", "stands only beside \"target\"");

@@ -132,7 +132,6 @@ Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string&
   message.mutable_begin()->set_time_s(request.time_s);
   message.mutable_begin()->set_animation(request.animation);
   message.mutable_begin()->set_strict(request.strict);
-  message.mutable_begin()->set_texture_filter(request.texture_filter);
   call->Write(message);
   call->WritesDone();
   const grpc::Status status = call->Finish();

@@ -38,7 +38,6 @@ struct SceneLoadRequest {
   double time_s = 0;      // the animation is evaluated at this time
   std::string animation;  // name or number of the clip to play; empty: the file's first
   bool strict = false;    // refuse files that break a rule of their format although their meaning is beyond doubt
-  heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   // Called during an upload with the bytes sent so far and in total.
   std::function<void(std::uint64_t, std::uint64_t)> uploaded;
 };

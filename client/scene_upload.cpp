@@ -27,7 +27,6 @@ Status write_scene(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, cons
   begin.set_time_s(request.time_s);
   begin.set_animation(request.animation);
   begin.set_strict(request.strict);
-  begin.set_texture_filter(request.texture_filter);
   begin.set_environment(scene.environment);
   begin.set_total_bytes(total);
   if (!call.Write(message)) return ok_status();

@@ -26,7 +26,7 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
   } else if (options.wait.given()) {
     reader.problem(options.wait, "stands only beside --server");
   }
-  if (const auto wait = reader.number(options.wait, 0, false, 3600)) {
+  if (const auto wait = reader.number(options.wait, {0, 3600, false})) {
     connection.connect.retry = true;
     connection.connect.timeout_s = *wait;
   }

@@ -77,16 +77,11 @@ std::optional<std::uint64_t> OptionReader::integer(const TextOption& option, std
   return std::nullopt;
 }
 
-std::optional<double> OptionReader::number(const TextOption& option, double low, bool low_included, double high) {
+std::optional<double> OptionReader::number(const TextOption& option, const NumberRange& range) {
   if (!option.given()) return std::nullopt;
   double value = 0;
-  if (parse_whole(option.text, value) && std::isfinite(value) && (low_included ? value >= low : value > low) &&
-      value <= high) {
-    return value;
-  }
-  const std::string upper = high < 1e300 ? fmt::format("{}]", high) : "inf)";
-  const std::string lower = low > -1e300 ? fmt::format("{}{}", low_included ? "[" : "(", low) : "(-inf";
-  problem(option, fmt::format("{} is not a number in {}, {}", quoted(option.text), lower, upper));
+  if (parse_whole(option.text, value) && range.contains(value)) return value;
+  problem(option, fmt::format("{} is not a number in {}", quoted(option.text), range.to_string()));
   return std::nullopt;
 }
 

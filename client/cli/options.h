@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/base/number_range.h"
 #include "renderer/base/result.h"
 
 // CLI11's header makes every file that includes it five times as slow to compile: options.cpp stands between.
@@ -47,8 +48,7 @@ class OptionReader {
   explicit OptionReader(Problems& problems) : problems_(problems) {}
 
   std::optional<std::uint64_t> integer(const TextOption& option, std::uint64_t low, std::uint64_t high);
-  // Finite; above low (or equal to it when low_included), at most high.
-  std::optional<double> number(const TextOption& option, double low, bool low_included, double high);
+  std::optional<double> number(const TextOption& option, const NumberRange& range);
   std::optional<std::pair<int, int>> size(const TextOption& option);  // WIDTHxHEIGHT
   std::optional<PixelRect> rect(const TextOption& option);            // x0,y0,x1,y1
   std::optional<V3d> vector(const TextOption& option);                // x,y,z

@@ -12,6 +12,8 @@
 #include "client/cli/scene_options.h"
 #include "client/enum_names.h"
 #include "client/server_address.h"
+#include "renderer/base/check.h"
+#include "server/stream/settings_messages.h"
 
 namespace helio::cli {
 
@@ -19,11 +21,99 @@ namespace {
 
 constexpr std::uint32_t kDefaultSamples = 64;
 constexpr int kDefaultWidth = 1280, kDefaultHeight = 720;
-constexpr std::uint64_t kMaxSegments = 65535;      // the protocol's range
-constexpr std::int32_t kMostJoinedVertices = 257;  // likewise: 256 segments
-constexpr double kMaxFilterScale = 16;             // likewise
-constexpr double kMostReuseError = 1e6;            // likewise
-constexpr double kHuge = std::numeric_limits<double>::max();
+
+// An option that sets one field of the message. "{}" in the help: its range, or the names that it may have.
+struct FieldOption {
+  const char *path, *flag, *value, *help;
+  bool any_picture = false;  // commands that choose the integrator themselves have it too
+};
+// Which fields count depends on the first three.
+constexpr FieldOption kFieldOptions[] = {
+    {"mode", "--mode", "MODE",
+     "How to render: {}. adaptive sends samples where noise and cost ask for them; reproject carries what is still "
+     "true "
+     "of a view into the next one; combined does both. Default: pt, path tracing"},
+    {"variant", "--variant", "VARIANT",
+     "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. Default: "
+     "bounded"},
+    {"integrator", "--integrator", "INTEGRATOR",
+     "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
+     "mirrors and glass show; bdpt, from both, with all connections; pt+bdpt, path or bdpt in every part of the "
+     "picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, bdpt "
+     "with light vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; "
+     "photon, merging alone: --mode pt. The last two are biased, less so with every sample. Default: path"},
+    {"max_segments", "--max-segments", "N",
+     "Longest path, in segments with the camera's counted, {}. Default: the scene file's, else 10"},
+    {"roulette_from", "--roulette-from", "VERTEX",
+     "First vertex at which Russian roulette may end a path, {}. Default: the scene file's, else 3", true},
+    {"roulette", "--roulette", "RULE",
+     "Probability of surviving Russian roulette: root, of the path's throughput, or throughput, as other renderers "
+     "have "
+     "it. Default: root",
+     true},
+    {"light_cache.connections", "--connections", "N",
+     "Of --integrator lvc and vcm: of every camera vertex to light vertices, {}. Default: 2"},
+    {"light_cache.radius", "--merging-radius", "R",
+     "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
+     "radius, {}. Default: 0.003"},
+    {"adaptive.min_samples", "--adaptive-min", "N",
+     "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, {}; paper: from 2. A "
+     "picture that much was carried into needs none. Default: 16, paper 4"},
+    {"adaptive.max_samples", "--adaptive-max", "N",
+     "Of --variant paper: iterations until its threshold is 0, more than --adaptive-min, {}. Default: 32"},
+    {"adaptive.measure", "--adaptive-measure", "MEASURE",
+     "Of --mode adaptive and combined: the error that the counts make small, relmse, or rmse, which --error is in. "
+     "Default: relmse"},
+    {"reprojection.stored_hits", "--stored-hits", "N",
+     "Of --variant paper with --mode reproject and combined: first hits kept per pixel, 1 or 4. Default: 4"},
+    {"reprojection.max_error", "--max-reuse-error", "E",
+     "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, {}. Default: 1/256"}};
+
+struct FieldPlace {
+  google::protobuf::Message* message;
+  const google::protobuf::FieldDescriptor* field;
+};
+
+// Makes the messages on the way.
+FieldPlace place_of(google::protobuf::Message& message, std::string_view path) {
+  const std::size_t dot = path.find('.');
+  const auto* field = message.GetDescriptor()->FindFieldByName(std::string(path.substr(0, dot)));
+  HELIO_CHECK(field);
+  if (dot == std::string_view::npos) return {&message, field};
+  return place_of(*message.GetReflection()->MutableMessage(&message, field), path.substr(dot + 1));
+}
+
+// Enumerations by their short names, numbers within `range`.
+void read_field(const char* path, const TextOption& option, const NumberRange& range,
+                google::protobuf::Message& message, OptionReader& reader) {
+  if (!option.given()) return;
+  using Field = google::protobuf::FieldDescriptor;
+  const auto [holder, field] = place_of(message, path);
+  const google::protobuf::Reflection& reflection = *holder->GetReflection();
+  if (field->cpp_type() == Field::CPPTYPE_ENUM) {
+    const auto name = reader.choice(option, short_names(*field->enum_type()));
+    if (name) reflection.SetEnumValue(holder, field, *enum_number(*field->enum_type(), *name));
+  } else if (field->cpp_type() == Field::CPPTYPE_DOUBLE) {
+    if (const auto number = reader.number(option, range)) reflection.SetDouble(holder, field, *number);
+  } else if (const auto whole = reader.integer(option, std::uint64_t(range.low), std::uint64_t(range.high))) {
+    if (field->cpp_type() == Field::CPPTYPE_INT32) {
+      reflection.SetInt32(holder, field, std::int32_t(*whole));
+    } else {
+      reflection.SetUInt32(holder, field, std::uint32_t(*whole));
+    }
+  }
+}
+
+void add_fields(CLI::App& app, SettingsOptions& options, bool any_picture) {
+  pb::RenderSettings message;
+  for (const FieldOption& field : kFieldOptions) {
+    if (field.any_picture != any_picture) continue;
+    const auto* type = place_of(message, field.path).field->enum_type();
+    const auto* row = find_field(field.path, {});
+    const std::string allowed = type ? join(short_names(*type), ", ") : row->range.to_string();
+    add_text(app, options.fields[field.path], field.flag, field.value, fmt::format(fmt::runtime(field.help), allowed));
+  }
+}
 
 // What pictures can have besides: the protocol's TileFormat has a switch of that name for each.
 std::vector<std::string> layer_names() {
@@ -46,11 +136,11 @@ void add_picture_options(CLI::App& app, SettingsOptions& options) {
   add_text(app, options.camera, "--camera", "NAME",
            "Camera of the scene, by name or number from 0. Default: the first");
   add_text(app, options.seed, "--seed", "N", "Same seed, same bits; [0, 2^64). Default: 0");
-  add_text(app, options.roulette_from, "--roulette-from", "VERTEX",
-           "First vertex at which Russian roulette may end a path, [1, 65535]. Default: the scene file's, else 3");
+  add_fields(app, options, true);
   add_text(app, options.filter, "--filter", "FILTER[:R]",
            "Reconstruction filter of a pixel: " + join(short_names(*pb::PixelFilter_descriptor()), ", ") +
-               ". R in pixels, (0, 16]: the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
+               ". R in pixels, " + find_field("filter_scale", {})->range.to_string() +
+               ": the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
                "Default: the scene file's, else box");
   add_text(app, options.region, "--region", "x0,y0,x1,y1",
            "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
@@ -58,163 +148,30 @@ void add_picture_options(CLI::App& app, SettingsOptions& options) {
 
 void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_picture_options(app, options);
-  add_text(app, options.mode, "--mode", "MODE",
-           "How to render: " + join(short_names(*pb::Mode_descriptor()), ", ") +
-               ". adaptive sends samples where noise and cost ask for them; reproject carries what is still true of a "
-               "view into the next one; combined does both. Default: pt, path tracing");
-  add_text(
-      app, options.integrator, "--integrator", "INTEGRATOR",
-      "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
-      "mirrors and glass show; bdpt, from both, with all connections; pt+bdpt, path or bdpt in every part of the "
-      "picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, "
-      "bdpt with light vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive "
-      "nearby; "
-      "photon, merging alone: --mode pt. The last two are biased, less so with every sample. Default: path");
-  add_text(app, options.connections, "--connections", "N",
-           "Of --integrator lvc and vcm: of every camera vertex to light vertices, [1, 64]. Default: 2");
-  add_text(
-      app, options.merging_radius, "--merging-radius", "R",
-      "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
-      "radius, [1e-6, 0.1]. Default: 0.003");
-  add_text(app, options.merging_shrinking, "--merging-shrinking", "A",
-           "Of --integrator vcm and photon: the radius falls as n^((A - 1) / 2) over samples, [0.1, 1]. Default: 0.75");
-  add_text(app, options.technique, "--technique", "S,T[,unweighted]",
+  add_fields(app, options, false);
+  add_text(app, options.technique, "--technique", "S,T",
            "Of --integrator bdpt: shows only paths of S light and T camera vertices (S + T - 1 segments), by their "
-           "weight among all techniques, or unweighted, as this one alone has them. S 0: lights that are met; S 1: "
-           "light samples; T 1: light paths joined to the camera. Default: all together");
-  add_text(app, options.variant, "--variant", "VARIANT",
-           "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. "
-           "Default: bounded");
-  add_text(
-      app, options.adaptive_min, "--adaptive-min", "N",
-      "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, [4, 65536]; paper: "
-      "[2, 65536]. A picture that much was carried into needs none. Default: 16, paper 4");
-  add_text(app, options.adaptive_max, "--adaptive-max", "N",
-           "Of --variant paper: iterations until its threshold is 0, (--adaptive-min, 2^20]. Default: 32");
-  add_text(app, options.adaptive_measure, "--adaptive-measure", "MEASURE",
-           "Of --mode adaptive and combined: the error that the counts make small, rmse or relmse. Default: relmse");
-  add_text(app, options.stored_hits, "--stored-hits", "N",
-           "Of --variant paper with --mode reproject and combined: first hits kept per pixel, 1 or 4. Default: 4");
-  add_text(app, options.max_error, "--max-reuse-error", "E",
-           "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, (0, 1e6]. "
-           "Default: 1/256");
-  add_text(app, options.max_segments, "--max-segments", "N",
-           "Longest path, in segments with the camera's counted, [1, 65535]. Default: the scene file's, else 10");
+           "weight among all techniques. S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
+           "camera. Default: all together");
 }
 
 namespace {
 
-void read_adaptive(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  const bool allocates = settings.mode() == pb::MODE_ADAPTIVE || settings.mode() == pb::MODE_COMBINED;
-  for (const TextOption* option : {&options.adaptive_min, &options.adaptive_max, &options.adaptive_measure}) {
-    if (option->given() && !allocates) reader.problem(*option, "stands only beside --mode adaptive or combined");
-  }
-  if (options.variant.given() && !allocates && settings.mode() != pb::MODE_REPROJECT)
-    reader.problem(options.variant, "stands only beside --mode adaptive, reproject or combined");
-  if (const auto variant = reader.choice(options.variant, short_names(*pb::Variant_descriptor())))
-    settings.set_variant(from_short_name<pb::Variant>(*variant).value());
-  const bool paper = settings.variant() == pb::VARIANT_PAPER;
-  if (options.adaptive_max.given() && allocates && !paper)
-    reader.problem(options.adaptive_max, "stands only beside --variant paper");
-  if (const auto n = reader.integer(options.adaptive_min, paper ? 2 : 4, 65536)) {
-    if (*n % 2 != 0) reader.problem(options.adaptive_min, "is odd; each of two halves gets the same number of samples");
-    settings.mutable_adaptive()->set_min_samples(static_cast<std::uint32_t>(*n));
-  }
-  if (const auto n = reader.integer(options.adaptive_max, 3, 1u << 20)) {
-    const std::uint32_t least = settings.adaptive().min_samples();
-    if (*n <= least) reader.problem(options.adaptive_max, fmt::format("must be more than --adaptive-min, {}", least));
-    settings.mutable_adaptive()->set_max_samples(static_cast<std::uint32_t>(*n));
-  }
-  if (const auto measure = reader.choice(options.adaptive_measure, short_names(*pb::ErrorMeasure_descriptor())))
-    settings.mutable_adaptive()->set_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
-}
-
-bool caches_light_vertices(pb::Integrator integrator) {
-  return integrator == pb::INTEGRATOR_LVC || integrator == pb::INTEGRATOR_VCM || integrator == pb::INTEGRATOR_PHOTON;
-}
-
-void read_light_cache(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  const bool joins = caches_light_vertices(settings.integrator()) && settings.integrator() != pb::INTEGRATOR_PHOTON;
-  const bool merges = caches_light_vertices(settings.integrator()) && settings.integrator() != pb::INTEGRATOR_LVC;
-  if (options.connections.given() && !joins)
-    reader.problem(options.connections, "stands only beside --integrator lvc or vcm");
-  for (const TextOption* option : {&options.merging_radius, &options.merging_shrinking}) {
-    if (option->given() && !merges) reader.problem(*option, "stands only beside --integrator vcm or photon");
-  }
-  if (const auto n = reader.integer(options.connections, 1, 64))
-    settings.mutable_light_cache()->set_connections(static_cast<std::uint32_t>(*n));
-  if (const auto radius = reader.number(options.merging_radius, 1e-6, true, 0.1))
-    settings.mutable_light_cache()->set_radius(*radius);
-  if (const auto shrinking = reader.number(options.merging_shrinking, 0.1, true, 1))
-    settings.mutable_light_cache()->set_shrinking(*shrinking);
-}
-
-void read_integrator(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  auto integrator = options.integrator;
-  if (integrator.text == "pt-bdpt") integrator.text = "pt+bdpt";  // as it was once spelled
-  const auto name = reader.choice(integrator, short_names(*pb::Integrator_descriptor()));
-  if (!name) return;
-  settings.set_integrator(from_short_name<pb::Integrator>(*name).value());
-  const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
-  if (caches_light_vertices(settings.integrator())) {
-    if (!pt) reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt");
-    return;
-  }
-  const bool light = settings.integrator() == pb::INTEGRATOR_LIGHT;
-  const bool bounded = settings.variant() != pb::VARIANT_PAPER && (settings.mode() == pb::MODE_ADAPTIVE || !light);
-  if (settings.integrator() != pb::INTEGRATOR_PATH && !pt && !bounded)
-    reader.problem(options.integrator, "'" + *name + "' stands only beside --mode pt, or " +
-                                           (light ? "adaptive" : "another") + " with --variant bounded");
-}
-
+// Whether its range allows them depends on the longest path.
 void read_technique(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
   if (!options.technique.given()) return;
   const std::string& text = options.technique.text;
-  std::int32_t numbers[2] = {0, 0};
-  const char *at = text.data(), *last = at + text.size();
-  bool good = true;
-  for (std::int32_t& number : numbers) {
-    const auto [end, error] = std::from_chars(at, last, number);
-    good = good && error == std::errc() && number >= 0 && number <= kMostJoinedVertices;
-    at = end;
-    if (&number == numbers) good = good && at != last && *at++ == ',';
-    if (!good) break;
-  }
-  const std::string_view rest(at, std::size_t(last - at));
-  if (!good || !(rest.empty() || rest == ",unweighted")) {
-    reader.problem(options.technique, fmt::format("'{}' is not S,T or S,T,unweighted with whole numbers in [0, {}]",
-                                                  text, kMostJoinedVertices));
+  const char *first = text.data(), *last = first + text.size();
+  std::int32_t s = 0, t = 0;
+  const auto light = std::from_chars(first, last, s);
+  const bool comma = light.ec == std::errc() && light.ptr != last && *light.ptr == ',';
+  const auto camera = std::from_chars(comma ? light.ptr + 1 : last, last, t);
+  if (!comma || camera.ec != std::errc() || camera.ptr != last) {
+    reader.problem(options.technique, "'" + text + "' is not S,T, two whole numbers with a comma");
     return;
   }
-  const auto [s, t] = numbers;
-  const int most = settings.max_segments();  // 0: the scene's
-  if (s == 1 && t == 1) {
-    reader.problem(options.technique, "'" + text + "': lights seen directly come from 0,2");
-  } else if (t < 1 || s + t < 2) {
-    reader.problem(options.technique, "'" + text + "' is no path; allowed: T at least 1, 2 where S is 0 or 1");
-  } else if (most > 0 && s + t - 1 > most) {
-    reader.problem(options.technique, fmt::format("'{}' is {} segments; --max-segments is {}", text, s + t - 1, most));
-  }
-  const bool pt = settings.mode() == pb::MODE_UNSPECIFIED || settings.mode() == pb::MODE_PT;
-  if (settings.integrator() != pb::INTEGRATOR_BDPT || !pt)
-    reader.problem(options.technique, "stands only beside --integrator bdpt with --mode pt");
   settings.mutable_technique()->set_light_vertices(s);
   settings.mutable_technique()->set_camera_vertices(t);
-  settings.mutable_technique()->set_unweighted(!rest.empty());
-}
-
-void read_reprojection(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
-  const bool reuses = settings.mode() == pb::MODE_REPROJECT || settings.mode() == pb::MODE_COMBINED;
-  for (const TextOption* option : {&options.stored_hits, &options.max_error}) {
-    if (option->given() && !(reuses && settings.variant() == pb::VARIANT_PAPER))
-      reader.problem(*option, "stands only beside --mode reproject or combined with --variant paper");
-  }
-  if (const auto n = reader.integer(options.stored_hits, 1, 4)) {
-    if (*n != 1 && *n != 4) reader.problem(options.stored_hits, fmt::format("'{}' is none of 1, 4", *n));
-    settings.mutable_reprojection()->set_stored_hits(static_cast<std::uint32_t>(*n));
-  }
-  if (const auto error = reader.number(options.max_error, 0, false, kMostReuseError))
-    settings.mutable_reprojection()->set_max_error(*error);
 }
 
 void read_filter(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
@@ -237,72 +194,113 @@ void read_filter(const SettingsOptions& options, pb::RenderSettings& settings, O
   double scale = 0;
   const char *first = text.data() + colon + 1, *last = text.data() + text.size();
   const auto [end, error] = std::from_chars(first, last, scale);
-  if (error != std::errc() || end != last || !(scale > 0 && scale <= kMaxFilterScale)) {
-    reader.problem(options.filter, fmt::format("'{}': R is not a number in (0, {}]", text, kMaxFilterScale));
+  const NumberRange& range = find_field("filter_scale", {})->range;
+  if (error != std::errc() || end != last || !range.contains(scale)) {
+    reader.problem(options.filter, fmt::format("'{}': R is not a number in {}", text, range.to_string()));
     return;
   }
   settings.set_filter_scale(scale);
 }
 
+// The option that says what is at a path ("technique.light_vertices", "width x height"); null: none.
+const TextOption* option_of(const std::string& path, const SettingsOptions& options) {
+  if (path.starts_with("width") || path == "height") return &options.size;
+  if (path.starts_with("technique")) return &options.technique;
+  if (path.starts_with("filter")) return &options.filter;
+  if (path == "region") return &options.region;
+  const auto found = options.fields.find(path);
+  return found == options.fields.end() ? nullptr : &found->second;
+}
+
+// Asks the validator. What the scene decides if nobody else does is taken as large as may be.
+void check_settings(const SettingsOptions& options, pb::RenderSettings settings, const RenderLimits& limits,
+                    OptionReader& reader) {
+  RenderLimits film = limits;
+  if (settings.width() == 0 || settings.height() == 0) {
+    film = {std::numeric_limits<int>::max(), std::numeric_limits<std::uint64_t>::max()};
+    settings.set_width(film.max_film_side);
+    settings.set_height(film.max_film_side);
+  }
+  if (settings.max_segments() == 0) settings.set_max_segments(kMostJoinedSegments);
+  Problems found;
+  const RenderSettings values = helio::read_settings(settings, film, "", found);
+  if (found.empty()) {
+    const Status fits = check_film_size(values, film, "");
+    if (!fits) found.add(fits.error().where, fits.error().message);
+  }
+  for (const Problems::Item& item : found.items()) {
+    const TextOption* option = option_of(item.where, options);
+    if (!option || !option->given()) {
+      reader.problems().add("settings." + item.where, item.message);
+    } else if (item.where == "width" || item.where == "height" || item.where.starts_with("technique.")) {
+      reader.problem(*option, item.where.substr(item.where.find('.') + 1) + " " + item.message);
+    } else {
+      reader.problem(*option, item.message);
+    }
+  }
+}
+
+RenderLimits limits_of(const pb::GetServerInfoResponse& server) {
+  RenderLimits limits{std::numeric_limits<int>::max(), std::numeric_limits<std::uint64_t>::max()};
+  if (server.limits().max_film_side() > 0) limits.max_film_side = server.limits().max_film_side();
+  if (server.limits().max_film_pixels() > 0) limits.max_film_pixels = server.limits().max_film_pixels();
+  return limits;
+}
+
 }  // namespace
 
 pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader) {
+  const std::size_t before = reader.problems().size();
   pb::RenderSettings settings;
   if (const auto size = reader.size(options.size)) {
     settings.set_width(size->first);
     settings.set_height(size->second);
   }
-  if (const auto mode = reader.choice(options.mode, short_names(*pb::Mode_descriptor()))) {
-    settings.set_mode(from_short_name<pb::Mode>(*mode).value());
+  read_filter(options, settings, reader);
+  for (const FieldOption& field : kFieldOptions) {
+    const auto found = options.fields.find(field.path);
+    if (found == options.fields.end() || !found->second.given()) continue;
+    TextOption option = found->second;
+    if (option.text == "pt-bdpt") option.text = "pt+bdpt";  // as it was once spelled
+    Problems ignored;
+    const RenderSettings chosen = helio::read_settings(settings, {}, "", ignored);
+    const auto* row = find_field(field.path, chosen);
+    read_field(field.path, option, row ? row->range : NumberRange(), settings, reader);
+    if (row && !row->use.holds(chosen)) reader.problem(option, std::string("stands only beside --") + row->use.words);
   }
-  read_adaptive(options, settings, reader);
-  read_integrator(options, settings, reader);
-  read_light_cache(options, settings, reader);
-  read_reprojection(options, settings, reader);
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
-  settings.set_max_segments(static_cast<int>(reader.integer(options.max_segments, 1, kMaxSegments).value_or(0)));
-  settings.set_roulette_from(static_cast<int>(reader.integer(options.roulette_from, 1, kMaxSegments).value_or(0)));
   read_technique(options, settings, reader);
-  read_filter(options, settings, reader);
-  if (const auto rect = reader.rect(options.region)) {
-    pb::Rect& region = *settings.mutable_region();
-    region.set_x0(rect->x0);
-    region.set_y0(rect->y0);
-    region.set_x1(rect->x1);
-    region.set_y1(rect->y1);
-  }
-  if (settings.width() > 0) check_region(options, settings, reader);
+  if (const auto rect = reader.rect(options.region)) write_rect(*rect, *settings.mutable_region());
+  if (reader.problems().size() == before) check_settings(options, settings, limits_of({}), reader);
   return settings;
 }
 
 // `offered`: the daemon's own; empty: it does not say.
 template <class Enum>
-static void check_offered(const TextOption& option, Enum wanted, const google::protobuf::RepeatedField<int>& offered,
-                          OptionReader& reader) {
+static void check_offered(const char* path, Enum wanted, const google::protobuf::RepeatedField<int>& offered,
+                          const SettingsOptions& options, OptionReader& reader) {
   if (wanted == Enum() || offered.empty()) return;
   if (std::find(offered.begin(), offered.end(), int(wanted)) != offered.end()) return;
   std::vector<std::string> known;
   for (const int value : offered) known.push_back(to_short_name(static_cast<Enum>(value)));
-  reader.problem(option, "'" + option.text + "' is none of the daemon's: " + join(known, ", "));
+  const std::string problem = "'" + to_short_name(wanted) + "' is none of the daemon's: " + join(known, ", ");
+  const TextOption* option = option_of(path, options);
+  if (option && option->given()) {
+    reader.problem(*option, problem);
+  } else {
+    reader.problems().add(path, problem);
+  }
 }
 
 void check_against_server(const SettingsOptions& options, const pb::RenderSettings& settings,
                           const pb::GetServerInfoResponse& server, OptionReader& reader) {
-  const std::int64_t side = server.limits().max_film_side();
-  const std::uint64_t pixels = std::uint64_t(settings.width()) * std::uint64_t(settings.height());
-  if (side > 0 && std::max(settings.width(), settings.height()) > side) {
-    reader.problem(options.size, fmt::format("'{}': width and height must lie in [1, {}]", options.size.text, side));
-  } else if (server.limits().max_film_pixels() > 0 && pixels > server.limits().max_film_pixels()) {
-    reader.problem(options.size, fmt::format("'{}' is {} pixels, more than the allowed {}", options.size.text, pixels,
-                                             server.limits().max_film_pixels()));
-  }
-  check_offered(options.mode, settings.mode(), server.modes(), reader);
+  check_settings(options, settings, limits_of(server), reader);
+  check_offered("mode", settings.mode(), server.modes(), options, reader);
   // A daemon that names none is older than the choice.
-  const bool older = server.integrators().empty() && settings.integrator() != pb::INTEGRATOR_PATH;
-  if (older && settings.integrator() != pb::INTEGRATOR_UNSPECIFIED)
-    reader.problem(options.integrator, "'" + options.integrator.text + "' is none of the daemon's: path");
-  check_offered(options.integrator, settings.integrator(), server.integrators(), reader);
+  google::protobuf::RepeatedField<int> integrators = server.integrators();
+  if (integrators.empty()) integrators.Add(pb::INTEGRATOR_PATH);
+  check_offered("integrator", settings.integrator(), integrators, options, reader);
 }
 
 const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::SceneInfo& scene, OptionReader& reader) {
@@ -322,7 +320,7 @@ const pb::SceneCamera* choose_camera(const SettingsOptions& options, const pb::S
 void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, const pb::SceneCamera& camera) {
   const bool joins =
       settings.integrator() != pb::INTEGRATOR_UNSPECIFIED && settings.integrator() != pb::INTEGRATOR_PATH;
-  const int longest = joins ? std::min(scene.max_segments(), kMostJoinedVertices - 1) : scene.max_segments();
+  const int longest = joins ? std::min(scene.max_segments(), kMostJoinedSegments) : scene.max_segments();
   if (settings.max_segments() == 0) settings.set_max_segments(longest);
   if (settings.roulette_from() == 0) settings.set_roulette_from(scene.roulette_from());
   if (settings.filter() == pb::PIXEL_FILTER_UNSPECIFIED) {
@@ -344,42 +342,24 @@ void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, cons
   }
 }
 
-void check_region(const SettingsOptions& options, const pb::RenderSettings& settings, OptionReader& reader) {
-  if (!settings.has_region()) return;
-  if (settings.region().x1() > settings.width() || settings.region().y1() > settings.height()) {
-    reader.problem(options.region, fmt::format("'{}' leaves the picture of {}x{} pixels", options.region.text,
-                                               settings.width(), settings.height()));
-  }
-}
-
 void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what) {
-  add_text(app, options.samples, "--samples", "N",
-           "Ends " + of_what + " at N samples per pixel, [1, 2^30]. Default when no budget is given: 64");
-  add_text(app, options.time, "--time", "SECONDS", "Ends " + of_what + " after this wall time, > 0");
-  add_text(app, options.error, "--error", "E",
-           "Ends " + of_what +
-               " when the estimated error has come down to E, > 0, in radiance units unless "
-               "--error-measure says otherwise");
-  add_text(app, options.error_measure, "--error-measure", "MEASURE",
-           "What --error counts: rmse (standard error of the picture in radiance units) or relmse (mean of variance / "
-           "(mean^2 + 0.01 (image mean)^2)). Default: rmse");
-  add_text(app, options.bytes_per_second, "--bytes-per-second", "R",
+  add_text(app, options.fields["samples"], "--samples", "N",
+           "Ends " + of_what + " at N samples per pixel, " + kSampleBudget.to_string() +
+               ". Default when no budget is given: 64");
+  add_text(app, options.fields["time_s"], "--time", "SECONDS", "Ends " + of_what + " after this wall time, > 0");
+  add_text(app, options.fields["error"], "--error", "E",
+           "Ends " + of_what + " when the estimated error has come down to E, > 0, in radiance units");
+  add_text(app, options.fields["bytes_per_second"], "--bytes-per-second", "R",
            "Paces the tiles that are sent on the way, > 0; ends nothing. Default: unlimited");
 }
 
 pb::Budget read_budget(const BudgetOptions& options, OptionReader& reader) {
   pb::Budget budget;
-  if (const auto samples = reader.integer(options.samples, 1, 1u << 30)) {
-    budget.set_samples(static_cast<std::uint32_t>(*samples));
+  for (const SettingField<Budget>& field : budget_fields()) {
+    const auto option = options.fields.find(field.path);
+    if (option != options.fields.end()) read_field(field.path, option->second, field.range, budget, reader);
   }
-  if (const auto time = reader.number(options.time, 0, false, kHuge)) budget.set_time_s(*time);
-  if (const auto error = reader.number(options.error, 0, false, kHuge)) budget.set_error(*error);
-  if (const auto rate = reader.number(options.bytes_per_second, 0, false, kHuge)) budget.set_bytes_per_second(*rate);
-  if (const auto measure = reader.choice(options.error_measure, short_names(*pb::ErrorMeasure_descriptor()))) {
-    budget.set_error_measure(from_short_name<pb::ErrorMeasure>(*measure).value());
-    if (!options.error.given()) reader.problem(options.error_measure, "stands only beside --error");
-  }
-  if (!options.samples.given() && !options.time.given() && !options.error.given()) budget.set_samples(kDefaultSamples);
+  if (budget.samples() == 0 && budget.time_s() == 0 && budget.error() == 0) budget.set_samples(kDefaultSamples);
   return budget;
 }
 

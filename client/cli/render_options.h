@@ -1,6 +1,8 @@
 // Film, mode and budget of a command, as the protocol's messages.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -10,17 +12,17 @@
 namespace helio::cli {
 
 struct SettingsOptions {
-  TextOption size, camera, mode, integrator, technique, variant, adaptive_min, adaptive_max, adaptive_measure,
-      stored_hits, connections, merging_radius, merging_shrinking, max_error, seed, max_segments, roulette_from, filter,
-      region;
+  TextOption size, camera, seed, technique, filter, region;
+  std::map<std::string, TextOption, std::less<>> fields;  // by path in the protocol's RenderSettings
 };
-// Those that any picture has: size, camera, seed, roulette_from, filter, region. The others stay absent.
+// Those that any picture has: size, camera, seed, roulette, filter, region. The others stay absent.
 void add_picture_options(CLI::App& app, SettingsOptions& options);
 // These and all others.
 void add_settings_options(CLI::App& app, SettingsOptions& options);
-// Width and height stay 0 when --size is absent: see set_defaults.
+// Width and height stay 0 when --size is absent: see set_defaults. Problems are those of the daemon's validator, named
+// by the option that the field comes from.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);
-// What the daemon's limits add to the rules for --size, --mode and --region.
+// The same by the daemon's limits, modes and integrators; settings need not be whole.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,
                           const heliograph::v1::GetServerInfoResponse& server, OptionReader& reader);
 
@@ -31,11 +33,8 @@ const heliograph::v1::SceneCamera* choose_camera(const SettingsOptions& options,
 // it has none; filter, longest path and roulette as the file says, the longest path as far as the integrator allows.
 void set_defaults(heliograph::v1::RenderSettings& settings, const heliograph::v1::SceneInfo& scene,
                   const heliograph::v1::SceneCamera& camera);
-// A region that leaves the film is a problem; call it once the size is known.
-void check_region(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings, OptionReader& reader);
-
 struct BudgetOptions {
-  TextOption samples, time, error, error_measure, bytes_per_second;
+  std::map<std::string, TextOption, std::less<>> fields;  // by name in the protocol's Budget
 };
 void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what);
 heliograph::v1::Budget read_budget(const BudgetOptions& options, OptionReader& reader);

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <filesystem>
-#include <limits>
 
 #include "client/cli/exit_code.h"
 #include "client/enum_names.h"
@@ -16,7 +15,6 @@ namespace pb = heliograph::v1;
 
 namespace {
 
-constexpr double kHuge = std::numeric_limits<double>::max();
 constexpr int kShownUnread = 5;
 
 LoadFailure to_failure(Error error) {
@@ -50,9 +48,6 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
            "Animation (clip) to play, by name or number from 0. Default: the first that moves anything");
   add_flag(app, options.strict, "--strict",
            "Refuse a file that breaks a rule of its format, even where its meaning is beyond doubt. Default: warn");
-  add_text(app, options.texture_filter, "--texture-filter", "FILTER",
-           "How textures of reflection are looked up: " + join(short_names(*pb::TextureFilter_descriptor()), ", ") +
-               ". Default: bilinear, the reference; mip has less noise and some bias");
   add_flag(app, options.scene_path, "--scene-path",
            "FILE (and a map given to --environment) is a path under the daemon's scene roots, not on this machine");
 }
@@ -67,10 +62,7 @@ SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& con
   choice.environment = reader.text(options.environment).value_or("");
   choice.animation = reader.text(options.animation).value_or("");
   choice.strict = options.strict;
-  choice.time_s = reader.number(options.scene_time, -kHuge, true, kHuge).value_or(0);
-  if (const auto filter = reader.choice(options.texture_filter, short_names(*pb::TextureFilter_descriptor()))) {
-    choice.texture_filter = from_short_name<pb::TextureFilter>(*filter).value();
-  }
+  choice.time_s = reader.number(options.scene_time, kAnyNumber).value_or(0);
   choice.on_server = options.scene_path;
   if (options.scene_path && !connection.server.given()) {
     reader.problems().add("--scene-path", "stands only beside --server");
@@ -94,7 +86,6 @@ LoadOutcome load_scene(RenderClient& client, const SceneChoice& choice, Terminal
   request.time_s = choice.time_s;
   request.animation = choice.animation;
   request.strict = choice.strict;
-  request.texture_filter = choice.texture_filter;
   request.uploaded = [&](std::uint64_t sent, std::uint64_t total) {
     terminal.progress(sent < total ? fmt::format("sending the scene: {:.0f} % of {}B", 100.0 * sent / total,
                                                  human_count(static_cast<double>(total)))

@@ -14,7 +14,7 @@
 namespace helio::cli {
 
 struct SceneOptions {
-  TextOption file, environment, scene_time, animation, texture_filter;
+  TextOption file, environment, scene_time, animation;
   bool scene_path = false, strict = false;
 };
 void add_scene_options(CLI::App& app, SceneOptions& options);
@@ -25,7 +25,6 @@ struct SceneChoice {
   double time_s = 0;
   std::string animation;
   bool strict = false;
-  heliograph::v1::TextureFilter texture_filter = heliograph::v1::TEXTURE_FILTER_UNSPECIFIED;
   bool on_server = false;
   Result<LocalScene> local = Error{};  // unless on_server: what will be uploaded, or why it cannot be
   double collect_seconds = 0;

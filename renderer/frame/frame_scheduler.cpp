@@ -54,7 +54,6 @@ bool FrameScheduler::error_usable(const ErrorAtCount& measured) const {
 
 double FrameScheduler::variance_over_target(const FilmError& error) const {
   const double target = *budget_.error;
-  if (budget_.error_measure == ErrorMeasure::relmse) return (error.relmse + error.hidden_relmse) / target;
   const double seen = error.rmse / target, hidden = error.hidden_rmse / target;
   return seen * seen + hidden * hidden;
 }

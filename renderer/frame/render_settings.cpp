@@ -2,26 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace helio {
 
 namespace {
 
-constexpr int kMostConnections = 64;
-constexpr double kSmallestMergingRadius = 1e-6, kLargestMergingRadius = 0.1, kLeastShrinking = 0.1;
 constexpr int kMaxPathLength = 65535;
-constexpr std::uint32_t kMaxSamples = 1u << 30;
-constexpr double kMaxExposureStops = 64;
-constexpr std::uint32_t kMostPilotSamples = 65536;
-constexpr std::uint32_t kMostPaperSamples = 1u << 20;
-constexpr double kLargestMaxError = 1e6;
-
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.9g", value);
-  return buffer;
-}
+constexpr NumberRange kPaperIterations{3, 1u << 20};
 
 std::string text(const PixelRect& r) {
   char buffer[64];
@@ -29,127 +16,118 @@ std::string text(const PixelRect& r) {
   return buffer;
 }
 
-std::string field(const std::string& where, const char* name) {
-  return where.empty() ? name : where + "." + name;
+std::string at(const std::string& where, const char* path) {
+  return where.empty() ? path : where + "." + path;
 }
+
+void refuse(Problems& problems, const std::string& where, const std::string& value, const std::string& allowed) {
+  problems.add(where, value + "; allowed: " + allowed);
+}
+
+void check_number(double value, const NumberRange& range, const std::string& where, Problems& problems) {
+  if (!range.contains(value)) refuse(problems, where, number_text(value), range.to_string());
+}
+
+bool is_paper(const RenderSettings& s) {
+  return s.variant == ModeVariant::paper;
+}
+bool reuses_by_paper(const RenderSettings& s) {
+  return reuses(s.mode) && is_paper(s);
+}
+
+using Settings = RenderSettings;
+using Number = std::optional<double>;
+using Use = FieldUse<Settings>;
+constexpr Use kAllocating{"mode adaptive or combined", [](auto& s) { return allocates(s.mode); }};
+constexpr Use kBounded{kAllocating.words, [](auto& s) { return allocates(s.mode) && !is_paper(s); }};
+constexpr Use kPaper{"mode adaptive or combined with variant paper",
+                     [](auto& s) { return allocates(s.mode) && is_paper(s); }};
+constexpr Use kReusing{"mode reproject or combined with variant paper", reuses_by_paper};
+constexpr Use kVaried{"mode adaptive, reproject or combined", [](auto& s) { return s.mode != RenderMode::pt; }};
+constexpr Use kConnecting{"integrator lvc or vcm", [](auto& s) {
+                            return caches_light_vertices(s.integrator) && s.integrator != Integrator::photon;
+                          }};
+constexpr Use kMerging{"integrator vcm or photon", [](auto& s) { return merges(s.integrator); }};
+constexpr Use kScaled{"filter tent or gaussian", [](auto& s) { return s.filter.kind != PixelFilterKind::box; }};
+
+// Of a path with several rows one at most counts.
+constexpr SettingField<Settings> kSettingsFields[] = {
+    {"variant", {}, nullptr, kVaried},
+    {"adaptive.min_samples", {4, 65536}, [](auto& s) -> Number { return s.adaptive.min_samples; }, kBounded},
+    {"adaptive.min_samples", {2, 65536}, [](auto& s) -> Number { return s.adaptive.min_samples; }, kPaper},
+    {"adaptive.max_samples", kPaperIterations, [](auto& s) -> Number { return s.adaptive.max_samples; }, kPaper},
+    {"adaptive.measure", {}, nullptr, kAllocating},
+    {"reprojection.stored_hits", {1, 4}, nullptr, kReusing},
+    {"reprojection.max_error", {0, 1e6, false}, [](auto& s) -> Number { return s.reprojection.max_error; }, kReusing},
+    {"light_cache.connections", {1, 64}, [](auto& s) -> Number { return s.light_cache.connections; }, kConnecting},
+    {"light_cache.radius", {1e-6, 0.1}, [](auto& s) -> Number { return s.light_cache.radius; }, kMerging},
+    {"max_segments", {1, kMaxPathLength}, [](auto& s) -> Number { return s.max_segments; }},
+    {"roulette_from", {1, kMaxPathLength}, [](auto& s) -> Number { return s.roulette_from; }},
+    {"filter_scale", {0, kMaxPixelFilterScale, false}, [](auto& s) -> Number { return s.filter.scale; }, kScaled}};
+
+constexpr SettingField<Budget> kBudgetFields[] = {
+    {"time_s", kPositiveNumber, [](auto& b) { return b.time_s; }},
+    {"samples", kSampleBudget, [](auto& b) -> Number { return b.samples; }},
+    {"error", kPositiveNumber, [](auto& b) { return b.error; }},
+    {"bytes_per_second", kPositiveNumber, [](auto& b) { return b.bytes_per_second; }}};
 
 template <class T>
-void check_range(T value, T low, T high, const std::string& where, Problems& problems) {
-  if (value < low || value > high)
-    problems.add(where,
-                 std::to_string(value) + " is outside [" + std::to_string(low) + ", " + std::to_string(high) + "]");
+void check_fields(std::span<const SettingField<T>> fields, const T& settings, const std::string& where,
+                  Problems& problems) {
+  for (const SettingField<T>& field : fields) {
+    if (!field.value || !field.use.holds(settings)) continue;
+    if (const Number value = field.value(settings)) check_number(*value, field.range, at(where, field.path), problems);
+  }
 }
 
-const std::string kModeNames = "pt, adaptive, reproject, combined";
-
-void check_positive(const std::optional<double>& value, const std::string& where, Problems& problems) {
-  if (value && !(std::isfinite(*value) && *value > 0))
-    problems.add(where, text(*value) + " is not a finite number above 0");
-}
-
-void check_measure(ErrorMeasure measure, const std::string& where, Problems& problems) {
-  if (measure != ErrorMeasure::rmse && measure != ErrorMeasure::relmse)
-    problems.add(where, std::to_string(int(measure)) + " is not a measure; allowed: rmse, relmse");
-}
-
+// Beyond the ranges of the table.
 void check_adaptive(const RenderSettings& settings, const std::string& where, Problems& problems) {
   const AdaptiveSettings& adaptive = settings.adaptive;
-  const bool paper = settings.variant == ModeVariant::paper;
-  const std::uint32_t least = paper ? 2 : 4;
-  check_range(adaptive.min_samples, least, kMostPilotSamples, field(where, "min_samples"), problems);
   if (adaptive.min_samples % 2 != 0)
-    problems.add(field(where, "min_samples"), std::to_string(adaptive.min_samples) +
-                                                  " is odd; each of the two halves gets the same number of samples");
-  if (paper)
-    check_range(adaptive.max_samples, std::min(adaptive.min_samples, kMostPilotSamples) + 1, kMostPaperSamples,
-                field(where, "max_samples"), problems);
-  check_measure(adaptive.measure, field(where, "measure"), problems);
-}
-
-void check_reprojection(const RenderSettings& settings, const std::string& where, Problems& problems) {
-  const ReprojectionSettings& reprojection = settings.reprojection;
-  if (settings.variant == ModeVariant::bounded) return;
-  if (reprojection.stored_hits != 1 && reprojection.stored_hits != 4)
-    problems.add(field(where, "stored_hits"),
-                 std::to_string(reprojection.stored_hits) + " hits are not stored; allowed: 1, 4");
-  if (!(reprojection.max_error > 0 && reprojection.max_error <= kLargestMaxError))
-    problems.add(field(where, "max_error"),
-                 text(reprojection.max_error) + " is outside (0, " + text(kLargestMaxError) + "]");
+    refuse(problems, at(where, "adaptive.min_samples"), std::to_string(adaptive.min_samples) + " is odd",
+           "even numbers, half of the samples for each of two halves");
+  if (is_paper(settings) && kPaperIterations.contains(adaptive.max_samples) &&
+      adaptive.max_samples <= adaptive.min_samples)
+    refuse(problems, at(where, "adaptive.max_samples"), std::to_string(adaptive.max_samples),
+           "more than min_samples = " + std::to_string(adaptive.min_samples));
 }
 
 void check_integrator(const RenderSettings& settings, const std::string& where, Problems& problems) {
-  if (std::find(std::begin(kEveryIntegrator), std::end(kEveryIntegrator), settings.integrator) ==
-      std::end(kEveryIntegrator)) {
-    problems.add(where,
-                 std::to_string(int(settings.integrator)) + " is not an integrator; allowed: " + integrator_names());
-    return;
-  }
-  // Every vertex of a light path is kept, and joined to every vertex of a camera path.
-  constexpr int kMostJoinedSegments = 256;
+  const std::string name = to_string(settings.integrator);
   if (traces_light_paths(settings.integrator) && settings.max_segments > kMostJoinedSegments)
-    problems.add(where, std::string(to_string(settings.integrator)) + " with max_segments " +
-                            std::to_string(settings.max_segments) + "; allowed there: [1, 256]");
+    problems.add(where, name + " with max_segments " + std::to_string(settings.max_segments) +
+                            "; allowed there: " + NumberRange{1, kMostJoinedSegments}.to_string());
+  if (!traces_light_paths(settings.integrator) || settings.mode == RenderMode::pt) return;
   if (caches_light_vertices(settings.integrator)) {
-    if (settings.mode != RenderMode::pt)
-      problems.add(where, std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) +
-                              "; allowed there: path, light, bdpt, pt+bdpt; this one in mode pt");
+    problems.add(where, name + " in mode " + to_string(settings.mode) +
+                            "; allowed there: path, light, bdpt, pt+bdpt; this one in mode pt");
     return;
   }
-  const bool reused = !reuses(settings.mode) || settings.integrator != Integrator::light;
-  const bool bounded = settings.variant == ModeVariant::bounded && reused;
-  if (traces_light_paths(settings.integrator) && settings.mode != RenderMode::pt && !bounded)
-    problems.add(where,
-                 std::string(to_string(settings.integrator)) + " in mode " + to_string(settings.mode) + " (variant " +
-                     to_string(settings.variant) +
-                     "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and pt+bdpt "
-                     "in mode pt, and all others with variant bounded");
-}
-
-void check_light_cache(const LightCacheSettings& cache, const std::string& where, Problems& problems) {
-  check_range(cache.connections, 1, kMostConnections, field(where, "connections"), problems);
-  if (!(cache.radius >= kSmallestMergingRadius && cache.radius <= kLargestMergingRadius))
-    problems.add(field(where, "radius"), text(cache.radius) + " is outside [" + text(kSmallestMergingRadius) + ", " +
-                                             text(kLargestMergingRadius) + "] of the scene's radius");
-  if (!(cache.shrinking >= kLeastShrinking && cache.shrinking <= 1))
-    problems.add(field(where, "shrinking"), text(cache.shrinking) + " is outside [" + text(kLeastShrinking) + ", 1]");
+  if (!is_paper(settings) && !(reuses(settings.mode) && settings.integrator == Integrator::light)) return;
+  problems.add(where, name + " in mode " + to_string(settings.mode) + " (variant " + to_string(settings.variant) +
+                          "); allowed there: path; light in mode pt, and adaptive with variant bounded; bdpt and "
+                          "pt+bdpt in mode pt, and all others with variant bounded");
 }
 
 void check_technique(const RenderSettings& settings, const std::string& where, Problems& problems) {
   const int s = settings.technique->light_vertices, t = settings.technique->camera_vertices;
   if (settings.integrator != Integrator::bdpt || settings.mode != RenderMode::pt)
-    problems.add(where, std::string("of ") + to_string(settings.integrator) + " in mode " + to_string(settings.mode) +
-                            "; allowed: of integrator bdpt in mode pt");
-  const int most = settings.max_segments;  // of any sign: its own problem
+    problems.add(where, std::string("integrator ") + to_string(settings.integrator) + " in mode " +
+                            to_string(settings.mode) + "; allowed: integrator bdpt in mode pt");
+  const int most = std::max(settings.max_segments, 0);
   const std::size_t before = problems.size();
-  check_range(s, 0, std::max(most, 0), field(where, "light_vertices"), problems);
-  check_range(t, 1, std::max(most, 0) + 1, field(where, "camera_vertices"), problems);
+  check_number(s, {0, double(most)}, at(where, "light_vertices"), problems);
+  check_number(t, {1, double(most) + 1}, at(where, "camera_vertices"), problems);
   if (problems.size() > before) return;
+  const std::string both = "light_vertices " + std::to_string(s) + " with camera_vertices " + std::to_string(t);
   if (s == 1 && t == 1) {
-    problems.add(where,
-                 "light_vertices 1 with camera_vertices 1: lights seen directly come from light_vertices 0 "
-                 "with camera_vertices 2");
+    problems.add(where, both + ": lights seen directly come from light_vertices 0 with camera_vertices 2");
   } else if (s == 0 && t == 1) {
-    problems.add(where, "light_vertices 0 with camera_vertices 1 is no path; allowed: at least 2 in all");
+    problems.add(where, both + " is no path; allowed: at least 2 in all");
   } else if (s + t > most + 1) {
-    problems.add(where, "light_vertices " + std::to_string(s) + " with camera_vertices " + std::to_string(t) + " is " +
-                            std::to_string(s + t - 1) +
+    problems.add(where, both + " is " + std::to_string(s + t - 1) +
                             " segments; allowed: [1, max_segments = " + std::to_string(most) + "]");
   }
-}
-
-void check_filter(const PixelFilter& filter, const std::string& where, Problems& problems) {
-  switch (filter.kind) {
-    case PixelFilterKind::box:
-      return;
-    case PixelFilterKind::tent:
-    case PixelFilterKind::gaussian:
-      if (!(filter.scale > 0 && filter.scale <= kMaxPixelFilterScale))
-        problems.add(field(where, "filter_scale"),
-                     text(filter.scale) + " is outside (0, " + text(kMaxPixelFilterScale) + "] pixels");
-      return;
-  }
-  problems.add(field(where, "filter"),
-               std::to_string(int(filter.kind)) + " is not a filter; allowed: box, tent, gaussian");
 }
 
 void check_region(const PixelRect& region, int width, int height, const std::string& where, Problems& problems) {
@@ -186,50 +164,56 @@ const char* to_string(ModeVariant variant) {
   return "unknown";
 }
 
+std::span<const SettingField<RenderSettings>> settings_fields() {
+  return kSettingsFields;
+}
+
+std::span<const SettingField<Budget>> budget_fields() {
+  return kBudgetFields;
+}
+
+const SettingField<RenderSettings>* find_field(std::string_view path, const RenderSettings& settings) {
+  const SettingField<RenderSettings>* found = nullptr;
+  for (const SettingField<RenderSettings>& field : kSettingsFields) {
+    if (field.path != path) continue;
+    if (field.use.holds(settings)) return &field;
+    if (!found) found = &field;
+  }
+  return found;
+}
+
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where,
               Problems& problems) {
   const std::size_t before = problems.size();
-  check_range(settings.width, 1, limits.max_film_side, field(where, "width"), problems);
-  check_range(settings.height, 1, limits.max_film_side, field(where, "height"), problems);
+  const NumberRange side{1, double(limits.max_film_side)};
+  check_number(settings.width, side, at(where, "width"), problems);
+  check_number(settings.height, side, at(where, "height"), problems);
   if (problems.size() == before) {
     const std::uint64_t pixels = std::uint64_t(settings.width) * std::uint64_t(settings.height);
     if (pixels > limits.max_film_pixels)
-      problems.add(field(where, "width") + " x height", std::to_string(settings.width) + " x " +
-                                                            std::to_string(settings.height) + " = " +
-                                                            std::to_string(pixels) + " pixels is outside [1, " +
-                                                            std::to_string(limits.max_film_pixels) + "]");
-    if (settings.region)
-      check_region(*settings.region, settings.width, settings.height, field(where, "region"), problems);
+      refuse(problems, at(where, "width x height"),
+             std::to_string(settings.width) + " x " + std::to_string(settings.height) + " = " + std::to_string(pixels) +
+                 " pixels",
+             "[1, " + std::to_string(limits.max_film_pixels) + "]");
+    if (settings.region) check_region(*settings.region, settings.width, settings.height, at(where, "region"), problems);
   }
-  if (std::find(std::begin(kEveryRenderMode), std::end(kEveryRenderMode), settings.mode) == std::end(kEveryRenderMode))
-    problems.add(field(where, "mode"), std::to_string(int(settings.mode)) + " is not a mode; allowed: " + kModeNames);
-  if (settings.variant != ModeVariant::bounded && settings.variant != ModeVariant::paper)
-    problems.add(field(where, "variant"),
-                 std::to_string(int(settings.variant)) + " is not a variant; allowed: bounded, paper");
-  check_integrator(settings, field(where, "integrator"), problems);
-  if (caches_light_vertices(settings.integrator))
-    check_light_cache(settings.light_cache, field(where, "light_cache"), problems);
-  if (settings.technique) check_technique(settings, field(where, "technique"), problems);
-  if (reuses(settings.mode)) check_reprojection(settings, field(where, "reprojection"), problems);
-  if (allocates(settings.mode)) check_adaptive(settings, field(where, "adaptive"), problems);
-  check_range(settings.max_segments, 1, kMaxPathLength, field(where, "max_segments"), problems);
-  check_range(settings.roulette_from, 1, kMaxPathLength, field(where, "roulette_from"), problems);
-  check_filter(settings.filter, where, problems);
+  check_integrator(settings, at(where, "integrator"), problems);
+  if (settings.technique) check_technique(settings, at(where, "technique"), problems);
+  check_fields(settings_fields(), settings, where, problems);
+  if (allocates(settings.mode)) check_adaptive(settings, where, problems);
+  const int hits = settings.reprojection.stored_hits;
+  if (reuses_by_paper(settings) && hits != 1 && hits != 4)
+    refuse(problems, at(where, "reprojection.stored_hits"), std::to_string(hits), "1, 4");
 }
 
 void validate(const Budget& budget, const std::string& where, Problems& problems) {
-  check_positive(budget.time_s, field(where, "time_s"), problems);
-  if (budget.samples) check_range<std::uint32_t>(*budget.samples, 1, kMaxSamples, field(where, "samples"), problems);
-  check_positive(budget.error, field(where, "error"), problems);
-  check_positive(budget.bytes_per_second, field(where, "bytes_per_second"), problems);
-  check_measure(budget.error_measure, field(where, "error_measure"), problems);
+  check_fields(budget_fields(), budget, where, problems);
 }
 
 void validate(const View& view, const std::string& where, Problems& problems) {
-  validate(view.camera, field(where, "camera"), problems);
-  if (!std::isfinite(view.time_s)) problems.add(field(where, "time_s"), text(view.time_s) + " is not a finite number");
-  if (!(std::abs(view.exposure) <= kMaxExposureStops))
-    problems.add(field(where, "exposure"), text(view.exposure) + " is outside [-64, 64]");
+  validate(view.camera, at(where, "camera"), problems);
+  check_number(view.time_s, kAnyNumber, at(where, "time_s"), problems);
+  check_number(view.exposure, kExposureStops, at(where, "exposure"), problems);
 }
 
 }  // namespace helio

@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "renderer/base/math.h"
+#include "renderer/base/number_range.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
 #include "renderer/trace/camera/camera.h"
@@ -96,8 +99,7 @@ struct RenderLimits {
 struct Budget {
   std::optional<double> time_s;          // wall time since the frame began, > 0
   std::optional<std::uint32_t> samples;  // per pixel, both halves together; [1, 2^30]
-  std::optional<double> error;           // target standard error, > 0, in the measure below
-  ErrorMeasure error_measure = ErrorMeasure::rmse;
+  std::optional<double> error;           // target standard error, radiance units, > 0
   std::optional<double> bytes_per_second;  // of tiles sent; paces publishing, never ends a frame; > 0
 
   bool operator==(const Budget&) const = default;
@@ -110,6 +112,32 @@ struct View {
   double exposure = 0;  // stops, display only: does not change what is rendered
 };
 
+// Segments that an integrator with light paths may have at most: every vertex of a light path is kept, and joined to
+// every vertex of a camera path.
+inline constexpr int kMostJoinedSegments = 256;
+
+// Settings that do without a field ignore it.
+template <class T>
+struct FieldUse {
+  const char* words = nullptr;
+  bool (*by)(const T&) = nullptr;  // null: by all
+
+  bool holds(const T& settings) const { return !by || by(settings); }
+};
+// A field of the protocol's RenderSettings or Budget: one table for the validator and for the command line.
+template <class T>
+struct SettingField {
+  const char* path;   // as the protocol spells it: "adaptive.min_samples"
+  NumberRange range;  // of numbers
+  std::optional<double> (*value)(const T&) = nullptr;  // null: is not a number, or has rules beyond a range
+  FieldUse<T> use = {};
+};
+std::span<const SettingField<RenderSettings>> settings_fields();
+std::span<const SettingField<Budget>> budget_fields();
+// The row that counts with these settings, else the first of the path; null: there is none.
+const SettingField<RenderSettings>* find_field(std::string_view path, const RenderSettings& settings);
+
+// Adds every problem, each with the path of its field behind `where`.
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where, Problems& problems);
 void validate(const Budget& budget, const std::string& where, Problems& problems);
 void validate(const View& view, const std::string& where, Problems& problems);

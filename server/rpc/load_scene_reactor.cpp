@@ -10,6 +10,7 @@
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/base/read_enum.h"
 #include "server/base/retry.h"
 #include "server/rpc/scene_messages.h"
 #include "server/stream/convert.h"
@@ -131,11 +132,8 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   if (!std::isfinite(begin.time_s())) {
     problems.add("begin.time_s", fmt::format("{}; allowed: finite", begin.time_s()));
   }
-  if (!pb::TextureFilter_IsValid(begin.texture_filter())) {
-    problems.add("begin.texture_filter",
-                 fmt::format("{}; allowed: TEXTURE_FILTER_BILINEAR (1), TEXTURE_FILTER_MIP (2), or 0 for bilinear",
-                             int(begin.texture_filter())));
-  }
+  check_constant_enum(*pb::TextureFilter_descriptor(), begin.texture_filter(), pb::TEXTURE_FILTER_BILINEAR,
+                      "begin.texture_filter", problems);
   if (begin.environment().size() > kMaxEnvironment) {
     problems.add("begin.environment",
                  fmt::format("{} bytes; allowed: at most {}", begin.environment().size(), kMaxEnvironment));
@@ -165,7 +163,6 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
   load_->animation = begin.animation();
   load_->strict = begin.strict();
   load_->environment = begin.environment();
-  if (begin.texture_filter() == pb::TEXTURE_FILTER_MIP) load_->texture_filter = TextureFilter::mip;
   if (upload_) return upload_->begin(begin);
   load_->files = begin.path();
   return ok_status();

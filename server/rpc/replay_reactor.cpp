@@ -20,14 +20,13 @@ namespace helio {
 namespace {
 
 Error no_scene(const pb::SampleReplay& sample, const std::string& where) {
-  return {ErrorCode::not_found,
-          fmt::format("its scene {} is not loaded: '{}' at time {}{}, environment '{}', texture filter {}; load that, "
-                      "unchanged and with these options, and make the same edits again where it was edited",
-                      sample.scene_id().substr(0, 12), sample.main_file(), sample.time_s(),
-                      sample.animation().empty() ? "" : " of animation '" + sample.animation() + "'",
-                      sample.environment(),
-                      sample.mip_mapped() ? "mip" : "bilinear"),
-          where};
+  return {
+      ErrorCode::not_found,
+      fmt::format("its scene {} is not loaded: '{}' at time {}{}, environment '{}'; load that, "
+                  "unchanged and with these options, and make the same edits again where it was edited",
+                  sample.scene_id().substr(0, 12), sample.main_file(), sample.time_s(),
+                  sample.animation().empty() ? "" : " of animation '" + sample.animation() + "'", sample.environment()),
+      where};
 }
 
 Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& loaded, MemoryAccount& account,

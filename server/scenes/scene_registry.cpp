@@ -76,7 +76,7 @@ std::string SceneManifest::id() const {
   add(main_file);
   add(std::to_string(std::bit_cast<std::uint64_t>(time_s)));
   add(environment);
-  add(std::to_string(int(texture_filter)));
+  add("0");  // a texture filter, when there was a choice: ids stay as they were
   if (!animation.empty()) {
     add("animation");
     add(animation);
@@ -118,7 +118,6 @@ class SceneRegistry::Load {
     manifest_.time_s = request_.time_s;
     manifest_.animation = request_.animation;
     manifest_.environment = request_.environment;
-    manifest_.texture_filter = request_.texture_filter;
     environment_ = request_.environment;
     if (auto* bundle = std::get_if<SceneBundle>(&request_.files)) {
       manifest_.main_file = bundle->main_file;
@@ -164,7 +163,6 @@ class SceneRegistry::Load {
     scene->load_seconds = now_s() - start;
     RenderSceneOptions build;
     build.threads = registry_.limits_.build_threads;
-    build.texture_filter = request_.texture_filter;
     build.cancel = &cancel;
     build.ledger = &reserved_;
     auto snapshot = RenderScene::build(std::move(*description), build);
@@ -380,8 +378,7 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
   for (auto& scene : list()) {
     const SceneManifest& manifest = scene->manifest;
     if (manifest.time_s != request.time_s || manifest.animation != request.animation ||
-        manifest.environment != request.environment ||
-        manifest.texture_filter != request.texture_filter) {
+        manifest.environment != request.environment) {
       continue;
     }
     if (!scene->disk_files.contains(main) || scene->manifest.main_file != location->relative) continue;

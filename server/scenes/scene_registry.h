@@ -30,7 +30,6 @@ struct SceneManifest {
   double time_s = 0;
   std::string animation;  // as asked for; empty: the file's first
   std::string environment;
-  TextureFilter texture_filter = TextureFilter::bilinear;
   std::map<std::string, Sha256Digest> files;
 
   // SHA-256 over all of it, hexadecimal.
@@ -92,7 +91,6 @@ struct SceneRequest {
   std::string animation;
   bool strict = false;      // refuses slips (SceneLoadOptions::strict); does not change what is loaded
   std::string environment;  // "R,G,B" or a file; empty: the scene's own
-  TextureFilter texture_filter = TextureFilter::bilinear;
 };
 
 // True: the text names a file. False: it is empty or a colour. invalid_argument: it is neither.

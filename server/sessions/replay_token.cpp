@@ -11,6 +11,7 @@
 #include "renderer/trace/paths/light_vertex_cache.h"
 #include "server/base/build_info.h"
 #include "server/base/parse_message.h"
+#include "server/base/read_enum.h"
 #include "server/stream/convert.h"
 
 namespace helio {
@@ -107,35 +108,12 @@ Integrator integrator_of(const RenderSettings& settings, const InvalidSample& sa
 }
 
 Integrator read_integrator(const pb::SampleReplay& message, const std::string& where, Problems& problems) {
-  Integrator integrator = Integrator::path;
-  switch (message.integrator()) {
-    case pb::INTEGRATOR_UNSPECIFIED:
-    case pb::INTEGRATOR_PATH:
-      break;
-    case pb::INTEGRATOR_LIGHT:
-      integrator = Integrator::light;
-      break;
-    case pb::INTEGRATOR_BDPT:
-      integrator = Integrator::bdpt;
-      break;
-    case pb::INTEGRATOR_LVC:
-      integrator = Integrator::lvc;
-      break;
-    case pb::INTEGRATOR_VCM:
-      integrator = Integrator::vcm;
-      break;
-    case pb::INTEGRATOR_PHOTON:
-      integrator = Integrator::photon;
-      break;
-    default:
-      problems.add(
-          where + ".integrator",
-          fmt::format("{}: makes no samples of its own; allowed: INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), "
-                      "INTEGRATOR_BDPT (3), INTEGRATOR_LVC (5), INTEGRATOR_VCM (6), INTEGRATOR_PHOTON (7), or 0 for "
-                      "INTEGRATOR_PATH",
-                      pb::Integrator_IsValid(message.integrator()) ? pb::Integrator_Name(message.integrator())
-                                                                   : std::to_string(int(message.integrator()))));
-      return integrator;
+  const Integrator integrator = helio::read_integrator(message.integrator(), where + ".integrator", problems);
+  if (integrator == Integrator::pt_bdpt) {
+    problems.add(where + ".integrator",
+                 fmt::format("{} makes no samples of its own; allowed: every other, or 0 for INTEGRATOR_PATH",
+                             enum_text(*pb::Integrator_descriptor(), message.integrator())));
+    return integrator;
   }
   const bool has_light_paths = integrator != Integrator::path, shared = caches_light_vertices(integrator);
   const std::uint64_t most = shared ? kMostPassPaths : kMostLightPaths;
@@ -162,7 +140,6 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_environment(hint(scene.manifest.environment));
   message.set_time_s(scene.manifest.time_s);
   message.set_animation(hint(scene.manifest.animation));
-  message.set_mip_mapped(scene.manifest.texture_filter == TextureFilter::mip);
   message.set_build(build());
   const RenderSettings& settings = frame.settings;
   message.set_width(settings.width);
@@ -176,6 +153,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
+  if (settings.roulette != RouletteRule::root) message.set_roulette(to_message(settings.roulette));
   if (settings.filter.kind != PixelFilterKind::box) {
     message.set_filter(to_message(settings.filter.kind));
     message.set_filter_scale(settings.filter.scale);
@@ -231,8 +209,10 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
   settings.seed = message.seed();
   settings.max_segments = message.max_segments();
   settings.roulette_from = message.roulette_from();
-  settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
-  if (message.has_technique()) settings.technique = read_technique(message.technique());
+  settings.roulette = read_roulette(message.roulette(), where + ".roulette", problems);
+  settings.light_cache = read_light_cache(message.light_cache(), settings.integrator, where + ".light_cache", problems);
+  if (message.has_technique()) settings.technique = read_technique(message.technique(), where + ".technique", problems);
+  if (message.mip_mapped()) add_constant_problem("true", "false", where + ".mip_mapped", problems);
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   // No film is made: only its sides matter.
   validate(settings, RenderLimits{limits.max_film_side, std::numeric_limits<std::uint64_t>::max()}, where, problems);

@@ -2,14 +2,13 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <iterator>
-#include <limits>
-#include <utility>
 
 #include "renderer/base/camera_limits.h"
 #include "renderer/base/check.h"
+#include "server/base/read_enum.h"
 
 namespace helio {
 namespace {
@@ -42,46 +41,6 @@ void write_vector(const V3d& v, pb::Vec3& message) {
   message.set_x(v.x);
   message.set_y(v.y);
   message.set_z(v.z);
-}
-
-// Checks an enum that may hold any number on the wire.
-template <class Enum>
-bool known(bool valid, Enum value, const char* allowed, const std::string& where, Problems& problems) {
-  if (!valid) problems.add(where, fmt::format("unknown value {}; allowed: {}", static_cast<int>(value), allowed));
-  return valid;
-}
-
-constexpr std::pair<RenderMode, pb::Mode> kModes[] = {{RenderMode::pt, pb::MODE_PT},
-                                                      {RenderMode::adaptive, pb::MODE_ADAPTIVE},
-                                                      {RenderMode::reproject, pb::MODE_REPROJECT},
-                                                      {RenderMode::combined, pb::MODE_COMBINED}};
-static_assert(std::size(kModes) == std::size(kEveryRenderMode));
-
-RenderMode read_mode(pb::Mode message, const std::string& where, Problems& problems) {
-  known(pb::Mode_IsValid(message), message,
-        "MODE_PT (1), MODE_ADAPTIVE (2), MODE_REPROJECT (3), MODE_COMBINED (4), or 0 for MODE_PT", where, problems);
-  for (const auto& [mode, number] : kModes) {
-    if (number == message) return mode;
-  }
-  return RenderMode::pt;
-}
-
-constexpr std::pair<Integrator, pb::Integrator> kIntegrators[] = {
-    {Integrator::path, pb::INTEGRATOR_PATH},    {Integrator::light, pb::INTEGRATOR_LIGHT},
-    {Integrator::bdpt, pb::INTEGRATOR_BDPT},    {Integrator::pt_bdpt, pb::INTEGRATOR_PT_BDPT},
-    {Integrator::lvc, pb::INTEGRATOR_LVC},      {Integrator::vcm, pb::INTEGRATOR_VCM},
-    {Integrator::photon, pb::INTEGRATOR_PHOTON}};
-static_assert(std::size(kIntegrators) == std::size(kEveryIntegrator));
-
-Integrator read_integrator(pb::Integrator message, const std::string& where, Problems& problems) {
-  known(pb::Integrator_IsValid(message), message,
-        "INTEGRATOR_PATH (1), INTEGRATOR_LIGHT (2), INTEGRATOR_BDPT (3), INTEGRATOR_PT_BDPT (4), "
-        "INTEGRATOR_LVC (5), INTEGRATOR_VCM (6), INTEGRATOR_PHOTON (7), or 0 for INTEGRATOR_PATH",
-        where, problems);
-  for (const auto& [integrator, number] : kIntegrators) {
-    if (number == message) return integrator;
-  }
-  return Integrator::path;
 }
 
 CameraPose find_camera(const std::string& name, const std::vector<CameraDescription>& cameras, const std::string& where,
@@ -178,18 +137,7 @@ pb::EndReason to_message(FrameEndReason reason) {
   return pb::END_REASON_UNSPECIFIED;
 }
 
-pb::ErrorMeasure to_message(ErrorMeasure measure) {
-  return measure == ErrorMeasure::relmse ? pb::ERROR_MEASURE_RELMSE : pb::ERROR_MEASURE_RMSE;
-}
-
 }  // namespace
-
-void write_rect(const PixelRect& rect, pb::Rect& message) {
-  message.set_x0(rect.x0);
-  message.set_y0(rect.y0);
-  message.set_x1(rect.x1);
-  message.set_y1(rect.y1);
-}
 
 void check_id(const std::string& id, const std::string& where, Problems& problems) {
   if (id.empty() || id.size() > kMaxId) {
@@ -198,150 +146,16 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
   }
 }
 
-static AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeVariant variant,
-                                      const std::string& where, Problems& problems) {
-  AdaptiveSettings adaptive;
-  if (variant == ModeVariant::paper) adaptive.min_samples = kPaperMinSamples;
-  if (message.min_samples() != 0) adaptive.min_samples = message.min_samples();
-  if (message.max_samples() != 0) adaptive.max_samples = message.max_samples();
-  if (known(pb::ErrorMeasure_IsValid(message.measure()), message.measure(),
-            "ERROR_MEASURE_RMSE (1), ERROR_MEASURE_RELMSE (2), or 0 for RELMSE", at(where, "measure"), problems)) {
-    adaptive.measure = message.measure() == pb::ERROR_MEASURE_RMSE ? ErrorMeasure::rmse : ErrorMeasure::relmse;
-  }
-  return adaptive;
-}
-
-LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integrator integrator) {
-  LightCacheSettings cache;
-  if (!caches_light_vertices(integrator)) return cache;
-  if (message.connections() != 0)
-    cache.connections = int(std::min<std::uint32_t>(message.connections(), std::numeric_limits<int>::max()));
-  if (message.radius() != 0) cache.radius = message.radius();
-  if (message.shrinking() != 0) cache.shrinking = message.shrinking();
-  return cache;
-}
-
-pb::LightCacheSettings to_message(const LightCacheSettings& cache) {
-  pb::LightCacheSettings message;
-  message.set_connections(std::uint32_t(cache.connections));
-  message.set_radius(cache.radius);
-  message.set_shrinking(cache.shrinking);
-  return message;
-}
-
-static ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, ModeVariant variant,
-                                              const std::string& where, Problems& problems) {
-  ReprojectionSettings reprojection;
-  if (message.mapping() == pb::REPROJECTION_MAPPING_FORWARD) {
-    problems.add(
-        at(where, "mapping"),
-        "REPROJECTION_MAPPING_FORWARD (2) was removed; allowed: REPROJECTION_MAPPING_REVERSE (1), or 0 for that");
-  } else {
-    known(pb::ReprojectionMapping_IsValid(message.mapping()), message.mapping(),
-          "REPROJECTION_MAPPING_REVERSE (1), or 0 for that", at(where, "mapping"), problems);
-  }
-  if (variant != ModeVariant::paper) return reprojection;
-  if (message.stored_hits() != 0)  // what no int holds is refused as well
-    reprojection.stored_hits = int(std::min<std::uint32_t>(message.stored_hits(), std::numeric_limits<int>::max()));
-  if (message.max_error() != 0) reprojection.max_error = message.max_error();
-  return reprojection;
-}
-
-PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems) {
-  PixelFilter filter;
-  known(pb::PixelFilter_IsValid(kind), kind,
-        "PIXEL_FILTER_BOX (1), PIXEL_FILTER_TENT (2), PIXEL_FILTER_GAUSSIAN (3), or 0 for PIXEL_FILTER_BOX",
-        at(where, "filter"), problems);
-  if (kind == pb::PIXEL_FILTER_TENT) filter.kind = PixelFilterKind::tent;
-  if (kind == pb::PIXEL_FILTER_GAUSSIAN) filter.kind = PixelFilterKind::gaussian;
-  filter.scale = scale != 0 ? scale : default_pixel_filter_scale(filter.kind);
-  if ((kind == pb::PIXEL_FILTER_UNSPECIFIED || kind == pb::PIXEL_FILTER_BOX) && scale != 0) {
-    refuse(problems, at(where, "filter_scale"), scale, "0 with the box filter");
-  }
-  return filter;
-}
-
-pb::PixelFilter to_message(PixelFilterKind kind) {
-  switch (kind) {
-    case PixelFilterKind::box:
-      return pb::PIXEL_FILTER_BOX;
-    case PixelFilterKind::tent:
-      return pb::PIXEL_FILTER_TENT;
-    case PixelFilterKind::gaussian:
-      return pb::PIXEL_FILTER_GAUSSIAN;
-  }
-  return pb::PIXEL_FILTER_UNSPECIFIED;
-}
-
-Technique read_technique(const pb::Technique& message) {
-  return {message.light_vertices(), message.camera_vertices(), message.unweighted()};
-}
-
-RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimits& limits, const std::string& where,
-                             Problems& problems) {
-  RenderSettings settings;
-  if (message.width() != 0) settings.width = message.width();
-  if (message.height() != 0) settings.height = message.height();
-  settings.mode = read_mode(message.mode(), at(where, "mode"), problems);
-  known(pb::Variant_IsValid(message.variant()), message.variant(),
-        "VARIANT_BOUNDED (1), VARIANT_PAPER (2), or 0 for VARIANT_BOUNDED", at(where, "variant"), problems);
-  settings.variant = message.variant() == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
-  settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
-  if (message.has_technique()) settings.technique = read_technique(message.technique());
-  settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
-  settings.reprojection =
-      read_reprojection(message.reprojection(), settings.variant, at(where, "reprojection"), problems);
-  settings.light_cache = read_light_cache(message.light_cache(), settings.integrator);
-  settings.seed = message.seed();
-  if (message.max_segments() != 0) settings.max_segments = message.max_segments();
-  if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
-  settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
-  if (message.has_region()) {
-    const pb::Rect& region = message.region();
-    settings.region = PixelRect{region.x0(), region.y0(), region.x1(), region.y1()};
-  }
-  validate(settings, RenderLimits{limits.max_film_side, std::numeric_limits<std::uint64_t>::max()}, where, problems);
-  return settings;
-}
-
-Status check_film_size(const RenderSettings& settings, const RenderLimits& limits, const std::string& where) {
-  const std::uint64_t pixels = std::uint64_t(settings.width) * std::uint64_t(settings.height);
-  if (pixels <= limits.max_film_pixels) return ok_status();
-  return Error{ErrorCode::resource_exhausted,
-               fmt::format("{} x {} = {} pixels; allowed: max_film_pixels = {}", settings.width, settings.height,
-                           pixels, limits.max_film_pixels),
-               at(where, "width x height")};
-}
-
-Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems) {
-  Budget budget;
-  if (message.time_s() != 0) budget.time_s = message.time_s();
-  if (message.samples() != 0) budget.samples = message.samples();
-  if (message.error() != 0) budget.error = message.error();
-  if (message.bytes_per_second() != 0) budget.bytes_per_second = message.bytes_per_second();
-  if (known(pb::ErrorMeasure_IsValid(message.error_measure()), message.error_measure(),
-            "ERROR_MEASURE_RMSE (1), ERROR_MEASURE_RELMSE (2), or 0 for RMSE", at(where, "error_measure"), problems)) {
-    budget.error_measure =
-        message.error_measure() == pb::ERROR_MEASURE_RELMSE ? ErrorMeasure::relmse : ErrorMeasure::rmse;
-  }
-  validate(budget, where, problems);
-  return budget;
-}
-
 TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems) {
   TileFormat format;
-  if (known(pb::PixelType_IsValid(message.pixel_type()), message.pixel_type(),
-            "PIXEL_TYPE_HALF (1), PIXEL_TYPE_FLOAT (2), or 0 for half", at(where, "pixel_type"), problems)) {
-    format.encoding.pixel_type =
-        message.pixel_type() == pb::PIXEL_TYPE_FLOAT ? TilePixelType::float32 : TilePixelType::half;
-  }
-  if (known(pb::Compression_IsValid(message.compression()), message.compression(),
-            "COMPRESSION_NONE (1) to COMPRESSION_DWAA (6), or 0 for none", at(where, "compression"), problems)) {
-    static constexpr TileCompression kByNumber[] = {TileCompression::none, TileCompression::none, TileCompression::rle,
-                                                    TileCompression::zips, TileCompression::zip,  TileCompression::piz,
-                                                    TileCompression::dwaa};
-    format.encoding.compression = kByNumber[message.compression()];
-  }
+  const pb::PixelType type = read_enum(*pb::PixelType_descriptor(), message.pixel_type(), pb::PIXEL_TYPE_HALF,
+                                       at(where, "pixel_type"), problems);
+  format.encoding.pixel_type = type == pb::PIXEL_TYPE_FLOAT ? TilePixelType::float32 : TilePixelType::half;
+  static constexpr TileCompression kByNumber[] = {TileCompression::none, TileCompression::none, TileCompression::rle,
+                                                  TileCompression::zips, TileCompression::zip,  TileCompression::piz,
+                                                  TileCompression::dwaa};
+  format.encoding.compression = kByNumber[read_enum(*pb::Compression_descriptor(), message.compression(),
+                                                    pb::COMPRESSION_NONE, at(where, "compression"), problems)];
   format.channels = 0;
   for (const Channel& channel : channel_table()) {
     if (channel.bit == 0) continue;
@@ -429,8 +243,8 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
     problems.add(at(where, "camera"), "is absent; required");
   }
   view.exposure = message.exposure();
-  if (!(std::abs(view.exposure) <= 64)) {
-    refuse(problems, at(where, "exposure"), view.exposure, "[-64, 64] stops");
+  if (!kExposureStops.contains(view.exposure)) {
+    refuse(problems, at(where, "exposure"), view.exposure, kExposureStops.to_string() + " stops");
   }
   view.time_s = message.time_s();
   if (!(view.time_s == rules.scene_time_s)) {
@@ -438,69 +252,6 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
                                                   rules.scene_time_s));
   }
   return view;
-}
-
-pb::Mode to_message(RenderMode mode) {
-  for (const auto& [value, message] : kModes) {
-    if (value == mode) return message;
-  }
-  return pb::MODE_UNSPECIFIED;
-}
-
-pb::Integrator to_message(Integrator integrator) {
-  for (const auto& [value, message] : kIntegrators) {
-    if (value == integrator) return message;
-  }
-  return pb::INTEGRATOR_UNSPECIFIED;
-}
-
-pb::Technique to_message(const Technique& technique) {
-  pb::Technique message;
-  message.set_light_vertices(technique.light_vertices);
-  message.set_camera_vertices(technique.camera_vertices);
-  message.set_unweighted(technique.unweighted);
-  return message;
-}
-
-pb::RenderSettings to_message(const RenderSettings& settings) {
-  pb::RenderSettings message;
-  message.set_width(settings.width);
-  message.set_height(settings.height);
-  message.set_mode(to_message(settings.mode));
-  message.set_integrator(to_message(settings.integrator));
-  if (settings.technique) *message.mutable_technique() = to_message(*settings.technique);
-  const bool paper = settings.variant == ModeVariant::paper;
-  if (settings.mode != RenderMode::pt) message.set_variant(paper ? pb::VARIANT_PAPER : pb::VARIANT_BOUNDED);
-  if (allocates(settings.mode)) {
-    pb::AdaptiveSettings& adaptive = *message.mutable_adaptive();
-    adaptive.set_min_samples(settings.adaptive.min_samples);
-    if (paper) adaptive.set_max_samples(settings.adaptive.max_samples);
-    adaptive.set_measure(to_message(settings.adaptive.measure));
-  }
-  if (reuses(settings.mode) && paper) {
-    message.mutable_reprojection()->set_stored_hits(std::uint32_t(settings.reprojection.stored_hits));
-    message.mutable_reprojection()->set_max_error(settings.reprojection.max_error);
-  } else if (reuses(settings.mode)) {
-    message.mutable_reprojection()->set_mapping(pb::REPROJECTION_MAPPING_REVERSE);
-  }
-  if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
-  message.set_seed(settings.seed);
-  message.set_max_segments(settings.max_segments);
-  message.set_roulette_from(settings.roulette_from);
-  message.set_filter(to_message(settings.filter.kind));
-  if (settings.filter.kind != PixelFilterKind::box) message.set_filter_scale(settings.filter.scale);
-  if (settings.region) write_rect(*settings.region, *message.mutable_region());
-  return message;
-}
-
-pb::Budget to_message(const Budget& budget) {
-  pb::Budget message;
-  message.set_time_s(budget.time_s.value_or(0));
-  message.set_samples(budget.samples.value_or(0));
-  message.set_error(budget.error.value_or(0));
-  message.set_error_measure(to_message(budget.error_measure));
-  message.set_bytes_per_second(budget.bytes_per_second.value_or(0));
-  return message;
 }
 
 pb::CameraView to_message(const CameraPose& pose) {

@@ -123,7 +123,7 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h"}}},
     {"client/cli",
-     {{"renderer/base", "client", "server/app", "proto"},
+     {{"renderer/base", "renderer/frame", "client", "server/app", "server/stream", "proto"},
       {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
     {"client/cli/commands",
      {{"renderer/base", "renderer/codec", "client", "client/cli", "server/app", "proto"},

@@ -45,6 +45,19 @@ TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
   EXPECT_EQ(read_file(folder_ / "h.png").substr(1, 3), "PNG");
 }
 
+// The throughput is below its root, so that paths are shorter by that rule.
+TEST_F(CliRender, TheRouletteRuleIsTheOneAskedFor) {
+  const std::string scene = std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf";
+  const auto rays = [&](std::vector<std::string> rule) {
+    std::vector<std::string> line = {"render", scene, "--size", "16x16", "--samples", "4", "--output", "c.exr"};
+    line.insert(line.end(), rule.begin(), rule.end());
+    return heliograph_json(line)["rays"].get<double>();
+  };
+  const double root = rays({}), named = rays({"--roulette", "root"}), throughput = rays({"--roulette", "throughput"});
+  EXPECT_EQ(root, named);
+  EXPECT_LT(throughput, 0.9 * root);
+}
+
 // The square (2 x 2, seen from 3 away) fills all of a picture of its camera's aspect and nothing of what a picture of
 // another aspect has besides: by a job, by name and along a path.
 TEST_F(CliRender, PicturesOfAnotherAspectThanTheCamerasShowMoreAndSaySo) {

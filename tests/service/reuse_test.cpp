@@ -227,10 +227,11 @@ TEST_F(ReuseTest, WhatTheModeDoesNotHaveIsRefusedByName) {
   settings = settings_of(pb::MODE_COMBINED);
   settings.mutable_reprojection()->set_mapping(pb::ReprojectionMapping(3));
   expect_status(open_session(settings, &session), StatusCode::INVALID_ARGUMENT,
-                {"settings.reprojection.mapping: unknown value 3", "REPROJECTION_MAPPING_REVERSE (1)"});
+                {"settings.reprojection.mapping: 3; allowed: REPROJECTION_MAPPING_REVERSE (1), or 0"});
   settings.mutable_reprojection()->set_mapping(pb::REPROJECTION_MAPPING_FORWARD);
-  expect_status(open_session(settings, &session), StatusCode::INVALID_ARGUMENT,
-                {"settings.reprojection.mapping: REPROJECTION_MAPPING_FORWARD (2) was removed"});
+  expect_status(
+      open_session(settings, &session), StatusCode::INVALID_ARGUMENT,
+      {"settings.reprojection.mapping: REPROJECTION_MAPPING_FORWARD (2); allowed: REPROJECTION_MAPPING_REVERSE (1)"});
   expect_status(open_session(settings_of(pb::Mode(5)), &session), StatusCode::INVALID_ARGUMENT,
                 {"settings.mode: unknown value 5", "MODE_REPROJECT (3)", "MODE_COMBINED (4)"});
 }

@@ -175,10 +175,17 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
     EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings) << to_string(integrator);
     EXPECT_TRUE(problems.empty());
   }
-  for (const Technique technique : {Technique{0, 2, false}, {2, 1, true}, {3, 4, false}}) {
+  for (const Technique technique : {Technique{0, 2}, {2, 1}, {3, 4}}) {
     RenderSettings settings;
     settings.integrator = Integrator::bdpt;
     settings.technique = technique;
+    Problems problems;
+    EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings);
+    EXPECT_TRUE(problems.empty());
+  }
+  for (const RouletteRule rule : {RouletteRule::root, RouletteRule::throughput}) {
+    RenderSettings settings;
+    settings.roulette = rule;
     Problems problems;
     EXPECT_EQ(read_settings(to_message(settings), {}, "settings", problems), settings);
     EXPECT_TRUE(problems.empty());
@@ -196,6 +203,44 @@ TEST(Convert, ModesSurviveTheWireWithTheirOptions) {
   Problems problems;
   read_settings(odd, {}, "settings", problems);
   EXPECT_NE(problems.to_error().message.find("settings.adaptive.min_samples: 7 is odd"), std::string::npos);
+}
+
+// The validator names fields as the protocol spells them.
+TEST(Convert, EveryPathOfTheValidatorIsAField) {
+  const auto expect_field = [](const google::protobuf::Descriptor* message, const std::string& path) {
+    const std::size_t dot = path.find('.');
+    const auto* field = message->FindFieldByName(path.substr(0, dot));
+    ASSERT_NE(field, nullptr) << path;
+    if (dot != std::string::npos) field = field->message_type()->FindFieldByName(path.substr(dot + 1));
+    ASSERT_NE(field, nullptr) << path;
+  };
+  for (const auto& field : settings_fields()) expect_field(pb::RenderSettings::descriptor(), field.path);
+  for (const auto& field : budget_fields()) expect_field(pb::Budget::descriptor(), field.path);
+}
+
+// Fields that no longer offer a choice are read as 0 or as they always are now, as older clients send them.
+TEST(Convert, SettingsThatAreConstantsNowAreTakenAsThatAlone) {
+  pb::RenderSettings settings;
+  settings.mutable_light_cache()->set_shrinking(0.75);
+  settings.mutable_reprojection()->set_mapping(pb::REPROJECTION_MAPPING_REVERSE);
+  pb::Budget budget;
+  budget.set_error_measure(pb::ERROR_MEASURE_RMSE);
+  Problems problems;
+  EXPECT_EQ(read_settings(settings, {}, "settings", problems), RenderSettings());
+  EXPECT_EQ(read_budget(budget, "budget", problems), Budget());
+  EXPECT_TRUE(problems.empty());
+  settings.mutable_light_cache()->set_shrinking(std::nan(""));
+  settings.mutable_reprojection()->set_mapping(pb::REPROJECTION_MAPPING_FORWARD);
+  settings.mutable_technique()->set_unweighted(true);
+  budget.set_error_measure(pb::ERROR_MEASURE_RELMSE);
+  read_settings(settings, {}, "settings", problems);
+  read_budget(budget, "budget", problems);
+  std::vector<std::string> places;
+  for (const Problems::Item& item : problems.items()) {
+    if (item.message.find("(no longer a choice)") != std::string::npos) places.push_back(item.where);
+  }
+  EXPECT_EQ(places, (std::vector<std::string>{"settings.technique.unweighted", "settings.reprojection.mapping",
+                                              "settings.light_cache.shrinking", "budget.error_measure"}));
 }
 
 TEST(GrpcStatus, LongMessagesAreCutAtACharacter) {

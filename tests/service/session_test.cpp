@@ -59,6 +59,7 @@ TEST_F(SessionTest, DefaultsAreFilledIn) {
   EXPECT_EQ(response.settings().integrator(), pb::INTEGRATOR_PATH);
   EXPECT_EQ(response.settings().max_segments(), 10);
   EXPECT_EQ(response.settings().roulette_from(), 3);
+  EXPECT_EQ(response.settings().roulette(), pb::ROULETTE_RULE_ROOT);
   EXPECT_EQ(response.grace_s(), 60);
 }
 

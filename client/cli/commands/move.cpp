@@ -92,7 +92,7 @@ bool by_name(const MoveOptions& options) {
 
 PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
   PathScale scale;
-  scale.step = reader.number(options.step, -360, true, 360);
+  scale.step = reader.number(options.step, {-360, 360});
   if (const auto steps = reader.integer(options.steps, 1, 100000)) scale.steps = static_cast<int>(*steps);
   if (!by_name(options)) {
     if (options.step.given()) reader.problem(options.step, "stands only beside a --path by name");
@@ -126,8 +126,8 @@ std::string read_path_file(const TextOption& option, OptionReader& reader) {
 
 CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, OptionReader& reader) {
   CameraMotion motion;
-  motion.turn_degrees = reader.number(options.turn, -360000, true, 360000).value_or(0);
-  motion.orbit_degrees = reader.number(options.orbit, -360000, true, 360000).value_or(0);
+  motion.turn_degrees = reader.number(options.turn, {-360000, 360000}).value_or(0);
+  motion.orbit_degrees = reader.number(options.orbit, {-360000, 360000}).value_or(0);
   motion.move = reader.vector(options.shift).value_or(V3d(0, 0, 0));
   const double largest = std::max(std::abs(motion.turn_degrees), std::abs(motion.orbit_degrees));
   motion.steps = std::max(1, static_cast<int>(std::ceil(largest / kDegreesPerStep - 1e-9)));

@@ -26,7 +26,7 @@ std::variant<OpenScene, int> open_scene(CommandContext& context, const SettingsO
   const pb::SceneCamera* camera = choose_camera(options, open.scene(), context.reader);
   if (!camera) return context.refuse();
   set_defaults(settings, open.scene(), *camera);
-  check_region(options, settings, context.reader);
+  check_against_server(options, settings, *info, context.reader);
   if (!context.problems.empty()) return context.refuse();
   open.camera = *camera;
   return open;

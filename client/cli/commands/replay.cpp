@@ -26,7 +26,7 @@ struct ReplayOptions {
 constexpr const char* kHelp =
     "A render or a frame that met a NaN or infinite sample left it out of the picture and gave a token for the first\n"
     "one (replay_token). The token holds film, camera, settings and sample; the scene has to be given as it was then:\n"
-    "the same files, --environment, --scene-time, --animation and --texture-filter. With --server, FILE may be left\n"
+    "the same files, --environment, --scene-time and --animation. With --server, FILE may be left\n"
     "out where the daemon still has the scene. Of a picture with light paths it also tells the light path that goes\n"
     "with the sample, and where the two are joined.\n"
     "Positions are world coordinates, pdfs per steradian. With --json, stdout holds one object: ReplaySampleResponse "
@@ -76,7 +76,7 @@ int run(const CLI::App& app, const ReplayOptions& options) {
     choice = read_scene(options.scene, options.common.connection, reader);
   } else {
     const SceneOptions& scene = options.scene;
-    for (const TextOption* option : {&scene.environment, &scene.scene_time, &scene.animation, &scene.texture_filter}) {
+    for (const TextOption* option : {&scene.environment, &scene.scene_time, &scene.animation}) {
       if (option->given()) reader.problem(*option, "stands only beside FILE");
     }
     if (scene.scene_path) problems.add("--scene-path", "stands only beside FILE");

@@ -313,7 +313,7 @@ Command add_techniques(CLI::App& root) {
   auto options = std::make_shared<TechniquesOptions>();
   add_scene_options(*app, options->scene);
   add_picture_options(*app, options->settings);
-  add_text(*app, options->budget.samples, "--samples", "N",
+  add_text(*app, options->budget.fields["samples"], "--samples", "N",
            "Samples per pixel of each picture, [1, 2^30]. Default: 64");
   add_text(*app, options->max_length, "--max-length", "K",
            "Longest path, in segments with the camera's counted, [1, 16]. Default: 5, which is 19 pictures");

@@ -46,7 +46,7 @@ TextureSlot read_bitmap(const Plugin& plugin, LoadContext& context) {
   if (filter == "nearest")
     slot.filter = FilterMode::nearest;
   else if (filter == "trilinear" || filter == "ewa")  // of 0.5 and 0.6
-    plugin.warn("has filter_type \"" + filter + "\": lookups are bilinear, or mip where the session asks for it");
+    plugin.warn("has filter_type \"" + filter + "\": lookups are bilinear");
   else if (filter != "bilinear")
     plugin.fail("has filter_type \"" + filter + "\", allowed: bilinear, nearest");
   const std::string wrap = plugin.text("wrap_mode", "repeat");

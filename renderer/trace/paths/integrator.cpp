@@ -22,11 +22,4 @@ const char* to_string(Integrator integrator) {
   return "unknown";
 }
 
-std::string integrator_names() {
-  std::string names;
-  for (const Integrator integrator : kEveryIntegrator)
-    names += (names.empty() ? "" : ", ") + std::string(to_string(integrator));
-  return names;
-}
-
 }  // namespace helio

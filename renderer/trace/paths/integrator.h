@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 namespace helio {
 
@@ -33,7 +32,5 @@ constexpr bool merges(Integrator integrator) {
   return integrator == Integrator::vcm || integrator == Integrator::photon;
 }
 const char* to_string(Integrator integrator);
-// All of them, with commas.
-std::string integrator_names();
 
 }  // namespace helio

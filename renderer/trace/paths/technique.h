@@ -9,8 +9,8 @@ namespace helio {
 struct Technique {
   int light_vertices = 0;   // s
   int camera_vertices = 2;  // t
-  // With the weight 1: the estimate by this technique alone, of the paths that it can make. Else with its weight among
-  // all techniques: the pictures of all of them add up to that of bdpt with the same seed.
+  // With the weight 1: the estimate by this technique alone, of the paths that it can make (no setting: tests ask for
+  // it). Else with its weight among all techniques: the pictures of all of them add up to that of bdpt with one seed.
   bool unweighted = false;
 
   int segments() const { return light_vertices + camera_vertices - 1; }
