@@ -22,7 +22,7 @@ namespace helio {
 
 using Piece = std::variant<IntegratePiece, StageItem, ResolvePiece>;
 
-// Whose processor time a piece takes.
+// The stage that a piece's processor time is charged to.
 StageId stage_of(const Piece& piece);
 
 // The stages of one plan, in the order of its requests.
@@ -62,7 +62,7 @@ class FramePipeline {
   // Wall time that a stage of the newest plan took, first piece taken to last piece finished; 0: not run to its end.
   // integrate: light vertices included; resolve: of whole publications.
   double seconds(StageId id) const { return seconds_[std::size_t(id)]; }
-  // Whose turn is over, in order.
+  // The plan's stages that have ended, in order, those stopped early included.
   const std::vector<std::shared_ptr<FrameStage>>& finished_stages() const { return finished_; }
   bool published_final() const { return resolve_.all_final(); }
 

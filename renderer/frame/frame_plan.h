@@ -16,7 +16,7 @@ namespace helio {
 enum class Publish {
   none,
   early,  // each tile as soon as its own pixels have reached the target
-  round,  // every tile, once the plan's samples are in
+  round,  // the whole picture, once the plan's samples are in
 };
 
 // In this order: the stages of `before`, samples, the stages of `after`, publication.
@@ -32,7 +32,9 @@ struct FramePlan {
   // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
   double deadline_s = std::numeric_limits<double>::infinity();
 
-  std::uint32_t mean_samples = 0;  // in a round: what the picture has per pixel, both halves (FrameState::told())
+  // In a round: samples per pixel, both halves, that are reported with the tiles: FrameState::told(), or, where the
+  // round's tiles are shown one by one, the mean that the round aims at.
+  std::uint32_t mean_samples = 0;
 
   std::vector<StageRequest> after;
   Publish publish = Publish::none;

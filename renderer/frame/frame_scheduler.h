@@ -1,15 +1,16 @@
 // Decides what a frame does next. Pure: touches no pixel and no clock, so that it is tested by comparing plans.
 //
-// The course of a frame: one sample of half A everywhere, each tile shown as soon as it is done (where light paths
-// land on any tile: all of them once the last is); one of half B; then A
-// and B to the same power of two, doubling. A plan is cut short of its power of two where it would outlast the
-// publication interval, the time budget, or the count at which the target error is expected.
+// The course of a frame: one sample of half A everywhere, each tile shown as soon as it is done (where light paths land
+// on any tile: all of them once the last is); one of half B; then A and B to the same power of two, doubling. A plan is
+// cut short of its power of two where it would outlast the publication interval, the time budget, or the count at which
+// the target error is expected.
 //
-// Mode adaptive: so far for the pilot, then in rounds. A round's first plan allocates, the others integrate what it
-// wants, level by level; the picture's mean count doubles from round to round, or grows by less where a budget ends.
-// Where much was carried over there is no pilot: the first round has as many samples as there are pixels, and its tiles
-// are shown one by one. Of a rule that iterates (AllocationSettings::iterates) a round is an iteration, the pilot being
-// the first ones; where anything was carried over they begin at 0.
+// Mode adaptive: the pilot follows the course above, up to min_samples. After it come rounds. The first plan of a round
+// computes the counts (stage `allocate`); its other plans integrate them level by level. The mean count doubles from
+// round to round, or grows by less near the end of a budget. Where much was carried over there is no pilot: the first
+// round has as many samples as there are pixels, and its tiles are shown one by one. Of a rule that iterates
+// (AllocationSettings::iterates) a round is an iteration, the pilot being the first ones; where anything was carried
+// over they begin at 0.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +29,8 @@ namespace helio {
 inline constexpr std::uint32_t kMaxSamplesPerPixel = 1u << 30;
 // A target error is not believed before this many samples per pixel.
 inline constexpr std::uint32_t kMinSamplesForError = 16;
-// A picture that began without what its pixels show at their centres looks for it at so many: it takes about as long as
-// a sixth of a sample.
+// Samples per pixel at which a picture that began without a G-buffer traces it (stage `centres`), which costs about a
+// sixth of a sample.
 inline constexpr std::uint32_t kSamplesBeforeCentres = 16;
 
 // An error estimate and the samples per pixel (both halves) it was made at.
@@ -55,13 +56,13 @@ struct FrameState {
   // Samples that every pixel of the region has; in a round: levels that are done.
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
-  bool reproject_due = false;  // before the first sample, what earlier pictures know is to be carried over
-  bool centres_due = false;    // the picture has begun without what its pixels show at their centres
-  bool choice_due = false;     // before the first sample, tiles are to be chosen that get light paths
+  bool reproject_due = false;  // before the first sample, earlier pictures are to be reprojected
+  bool centres_due = false;    // the picture has begun without the primary hits of its pixel centres
+  bool choice_due = false;     // before the first sample, the tiles that get light paths are to be chosen
   // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
   bool tiles_alone = true;
-  bool carried = false;        // something was that is to be reviewed
-  // So much that counts are to fill up what is missing; else they are as without history.
+  bool carried = false;        // the picture has reprojected samples, which stage `review` is to test
+  // So many pixels have history that FillAllocation is used; false: NeymanAllocation, as without history.
   bool fill = false;
   ErrorAtCount measured;  // the newest estimate; samples == 0: none
 

@@ -15,10 +15,10 @@ struct PictureState {
   FrameState state;  // as the scheduler has it
   std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
   std::uint64_t search_rays = 0;                   // of centre searches
-  double taken_back = 0;                           // carried samples that reviews took back
+  double taken_back = 0;                           // carried samples that stage `review` removed
   TraceStats trace;
   std::uint64_t samples = 0;       // pixel samples in the film
-  std::uint64_t left_samples = 0;  // the same of the picture before
+  std::uint64_t left_samples = 0;  // those of the picture before
 };
 
 }  // namespace helio

@@ -49,8 +49,8 @@ struct RenderLoopOptions {
   // its final state alone. Absent: yes for interactive loops, no for jobs.
   std::optional<bool> publish_passes;
   double publish_interval_s = 0.25;
-  double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per channel
-  bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false tells what that saves
+  double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per plane
+  bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false: for benches
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;
   std::shared_ptr<const void> scratch_count;

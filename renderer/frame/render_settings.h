@@ -22,7 +22,7 @@ namespace helio {
 enum class RenderMode {
   pt,         // every pixel gets the same number of samples
   adaptive,   // pixels get as many as their noise and cost ask for (film/allocation/sample_allocation.h)
-  reproject,  // pt, and what is still true of earlier pictures is carried into each new one (trace/reuse/reprojection.h)
+  reproject,  // pt, with samples of earlier pictures reprojected into each new one (trace/reuse/reprojection.h)
   combined,   // both
 };
 inline constexpr RenderMode kEveryRenderMode[] = {RenderMode::pt, RenderMode::adaptive, RenderMode::reproject,
@@ -40,18 +40,18 @@ const char* to_string(RenderMode mode);
 enum class ErrorMeasure { rmse, relmse };  // radiance units | mean(variance / (mean^2 + 1e-2 (image mean)^2))
 
 enum class ModeVariant {
-  bounded,  // ours
-  paper,    // as published: a baseline, biased
+  bounded,  // Heliograph's method: unbiased counts, reuse with a bound on its bias
+  paper,    // Schalk 2018 as published: a baseline, biased
 };
 const char* to_string(ModeVariant variant);
 
-// Schalk's own setting, best with 2 or 4.
+// Schalk 2018: 2 or 4 were the best.
 inline constexpr std::uint32_t kPaperMinSamples = 4;
 
 // Modes adaptive and combined.
 struct AdaptiveSettings {
   std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; even, [4, 65536]; paper: [2, 65536]
-  std::uint32_t max_samples = 32;  // paper: iterations until the threshold is 0; (min_samples, 2^20]
+  std::uint32_t max_samples = 32;  // variant paper: the iteration at which the threshold reaches 0; (min_samples, 2^20]
   ErrorMeasure measure = ErrorMeasure::relmse;  // bounded: the error that the counts make small
 
   bool operator==(const AdaptiveSettings&) const = default;
@@ -70,18 +70,19 @@ struct RenderSettings {
   int width = 1280, height = 720;  // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
   ModeVariant variant = ModeVariant::bounded;
-  // Others than path: mode pt, and the others with variant bounded, but for light in those that reuse pictures: what an
-  // edit has changed is measured with the path tracer, which sees what light does not. Those that cache light vertices:
-  // mode pt.
+  // path: every mode and variant. bdpt, pt+bdpt: mode pt, and the other modes with variant bounded. light: mode pt, and
+  // adaptive with variant bounded; not the modes that reuse pictures, because what an edit changes is measured with the
+  // path tracer, which sees light that `light` does not. lvc, vcm, photon: mode pt.
   Integrator integrator = Integrator::path;
-  // Integrator bdpt in mode pt: shows one that exists() and has at most max_segments; none: all of them together.
+  // Integrator bdpt in mode pt: renders this technique alone, which exists() and has at most max_segments; absent: all,
+  // combined by MIS.
   std::optional<Technique> technique;
   AdaptiveSettings adaptive;
   ReprojectionSettings reprojection;
   LightCacheSettings light_cache;  // integrators that cache light vertices
   std::uint64_t seed = 0;
-  int max_segments = 10;  // [1, 65535]; integrators with light paths: [1, 256]
-  int roulette_from = 3;  // [1, 65535]
+  int max_segments = 10;  // of a path; [1, 65535]; integrators with light paths: [1, 256]
+  int roulette_from = 3;  // segments from which Russian roulette may end a path; [1, 65535]
   RouletteRule roulette = RouletteRule::root;
   PixelFilter filter;
   std::optional<PixelRect> region;  // of interest; inside the film; none: the whole film
@@ -95,7 +96,8 @@ struct RenderLimits {
   std::uint64_t max_film_pixels = 64ull << 20;
 };
 
-// The first to be reached ends the frame. All absent: renders until superseded, at most max_samples_per_pixel.
+// The first that is reached ends the frame. All absent: it renders until superseded, at most kMaxSamplesPerPixel
+// (frame_scheduler.h).
 struct Budget {
   std::optional<double> time_s;          // wall time since the frame began, > 0
   std::optional<std::uint32_t> samples;  // per pixel, both halves together; [1, 2^30]

@@ -1,8 +1,10 @@
-// A stage of a frame: something that is done to the film before or after samples are added. The scheduler asks for it by
-// a value (StageRequest), make_stage() builds it, and the pipeline runs any list of them in the order of the plan.
+// A stage of a frame: something that is done to the film before or after samples are added. The scheduler asks for it
+// by a value (StageRequest), make_stage() builds it, and the pipeline runs any list of them in the order of the plan.
+// Only `trace_lights` is begun by the pipeline itself, between integration steps (LightVertexSource).
 //
-// To add one: a pair of files in stages/, an id with its name here, a case in stages/make_stage.cpp, and the place in
-// the scheduler that asks for it.
+// To add one: a pair of files in stages/ (and in CMakeLists.txt), its id and kStages here, its name in stage.cpp, a
+// case in stages/make_stage.cpp, the request in frame_scheduler.cpp with the FrameState flag that triggers it, and its
+// row in pass_times() (render_loop.cpp).
 #pragma once
 
 #include <array>
@@ -23,16 +25,16 @@ struct TraceStats;
 enum class StageId : std::uint8_t {
   integrate,
   resolve,
-  measure,
-  reproject,
-  centres,
-  choose,
-  trace_lights,
-  review,
-  allocate,
+  measure,       // stages/estimate_error.h
+  reproject,     // stages/history_transfer.h
+  centres,       // stages/centre_search.h
+  choose,        // stages/choose_integrators.h
+  trace_lights,  // stages/trace_lights.h
+  review,        // stages/reject_history.h
+  allocate,      // stages/allocate.h
 };
 inline constexpr std::size_t kStages = 9;
-// As PassTime has it.
+// The name under which PassTime reports the stage.
 const char* to_string(StageId id);
 // One value a stage, as seconds are.
 template <class T>
@@ -52,8 +54,8 @@ struct StageRequest {
 // Goes over the film in sweeps: all parts of one, in any order and on any worker, before the next begins. The pipeline
 // looks for a cancel between parts; one that takes longer than some 5 ms holds up whoever waits for the machine.
 //
-// Whoever stops a stage lets it go; what is in flight then still ends. All calls but run() and finish_sweep() come with
-// the render loop's lock, and none while a part is in flight.
+// A stage that was stopped is never resumed; parts in flight still finish. All calls but run() and finish_sweep() come
+// with the render loop's lock, and none while a part is in flight.
 class FrameStage {
  public:
   explicit FrameStage(StageId id) : id_(id) {}

@@ -1,5 +1,5 @@
-// The parts of the renderer that another variant of the modes (RenderSettings::variant) has of its own. What they are
-// lies in a folder of its own, which variant_parts.cpp alone includes.
+// Hooks by which a variant other than `bounded` (RenderSettings::variant) replaces parts of the modes. The only one is
+// `paper`, in frame/paper/, which variant_parts.cpp alone includes.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class TemporalReprojection;
 struct StageContext;
 
 struct VariantParts {
-  // Of a film for the mode: what it keeps besides, or in place of, what it would for ours.
+  // Changes the film's state from what `bounded` would keep to what the variant keeps.
   FilmState (*film_state)(FilmState state, const RenderSettings& settings);
   // Integrator `path`.
   decltype(trace_window)* trace;

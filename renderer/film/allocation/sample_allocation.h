@@ -7,23 +7,22 @@
 // NeymanAllocation (without history). A pilot of m samples of each half everywhere; then n ~ s / sqrt(c), which
 // minimises the sum of s^2 / n at a given sum of c n (Neyman 1934, with costs), s: deviation of a sample in the measure
 // of the picture's error, c: its cost in rays. The counts of half A come from the pilot of half B alone and the
-// reverse, and stay so in every later round, which only scales them: the mean of A is unbiased whatever they are,
-// because they do not depend on A's samples, nor on anything that did. s is the mean deviation of 7x7 pixels, each in
-// its own measure: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of variances would
-// follow single bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g, g = 0, 1/4, ...
-// 1, the one is taken under which the variance that each half has seen, at the counts that the other decides, times the
-// cost is smallest; where a pilot says nothing (light that few paths find) that is uniform counts. It is one number for
-// the picture, and the only one in which A's samples have a say in A's counts. Every pixel gets at least 1/8 of the
-// mean count, and counts are powers of two, which Sobol points like best (a dither of one octave keeps their mean
-// smooth).
+// reverse, and stay so in every later round, which only scales them: the mean of A is unbiased, because apart from the
+// exponent g below, one number for the whole picture, A's counts depend on no sample of A. s is the mean deviation of
+// 7x7 pixels, each in its own measure: a pixel's own, of a pilot's few samples, would mostly add noise, and a mean of
+// variances would follow single bright samples. How far the counts follow s at all is measured: of n ~ (s / sqrt(c))^g,
+// g = 0, 1/4, ... 1, the one is taken under which the variance that each half has seen, at the counts that the other
+// decides, times the cost is smallest; where a pilot says nothing (light that few paths find) that is uniform counts.
+// Every pixel gets at least 1/8 of the mean count, and counts are powers of two, which Sobol points like best, except
+// where all are equal (a dither of one octave keeps their mean smooth).
 //
-// FillAllocation (with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a
-// power of two; l is what the round can afford. There is no pilot: the first round gives as many samples as there are
-// pixels to those that need them. Of pixels that carry something a share gets one all the same, a quarter of the mean
-// count as long as that is below one, the same pixels in both halves, so that wrong history is seen to be wrong; later
+// FillAllocation (with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a power
+// of two; l is what the round can afford. There is no pilot: the first round spends one sample per pixel on average,
+// where history lacks most. A share of the pixels that carry something gets a sample all the same, so that wrong
+// history is noticed: a quarter of the mean count as long as that is below one, the same pixels in both halves; later
 // each gets 1/8 of the mean. s comes from history alone; where nothing is known in 7x7 pixels, s is the geometric mean
-// of the picture's. Once pixels that carry nothing have four samples of each half, fresh samples are looked at, once:
-// they say what c is, and s where nothing was carried, for edges between surfaces are noisier than both.
+// of the picture's. Once pixels without history have four samples of each half, costs c, and their deviations s, are
+// estimated again from fresh samples, once, because edges between surfaces are noisier than both.
 #pragma once
 
 #include <cstddef>
@@ -39,25 +38,25 @@ namespace helio {
 // FillAllocation: from this mean count per half on, half of the pixels that carry something have fresh samples.
 inline constexpr double kHalfCheckedMean = 2;
 
-// Whose mean square the allocation makes small: x - r, or (x - r) / sqrt(r^2 + 1e-2 (image mean)^2), quality.md's
-// relMSE.
+// Whose mean square the allocation makes small: x - r, or (x - r) / sqrt(r^2 + 1e-2 (image mean)^2), whose
+// mean square is relMSE.
 enum class AllocationMeasure { absolute, relative };
 
 // One round of a rule, as a value.
 struct AllocationRequest {
   // Mean count per half that the round aims at: exceeded only by what pixels have already, or get at least.
   double mean = 0;
-  // Of a rule that iterates, in place of the mean: which one, counted from 0. The first one asked for is min_samples,
+  // Of a rule that iterates: the number of the iteration, in place of `mean`. The first one asked for is min_samples,
   // with `fill` 0.
   std::uint32_t iteration = 0;
-  // What pixels have carried counts. The film has history.
+  // Carried samples count towards the target (FillAllocation). The film has history.
   bool fill = false;
 
   bool operator==(const AllocationRequest&) const = default;
 };
 
 struct AllocationSettings {
-  // A rule of another variant, not make_allocation()'s: its rounds, one sample a pixel at most, are iterations.
+  // True for a rule of another variant, where a round is an iteration of at most one sample a pixel.
   bool iterates = false;
   AllocationMeasure measure = AllocationMeasure::relative;
   std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; >= 2

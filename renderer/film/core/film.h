@@ -92,7 +92,7 @@ struct FilmState {
   bool targets = false;       // SampleTargets: fresh samples differ from pixel to pixel
   bool exact_counts = false;  // and targets may be any number, not powers of two alone
   bool history = false;       // FilmHistory: samples of earlier pictures are among the pixels'
-  bool carried_only = false;  // of it the counts and means of those alone, no centre hits and no sources
+  bool carried_only = false;  // history without centre hits, directions and sources: only CarriedPixel
   bool splats = false;        // SplatBuffer: light paths reach the camera at any pixel
   bool merging = false;       // light paths are merged with camera paths: BlockWork::bias
   const FilmExtensionKind* extension = nullptr;  // FilmExtension; null: none
@@ -103,9 +103,8 @@ struct FilmState {
 
 class Film {
  public:
-  // 120, and 8 more once a sample was not finite. With targets 6 more (a target and a demand of each half), with exact
-  // ones 8; with history 194 more (58 and two sources of 68), of carried samples alone 30. Splats: 196 more, with
-  // sources 212. And what the extension says.
+  // 120 bytes, and 8 more once any sample was not finite. Added: targets 6 (exact_counts: 8); history 194, which is 58
+  // and two sources of 68 (carried_only: 30); splats 196 (with sources: 212); and the extension's own.
   static std::size_t bytes_per_pixel(const FilmState& state);
 
   explicit Film(int width, int height, const FilmState& state = {});
@@ -147,13 +146,12 @@ class Film {
   const FilmHistory* history() const { return history_.get(); }
   FilmExtension* extension() { return extension_.get(); }  // null: none
   const FilmExtension* extension() const { return extension_.get(); }
-  // Null: none, or none may land as long as the light tiles are all off. A half's mean is that of its samples plus that
-  // of its splats, these times the share of the samples that is not carried (splat_row.h); what has no samples has no
-  // mean.
+  // Null: the film has no splats, or every light tile is off. A half's mean is that of its samples plus its splats
+  // times the share of its samples that is not carried (splat_row.h); a half without samples has no mean.
   SplatBuffer* splats() { return splats_off_ ? nullptr : splats_.get(); }
   const SplatBuffer* splats() const { return splats_off_ ? nullptr : splats_.get(); }
-  // Which tiles get light paths, where samples are made with them at all; null: all, with integrator pt+bdpt none. Kept
-  // by clear(). To be set before the first sample: in other tiles splats are dropped, for those pixels' samples already
+  // Tiles rendered with light paths, for integrators that trace any. Null: all tiles; with pt+bdpt: no tile. Kept by
+  // clear(). To be set before the first sample: in other tiles splats are dropped, for those pixels' samples already
   // stand for all light.
   const std::shared_ptr<const LightTiles>& light_tiles() const { return light_tiles_; }
   void set_light_tiles(std::shared_ptr<const LightTiles> tiles) {
@@ -162,7 +160,7 @@ class Film {
   }
 
   void clear();
-  // Only a window, which must lie inside. Splats stay, there too: what normalises them is of the whole film.
+  // Only a window, which must lie inside. Splats are kept even there, because they are normalised over the whole film.
   void clear(const PixelRect& window);
 
  private:

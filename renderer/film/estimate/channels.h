@@ -1,7 +1,8 @@
 // One table of the channels of a picture, for resolving, encoding, requests and reports.
 //
-// To add a channel: its bit and planes here and in ResolvedTile, its row and its function in channels.cpp, and a field
-// of its name in the protocol's TileFormat.
+// To add a channel: its bit, kResolveAll and its vectors here; its row and function in channels.cpp; a bool field of
+// its name in the protocol's TileFormat. Encoder and conversion read the table, and the command's --layers TileFormat's
+// fields; the help of --layers (client/cli/render_options.cpp) is written by hand.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +26,8 @@ struct ResolvedTile {
   // Carried samples; all 0 in films without history.
   std::vector<float> history_weight;  // of carried samples in the pixel's mean, [0, 1]
   std::vector<float> bias_bound;      // root of FilmHistory::bias2: radiance, >= 0
-  std::vector<float> history_age;     // moves or up to half as many again, CarriedPixel::age times the weight, [0, 255]
+  // Camera moves since the history was traced times history_weight, [0, 255]; RootByte may overstate by up to half.
+  std::vector<float> history_age;
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
   std::uint64_t invalid_samples = 0;  // splats among them
 

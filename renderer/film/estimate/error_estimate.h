@@ -12,7 +12,7 @@
 
 namespace helio {
 
-inline constexpr double kRelativeEpsilon = 1e-2;  // quality.md: relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
+inline constexpr double kRelativeEpsilon = 1e-2;  // relMSE = (x - r)^2 / (r^2 + 1e-2 mean(r)^2)
 
 class ErrorEstimate {
  public:

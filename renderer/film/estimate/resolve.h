@@ -21,7 +21,8 @@ Rgb resolve_mean(const Film& film, int x, int y);
 ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const PixelRect& roi, unsigned channels,
                           double mean_samples = 0);
 
-// Estimated error of the whole picture, from the halves. All are +infinity while not known.
+// Estimated error of the whole picture, from the halves. While `known` is false, the rmse and relmse fields are
+// +infinity and the others 0.
 //
 // A pixel is unproven black when neither it nor any of its 7x7 neighbourhood has seen light although its samples met
 // surfaces that reflect: it may be black, or lit through a keyhole that no path has found yet. Of N such samples that
@@ -30,7 +31,7 @@ ResolvedTile resolve_tile(const Film& film, const PixelRect& window, const Pixel
 // nothing, is black.
 struct FilmError {
   double rmse = 0;             // root of the mean over pixels and channels of the variance of the mean
-  double relmse = 0;           // mean of variance / (mean^2 + 1e-2 (image mean)^2), quality.md's relMSE
+  double relmse = 0;           // mean of variance / (mean^2 + 1e-2 (image mean)^2), as metrics/error_metrics.h
   double worst_tile_rmse = 0;  // largest rmse of a tile of 32x32, or up to 63 pixels a side at the region's far edges
   double unproven = 0;         // share of the pixels that are unproven black, [0, 1]
   double hidden_rmse = 0;      // bound on the rmse that they add; +infinity when no sample of the picture saw light

@@ -1,4 +1,6 @@
-// What reuse has brought into the pixels of a film, and where their centres look.
+// Temporal history of a film: for each pixel the reprojected samples with a bound on their bias, and the primary hit of
+// the ray through its centre. Terms: carried: reprojected; source: a stored earlier picture; age: history length in
+// camera moves; centre: primary hit of the centre ray (a G-buffer entry).
 #pragma once
 
 #include <algorithm>
@@ -25,11 +27,13 @@ struct CarriedPixel {
 
   static constexpr std::uint32_t kMostCount = (1u << 24) - 1;
 
-  // What passes write down of every pixel before they change any; < 2^14.
+  // Scratch value that one sweep of a pass leaves for the next, so that no pixel changes while its neighbours are still
+  // being read; < 2^14.
   std::uint16_t found() const { return notes_ & kFound; }
   void set_found(std::uint16_t what) { notes_ = std::uint16_t((notes_ & ~kFound) | what); }
 
-  // What is carried comes from between the pixels of some picture, or some of it; else it is what the pixel itself was.
+  // Some of the history was interpolated between pixels of an earlier picture. False: it is this very pixel's,
+  // unchanged.
   bool looked_up() const { return (notes_ & kLookedUp) != 0; }
   void note_looked_up() { notes_ |= kLookedUp; }
 
@@ -44,8 +48,8 @@ struct CarriedPixel {
 };
 static_assert(sizeof(CarriedPixel) == 30);
 
-// What the ray through the centre of a pixel (and of the lens) meets. Without alpha's chance and without noise, so that
-// two pictures of the same surface agree on it.
+// Primary hit of the ray through the centre of a pixel (and of the lens). It is deterministic, without stochastic
+// alpha, so that two pictures of one surface agree on it.
 struct CentreHit {
   float depth = std::numeric_limits<float>::infinity();  // along the view axis; +inf: it leaves the scene; NaN: unknown
   std::uint32_t instance = ~0u;                          // ~0: it leaves the scene
@@ -69,14 +73,14 @@ inline bool same_surface(const CentreHit& a, const CentreHit& b) {
   return dot(unpack_direction(a.normal), unpack_direction(b.normal)) > kOneSurface;
 }
 
-// What pixels around one show.
+// Whether another surface lies within the filter's reach of a pixel.
 enum class Border {
   none,   // its own surface
   plain,  // another one, too
   bright  // another one, and it or this one shines: a sliver of it too thin to be met would be seen
 };
 
-// Of a pixel and one of those around it that shows another surface.
+// Kind of the border between a pixel and a neighbour that shows another surface.
 inline Border border_between(const CentreHit& here, const CentreHit& there) {
   return here.shines || there.shines ? Border::bright : Border::plain;
 }
@@ -118,7 +122,7 @@ class FilmHistory {
     return part * part * double(whole);
   }
 
-  // Earlier pictures that later ones draw on: what they are is their user's to know.
+  // Earlier pictures, kept for reprojection. PictureHistory (frame/stages/history_transfer.h) records which they are.
   static constexpr int kSources = 2;
   HistorySource& source(int i) { return *sources_[i]; }
   const HistorySource& source(int i) const { return *sources_[i]; }
@@ -126,7 +130,7 @@ class FilmHistory {
   static std::size_t bytes_per_pixel(bool sources);
   std::size_t bytes() const;
 
-  // Leaves a half of a pixel its fresh samples alone; none: nothing. `half`: the film's.
+  // Drops the carried samples of one half of a pixel; its fresh samples stay. `half`: the film's.
   void drop(int h, int x, int y, HalfPixel& half);
 
  private:

@@ -1,8 +1,10 @@
-// Stage: what the film knew is kept as a source, sources of a scene that was edited since are revised
-// (trace/reuse/history_invalidation.h), and what they know is carried into the film of a new camera
-// (trace/reuse/reprojection.h). A camera that jumped finds nothing there, and a session's first picture has no sources:
-// such pictures begin without rays through the centres of their pixels, which are traced once the picture is worth it
-// (stages/centre_search.h), at the latest when it becomes a source itself.
+// Stage `reproject`, on a camera move or an edit: (1) the film becomes a source (a stored earlier picture), (2) sources
+// of an older version of the scene are updated (trace/reuse/history_invalidation.h), (3) the sources are reprojected
+// into the film of the new camera (trace/reuse/reprojection.h).
+//
+// After a jump, and for a session's first picture, nothing is found: such pictures begin without the primary hits of
+// their pixel centres, which are traced once the picture has enough samples (stages/centre_search.h), at the latest
+// when it becomes a source itself.
 #pragma once
 
 #include <atomic>
@@ -19,11 +21,11 @@ namespace helio {
 
 // Which pictures a film's sources are, and whether the film itself is one.
 //
-// Two sources: the anchor is a picture that took many samples; the newest is the one before this. Every lookup takes
-// what knows more. So a camera that moves on and on with a sample or two a step keeps drawing on the anchor, not on a
-// copy of a copy, and one that returns finds it as it was; and where the anchor saw nothing, the newest helps. A
-// picture that has got a quarter of the anchor's fresh samples becomes the anchor, and the old one stays until the next
-// is left: who looks aside and back finds it.
+// Two sources: the anchor is a picture that took many samples; the newest is the one before this. Each lookup uses the
+// source with more effective samples. So a camera that moves on and on with a sample or two a step keeps drawing on the
+// anchor, not on a copy of a copy, and one that returns finds it as it was; the newest fills in what the anchor did not
+// see. A picture with at least a quarter of the anchor's fresh samples becomes the new anchor; the old one is
+// overwritten only when the next picture is stored.
 class PictureHistory {
  public:
   struct Slot {
@@ -31,8 +33,8 @@ class PictureHistory {
     std::shared_ptr<const RenderScene> scene;
     CameraPose pose;
     double samples = 0;    // fresh ones, per pixel, both halves
-    bool swapped = false;  // its first half is of the second lineage
-    bool edited = false;   // what the scene shows was, since
+    bool swapped = false;  // its half A holds lineage B: the halves swap roles with every picture
+    bool edited = false;   // visible surfaces or the environment were edited since
   };
 
   // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were

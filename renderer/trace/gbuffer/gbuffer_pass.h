@@ -1,6 +1,6 @@
-// What later pictures have to know of one before they can draw on it: what the centres of its pixels meet, and which of
-// them may show another surface, too. A picture that drew on others knows it from the start, for that is how it found
-// them (trace/reuse/reprojection.h); of one that began from nothing it can be found out at any time.
+// G-buffer of a film for reprojection: the primary hit of the ray through each pixel's centre, and which pixels may
+// show another surface, too. Pictures made by reprojection have it from the start (trace/reuse/reprojection.h); the
+// others get it later (frame/stages/centre_search.h).
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ namespace helio {
 int filter_reach(const PixelFilter& filter);
 
 // Three sweeps over windows of a film, to be shared between threads: find() of every window, then find_borders() of
-// every window, then settle(). Windows are disjoint and lie in the region. What is returned is rays that were traced.
+// every window, then settle(). Windows are disjoint and lie in the region. The first two
+// return the number of rays traced.
 class GbufferPass {
  public:
   // The film, which must have history with sources, outlives this.
@@ -25,9 +26,9 @@ class GbufferPass {
 
   // What centres meet (FilmHistory::centre).
   std::uint64_t find(const PixelRect& window);
-  // Finds what is next to another surface and notes it (CarriedPixel::found).
+  // Notes the pixels that border another surface in CarriedPixel::found().
   std::uint64_t find_borders(const PixelRect& window);
-  // Moves that to where it belongs (CentreHit::border).
+  // Copies those notes to CentreHit::border.
   void settle(const PixelRect& window);
 
   const RenderScene& scene() const { return *scene_; }
@@ -45,7 +46,7 @@ class GbufferPass {
   CameraPose pose_;
   Camera camera_;
   int reach_;
-  bool box_;  // the filter reaches no other pixel in truth
+  bool box_;  // filter_reach() says 1, but it never samples outside of the pixel
 };
 
 }  // namespace helio

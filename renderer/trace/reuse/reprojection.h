@@ -5,14 +5,15 @@
 // similar normal, the point within half a pixel of the plane through what the pixel's centre met), bilinearly, their
 // radiance over their albedo. Next to where two surfaces meet pixels may show both: they neither give nor take
 // anything, for Sobol points find out about edges sooner than interpolation is right about them; what lies just outside
-// the region counts there. Of a box filter's such pixels half show one surface after all, by their rims
-// (silhouette_coverage.h), and are like others, unless one of the surfaces shines. What is smaller than that samples
-// find (partial_coverage.h): a pixel whose samples met another surface than its centre is looked up by none that shows
-// part of it, and what was looked up for a pixel that turns out to be one is dropped. The rays of the new picture are
-// the verification: a point that another surface hid from the earlier camera finds no pixel that shows it. A camera
-// that comes back to where a picture was taken, to the bit, or that stays while the scene is edited, finds it pixel by
-// pixel as it was, those on borders if all that their filter reaches shows what it showed (of pictures from before an
-// edit of what shows those at the edge do not come back: nobody knows what was beside them).
+// the region counts there. With a box filter about half of these pixels turn out to show one surface after all, once
+// the rays along their rims are traced (silhouette_coverage.h); they are used like any other, unless one of the
+// surfaces emits. Samples find what is smaller than that (partial_coverage.h): a pixel whose samples met another
+// surface than its centre is looked up by none that shows part of it, and history of a pixel that turns out to be one
+// is dropped. The rays of the new picture are the verification: a point that another surface hid from the earlier
+// camera finds no pixel that shows it. A camera that comes back to where a picture was taken, to the bit, or that stays
+// while the scene is edited, finds it pixel by pixel as it was, those on borders if all that their filter reaches shows
+// what it showed. Pixels at the edge of the region are not restored from pictures taken before an edit of visible
+// surfaces, because what lay beside the picture then is unknown.
 //
 // What that may add to the error is estimated and carried (CarriedPixel::bias2), as squares of
 //   - resampling, between pixels and between sizes of pixels: by the squared second differences around there
@@ -20,16 +21,17 @@
 //   - lookups beside their point, where only some of the four pixels could be used: first differences times distance,
 //   - change of view where the camera has moved and not merely turned: what the surface sends to the new camera instead
 //     of the old one is worked out from directions that light came from (DirectionReservoir,
-//     PrimaryHits::evidence_from, view_reweighting.h), and how far that may be off is carried; of what directions bring
-//     that those cannot tell of, the old picture's mean radiance is taken, give or take half of it,
+//     PrimaryHits::evidence_from, view_reweighting.h), and how far that may be off is carried; for light
+//     from directions that the reservoir does not hold, the old picture's mean radiance is assumed, with an error of
+//     half of it,
 //   - what was carried before: bounds add up, not their squares, for what a steady motion adds has the same sign at
 //     every step,
 //   - edits of the scene since then, which are among it (trace/reuse/history_invalidation.h).
 // Bias b and variance of one sample v cap what history counts: N = 1 / (1 / N_0 + b^2 / v), N_0: samples behind the
 // lookup. That is the weight against fresh samples that makes the squared error smallest. Where the change of view is
-// known so badly that b is more than half of the mean, nothing counts. Where the pixels of a lookup differ in what they
-// scatter, their mean is not what the new pixel scatters, which may be as any of them does: what looking up between
-// pixels may have brought counts against the geometric mean of their variances instead (LookupSums::weigh()).
+// known so badly that b is more than half of the mean, nothing counts. Where the interpolated pixels differ in the
+// variance of their samples, the new pixel's may be that of any of them, so the part of b that interpolation brings is
+// held against the geometric mean of their variances, not their mean (LookupSums::weigh()).
 //
 // What was traced for one half and for the other never meets, so the halves stay independent, but for the directions,
 // which say together how the view has changed. Which lineage is the film's first half alternates from picture to
@@ -52,7 +54,7 @@ namespace helio {
 struct PictureSource {
   CameraPose pose;
   const HistorySource* pixels = nullptr;
-  // What comes after it is looked up only where it knows less than this of a pixel, in samples of both halves.
+  // Later sources are consulted only for pixels where this one has fewer effective samples, both halves.
   float enough = 0;
   bool swap = false;  // what was traced for its first half is carried into the film's second, and the reverse
   // Surfaces or the environment were edited since (HistoryInvalidation): nobody knows what was beside the picture then.

@@ -12,7 +12,7 @@ struct TrueError {
   double mse = 0, relmse = 0;
 };
 
-// Against the known mean of each column; the epsilon is quality.md's, 1e-2 times the squared image mean.
+// Against the known mean of each column; the epsilon is 1e-2 times the squared image mean.
 template <class Mean>
 TrueError true_error(const Film& film, const Mean& mean) {
   double image_mean = 0;
