@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "client/server_address.h"
+#include "renderer/base/instruction_set.h"
 #include "server/app/server.h"
 
 namespace helio::cli {
@@ -14,6 +15,9 @@ void add_connection_options(CLI::App& app, ConnectionOptions& options) {
            "Keep trying to reach the daemon for so long, (0, 3600]. Default: a refused connection is final");
   add_text(app, options.threads, "--threads", "N",
            "Render threads, [1, 1024]; only without --server. Default: one per core");
+  add_text(app, options.isa, "--isa", "NAME",
+           "Instruction set that Embree traces with: auto, sse2, sse4.2, avx, avx2, avx512; only without --server. "
+           "Default: auto, the newest of this processor");
 }
 
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader) {
@@ -23,6 +27,7 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
     const Status valid = validate_server_address(*address);
     if (!valid) reader.problem(options.server, valid.error().message);
     if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
+    if (options.isa.given()) reader.problem(options.isa, "does not go with --server: the daemon has its own");
   } else if (options.wait.given()) {
     reader.problem(options.wait, "stands only beside --server");
   }
@@ -31,6 +36,10 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
     connection.connect.timeout_s = *wait;
   }
   if (const auto threads = reader.integer(options.threads, 1, 1024)) connection.threads = static_cast<int>(*threads);
+  if (options.isa.given()) {
+    connection.isa = options.isa.text;
+    if (const std::string problem = isa_problem(connection.isa); !problem.empty()) reader.problem(options.isa, problem);
+  }
   return connection;
 }
 
@@ -54,6 +63,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   ServerConfig config;
   config.listen.clear();
   config.render_threads = connection.threads;
+  if (!connection.isa.empty()) config.isa = connection.isa;
   spdlog::set_level(spdlog::level::off);  // failures come back as statuses, and stdout belongs to the command
   auto server = Server::start(config);
   if (!server) return server.error();

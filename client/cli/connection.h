@@ -15,7 +15,7 @@ class Server;
 namespace helio::cli {
 
 struct ConnectionOptions {
-  TextOption server, wait, threads;
+  TextOption server, wait, threads, isa;
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);
 
@@ -23,6 +23,7 @@ struct Connection {
   std::string address;  // empty: in process
   ConnectOptions connect;
   int threads = 0;  // in process: render threads, 0: one per core
+  std::string isa;  // in process: instruction set of Embree; empty: automatic
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "renderer/base/clock.h"
+#include "renderer/trace/accel/traversal_isa.h"
 #include "server/base/listen_address.h"
 #include "server/rpc/render_service.h"
 
@@ -47,6 +48,7 @@ struct Server::Impl {
 Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   auto roots = SceneRoots::open(config.scene_roots);
   if (!roots) return roots.error();
+  if (const Status chosen = choose_traversal_isa(config.isa); !chosen) return chosen.error();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 

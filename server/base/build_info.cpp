@@ -30,8 +30,9 @@ const char* build_isa() {
 #endif
 }
 
-const char* build_embree() {
-  return "Embree " HELIO_EMBREE_VERSION;
+std::vector<std::pair<std::string, std::string>> build_libraries() {
+  return {{"Embree", HELIO_EMBREE_VERSION}, {"OpenEXR", HELIO_OPENEXR_VERSION}, {"OpenImageIO", HELIO_OIIO_VERSION},
+          {"TBB", HELIO_TBB_VERSION},       {"gRPC", HELIO_GRPC_VERSION},       {"Protobuf", HELIO_PROTOBUF_VERSION}};
 }
 
 }  // namespace helio

@@ -11,6 +11,7 @@
 #include <limits>
 #include <sstream>
 
+#include "renderer/base/instruction_set.h"
 #include "server/base/build_info.h"
 #include "server/base/listen_address.h"
 
@@ -135,6 +136,10 @@ std::vector<ConfigOption> make_options() {
          return c.strict = value == "on", problem;
        },
        [](const Config& c) { return std::string(c.strict ? "on" : "off"); }, true},
+      {"isa",
+       "instruction set that Embree traces with: auto (the newest of this processor), sse2, sse4.2, avx, avx2 or "
+       "avx512",
+       false, [](Config& c, Text t) { return c.isa = t, isa_problem(t); }, [](const Config& c) { return c.isa; }},
       {"log-level", "trace, debug, info, warn, error or off; the log goes to stderr", false,
        [](Config& c, Text t) {
          return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);

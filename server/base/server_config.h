@@ -31,6 +31,7 @@ struct ServerConfig {
   double request_timeout_s = 60;         // for the open of a stream and for each message of an upload
   std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
   bool strict = false;             // every load is
+  std::string isa = "auto";        // that Embree builds and traverses with (renderer/base/instruction_set.h)
   std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
 

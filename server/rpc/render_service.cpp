@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "renderer/trace/accel/traversal_isa.h"
 #include "server/base/build_info.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
@@ -175,7 +176,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   response.set_isa(build_isa());
   pb::Device& device = *response.add_devices();
   device.set_kind("embree");
-  device.set_name(std::string(build_embree()) + ", " + build_isa());
+  device.set_name("Embree " + embree_version() + ", traversal by " + traversal_isa());
   pb::Limits& limits = *response.mutable_limits();
   limits.set_max_scene_bytes(config.max_scene_bytes);
   limits.set_max_scene_memory(config.max_scene_memory);

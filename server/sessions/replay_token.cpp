@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "renderer/trace/accel/traversal_isa.h"
 #include "renderer/trace/paths/light_vertex_cache.h"
 #include "server/base/build_info.h"
 #include "server/base/parse_message.h"
@@ -38,8 +39,10 @@ std::string hint(const std::string& name) {
   return name.substr(start);
 }
 
+// All that bits depend on.
 std::string build() {
-  return fmt::format("{}, {}, {}, {}", build_version(), build_description(), build_isa(), build_embree());
+  return fmt::format("{}, {}, {}, Embree {} by {}", build_version(), build_description(), build_isa(), embree_version(),
+                     traversal_isa());
 }
 
 void write_vector(const V3d& v, pb::Vec3& message) {

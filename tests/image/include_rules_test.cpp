@@ -26,7 +26,9 @@ struct Rule {
 const std::string kProtobuf = "google/protobuf/";
 
 const std::map<std::string, Rule> kRules = {
-    {"renderer/base", {{}, {"ImathBox.h", "ImathMatrix.h", "ImathVec.h", "nlohmann/json.hpp", "arpa/inet.h"}}},
+    {"renderer/base",
+     {{},
+      {"ImathBox.h", "ImathMatrix.h", "ImathVec.h", "nlohmann/json.hpp", "arpa/inet.h"}}},
     {"renderer/metrics", {{"renderer/base"}, {}}},
     {"renderer/codec",
      {{"renderer/base"},
@@ -116,14 +118,14 @@ const std::map<std::string, Rule> kRules = {
        "server/scenes", "server/stream", "server/sessions"},
       {"grpcpp/", kProtobuf + "message_lite.h", "spdlog/"}}},
     {"server/app",
-     {{"renderer/base", "renderer/codec", "server/base", "server/sessions", "server/rpc"},
+     {{"renderer/base", "renderer/codec", "renderer/trace/accel", "server/base", "server/sessions", "server/rpc"},
       {"grpcpp/", "grpc/support/log.h", "spdlog/", "malloc.h", "pthread.h", "signal.h"}}},
 
     {"client",
      {{"renderer/base", "renderer/codec", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h"}}},
     {"client/cli",
-     {{"renderer/base", "renderer/frame", "client", "server/app", "server/stream", "proto"},
+     {{"renderer/base", "renderer/frame", "client", "server/base", "server/app", "server/stream", "proto"},
       {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
     {"client/cli/commands",
      {{"renderer/base", "renderer/codec", "client", "client/cli", "server/app", "proto"},

@@ -8,6 +8,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/terminal.h"
 #include "client/enum_names.h"
+#include "server/app/machine_info.h"
 
 namespace helio::cli {
 
@@ -79,6 +80,27 @@ Json to_json(const pb::ListSessionsResponse& sessions) {
   return json;
 }
 
+Json to_json(const MachineInfo& machine) {
+  Json json;
+  json["processor"] = machine.processor.empty() ? Json(nullptr) : Json(machine.processor);
+  json["threads"] = machine.threads;
+  json["instruction_sets"] = machine.instruction_sets;
+  json["compiled_for"] = machine.compiled_for;
+  json["traversal"] = machine.traversal;
+  for (const auto& [name, version] : machine.libraries) json["libraries"][name] = version;
+  return json;
+}
+
+void say(Terminal& terminal, const MachineInfo& machine) {
+  terminal.say(fmt::format("  processor: {}, {} threads, {}", machine.processor.empty() ? "unnamed" : machine.processor,
+                           machine.threads, join(machine.instruction_sets, " ")));
+  terminal.say(
+      fmt::format("  instruction sets used: {} by the kernels, {} by Embree", machine.compiled_for, machine.traversal));
+  std::vector<std::string> libraries;
+  for (const auto& [name, version] : machine.libraries) libraries.push_back(name + " " + version);
+  terminal.say("  libraries: " + join(libraries, ", "));
+}
+
 void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& json) {
   terminal.say(fmt::format("heliograph {} ({}, {}), {} threads{}", info.version(), info.build(), info.isa(),
                            info.threads(), info.draining() ? ", draining" : ""));
@@ -134,6 +156,11 @@ int run(const CLI::App& app, const InfoOptions& options) {
   json["scenes"] = to_json(*scenes);
   json["sessions"] = to_json(*sessions);
   say(terminal, *info, json);
+  if (renderer->in_process()) {
+    const MachineInfo machine = machine_info();
+    json["machine"] = to_json(machine);
+    say(terminal, machine);
+  }
   terminal.result(json);
   return kOk;
 }
@@ -142,7 +169,7 @@ int run(const CLI::App& app, const InfoOptions& options) {
 
 Command add_info(CLI::App& root) {
   CLI::App* app =
-      add_command(root, "info", "What the renderer in this program, or a daemon, is and may do", kExitCodesHelp);
+      add_command(root, "info", "Tell version, limits and machine of this program, or of a daemon", kExitCodesHelp);
   auto options = std::make_shared<InfoOptions>();
   add_connection_options(*app, options->connection);
   add_flag(*app, options->json, "--json", "One JSON object on stdout");

@@ -153,10 +153,10 @@ bool go_on(void* cancel, double) {
   return !static_cast<const CancelToken*>(cancel)->cancelled();
 }
 
-// One for the process; it owns no threads of its own: builds run in the caller's arena.
+// embree::device(), told to report what it allocates.
 RTCDevice device() {
   static const RTCDevice instance = [] {
-    RTCDevice created = rtcNewDevice("start_threads=0,set_affinity=0");
+    RTCDevice created = embree::device();
     if (created) rtcSetDeviceMemoryMonitorFunction(created, BuildInProgress::count_bytes, nullptr);
     return created;
   }();

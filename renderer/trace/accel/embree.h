@@ -1,4 +1,4 @@
-// Embree 3.13 and 4 behind one set of names. Included by accel*.cpp and the ray benchmark only.
+// Embree 3.13 and 4 behind one set of names. Included by accel*.cpp, traversal_isa.cpp and the ray benchmark only.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -24,6 +24,10 @@ inline void init(Context* context) {
   rtcInitIntersectContext(context);
 }
 #endif
+
+// One for the process; it owns no threads of its own: builds run in the caller's arena. Null: Embree does not work
+// here.
+RTCDevice device();
 
 // What filter callbacks see: Embree's context is the first member, so the pointer converts back.
 struct AlphaContext {
