@@ -9,6 +9,7 @@
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/terminal.h"
+#include "server/base/man_page.h"
 
 namespace helio::cli {
 
@@ -42,6 +43,15 @@ std::string unknown_command(const CLI::App& parent, const std::vector<std::strin
   return "'" + words[0] + "' is not a command" + of_what + ": " + names;
 }
 
+std::string man_page_of(const CLI::App& root) {
+  ManPage page;
+  page.name = "heliograph";
+  page.summary = "render glTF and Mitsuba scenes by path tracing";
+  page.version = HELIO_VERSION;
+  page.sections = {{"SEE ALSO", "heliographd(8)"}};
+  return man_page(root, page);
+}
+
 int run(int argc, char** argv) {
   CLI::App root(
       "Heliograph renders glTF and Mitsuba scenes by path tracing: here, or on a daemon that keeps the scene and every "
@@ -49,6 +59,11 @@ int run(int argc, char** argv) {
       "pixels resident. Each command has its own --help.",
       "heliograph");
   root.set_version_flag("--version", HELIO_VERSION);
+  const auto print_man_page = [&root] {
+    std::fputs(man_page_of(root).c_str(), stdout);
+    throw CLI::Success();
+  };
+  root.add_flag_callback("--man", print_man_page, "Print heliograph(1) as a man page, and exit");
   root.require_subcommand(1);
   root.footer(kExitCodesHelp);
 

@@ -14,6 +14,7 @@
 #include "renderer/base/instruction_set.h"
 #include "server/base/build_info.h"
 #include "server/base/listen_address.h"
+#include "server/base/man_page.h"
 
 namespace helio {
 namespace {
@@ -183,6 +184,26 @@ std::vector<std::string> with_environment(const std::vector<std::string>& argume
   return all;
 }
 
+std::string daemon_man_page(const CLI::App& app) {
+  ManPage page;
+  page.name = "heliographd";
+  page.section = 8;
+  page.summary = "path-tracing render daemon";
+  page.version = build_version();
+  page.sections = {
+      {"CONFIGURATION",
+       "An option that names a variable of the environment can also be set by it, and config files hold lines "
+       "`name = value`, with the names of these options. Flags win over the environment, which wins over the file. "
+       "heliographd --example-config prints such a file.\n\n"
+       "SIGTERM and SIGINT drain the daemon: its health turns NOT_SERVING, new work is refused, frames in flight end, "
+       "jobs may finish until --drain-grace is over. A second signal ends it at once."},
+      {"FILES",
+       "/etc/heliograph/heliographd.conf\n\nis read by the systemd unit heliographd.service, which does not start "
+       "without it."},
+      {"SEE ALSO", "heliograph(1)"}};
+  return man_page(app, page);
+}
+
 std::uint64_t machine_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
   return pages > 0 && page > 0 ? std::uint64_t(pages) * std::uint64_t(page) : 4ull << 30;
@@ -193,6 +214,21 @@ std::uint64_t machine_memory() {
 const std::vector<ConfigOption>& config_options() {
   static const std::vector<ConfigOption> options = make_options();
   return options;
+}
+
+std::string example_config() {
+  std::string text = "# heliographd --config FILE. A line that starts with # is a comment; each shows a default.\n";
+  const ServerConfig defaults;
+  for (const ConfigOption& option : config_options()) {
+    text += "\n# " + option.help + "\n";
+    if (option.name == "listen") {
+      text += "listen = 127.0.0.1:50051\n";
+      continue;
+    }
+    const std::string value = option.get(defaults);
+    text += fmt::format("#{} ={}{}\n", option.name, value.empty() ? "" : " ", value);
+  }
+  return text;
 }
 
 ServerConfig complete(ServerConfig config) {
@@ -214,6 +250,10 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   app.allow_extras();
   ConfigRequest request;
   app.add_flag("--json", request.json, "say on stdout where it listens as {\"listening\": \"HOST:PORT\"}, one line");
+  bool example = false, man = false;
+  app.add_flag("--example-config", example, "print a file for --config that names every option, and exit")
+      ->configurable(false);
+  app.add_flag("--man", man, "print heliographd(8) as a man page, and exit")->configurable(false);
 
   const auto& options = config_options();
   const ServerConfig defaults;
@@ -250,6 +290,15 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   for (const std::string& word : app.remaining()) {
     const std::string name = word.substr(0, word.find('='));
     problems.add(name, "is not an option of " + program + "; --help lists them");
+  }
+
+  if (problems.empty() && example) {
+    request.print = example_config();
+    return request;
+  }
+  if (problems.empty() && man) {
+    request.print = daemon_man_page(app);
+    return request;
   }
 
   // Where CLI11 gave up, the options still have the texts that it had found by then.

@@ -53,8 +53,12 @@ ServerConfig complete(ServerConfig config);
 struct ConfigRequest {
   ServerConfig config;
   bool json = false;  // say where it listens as one line of JSON
-  std::string print;  // not empty: text of --help or --version; print it and exit 0
+  std::string print;  // not empty: text of --help and the like; print it and exit 0
 };
+
+// A file for --config with every option: its help, and the line that sets its default, as a comment. Only listen is
+// set, to a fixed loopback port.
+std::string example_config();
 
 // Flags win over environment variables, these over the file given with --config. Every problem found is reported.
 Result<ConfigRequest> parse_server_config(const std::string& program, const std::vector<std::string>& arguments);
