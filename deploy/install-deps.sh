@@ -2,11 +2,12 @@
 # Installs the Debian packages that Heliograph is built from and tested with: Debian 12 or 13, as root or through sudo.
 # Asks dpkg first and leaves apt alone when nothing is missing.
 #
-# usage: deploy/install-deps.sh [--demo] [--with-bench] [--with-fuzz] [--print]
+# usage: deploy/install-deps.sh [--demo] [--with-bench] [--with-fuzz] [--with-package] [--print]
 #   --demo        only what heliograph and heliographd are built from, without what the tests need
 #   --with-bench  also what the benches' optional peers need: Blender, and LLVM 19 for Mitsuba, which itself comes by
 #                 pip into a virtual environment
 #   --with-fuzz   also what the fuzzers are built with
+#   --with-package  also what cpack makes packages with
 #   --print       only prints the names of the packages
 set -euo pipefail
 
@@ -21,6 +22,7 @@ packages=(
 # The tests read our files with exrheader and oiiotool.
 test_packages=(libgtest-dev openexr openimageio-tools)
 fuzz_packages=(clang libclang-rt-dev)
+package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)
 
 print=false
@@ -30,9 +32,10 @@ for argument in "$@"; do
     --demo) tests=false ;;
     --with-bench) packages+=("${bench_packages[@]}") ;;
     --with-fuzz) packages+=("${fuzz_packages[@]}") ;;
+    --with-package) packages+=("${package_packages[@]}") ;;
     --print) print=true ;;
-    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
-    *) echo "install-deps: unknown argument '$argument'; allowed: --demo, --with-bench, --with-fuzz, --print" >&2; exit 2 ;;
+    -h | --help) sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "install-deps: unknown argument '$argument'; allowed: --demo, --with-bench, --with-fuzz, --with-package, --print" >&2; exit 2 ;;
   esac
 done
 if $tests; then packages+=("${test_packages[@]}"); fi
