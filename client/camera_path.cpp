@@ -189,9 +189,9 @@ Step read_step(ViewReader& reader, const V3d& pivot) {
   step.orbit = reader.number("orbit_degrees", {-360000, 360000});
   step.pivot = reader.vector("pivot").value_or(pivot);
   step.move = reader.vector("move");
-  if (reader.has("up") && !reader.has("target")) reader.problem("up", "stands only beside \"target\"");
+  if (reader.has("up") && !reader.has("target")) reader.problem("up", "is only valid with \"target\"");
   if (reader.has("pivot") && !reader.has("orbit_degrees")) {
-    reader.problem("pivot", "stands only beside \"orbit_degrees\"");
+    reader.problem("pivot", "is only valid with \"orbit_degrees\"");
   }
   return step;
 }

@@ -85,11 +85,15 @@ bool is_path_name(const std::string& name) {
   return std::find(std::begin(kPathNames), std::end(kPathNames), name) != std::end(kPathNames);
 }
 
+std::string path_names() {
+  std::string names;
+  for (const char* known : kPathNames) names += std::string(names.empty() ? "" : ", ") + known;
+  return names;
+}
+
 Result<NamedPath> named_path(const std::string& name, double distance, const PathScale& scale) {
   if (!is_path_name(name)) {
-    std::string names;
-    for (const char* known : kPathNames) names += std::string(names.empty() ? "" : ", ") + known;
-    return Error{ErrorCode::not_found, "'" + name + "' is none of " + names, "camera path"};
+    return Error{ErrorCode::not_found, "'" + name + "' is none of " + path_names(), "camera path"};
   }
   const Shape shape = shape_of(name);
   const double by = scale.step.value_or(shape.step);

@@ -48,6 +48,7 @@ struct PathScale {
 inline constexpr const char* kPathNames[] = {"turn",         "translate",  "orbit", "zoom",
                                              "out-and-back", "tiny-moves", "jump"};
 bool is_path_name(const std::string& name);
+std::string path_names();  // "turn, translate, ..."
 
 // For a view of something `distance` > 0 scene units away:
 //   turn          by 5 degrees a step, 20 steps (Schalk 2018, chapter 4.3)

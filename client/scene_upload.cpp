@@ -21,6 +21,7 @@ Error changed(const std::string& path) {
 Status write_scene(grpc::ClientWriterInterface<pb::LoadSceneRequest>& call, const LocalScene& scene,
                    const SceneLoadRequest& request) {
   const std::uint64_t total = scene.total_bytes();
+  if (total == 0) return Error{ErrorCode::invalid_argument, "the file is empty", scene.main_file};
   pb::LoadSceneRequest message;
   pb::LoadSceneRequest::Begin& begin = *message.mutable_begin();
   begin.set_main_file(scene.main_file);

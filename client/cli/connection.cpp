@@ -29,7 +29,7 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
     if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
     if (options.isa.given()) reader.problem(options.isa, "does not go with --server: the daemon has its own");
   } else if (options.wait.given()) {
-    reader.problem(options.wait, "stands only beside --server");
+    reader.problem(options.wait, "is only valid with --server");
   }
   if (const auto wait = reader.number(options.wait, {0, 3600, false})) {
     connection.connect.retry = true;

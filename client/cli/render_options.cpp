@@ -30,44 +30,44 @@ struct FieldOption {
 // Which fields count depends on the first three.
 constexpr FieldOption kFieldOptions[] = {
     {"mode", "--mode", "MODE",
-     "How to render: {}. adaptive sends samples where noise and cost ask for them; reproject carries what is still "
-     "true "
-     "of a view into the next one; combined does both. Default: pt, path tracing"},
+     "Rendering mode: {}. adaptive chooses sample counts by noise and cost; reproject reuses samples of earlier views; "
+     "combined does both. Default: pt"},
     {"variant", "--variant", "VARIANT",
-     "Of every --mode but pt: bounded, or paper for the published method, which is biased and knows no bound. Default: "
-     "bounded"},
+     "Method of every --mode but pt: bounded, or paper for the published method (Schalk 2018), biased and without an "
+     "error bound. Default: bounded"},
     {"integrator", "--integrator", "INTEGRATOR",
-     "Which paths make the picture: path, from the camera; light, from the lights alone, which shows nothing that "
-     "mirrors and glass show; bdpt, from both, with all connections; pt+bdpt, path or bdpt in every part of the "
-     "picture, whichever pays there: with --variant bounded of --mode, light with pt and adaptive alone. lvc, bdpt "
-     "with light vertices that all of the picture shares; vcm, lvc and merging of light paths that arrive nearby; "
-     "photon, merging alone: --mode pt. The last two are biased, less so with every sample. Default: path"},
+     "Light transport: path, unidirectional; light, light tracing, which misses what mirrors and glass show; bdpt, "
+     "bidirectional; pt+bdpt, path or bdpt per tile, whichever is more efficient; lvc, bdpt with a light vertex cache; "
+     "vcm, lvc with vertex merging (biased); photon, progressive photon mapping (biased). All go with --mode pt; bdpt "
+     "and pt+bdpt with every mode of --variant bounded, light also with its adaptive. Default: path"},
     {"max_segments", "--max-segments", "N",
-     "Longest path, in segments with the camera's counted, {}. Default: the scene file's, else 10"},
+     "Maximum path length in segments, the camera segment included, {}; at most 256 with every --integrator but path. "
+     "Default: the scene file's, else 10"},
     {"roulette_from", "--roulette-from", "VERTEX",
      "First vertex at which Russian roulette may end a path, {}. Default: the scene file's, else 3", true},
     {"roulette", "--roulette", "RULE",
      "Probability of surviving Russian roulette: root, of the path's throughput, or throughput, as other renderers "
-     "have "
-     "it. Default: root",
+     "have it. Default: root",
      true},
     {"light_cache.connections", "--connections", "N",
-     "Of --integrator lvc and vcm: of every camera vertex to light vertices, {}. Default: 2"},
+     "Number of light vertices that each camera vertex is connected to (--integrator lvc and vcm), {}. Default: 2"},
     {"light_cache.radius", "--merging-radius", "R",
-     "Of --integrator vcm and photon: within which the first samples merge light paths, as a share of the scene's "
-     "radius, {}. Default: 0.003"},
+     "Merging radius of the first samples (--integrator vcm and photon), as a share of the scene's radius, {}. "
+     "Default: 0.003"},
     {"adaptive.min_samples", "--adaptive-min", "N",
-     "Of --mode adaptive and combined: samples that every pixel gets before counts differ, even, {}; paper: from 2. A "
-     "picture that much was carried into needs none. Default: 16, paper 4"},
+     "Samples that every pixel gets before counts differ (--mode adaptive and combined), even, {}; paper: from 2. "
+     "Default: 16, paper 4"},
     {"adaptive.max_samples", "--adaptive-max", "N",
-     "Of --variant paper: iterations until its threshold is 0, more than --adaptive-min, {}. Default: 32"},
+     "Iterations after which the error threshold reaches 0 (--mode adaptive and combined with --variant paper), more "
+     "than --adaptive-min, {}. Default: 32"},
     {"adaptive.measure", "--adaptive-measure", "MEASURE",
-     "Of --mode adaptive and combined: the error that the counts make small, relmse, or rmse, which --error is in. "
+     "Error that adaptive sampling minimises (--mode adaptive and combined): relmse, or rmse, which --error is in. "
      "Default: relmse"},
     {"reprojection.stored_hits", "--stored-hits", "N",
-     "Of --variant paper with --mode reproject and combined: first hits kept per pixel, 1 or 4. Default: 4"},
+     "First hits kept per pixel (--mode reproject and combined with --variant paper): 1 or 4. Default: 4"},
     {"reprojection.max_error", "--max-reuse-error", "E",
-     "Of --variant paper with --mode reproject and combined: largest change of a pixel, radiance, {}. Default: 1/256"}};
+     "Reprojection error above which a pixel is not reused, Schalk 2018 eq. 15 (--mode reproject and combined with "
+     "--variant paper), radiance, {}. Default: 1/256"}};
 
 struct FieldPlace {
   google::protobuf::Message* message;
@@ -115,7 +115,7 @@ void add_fields(CLI::App& app, SettingsOptions& options, bool any_picture) {
   }
 }
 
-// What pictures can have besides: the protocol's TileFormat has a switch of that name for each.
+// Channels beside radiance: the protocol's TileFormat has a switch of that name for each.
 std::vector<std::string> layer_names() {
   std::vector<std::string> names;
   const google::protobuf::Descriptor& type = *pb::TileFormat::descriptor();
@@ -150,8 +150,8 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_picture_options(app, options);
   add_fields(app, options, false);
   add_text(app, options.technique, "--technique", "S,T",
-           "Of --integrator bdpt: shows only paths of S light and T camera vertices (S + T - 1 segments), by their "
-           "weight among all techniques. S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
+           "Renders only paths of S light and T camera vertices (S + T - 1 segments), by their weight among all "
+           "techniques (--integrator bdpt). S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
            "camera. Default: all together");
 }
 
@@ -266,7 +266,7 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
     const RenderSettings chosen = helio::read_settings(settings, {}, "", ignored);
     const auto* row = find_field(field.path, chosen);
     read_field(field.path, option, row ? row->range : NumberRange(), settings, reader);
-    if (row && !row->use.holds(chosen)) reader.problem(option, std::string("stands only beside --") + row->use.words);
+    if (row && !row->use.holds(chosen)) reader.problem(option, std::string("is only valid with --") + row->use.words);
   }
   reader.text(options.camera);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));

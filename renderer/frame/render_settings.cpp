@@ -100,7 +100,11 @@ void check_integrator(const RenderSettings& settings, const std::string& where, 
   if (!traces_light_paths(settings.integrator) || settings.mode == RenderMode::pt) return;
   if (caches_light_vertices(settings.integrator)) {
     problems.add(where, name + " in mode " + to_string(settings.mode) +
-                            "; allowed there: path, light, bdpt, pt+bdpt; this one in mode pt");
+                            "; allowed there: path" +
+                            (is_paper(settings)           ? ""
+                             : reuses(settings.mode)      ? ", bdpt, pt+bdpt"
+                                                          : ", light, bdpt, pt+bdpt") +
+                            "; " + name + " needs mode pt");
     return;
   }
   if (!is_paper(settings) && !(reuses(settings.mode) && settings.integrator == Integrator::light)) return;

@@ -40,18 +40,21 @@ class RoomMaker {
   // Called when so many bytes are not left, without a lock of the account. May take seconds. True: it is worth another
   // try. False: so much cannot be had.
   virtual bool make_room(std::uint64_t bytes) = 0;
+  // Upper bound of the bytes that make_room() could free now.
   virtual std::uint64_t could_free() const = 0;
 };
 
 // Thread safe. Outlives its reservations.
 class MemoryAccount {
  public:
-  // `room` is used while reservations are asked for; null: no room is made.
+  // `room` frees memory for reserve_with_room() and GrowingReservation::grow(); null: nothing is freed. reserve() never
+  // calls it.
   explicit MemoryAccount(std::uint64_t limit, RoomMaker* room = nullptr) : limit_(limit), room_(room) {}
 
   // resource_exhausted, naming max_memory, when less is left. `what` completes "... for WHAT".
   Result<Reservation> reserve(std::uint64_t bytes, const std::string& what);
-  // As reserve(), but has room made first: not to be called with a lock that somebody's end needs.
+  // As reserve(), but when too little is left it asks the RoomMaker to free memory and tries again. Not to be called
+  // with a lock that ending a session or evicting a scene needs.
   Result<Reservation> reserve_with_room(std::uint64_t bytes, const std::string& what);
 
   std::uint64_t limit() const { return limit_; }
@@ -77,8 +80,8 @@ class MemoryAccount {
   std::uint64_t used_ = 0, peak_ = 0;
 };
 
-// Of work whose need shows as it goes on: it takes from the account before each allocation, with room made for it, and
-// in the end hands over what it has made. The rest is given back when it goes.
+// Reservation of work whose memory is not known in advance: it grows before each allocation, with room made for it, and
+// in the end split() hands over what was made. The rest is given back when it goes.
 class GrowingReservation final : public MemoryLedger {
  public:
   explicit GrowingReservation(MemoryAccount& account) : account_(account) {}
@@ -91,7 +94,7 @@ class GrowingReservation final : public MemoryLedger {
   std::uint64_t held() const override;
   Error refusal(std::uint64_t bytes, const std::string& what) const override;
 
-  // So much of it becomes a reservation of its own; what is missing is reserved first, and no room is made for it.
+  // Splits off `bytes` as a Reservation of their own; when less is held, the difference is reserved as by reserve().
   // Errors: as reserve().
   Result<Reservation> split(std::uint64_t bytes, const std::string& what);
 

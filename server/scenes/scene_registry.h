@@ -28,7 +28,7 @@ namespace helio {
 struct SceneManifest {
   std::string main_file;
   double time_s = 0;
-  std::string animation;  // as asked for; empty: the file's first
+  std::string animation;  // as requested; empty: the first one that moves anything
   std::string environment;
   std::map<std::string, Sha256Digest> files;
 
@@ -43,10 +43,10 @@ struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   double load_seconds = 0;
   LoadReport report;
   std::shared_ptr<const RenderScene> snapshot;  // counted in the memory account as long as anybody holds it
-  std::string edited_from;  // id of the scene as loaded; empty: this is it
-  SceneChanges changes;     // since then
+  std::string edited_from;  // id of the loaded scene that this one was edited from; empty: not edited
+  SceneChanges changes;     // all edits relative to that scene
   mutable std::atomic<int> references{0};
-  mutable std::atomic<std::uint64_t> last_use{0};  // counts calls
+  mutable std::atomic<std::uint64_t> last_use{0};  // the registry's use counter at the last acquire
 };
 
 // What identifies the scene that these changes make of a loaded one.
@@ -105,8 +105,8 @@ class SceneRegistry {
     std::shared_ptr<const LoadedScene> scene;
     bool already_loaded = false;
   };
-  // Takes seconds. `cancel` is looked at between the stages. Loads and edits may run side by side. Memory is reserved as
-  // the load goes on, each part before it is allocated.
+  // Takes seconds. `cancel` is looked at between the stages. Loads and edits may run side by side. Memory is reserved
+  // as the load goes on, each part before it is allocated.
   Result<Outcome> load(SceneRequest request, const CancelToken& cancel);
 
   // As load(). The edited scene is held until it is unloaded, or until room is needed while nobody uses it: then the
@@ -122,7 +122,7 @@ class SceneRegistry {
 
   // Unloads the edited scene that is least recently used; false when all are in use.
   bool evict_edited();
-  // That evict_edited() could give back, called often enough.
+  // Bytes that repeated calls of evict_edited() could free.
   std::uint64_t evictable_bytes() const;
 
  private:
@@ -131,7 +131,8 @@ class SceneRegistry {
   std::shared_ptr<const LoadedScene> find_unchanged(const std::string& path, const SceneRequest& request) const;
   class Place;
   Result<Outcome> keep(std::shared_ptr<LoadedScene> scene, Place place);
-  // Takes what the snapshot holds from what its making has reserved. Scenes that share memory share its reservation.
+  // Moves the bytes that the snapshot keeps out of the reservation of its load. Memory that scenes share is reserved
+  // once.
   Result<std::shared_ptr<const RenderScene>> count(std::shared_ptr<const RenderScene> snapshot,
                                                    GrowingReservation& reserved);
   bool evictable(const LoadedScene& scene) const { return !scene.edited_from.empty() && scene.references == 0; }

@@ -26,9 +26,9 @@ class Session : public std::enable_shared_from_this<Session> {
   double grace_s() const { return grace_s_; }
   RenderSettings settings() const;
 
-  // Parts that are null stay as they are. On error nothing has changed. The new revision; when it returns, no tile of
-  // an older one will be handed to gRPC any more. With settings it may allocate a film, which takes long: only another
-  // update with settings waits for that.
+  // Null parts stay unchanged; on error nothing changes. Returns the new revision; from then on no tile of an older one
+  // is handed to gRPC. Changing settings may allocate a film, which takes long and blocks only other changes of
+  // settings.
   struct Change {
     const pb::View* view = nullptr;
     const pb::RenderSettings* settings = nullptr;
@@ -37,8 +37,8 @@ class Session : public std::enable_shared_from_this<Session> {
   };
   Result<std::uint64_t> update(const Change& change);
 
-  // The stream becomes the session's only listener; the one before ends with ABORTED. failed_precondition after
-  // close(); resource_exhausted: max_memory.
+  // The stream becomes the session's only listener; the one before ends with ABORTED. Errors: not_found after
+  // close(); resource_exhausted when max_memory is reached.
   Status attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format);
   // Does nothing when another stream has taken over since.
   void detach(const OutboundStream* stream);
@@ -50,11 +50,12 @@ class Session : public std::enable_shared_from_this<Session> {
   void drain(const grpc::Status& status);
   // The listener's call ends with this status.
   void close(const grpc::Status& status);
-  // As close(), if nobody listens, is about to, or changes it; else false.
+  // Closes the session and returns true only if no stream is attached and no attach() or update() is in progress;
+  // otherwise returns false.
   bool close_idle(const grpc::Status& status);
 
   pb::SessionInfo info() const;
-  // That close_idle() would give back; 0: it would not.
+  // Bytes that close_idle() would free; 0 when the session is in use.
   std::uint64_t idle_bytes() const;
   // Seconds without a stream; 0 while attached. Never waits.
   double idle_s() const;

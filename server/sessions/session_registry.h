@@ -31,7 +31,7 @@ class SessionRegistry {
   // Ends sessions to which nobody listens, those that have waited longest first, until the films of the ended ones have
   // `bytes`. False: they have less together; none was ended.
   bool make_room(std::uint64_t bytes);
-  // That make_room() could give back.
+  // Bytes that make_room() could free.
   std::uint64_t idle_bytes() const;
 
  private:

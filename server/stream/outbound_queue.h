@@ -61,7 +61,7 @@ class OutboundQueue {
   void push(Notice notice);  // the newest of a severity replaces an older one that still waits
   void push(const FrameBegin& begin);
   void push(const FrameProgress& progress);  // the newest replaces an older one that still waits
-  // Of a frame that is not the current one or is older than the revision asked for: ignored.
+  // Ignored unless the tile is of the current frame and of no revision that drop_before() refuses.
   void push(EncodedTile tile);
   void push(const FrameEnd& end, std::string replay_token = {});
 
@@ -69,9 +69,9 @@ class OutboundQueue {
   void drop_before(std::uint64_t revision);
   bool wants(const FrameTag& tag) const;
 
-  // Until then any number of tiles may be sent; afterwards as many as credit was given.
+  // Switches to flow control by credit with so many tiles; before this call their number is unlimited.
   void limit_credit(std::uint32_t tiles);
-  // False without a credit scheme.
+  // False if limit_credit() was never called.
   bool add_credit(std::uint32_t tiles);
   // Mean rate of tile bytes; none: unlimited.
   void limit_rate(std::optional<double> bytes_per_second);

@@ -67,11 +67,11 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
     choice = read_scene(options.scene, options.common.connection, reader);
   } else {
     if (options.scene.file.given()) reader.problem(options.scene_id, "is given beside FILE; allowed: one of them");
-    if (!options.common.connection.server.given()) reader.problem(options.scene_id, "stands only beside --server");
+    if (!options.common.connection.server.given()) reader.problem(options.scene_id, "is only valid with --server");
   }
   const std::string session = reader.text(options.session).value_or("");
   if (!session.empty() && !options.common.connection.server.given()) {
-    reader.problem(options.session, "stands only beside --server");
+    reader.problem(options.session, "is only valid with --server");
   }
   if (!options.edits.given()) {
     problems.add("edit", "nothing to change; give one of --object, --material, --light, --environment-light");
@@ -112,7 +112,7 @@ int run(const CLI::App& app, const EditCommandOptions& options) {
 }  // namespace
 
 Command add_edit(CLI::App& root) {
-  CLI::App* app = add_command(root, "edit", "Change a colour, a light or a place in a loaded scene",
+  CLI::App* app = add_command(root, "edit", "Change materials, lights or object transforms of a loaded scene",
                               std::string(kHelp) + kEditHelp + kExitCodesHelp);
   auto options = std::make_shared<EditCommandOptions>();
   add_scene_options(*app, options->scene);

@@ -95,7 +95,7 @@ PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
   scale.step = reader.number(options.step, {-360, 360});
   if (const auto steps = reader.integer(options.steps, 1, 100000)) scale.steps = static_cast<int>(*steps);
   if (!by_name(options)) {
-    if (options.step.given()) reader.problem(options.step, "stands only beside a --path by name");
+    if (options.step.given()) reader.problem(options.step, "is only valid with a --path by name");
     return scale;
   }
   // With any distance: what is wrong with the scale is told before the scene is loaded.
@@ -113,7 +113,10 @@ std::string read_path_file(const TextOption& option, OptionReader& reader) {
   }
   std::ifstream file(option.text, std::ios::binary | std::ios::ate);
   const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
-  if (bytes < 0) reader.problem(option, "'" + option.text + "' cannot be opened");
+  if (bytes < 0) {
+    reader.problem(option, fmt::format("'{}' cannot be opened, and is none of {}", option.text, path_names()));
+    return {};
+  }
   if (bytes > std::int64_t(kMaxPathBytes)) {
     reader.problem(option, fmt::format("'{}' has more than {} bytes", option.text, kMaxPathBytes));
     return {};
@@ -133,7 +136,7 @@ CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, Opt
   motion.steps = std::max(1, static_cast<int>(std::ceil(largest / kDegreesPerStep - 1e-9)));
   if (scale.steps) motion.steps = *scale.steps;
   if (options.pivot.given() && !options.orbit.given() && !options.path.given()) {
-    reader.problem(options.pivot, "stands only beside --orbit or --path: nothing else turns around it");
+    reader.problem(options.pivot, "is only valid with --orbit or --path: nothing else turns around it");
   }
   const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
   if (by_name(options)) {

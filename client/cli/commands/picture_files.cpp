@@ -57,7 +57,7 @@ FileNames read_files(const FileOptions& options, const std::string& default_exr,
   names.heatmap = reader.output_file(options.heatmap).value_or("");
   if (!names.heatmap.empty()) names.heat_maps = heat_maps_of(mode);
   names.exposure_stops = reader.number(options.exposure, kExposureStops);
-  if (options.exposure.given() && !options.png.given()) reader.problem(options.exposure, "stands only beside --png");
+  if (options.exposure.given() && !options.png.given()) reader.problem(options.exposure, "is only valid with --png");
   return names;
 }
 

@@ -77,10 +77,10 @@ int run(const CLI::App& app, const ReplayOptions& options) {
   } else {
     const SceneOptions& scene = options.scene;
     for (const TextOption* option : {&scene.environment, &scene.scene_time, &scene.animation}) {
-      if (option->given()) reader.problem(*option, "stands only beside FILE");
+      if (option->given()) reader.problem(*option, "is only valid with FILE");
     }
-    if (scene.scene_path) problems.add("--scene-path", "stands only beside FILE");
-    if (scene.strict) problems.add("--strict", "stands only beside FILE");
+    if (scene.scene_path) problems.add("--scene-path", "is only valid with FILE");
+    if (scene.strict) problems.add("--strict", "is only valid with FILE");
   }
   if (!problems.empty()) return context.refuse();
 

@@ -1,4 +1,4 @@
-// heliograph techniques: what each bidirectional technique brings to a picture, one by one.
+// heliograph techniques: the weighted contribution of each bidirectional technique.
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
@@ -308,7 +308,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
 
 Command add_techniques(CLI::App& root) {
   CLI::App* app =
-      add_command(root, "techniques", "Render what each bidirectional technique brings to a picture, one by one",
+      add_command(root, "techniques", "Render the weighted contribution of each bidirectional technique (s, t)",
                   std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<TechniquesOptions>();
   add_scene_options(*app, options->scene);

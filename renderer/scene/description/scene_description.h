@@ -66,8 +66,8 @@ enum class MaterialModel : std::uint8_t {
   blend,                // Mitsuba: two materials mixed, see BlendMaterial
 };
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };
-// The anisotropic ones are what MaterialLayers::anisotropy, Material::roughness_across and PrincipledMaterial make of the
-// others: no material names them.
+// The anisotropic ones are what MaterialLayers::anisotropy, Material::roughness_across and PrincipledMaterial make of
+// the others: no material names them.
 enum class MicrofacetDistribution : std::uint8_t { ggx, beckmann, ggx_anisotropic, beckmann_anisotropic };
 
 // KHR_materials_clearcoat, _sheen, _anisotropy, _iridescence and _diffuse_transmission: what may lie on or in the
@@ -134,8 +134,8 @@ struct BlendMaterial {
 
 // What a normal or bump map does. bend: it is the shading normal, bent where it would face away from the viewer or
 // reflect below the surface. own_frame and own_frame_unflipped, Mitsuba's: only the scattering happens in the frame of
-// the mapped normal, on spheres too (trace/scene/surface_map.h); own_frame turns a normal that faces away from the viewer by
-// half a turn about the unmapped one.
+// the mapped normal, on spheres too (trace/scene/surface_map.h); own_frame turns a normal that faces away from the
+// viewer by half a turn about the unmapped one.
 enum class MapRule : std::uint8_t { bend, own_frame, own_frame_unflipped };
 
 struct Material {
@@ -182,8 +182,8 @@ struct Material {
   TextureSlot bump_texture;  // luminance: height along the normal; on meshes without normal_texture
   float bump_scale = 1;      // scene units per unit of it
   MapRule map_rule = MapRule::bend;
-  bool map_shadowing = false;  // with a frame of its own: what the map turns towards the light is darkened
-  bool map_mirrored = false;   // the same: from behind the map is seen mirrored in the surface, not from below
+  bool map_shadowing = false;  // rules other than bend: the facets' shadowing term (Conty Estevez et al. 2019)
+  bool map_mirrored = false;   // the same: on the back face the mapped normal is mirrored at the surface, not negated
 
   MaterialLayers layers;  // of metallic_roughness
   bool nonlinear = false;  // plastic: the base's colour shifts as light goes back and forth below the interface
@@ -245,8 +245,8 @@ struct Instance {
   std::string name;  // node name, or "node 7"
   int object = 0;
   M44d to_world;     // row vectors: p_world = p_local * to_world
-  // Set for a transform that presses a volume flat and is the limit of transforms that mirror: fronts are where those
-  // have them. Other transforms tell by their determinant.
+  // Orientation for transforms of determinant 0 (a scale of 0 along one axis): true if they are the limit of transforms
+  // that mirror, so that front faces are on the mirrored side. Otherwise the determinant decides.
   bool flat_mirrored = false;
 };
 
@@ -295,8 +295,8 @@ struct CameraDescription {
   Projection projection = Projection::perspective;
   double vertical_fov = 0.8;        // perspective: full angle, (0, pi)
   double half_height = 1;           // orthographic: half of the view's height
-  double aspect = 0;                // width / height written in the file; 0: none. A hint for default film sizes.
-  bool keeps_aspect = false;        // pictures of another aspect show all that one of `aspect` would, and more
+  double aspect = 0;                // width / height written in the file; 0: none. Gives the default film size
+  bool keeps_aspect = false;        // pictures of another aspect frame all that one of `aspect` would, and more
   int width = 0, height = 0;        // pixels that the file asks for; 0: none
   PixelRect crop;                   // of them, what the file wants rendered; empty: all
   std::optional<PixelFilter> filter;  // that the file asks for

@@ -12,7 +12,7 @@
 
 namespace helio {
 
-// Roughness below which a lobe is treated as a delta (mirror, smooth dielectric).
+// Microfacet alpha (roughness squared) below which a lobe is treated as a delta (mirror, smooth dielectric).
 inline constexpr float kDeltaAlpha = 1e-3f;
 
 // Which kinds of lobe a material has, after textures are evaluated.
@@ -40,7 +40,7 @@ struct LayerParams {
   Rgb sheen_color{0, 0, 0};                 // [0, 1]
   float sheen_alpha = 0;                    // [0, 1]
   float anisotropy = 0;                     // [0, 1]
-  V2f anisotropy_direction{1, 0};           // unit, local frame: along the scratches' blur
+  V2f anisotropy_direction{1, 0};           // unit, local frame: direction of the stretched highlight
   float iridescence = 0;                    // [0, 1]
   float film_ior = 1.3f;                    // >= 1
   float film_thickness = 0;                 // nm, >= 0
@@ -112,11 +112,11 @@ inline BsdfSample sample_of(const V3f& wi, const BsdfValue& value) {
 
 BsdfValue evaluate_bsdf(const SurfaceParams& params, const V3f& wo, const V3f& wi);
 
-// What of its f_cos diffuse bases send, which look much alike from everywhere; the rest is of lobes that depend on the
-// view. In all models but `principled` a function of wo times one of wi, or a sum of a few of these.
+// The part of f_cos due to diffuse lobes, which varies little with the view direction. In all models but `principled`
+// it is a sum of a few products g(wo) h(wi).
 Rgb matte_cos(const SurfaceParams& params, const V3f& wo, const V3f& wi);
 
-// What of the luminance f_cos, of which matte_cos() is a part, depends on the view: [0, 1].
+// The view-dependent share of the luminance of f_cos, [0, 1], given its diffuse part `matte`.
 inline float varying_share(const Rgb& f_cos, const Rgb& matte) {
   const float all = luminance(f_cos);
   return all > 0 ? std::clamp(1 - luminance(matte) / all, 0.0f, 1.0f) : 1.0f;

@@ -1,9 +1,9 @@
 // The path loop that the kernels share: each is a class template of its own on top of it.
 //
 // Paths advance together, a group at a time, one vertex per round: trace all rays, shade all hits, trace all shadow
-// rays. A group is one sample of one half of every pixel of a 16x16 block of the film; with sample targets, of those
-// that take it. Without, it is always traced whole, even where the window ends inside the block (those results are
-// dropped), because rays that are traced together influence each other in the last bit: so what a pixel gets depends
+// rays. A group is one sample of one half of the pixels of a 16x16 block of the film. With sample targets it holds
+// only the pixels that need this sample. Without them it always holds the whole block, and results outside of the
+// window are dropped: rays that are traced in one packet affect each other in the last bit, so that the result depends
 // neither on the window nor on how the work was cut. Random numbers are drawn for a whole round in loops that
 // vectorise.
 #pragma once
@@ -31,7 +31,7 @@ struct SampleLevels {
 //   void prepare_paths(int count)                               what paths 0 to count start with, beyond PathState
 //   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that
 //                                                               go on in group_.active and returns their number
-// and, where what stands below does not suit its scenes or techniques, its own
+// and may override these members of the base, where the defaults do not fit its scenes or techniques:
 //   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed(),
@@ -105,7 +105,7 @@ class PathKernelBase {
     }
   }
 
-  // Of all pixels of the window.
+  // Number of samples that this task traces.
   std::uint64_t samples() const { return film_radiance_.size(); }
 
   // Of a pixel of the window.
@@ -113,8 +113,8 @@ class PathKernelBase {
     return task_.targets ? levels_[pixel] : SampleLevels{task_.range.first, task_.range.first + task_.range.count};
   }
 
-  // The block's pixels that take the sample, 4x4 at a time, so that neighbours share a packet. Returns the sample at
-  // which that changes.
+  // Fills the group with the block's pixels that take this sample, 4x4 at a time, so that neighbours share a packet.
+  // Returns the next sample index at which this set changes.
   std::uint32_t place_group(int block_x, int block_y, std::uint32_t sample) {
     constexpr int kTile = 4, kTiles = kPathGroupSize / kTile;
     PathGroup& b = group_;
@@ -297,7 +297,8 @@ class PathKernelBase {
     return mis_weight(path.pdf_w, lights_.pdf_w_environment(ray.origin, path.normal, ray.direction));
   }
 
-  // The same of an emitter and its radiance; cos_light: between its front and the way to the path's vertex before.
+  // MIS weight of an emitter that the path hit. cos_light: cosine between the emitter's front normal and the direction
+  // back to the previous vertex.
   float emission_weight(int, std::uint32_t i, std::uint32_t emitter, const Rgb&, float distance,
                         float cos_light) const {
     const PathState& path = group_.paths[i];
@@ -321,10 +322,10 @@ class PathKernelBase {
     path.radiance += path.beta * radiance * weight;
   }
 
-  // InvalidSample::light_paths.
+  // Value of InvalidSample::light_paths.
   static std::uint64_t light_paths() { return 0; }
 
-  // The piece's samples are in the film.
+  // Called after the task's samples were added to the film.
   void committed() {}
 
   std::size_t pixel_index(int x, int y) const {
@@ -375,7 +376,7 @@ class PathKernelBase {
         for (std::uint32_t sample = own.begin; sample < own.end; ++sample, ++slot) {
           if (sample == mixed) [[unlikely]]
             stats_.dropped += mixed_.tell(x, y, sample);
-          // What stands there until then, of a pixel that was carried, is what the ray through its centre met.
+          // Until its first fresh sample a carried pixel has the features of its primary hit; they go here.
           if (range.half == 0 && sample == 0 && centres) features = {};
           if (is_finite(film_radiance_[slot])) {
             pixel.add(film_radiance_[slot]);

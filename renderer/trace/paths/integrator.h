@@ -13,14 +13,14 @@ enum class Integrator : std::uint8_t {
   pt_bdpt,  // path or bdpt, tile by tile, whichever pays (pilot_render.h)
   lvc,      // as bdpt, camera vertices joined to a few light vertices of the whole picture's (light_vertex_cache.h)
   vcm,      // lvc, and light paths that arrive near a camera vertex merged with it: biased, less and less so
-  photon,   // merging alone, where the camera path first meets what is not a mirror: progressive photon mapping
+  photon,   // merging alone, at every vertex up to the first scattering that is no delta: progressive photon mapping
 };
 inline constexpr Integrator kEveryIntegrator[] = {Integrator::path,    Integrator::light, Integrator::bdpt,
                                                   Integrator::pt_bdpt, Integrator::lvc,   Integrator::vcm,
                                                   Integrator::photon};
 
-// Light paths reach the camera at any pixel: the film has splats (film/splats/splat_buffer.h); but for photon's, which
-// are merged alone.
+// True when light paths are traced. Except for those of photon, which are merged alone, they also splat to any pixel,
+// so that the film needs splats (film/splats/splat_buffer.h).
 constexpr bool traces_light_paths(Integrator integrator) {
   return integrator != Integrator::path;
 }

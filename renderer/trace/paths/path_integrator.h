@@ -24,7 +24,7 @@ struct PathSettings {
   int max_segments = 10;  // path segments, camera segment included (2: direct light); [1, 65535]
   int roulette_from = 3;  // first vertex (camera = 1st is the first hit) at which Russian roulette may end a path; >= 1
   RouletteRule roulette = RouletteRule::root;
-  Integrator integrator = Integrator::path;  // others need a film with splats
+  Integrator integrator = Integrator::path;  // all but path and photon need a film with splats
   std::optional<Technique> technique;  // integrator bdpt: what this one brings alone; it exists(). None: all together
   LightCacheSettings light_cache;
   PixelRect region;  // whose pixels get samples, and so light paths; empty: the whole film
@@ -37,8 +37,7 @@ struct PathSettings {
 // waste nothing.
 inline constexpr int kPathGroupSize = kFilmBlock;
 
-// Samples [first, first + count) of one half; with SampleTargets, those of the levels in this range that pixels take
-// part in.
+// Samples [first, first + count) of one half; with SampleTargets, of these the ones that the pixel still needs.
 struct SampleRange {
   int half = 0;
   std::uint32_t first = 0, count = 0;
@@ -49,10 +48,11 @@ struct SampleRange {
 struct InvalidSample {
   int x = 0, y = 0, half = 0;
   std::uint32_t index = 0;
-  // That a sample of every pixel comes with, which weights depend on; 0: made by the path tracer.
+  // Number of light paths traced for one sample of every pixel; MIS weights depend on it. 0: the sample was traced by
+  // `path`.
   std::uint64_t light_paths = 0;
-  // Of light paths that all pixels share (LightVertexCache): the number of the one, from 1, and the pixel is 0, 0; 0:
-  // it was the pixel's sample.
+  // With a LightVertexCache: number of the light path that was invalid, from 1; x and y are then 0. 0: the pixel's own
+  // sample was invalid.
   std::uint64_t light_path = 0;
 
   bool operator==(const InvalidSample&) const = default;
@@ -75,23 +75,23 @@ struct TraceStats {
 
   std::uint64_t invalid() const { return invalid_samples + invalid_splats; }
   void note_invalid(const InvalidSample& sample);
-  // That a splat was, of a light path that goes with the sample.
+  // Counts an invalid or too bright splat; `sample` is the one whose light path made it.
   void note_invalid_splat(bool finite, const InvalidSample& sample);
   void add(const TraceStats& other);
 };
 
-// Traces the samples of every pixel of `window` and adds them to `film` in index order. The bits added depend on pixel,
-// sample index, half and seed alone. Returns false, leaving the film as it was, when `cancel` was raised on the way.
-// Thread safe for disjoint windows. Paths are traced in whole blocks of the film (see kPathGroupSize): what lies in a
-// block but not in the window is traced too, counted in `stats`, and dropped.
+// Traces the samples of every pixel of `window` and adds them to `film` in index order. For a given scene, camera and
+// settings the bits added depend on pixel, sample index and half alone; with `targets` also on which pixels of the
+// block take the same sample. Returns false, leaving the film as it was, when `cancel` was raised on the way. Thread
+// safe for disjoint windows. Paths are traced in whole blocks of the film (see kPathGroupSize): what lies in a block
+// but not in the window is traced too, counted in `stats`, and dropped.
 //
-// Where the film has light tiles and the integrator uses them, the window lies in tiles of one kind.
+// Precondition, where the film has light tiles: all tiles of the window use the same integrator.
 //
 // With `targets`, which must be of the film's size, a pixel takes part in a level as SampleTargets::wants() says; of a
 // block, the pixels of the window that take part in the same level are traced together.
 //
-// `lights`, where the integrator asks for it (caches_light_vertices()): those of the range's one sample and half,
-// ready.
+// `lights`, required when caches_light_vertices(): the finished cache of the single sample and half of `range`.
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                   TraceStats& stats, const SampleTargets* targets = nullptr, const LightVertexCache* lights = nullptr);

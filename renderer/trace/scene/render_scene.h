@@ -25,7 +25,8 @@ struct RenderSceneOptions {
   int threads = 0;  // for the BVH build; 0: all cores
   RayMode rays = RayMode::measured;
   const CancelToken* cancel = nullptr;  // looked at between and during the stages of the build; null: never
-  // The build grows it by what it allocates, and leaves that in it; the description may be in it already. Null: none.
+  // Ledger that the build charges for its allocations; the charge stays with it. The description may be in it already.
+  // Null: none.
   MemoryLedger* ledger = nullptr;
   // For textures that tell how surfaces reflect. Emission, alpha and environments are looked up bilinearly always:
   // light sampling and rays that hit a light must find the same there.
@@ -37,7 +38,7 @@ struct RenderSceneStats {
   std::uint64_t instanced_triangles = 0;  // as seen by a camera
   std::uint64_t meshes = 0, images = 0;
   std::uint64_t memory_bytes = 0;  // meshes, textures, light tables and BVH
-  std::uint64_t own_bytes = 0;     // of them, what it shares with no scene that it was made from
+  std::uint64_t own_bytes = 0;     // of them, not shared with the scene that this one was edited from
   double build_seconds = 0;
 };
 

@@ -1,16 +1,15 @@
-// Where light paths pay: both ways of rendering are tried on a small picture of the same view, and each tile of the
-// large one gets the one that makes the whole picture's error smallest for the time.
+// Chooses `path` or `bdpt` for each tile by a pilot render: both integrators render a small picture of the same view,
+// and each tile of the large one gets the one that makes the whole picture's error smallest for the time.
 //
 // All pixels get the same number of samples, so a choice of tiles has the error E = sum e_t / n after the time n sum
 // c_t, and the best one minimises (sum e_t)(sum c_t) (the efficiency of Grittmann et al. 2022, "Efficiency-Aware
 // Multiple Importance Sampling for Bidirectional Rendering Algorithms", eq. 5, with tiles for pixels and one decision,
 // not counts). Tiles enter in the order of gain over cost. Errors are relative, (x - r)^2 / (r^2 + 1e-2 mean(r)^2), r
 // being the mean of a tile and its neighbours, or that of a pixel where both techniques show it brighter (a lamp's
-// mirror image in a dark tile). They come from differences of halves, in which no find counts for more than one that is
-// rare_: whether a picture this small has a brighter one is chance. What those add is told by the finds of the
-// bidirectional samples for both techniques (rare_squares()), so that what both find alike weighs alike, and light that
-// the path tracer finds once in a thousand samples, which may be what makes its error, is known from light paths that
-// find it always.
+// mirror image in a dark tile). They come from differences of halves, with each sample clamped to a multiple of
+// the mean, because one brighter sample in so small a picture is chance. The second moment above the clamp is estimated
+// from the bidirectional samples for both integrators (rare_squares()), so that light that `path` finds once in a
+// thousand samples is accounted for.
 //
 // The probe's samples are used for nothing else, so the picture stays unbiased. Costs are rays, not seconds, for the
 // choice must be the same on every machine.
@@ -34,8 +33,8 @@ namespace helio {
 
 class PilotRender {
  public:
-  // settings.integrator does not matter. Costs about as much as half a sample to two of every pixel that has to be
-  // probed. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
+  // settings.integrator does not matter. Costs at most half a sample of every pixel that has to be probed, more in
+  // pictures of less than 192 rows or columns. Once `cancel` is raised, runs end early, and there is no result. `known`: of this scene and film.
   PilotRender(std::shared_ptr<const RenderScene> scene, const CameraPose& pose, int width, int height,
               const PathSettings& settings, std::shared_ptr<const CancelToken> cancel,
               TechniqueHistory::Views known = {});
@@ -76,13 +75,13 @@ class PilotRender {
   std::shared_ptr<const ProbedView> probed_;
   int current_ = 0;                                     // sweep
   std::vector<std::optional<TileEstimate>> estimates_;  // of the tiles
-  std::vector<bool> measured_;                          // tiles to be
+  std::vector<bool> measured_;                          // tiles that need the pilot render
   PixelRect region_;                                    // of the large picture
   PixelRect picture_;                                   // of the small pictures, what is probed
   int scale_;                                           // pixels per pixel of the small pictures
-  std::uint32_t samples_[kTechniques];                  // of a half
-  std::uint32_t taken_ = 0;                             // of those with light paths
-  bool clear_ = false;                                  // more of them would not change the choice
+  std::uint32_t samples_[kTechniques];                  // per pixel and half
+  std::uint32_t taken_ = 0;                             // samples of bdpt so far
+  bool clear_ = false;                                  // more of them cannot change the choice
   Camera camera_, splat_camera_;
   PathSettings settings_[kTechniques];
   // As large as the film's share of them, once something has to be probed.

@@ -113,8 +113,9 @@ TEST(RenderSettings, LightVerticesAreCachedInModePtAlone) {
     for (const RenderMode mode : {RenderMode::adaptive, RenderMode::reproject, RenderMode::combined}) {
       s.mode = mode;
       EXPECT_EQ(problems_of(s), "settings.integrator: " + std::string(to_string(integrator)) + " in mode " +
-                                    to_string(mode) +
-                                    "; allowed there: path, light, bdpt, pt+bdpt; this one in mode pt");
+                                    to_string(mode) + "; allowed there: path" +
+                                    (mode == RenderMode::adaptive ? ", light" : "") + ", bdpt, pt+bdpt; " +
+                                    to_string(integrator) + " needs mode pt");
     }
   }
   s.mode = RenderMode::pt;
