@@ -49,7 +49,8 @@ TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
 TEST_F(CliRender, TheRouletteRuleIsTheOneAskedFor) {
   const std::string scene = std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf";
   const auto rays = [&](std::vector<std::string> rule) {
-    std::vector<std::string> line = {"render", scene, "--size", "16x16", "--samples", "4", "--output", "c.exr"};
+    std::vector<std::string> line = {"render", scene,      "--size", "16x16",           "--samples",
+                                     "4",      "--output", "c.exr",  "--roulette-from", "1"};
     line.insert(line.end(), rule.begin(), rule.end());
     return heliograph_json(line)["rays"].get<double>();
   };
