@@ -19,8 +19,8 @@ packages=(
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev nlohmann-json3-dev
   zlib1g-dev
 )
-# The tests read our files with exrheader and oiiotool.
-test_packages=(libgtest-dev openexr openimageio-tools)
+# The tests read our files with exrheader and oiiotool, and our manuals with groff.
+test_packages=(groff-base libgtest-dev openexr openimageio-tools)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)

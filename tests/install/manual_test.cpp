@@ -8,6 +8,7 @@
 #include "daemon_process.h"
 #include "renderer/codec/tile_codec.h"
 #include "server/base/server_config.h"
+#include "tests/support/shared_data.h"
 
 namespace helio::test {
 namespace {
@@ -71,7 +72,10 @@ class Manual : public CliTest {
 
   void expect_no_warnings(const std::string& page) {
     const std::string groff = "/usr/bin/groff";
-    if (!std::filesystem::exists(groff)) GTEST_SKIP() << "no groff";
+    if (!std::filesystem::exists(groff)) {
+      if (shared_required()) FAIL() << groff << " is not installed and CI=true";
+      GTEST_SKIP() << "skipped: " << groff << " is not installed";
+    }
     write_file(folder_ / "page", page);
     const ProcessResult result = run_program(groff, {"-man", "-ww", "-z", "-Tutf8", "page"}, folder_.path());
     EXPECT_EQ(result.exit_code, 0);
