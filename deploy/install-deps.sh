@@ -18,9 +18,11 @@ packages=(
   libabsl-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev nlohmann-json3-dev
   zlib1g-dev
+  # without its programs OpenImageIO's CMake configuration does not load in Debian 13
+  openimageio-tools
 )
 # The tests read our files with exrheader and oiiotool, and our manuals with groff.
-test_packages=(groff-base libgtest-dev openexr openimageio-tools)
+test_packages=(groff-base libgtest-dev openexr)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)
