@@ -195,7 +195,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"move", "quad.gltf", "--path", "zoom", "--step", "1"}, 2, {"--path", "step: 1 is not a magnification"}},
       {{"move", "quad.gltf", "--path", "jump", "--step", "400"}, 2, {"--step", "[-360, 360]"}},
       {{"move", "quad.gltf", "--path", "jump", "--steps", "0"}, 2, {"--steps", "[1, 100000]"}},
-      {{"move", "quad.gltf", "--path", "none.json", "--step", "2"}, 2, {"--step", "beside a --path by name"}},
+      {{"move", "quad.gltf", "--path", "none.json", "--step", "2"}, 2, {"--step", "with a --path by name"}},
       {{"move", "quad.gltf", "--path", "."}, 2, {"--path: '.' is a folder"}},
       {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened, and is none of turn,"}},
   };
