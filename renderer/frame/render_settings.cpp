@@ -16,10 +16,6 @@ std::string text(const PixelRect& r) {
   return buffer;
 }
 
-std::string at(const std::string& where, const char* path) {
-  return where.empty() ? path : where + "." + path;
-}
-
 void refuse(Problems& problems, const std::string& where, const std::string& value, const std::string& allowed) {
   problems.add(where, value + "; allowed: " + allowed);
 }
@@ -76,7 +72,8 @@ void check_fields(std::span<const SettingField<T>> fields, const T& settings, co
                   Problems& problems) {
   for (const SettingField<T>& field : fields) {
     if (!field.value || !field.use.holds(settings)) continue;
-    if (const Number value = field.value(settings)) check_number(*value, field.range, at(where, field.path), problems);
+    if (const Number value = field.value(settings))
+      check_number(*value, field.range, field_path(where, field.path), problems);
   }
 }
 
@@ -84,11 +81,11 @@ void check_fields(std::span<const SettingField<T>> fields, const T& settings, co
 void check_adaptive(const RenderSettings& settings, const std::string& where, Problems& problems) {
   const AdaptiveSettings& adaptive = settings.adaptive;
   if (adaptive.min_samples % 2 != 0)
-    refuse(problems, at(where, "adaptive.min_samples"), std::to_string(adaptive.min_samples) + " is odd",
+    refuse(problems, field_path(where, "adaptive.min_samples"), std::to_string(adaptive.min_samples) + " is odd",
            "even numbers, half of the samples for each of two halves");
   if (is_paper(settings) && kPaperIterations.contains(adaptive.max_samples) &&
       adaptive.max_samples <= adaptive.min_samples)
-    refuse(problems, at(where, "adaptive.max_samples"), std::to_string(adaptive.max_samples),
+    refuse(problems, field_path(where, "adaptive.max_samples"), std::to_string(adaptive.max_samples),
            "more than min_samples = " + std::to_string(adaptive.min_samples));
 }
 
@@ -120,8 +117,8 @@ void check_technique(const RenderSettings& settings, const std::string& where, P
                             to_string(settings.mode) + "; allowed: integrator bdpt in mode pt");
   const int most = std::max(settings.max_segments, 0);
   const std::size_t before = problems.size();
-  check_number(s, {0, double(most)}, at(where, "light_vertices"), problems);
-  check_number(t, {1, double(most) + 1}, at(where, "camera_vertices"), problems);
+  check_number(s, {0, double(most)}, field_path(where, "light_vertices"), problems);
+  check_number(t, {1, double(most) + 1}, field_path(where, "camera_vertices"), problems);
   if (problems.size() > before) return;
   const std::string both = "light_vertices " + std::to_string(s) + " with camera_vertices " + std::to_string(t);
   if (s == 1 && t == 1) {
@@ -186,28 +183,33 @@ const SettingField<RenderSettings>* find_field(std::string_view path, const Rend
   return found;
 }
 
+std::string field_path(const std::string& where, const char* path) {
+  return where.empty() ? path : where + "." + path;
+}
+
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where,
               Problems& problems) {
   const std::size_t before = problems.size();
   const NumberRange side{1, double(limits.max_film_side)};
-  check_number(settings.width, side, at(where, "width"), problems);
-  check_number(settings.height, side, at(where, "height"), problems);
+  check_number(settings.width, side, field_path(where, "width"), problems);
+  check_number(settings.height, side, field_path(where, "height"), problems);
   if (problems.size() == before) {
     const std::uint64_t pixels = std::uint64_t(settings.width) * std::uint64_t(settings.height);
     if (pixels > limits.max_film_pixels)
-      refuse(problems, at(where, "width x height"),
+      refuse(problems, field_path(where, "width x height"),
              std::to_string(settings.width) + " x " + std::to_string(settings.height) + " = " + std::to_string(pixels) +
                  " pixels",
              "[1, " + std::to_string(limits.max_film_pixels) + "]");
-    if (settings.region) check_region(*settings.region, settings.width, settings.height, at(where, "region"), problems);
+    if (settings.region)
+      check_region(*settings.region, settings.width, settings.height, field_path(where, "region"), problems);
   }
-  check_integrator(settings, at(where, "integrator"), problems);
-  if (settings.technique) check_technique(settings, at(where, "technique"), problems);
+  check_integrator(settings, field_path(where, "integrator"), problems);
+  if (settings.technique) check_technique(settings, field_path(where, "technique"), problems);
   check_fields(settings_fields(), settings, where, problems);
   if (allocates(settings.mode)) check_adaptive(settings, where, problems);
   const int hits = settings.reprojection.stored_hits;
   if (reuses_by_paper(settings) && hits != 1 && hits != 4)
-    refuse(problems, at(where, "reprojection.stored_hits"), std::to_string(hits), "1, 4");
+    refuse(problems, field_path(where, "reprojection.stored_hits"), std::to_string(hits), "1, 4");
 }
 
 void validate(const Budget& budget, const std::string& where, Problems& problems) {
@@ -215,9 +217,9 @@ void validate(const Budget& budget, const std::string& where, Problems& problems
 }
 
 void validate(const View& view, const std::string& where, Problems& problems) {
-  validate(view.camera, at(where, "camera"), problems);
-  check_number(view.time_s, kAnyNumber, at(where, "time_s"), problems);
-  check_number(view.exposure, kExposureStops, at(where, "exposure"), problems);
+  validate(view.camera, field_path(where, "camera"), problems);
+  check_number(view.time_s, kAnyNumber, field_path(where, "time_s"), problems);
+  check_number(view.exposure, kExposureStops, field_path(where, "exposure"), problems);
 }
 
 }  // namespace helio

@@ -139,6 +139,8 @@ std::span<const SettingField<Budget>> budget_fields();
 // The row that counts with these settings, else the first of the path; null: there is none.
 const SettingField<RenderSettings>* find_field(std::string_view path, const RenderSettings& settings);
 
+// "where.path", or the path alone where `where` is empty.
+std::string field_path(const std::string& where, const char* path);
 // Adds every problem, each with the path of its field behind `where`.
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where, Problems& problems);
 void validate(const Budget& budget, const std::string& where, Problems& problems);

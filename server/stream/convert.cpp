@@ -17,10 +17,6 @@ constexpr double kDefaultFov = 0.8;
 constexpr std::size_t kMaxId = 64;
 constexpr std::size_t kMaxShown = 128;
 
-std::string at(const std::string& where, const char* field) {
-  return where.empty() ? field : where + "." + field;
-}
-
 std::string shown(const std::string& text) {
   return text.size() <= kMaxShown ? "'" + text + "'" : "'" + text.substr(0, kMaxShown) + "...'";
 }
@@ -83,12 +79,12 @@ void read_rotation(const pb::CameraView::Quaternion& message, const std::string&
 void read_look_at(const pb::CameraView::LookAt& message, const std::string& where, CameraPose& pose,
                   Problems& problems) {
   if (!message.has_target()) {
-    problems.add(at(where, "target"), "is absent; required");
+    problems.add(field_path(where, "target"), "is absent; required");
     return;
   }
   const std::size_t before = problems.size();
-  const V3d target = read_position(message.target(), at(where, "target"), problems);
-  const V3d up = message.has_up() ? read_position(message.up(), at(where, "up"), problems) : V3d(0, 1, 0);
+  const V3d target = read_position(message.target(), field_path(where, "target"), problems);
+  const V3d up = message.has_up() ? read_position(message.up(), field_path(where, "up"), problems) : V3d(0, 1, 0);
   if (problems.size() != before || !in_coordinate_range(pose.position)) return;
   auto looking = look_at(pose.position, target, up, kDefaultFov);
   if (!looking) {
@@ -149,13 +145,13 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
 TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems) {
   TileFormat format;
   const pb::PixelType type = read_enum(*pb::PixelType_descriptor(), message.pixel_type(), pb::PIXEL_TYPE_HALF,
-                                       at(where, "pixel_type"), problems);
+                                       field_path(where, "pixel_type"), problems);
   format.encoding.pixel_type = type == pb::PIXEL_TYPE_FLOAT ? TilePixelType::float32 : TilePixelType::half;
   static constexpr TileCompression kByNumber[] = {TileCompression::none, TileCompression::none, TileCompression::rle,
                                                   TileCompression::zips, TileCompression::zip,  TileCompression::piz,
                                                   TileCompression::dwaa};
   format.encoding.compression = kByNumber[read_enum(*pb::Compression_descriptor(), message.compression(),
-                                                    pb::COMPRESSION_NONE, at(where, "compression"), problems)];
+                                                    pb::COMPRESSION_NONE, field_path(where, "compression"), problems)];
   format.channels = 0;
   for (const Channel& channel : channel_table()) {
     if (channel.bit == 0) continue;
@@ -174,22 +170,22 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
         message.lens_radius() != 0 || message.focus_distance() != 0 || message.aspect() != 0) {
       problems.add(where, "scene_camera is given beside other fields; allowed: scene_camera alone");
     }
-    return find_camera(message.scene_camera(), cameras, at(where, "scene_camera"), problems);
+    return find_camera(message.scene_camera(), cameras, field_path(where, "scene_camera"), problems);
   }
 
   const std::size_t before = problems.size();
   CameraPose pose;
   if (message.has_position()) {
-    pose.position = read_position(message.position(), at(where, "position"), problems);
+    pose.position = read_position(message.position(), field_path(where, "position"), problems);
   } else {
-    problems.add(at(where, "position"), "is absent; required unless scene_camera is given");
+    problems.add(field_path(where, "position"), "is absent; required unless scene_camera is given");
   }
   switch (message.orientation_case()) {
     case pb::CameraView::kLookAt:
-      read_look_at(message.look_at(), at(where, "look_at"), pose, problems);
+      read_look_at(message.look_at(), field_path(where, "look_at"), pose, problems);
       break;
     case pb::CameraView::kRotation:
-      read_rotation(message.rotation(), at(where, "rotation"), pose, problems);
+      read_rotation(message.rotation(), field_path(where, "rotation"), pose, problems);
       break;
     default:
       problems.add(where, "has no orientation; one of look_at, rotation, scene_camera is required");
@@ -200,30 +196,30 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
     pose.projection = Projection::orthographic;
     pose.half_height = half_height;
     if (!in_camera_length_range(half_height)) {
-      refuse(problems, at(where, "orthographic_half_height"), half_height,
+      refuse(problems, field_path(where, "orthographic_half_height"), half_height,
              fmt::format("{}, or 0 for perspective", kCameraLengthRange));
     }
     if (fov != 0) {
-      refuse(problems, at(where, "vertical_fov"), fov, "0 (absent) beside orthographic_half_height");
+      refuse(problems, field_path(where, "vertical_fov"), fov, "0 (absent) beside orthographic_half_height");
     }
   } else {
     pose.vertical_fov = fov != 0 ? fov : kDefaultFov;
     if (!in_fov_range(pose.vertical_fov)) {
-      refuse(problems, at(where, "vertical_fov"), fov, fmt::format("{}, or 0 for 0.8", kFovRange));
+      refuse(problems, field_path(where, "vertical_fov"), fov, fmt::format("{}, or 0 for 0.8", kFovRange));
     }
   }
   pose.lens_radius = message.lens_radius();
   if (!in_lens_radius_range(pose.lens_radius)) {
-    refuse(problems, at(where, "lens_radius"), pose.lens_radius, kLensRadiusRange);
+    refuse(problems, field_path(where, "lens_radius"), pose.lens_radius, kLensRadiusRange);
   }
   if (message.focus_distance() != 0) pose.focus_distance = message.focus_distance();
   if (!in_camera_length_range(pose.focus_distance)) {
-    refuse(problems, at(where, "focus_distance"), pose.focus_distance,
+    refuse(problems, field_path(where, "focus_distance"), pose.focus_distance,
            fmt::format("{}, or 0 for 1", kCameraLengthRange));
   }
   pose.aspect = message.aspect();
   if (pose.aspect != 0 && !in_aspect_range(pose.aspect)) {
-    refuse(problems, at(where, "aspect"), pose.aspect, kAspectRange);
+    refuse(problems, field_path(where, "aspect"), pose.aspect, kAspectRange);
   }
   if (problems.size() == before) validate(pose, where, problems);
   return pose;
@@ -234,22 +230,22 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
   view.id = message.id();
   constexpr std::uint64_t kEnd = 1ull << 63;
   if (view.id <= rules.last_view_id || view.id >= kEnd) {
-    problems.add(at(where, "id"), fmt::format("{}; allowed: [{}, 2^63), larger than every id sent before", view.id,
-                                              rules.last_view_id + 1));
+    problems.add(field_path(where, "id"), fmt::format("{}; allowed: [{}, 2^63), larger than every id sent before",
+                                                      view.id, rules.last_view_id + 1));
   }
   if (message.has_camera()) {
-    view.camera = read_camera(message.camera(), *rules.cameras, at(where, "camera"), problems);
+    view.camera = read_camera(message.camera(), *rules.cameras, field_path(where, "camera"), problems);
   } else {
-    problems.add(at(where, "camera"), "is absent; required");
+    problems.add(field_path(where, "camera"), "is absent; required");
   }
   view.exposure = message.exposure();
   if (!kExposureStops.contains(view.exposure)) {
-    refuse(problems, at(where, "exposure"), view.exposure, kExposureStops.to_string() + " stops");
+    refuse(problems, field_path(where, "exposure"), view.exposure, kExposureStops.to_string() + " stops");
   }
   view.time_s = message.time_s();
   if (!(view.time_s == rules.scene_time_s)) {
-    problems.add(at(where, "time_s"), fmt::format("{}; allowed: {}, the time that the scene was loaded at", view.time_s,
-                                                  rules.scene_time_s));
+    problems.add(field_path(where, "time_s"), fmt::format("{}; allowed: {}, the time that the scene was loaded at",
+                                                          view.time_s, rules.scene_time_s));
   }
   return view;
 }

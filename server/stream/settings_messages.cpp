@@ -12,10 +12,6 @@
 namespace helio {
 namespace {
 
-std::string at(const std::string& where, const char* field) {
-  return where.empty() ? field : where + "." + field;
-}
-
 constexpr std::pair<RenderMode, pb::Mode> kModes[] = {{RenderMode::pt, pb::MODE_PT},
                                                       {RenderMode::adaptive, pb::MODE_ADAPTIVE},
                                                       {RenderMode::reproject, pb::MODE_REPROJECT},
@@ -61,7 +57,7 @@ AdaptiveSettings read_adaptive(const pb::AdaptiveSettings& message, ModeVariant 
   if (message.min_samples() != 0) adaptive.min_samples = message.min_samples();
   if (message.max_samples() != 0) adaptive.max_samples = message.max_samples();
   const pb::ErrorMeasure measure = read_enum(*pb::ErrorMeasure_descriptor(), message.measure(),
-                                             pb::ERROR_MEASURE_RELMSE, at(where, "measure"), problems);
+                                             pb::ERROR_MEASURE_RELMSE, field_path(where, "measure"), problems);
   adaptive.measure = measure == pb::ERROR_MEASURE_RMSE ? ErrorMeasure::rmse : ErrorMeasure::relmse;
   return adaptive;
 }
@@ -70,7 +66,7 @@ ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, 
                                        const std::string& where, Problems& problems) {
   ReprojectionSettings reprojection;
   check_constant_enum(*pb::ReprojectionMapping_descriptor(), message.mapping(), pb::REPROJECTION_MAPPING_REVERSE,
-                      at(where, "mapping"), problems);
+                      field_path(where, "mapping"), problems);
   if (variant != ModeVariant::paper) return reprojection;
   if (message.stored_hits() != 0) reprojection.stored_hits = saturated(message.stored_hits());
   if (message.max_error() != 0) reprojection.max_error = message.max_error();
@@ -84,7 +80,7 @@ LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integ
   LightCacheSettings cache;
   if (message.shrinking() != 0 && message.shrinking() != cache.shrinking)
     add_constant_problem(number_text(message.shrinking()), number_text(cache.shrinking) + ", or 0",
-                         at(where, "shrinking"), problems);
+                         field_path(where, "shrinking"), problems);
   if (!caches_light_vertices(integrator)) return cache;
   if (message.connections() != 0 && integrator != Integrator::photon)
     cache.connections = saturated(message.connections());
@@ -94,13 +90,12 @@ LightCacheSettings read_light_cache(const pb::LightCacheSettings& message, Integ
 
 PixelFilter read_filter(pb::PixelFilter kind, double scale, const std::string& where, Problems& problems) {
   PixelFilter filter;
-  filter.kind =
-      value_of(kFilters,
-               read_enum(*pb::PixelFilter_descriptor(), kind, pb::PIXEL_FILTER_BOX, at(where, "filter"), problems));
+  filter.kind = value_of(kFilters, read_enum(*pb::PixelFilter_descriptor(), kind, pb::PIXEL_FILTER_BOX,
+                                             field_path(where, "filter"), problems));
   filter.scale = scale != 0 ? scale : default_pixel_filter_scale(filter.kind);
   const bool box = kind == pb::PIXEL_FILTER_UNSPECIFIED || kind == pb::PIXEL_FILTER_BOX;
   if (box && scale != 0)
-    problems.add(at(where, "filter_scale"), number_text(scale) + "; allowed: 0 with the box filter");
+    problems.add(field_path(where, "filter_scale"), number_text(scale) + "; allowed: 0 with the box filter");
   return filter;
 }
 
@@ -110,7 +105,7 @@ Integrator read_integrator(pb::Integrator integrator, const std::string& where, 
 }
 
 Technique read_technique(const pb::Technique& message, const std::string& where, Problems& problems) {
-  if (message.unweighted()) add_constant_problem("true", "false", at(where, "unweighted"), problems);
+  if (message.unweighted()) add_constant_problem("true", "false", field_path(where, "unweighted"), problems);
   return {message.light_vertices(), message.camera_vertices()};
 }
 
@@ -125,22 +120,22 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   if (message.width() != 0) settings.width = message.width();
   if (message.height() != 0) settings.height = message.height();
   settings.mode = value_of(
-      kModes, read_enum(*pb::Mode_descriptor(), message.mode(), pb::MODE_PT, at(where, "mode"), problems));
+      kModes, read_enum(*pb::Mode_descriptor(), message.mode(), pb::MODE_PT, field_path(where, "mode"), problems));
   const pb::Variant variant = read_enum(*pb::Variant_descriptor(), message.variant(), pb::VARIANT_BOUNDED,
-                                        at(where, "variant"), problems);
+                                        field_path(where, "variant"), problems);
   settings.variant = variant == pb::VARIANT_PAPER ? ModeVariant::paper : ModeVariant::bounded;
-  settings.integrator = read_integrator(message.integrator(), at(where, "integrator"), problems);
+  settings.integrator = read_integrator(message.integrator(), field_path(where, "integrator"), problems);
   if (message.has_technique())
-    settings.technique = read_technique(message.technique(), at(where, "technique"), problems);
-  settings.adaptive = read_adaptive(message.adaptive(), settings.variant, at(where, "adaptive"), problems);
+    settings.technique = read_technique(message.technique(), field_path(where, "technique"), problems);
+  settings.adaptive = read_adaptive(message.adaptive(), settings.variant, field_path(where, "adaptive"), problems);
   settings.reprojection =
-      read_reprojection(message.reprojection(), settings.variant, at(where, "reprojection"), problems);
+      read_reprojection(message.reprojection(), settings.variant, field_path(where, "reprojection"), problems);
   settings.light_cache =
-      read_light_cache(message.light_cache(), settings.integrator, at(where, "light_cache"), problems);
+      read_light_cache(message.light_cache(), settings.integrator, field_path(where, "light_cache"), problems);
   settings.seed = message.seed();
   if (message.max_segments() != 0) settings.max_segments = message.max_segments();
   if (message.roulette_from() != 0) settings.roulette_from = message.roulette_from();
-  settings.roulette = read_roulette(message.roulette(), at(where, "roulette"), problems);
+  settings.roulette = read_roulette(message.roulette(), field_path(where, "roulette"), problems);
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   if (message.has_region()) {
     const pb::Rect& region = message.region();
@@ -156,7 +151,7 @@ Status check_film_size(const RenderSettings& settings, const RenderLimits& limit
   return Error{ErrorCode::resource_exhausted,
                fmt::format("{} x {} = {} pixels; allowed: max_film_pixels = {}", settings.width, settings.height,
                            pixels, limits.max_film_pixels),
-               at(where, "width x height")};
+               field_path(where, "width x height")};
 }
 
 Budget read_budget(const pb::Budget& message, const std::string& where, Problems& problems) {
@@ -166,7 +161,7 @@ Budget read_budget(const pb::Budget& message, const std::string& where, Problems
   if (message.error() != 0) budget.error = message.error();
   if (message.bytes_per_second() != 0) budget.bytes_per_second = message.bytes_per_second();
   check_constant_enum(*pb::ErrorMeasure_descriptor(), message.error_measure(), pb::ERROR_MEASURE_RMSE,
-                      at(where, "error_measure"), problems);
+                      field_path(where, "error_measure"), problems);
   validate(budget, where, problems);
   return budget;
 }
