@@ -157,7 +157,7 @@ void add_settings_options(CLI::App& app, SettingsOptions& options) {
 
 namespace {
 
-// Whether its range allows them depends on the longest path.
+// Parses S,T; the validator checks their ranges, which depend on the longest path.
 void read_technique(const SettingsOptions& options, pb::RenderSettings& settings, OptionReader& reader) {
   if (!options.technique.given()) return;
   const std::string& text = options.technique.text;

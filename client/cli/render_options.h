@@ -22,7 +22,7 @@ void add_settings_options(CLI::App& app, SettingsOptions& options);
 // Width and height stay 0 when --size is absent: see set_defaults. Problems are those of the daemon's validator, named
 // by the option that the field comes from.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);
-// The same by the daemon's limits, modes and integrators; settings need not be whole.
+// Checks settings, which need not be whole, against the daemon's limits, modes and integrators.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,
                           const heliograph::v1::GetServerInfoResponse& server, OptionReader& reader);
 

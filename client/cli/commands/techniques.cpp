@@ -54,7 +54,7 @@ constexpr const char* kHelp =
     "far.\n"
     "Example: heliograph techniques room.glb --size 320x180 --samples 64 --max-length 4 --output room-techniques\n\n";
 
-// What came of one technique's render.
+// Result of rendering one technique.
 struct Shown {
   pb::Technique technique;
   double mean = 0;

@@ -1,4 +1,4 @@
-// What the two allocations by demand (film/allocation/sample_demand.h) have in common.
+// Base of the two allocations by demand (film/allocation/sample_demand.h).
 #pragma once
 
 #include <vector>
