@@ -16,6 +16,8 @@ const char* to_string(FrameEndReason reason) {
       return "cancelled";
     case FrameEndReason::failed:
       return "failed";
+    case FrameEndReason::preview:
+      return "preview";
   }
   return "unknown";
 }

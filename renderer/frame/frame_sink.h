@@ -37,6 +37,7 @@ struct FrameBegin {
   std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
   std::vector<std::string> unsampled;      // unsampled_light() of the two
   std::string notice;                      // aspect_notice() of the view
+  bool preview = false;                    // a frame of its own that shows a preview; its tiles have `display` alone
 };
 
 struct FrameTile {
@@ -45,15 +46,17 @@ struct FrameTile {
   bool final = false;                   // last publication of this tile in the frame
   std::uint32_t samples_per_pixel = 0;  // both halves; where counts differ the picture's mean, rounded
   ResolvedTile pixels;
+  bool preview = false;  // FrameBegin::preview: final, of pass 0 and without samples
 };
 
-enum class FrameEndReason { samples, time, error, superseded, cancelled, failed };
+// preview: it is whole.
+enum class FrameEndReason { samples, time, error, superseded, cancelled, failed, preview };
 const char* to_string(FrameEndReason reason);
 
 struct PassTime {
   std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
                        // "allocate" (modes with adaptive counts), "choose" (integrator pt+bdpt), "trace_lights"
-                       // (light vertices), "reproject", "centres", "review" (modes that reuse pictures)
+                       // (light vertices), "reproject", "centres", "review" (modes that reuse pictures), "preview"
   double seconds = 0;  // of processor time, summed over workers
 };
 

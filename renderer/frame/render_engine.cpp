@@ -3,7 +3,11 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
+#include <chrono>
+
 #include "renderer/base/check.h"
+#include "renderer/base/clock.h"
 #include "renderer/frame/failure_reason.h"
 #include "renderer/frame/thread_clock.h"
 
@@ -79,6 +83,30 @@ void RenderEngine::Impl::wake(FairQueue::Id id) {
   work_or_stop_.notify_all();
 }
 
+void RenderEngine::Impl::wake_at(FairQueue::Id id, double at_s) {
+  {
+    const std::lock_guard lock(mutex_);
+    clients_.at(id).wake_at_s = at_s;
+    if (at_s >= first_wake_s_) return;
+    first_wake_s_ = at_s;
+  }
+  work_or_stop_.notify_all();  // those who sleep too long
+}
+
+// Those whose time has come; with mutex_ held.
+void RenderEngine::Impl::wake_due() {
+  const double now = now_s();
+  if (now < first_wake_s_) return;
+  first_wake_s_ = kNever;
+  for (auto& [id, client] : clients_) {
+    if (client.wake_at_s <= now) {
+      client.wake_at_s = kNever;
+      set_ready(id, client);
+    }
+    first_wake_s_ = std::min(first_wake_s_, client.wake_at_s);
+  }
+}
+
 double RenderEngine::Impl::used_seconds(FairQueue::Id id) const {
   const std::lock_guard lock(mutex_);
   return queue_.used_seconds(id);
@@ -95,7 +123,16 @@ bool RenderEngine::Impl::run_piece(PieceSource& source) noexcept {
 void RenderEngine::Impl::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    work_or_stop_.wait(lock, [this] { return stop_ || queue_.any_ready(); });
+    if (first_wake_s_ < kNever) wake_due();
+    while (!stop_ && !queue_.any_ready()) {
+      if (first_wake_s_ < kNever) {
+        const double seconds = std::max(first_wake_s_ - now_s(), 0.0);
+        work_or_stop_.wait_for(lock, std::chrono::duration<double>(seconds));
+        wake_due();
+      } else {
+        work_or_stop_.wait(lock);
+      }
+    }
     if (stop_) return;
     const FairQueue::Id id = *queue_.take();
     Client& client = clients_.at(id);  // stays: remove() waits for this piece

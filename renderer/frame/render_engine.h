@@ -8,6 +8,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -40,26 +41,33 @@ struct RenderEngine::Impl {
   FairQueue::Id add(PieceSource& source, RenderRank rank);
   void remove(FairQueue::Id id);  // waits for its pieces in flight; never call from one
   void wake(FairQueue::Id id);    // run_piece() has something to do
+  // The same, once now_s() is at_s; the newest call for a source counts.
+  void wake_at(FairQueue::Id id, double at_s);
   double used_seconds(FairQueue::Id id) const;
   int threads() const { return int(workers_.size()); }
 
  private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
   struct Arena;
   struct Client {
     PieceSource* source = nullptr;
     std::uint64_t wakes = 0;  // tells a worker that found nothing whether something came in since it looked
     bool removing = false;
+    double wake_at_s = kNever;
   };
 
   void stop();
   void work();
   bool run_piece(PieceSource& source) noexcept;
   void set_ready(FairQueue::Id id, Client& client);
+  void wake_due();
 
   mutable std::mutex mutex_;
   std::condition_variable work_or_stop_, piece_finished_;
   FairQueue queue_;  // groups: by RenderRank
   std::map<FairQueue::Id, Client> clients_;
+  double first_wake_s_ = kNever;  // of the clients', or earlier
   bool stop_ = false;
   std::unique_ptr<Arena> arena_;
   std::vector<std::thread> workers_;

@@ -17,7 +17,9 @@
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
 #include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/preview_clock.h"
 #include "renderer/frame/stages/make_stage.h"
+#include "renderer/frame/stages/preview.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
@@ -54,6 +56,11 @@ void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
 
+bool suits(const std::shared_ptr<PreviewHistory>& previews, const RenderSettings& settings) {
+  if (!(settings.preview.rate > 0)) return true;
+  return previews && previews->width() == settings.width && previews->height() == settings.height;
+}
+
 bool suits(const Film& film, const RenderSettings& settings) {
   return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
 }
@@ -65,8 +72,8 @@ std::vector<PassTime> pass_times(const FrameRecord& record) {
   for (const StageId id : {StageId::integrate, StageId::measure, StageId::resolve})
     times.push_back({to_string(id), seconds(id)});
   times.push_back({"publish", record.publish_seconds});
-  for (const StageId id : {StageId::reproject, StageId::centres, StageId::choose, StageId::trace_lights,
-                           StageId::review, StageId::allocate}) {
+  for (const StageId id : {StageId::preview, StageId::reproject, StageId::centres, StageId::choose,
+                           StageId::trace_lights, StageId::review, StageId::allocate}) {
     if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
   }
   return times;
@@ -126,11 +133,20 @@ struct RenderLoop::Impl final : PieceSource {
     return own;
   }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
-  bool has_work() const;
+  bool has_work();  // else the engine is told when there will be some, if it is known
   bool deliver_waiting(std::unique_lock<std::mutex>& lock) noexcept;
   void prepare(SinkEvent& event, double now);
   void sink_failed(const std::shared_ptr<FrameRecord>& record, SinkEventSlot& slot, std::string reason) noexcept;
   void open_frame() noexcept;
+  bool previewing() const { return frame && frame->begin.preview; }
+  FramePipeline& pipeline_of(const FrameRecord& record) { return record.begin.preview ? preview_pipeline : pipeline; }
+  const FramePipeline& pipeline_in_hand() const { return previewing() ? preview_pipeline : pipeline; }
+  PreviewClock::Decision decide() const { return next == Next::show_again ? PreviewClock::Decision() : clock.decide(); }
+  bool film_shows_last_preview() const;
+  void begin_next(Retired& retired);
+  void begin_preview(Retired& retired);
+  void mend_pipelines();
+  void end_preview();
   void begin_frame(Retired& retired);
   void begin_picture(bool reuse, Retired& retired);
   void advance(std::size_t backlog);
@@ -170,6 +186,7 @@ struct RenderLoop::Impl final : PieceSource {
   bool another_kind = false;     // and to no later picture
   bool another_grid = true;
   std::shared_ptr<Film> next_film;  // null: the same film
+  std::shared_ptr<PreviewHistory> next_previews;  // null: the same
   std::shared_ptr<FrameRecord> next_record;  // of the frame that is asked for; null: none is
 
   // What is.
@@ -179,8 +196,17 @@ struct RenderLoop::Impl final : PieceSource {
   std::shared_ptr<LightVertexSource> lights;  // null: the integrator draws on none
   PictureState picture;
   FramePipeline pipeline;
+  // Of the picture that is in the film, or comes to be there.
+  std::weak_ptr<const RenderScene> film_scene;
+  CameraPose film_camera;
+  PreviewClock clock;
+  bool another_load = false;                 // previews know nothing of the scene
+  std::shared_ptr<PreviewHistory> previews;  // null: none were asked for
+  std::shared_ptr<PreviewStage> preview;     // of the newest frame that is a preview
+  FramePipeline preview_pipeline;            // of such frames
+  double preview_output_s = 0;               // from a preview's last sweep to its last tile in `waiting`, running mean
   int running = 0;      // pieces
-  bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
+  bool broken = false;  // the pipelines are in no defined state, and must not be told of pieces that end
   FrameScheduler scheduler;
   std::uint64_t invalid_samples = 0;   // since the loop was made
   std::uint64_t frame_samples = 0;     // pixel samples since the frame began
@@ -211,9 +237,13 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       channels(options_.channels),
       film(options_.film && suits(*options_.film, settings_) ? options_.film : make_film(settings_)),
       pipeline(engine_.threads(), kPieceSeconds),
+      previews(suits(options_.previews, settings_) || !scene ? options_.previews : make_preview_history(settings_)),
+      preview_pipeline(engine_.threads(), kPieceSeconds),
       scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
   options.film.reset();
   options.scratch_count.reset();
+  options.previews.reset();
+  clock.set_rate(scene ? settings.preview.rate : 0);
   id = engine.add(*this, rank);
 }
 
@@ -222,6 +252,7 @@ RenderLoop::Impl::~Impl() {
     const std::lock_guard lock(mutex);
     token->cancel();
     pipeline.stop();
+    preview_pipeline.stop();
     waiting.clear();
     frame.reset();
     next = Next::nothing;
@@ -229,10 +260,17 @@ RenderLoop::Impl::~Impl() {
   engine.remove(id);
 }
 
-bool RenderLoop::Impl::has_work() const {
+bool RenderLoop::Impl::has_work() {
   if (!waiting.empty() && !delivering) return true;
-  if (running == 0 && (next != Next::nothing || (frame && pipeline.over()))) return true;
-  return frame && next == Next::nothing && pipeline.may_take(room());
+  if (next != Next::nothing && !previewing()) {
+    if (running > 0) return false;
+    const double at = decide().at_s;
+    if (at <= now_s()) return true;
+    engine.wake_at(id, at);
+    return false;
+  }
+  if (!frame) return false;
+  return (running == 0 && pipeline_in_hand().over()) || pipeline_in_hand().may_take(room());
 }
 
 std::uint64_t RenderLoop::Impl::update(const Update& update) {
@@ -240,6 +278,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   if (update.scene) tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
   // Freed after the lock.
   std::shared_ptr<Film> fresh = update.film, retired;
+  std::shared_ptr<PreviewHistory> fresh_previews = update.previews, retired_previews;
   std::shared_ptr<const void> retired_count;
   std::shared_ptr<const RenderScene> retired_scene;
   std::unique_lock lock(mutex);
@@ -254,6 +293,16 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     lock.lock();
   }
   if (!update.settings) fresh.reset();
+  while (update.settings && scene) {
+    if (suits(next_previews ? next_previews : previews, *update.settings)) {
+      fresh_previews.reset();
+      break;
+    }
+    if (suits(fresh_previews, *update.settings)) break;
+    lock.unlock();
+    fresh_previews = make_preview_history(*update.settings);
+    lock.lock();
+  }
   const bool other_scene = update.scene && update.scene != scene;
   const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
@@ -261,10 +310,21 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
 
   // Nothing has changed so far, and nothing throws from here on.
   const double now = now_s();
-  if (update.settings && *update.settings != settings) {
+  bool other_picture = false;
+  if (update.settings && !same_pictures(*update.settings, settings)) {
     if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
-    another_picture = another_kind = true;
+    another_picture = another_kind = other_picture = true;
+  }
+  if (update.settings) {
     settings = *update.settings;
+    clock.set_rate(scene ? settings.preview.rate : 0);
+    if (!clock.on()) {
+      fresh_previews.reset();
+      retired_previews = std::exchange(next_previews, nullptr);
+      if (!previewing()) previews.swap(retired_previews);
+    } else if (fresh_previews) {
+      retired_previews = std::exchange(next_previews, std::move(fresh_previews));
+    }
   }
   if (fresh) {
     retired = std::move(next_film);
@@ -273,12 +333,14 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   if (update.scratch_count) retired_count = std::exchange(next_scratch_count, update.scratch_count);
   if (update.view) {
     if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
-      another_picture = true;
+      another_picture = other_picture = true;
       view_accepted_s = now;
     }
     view = update.view;
   }
   if (other_scene) {
+    other_picture = true;
+    another_load |= !difference;
     const bool sources = !film_state(settings).carried_only;  // which alone can be brought to an edited scene
     if (!difference || (!sources && !difference->empty())) another_kind = true;
     if (!difference || !difference->empty() || !reuses(settings.mode)) {
@@ -293,7 +355,12 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
 
   ++revision;
   accepted_s = now;
-  abandon_frame(FrameEndReason::superseded);
+  if (other_picture && view) clock.changed(now);
+  if (previewing()) {
+    waiting.drop_tiles();
+  } else {
+    abandon_frame(FrameEndReason::superseded);
+  }
   if (view) next = Next::render;
   const std::uint64_t mine = revision;
   lock.unlock();
@@ -335,7 +402,8 @@ void RenderLoop::Impl::abandon_frame(FrameEndReason reason) noexcept {
   waiting.drop_tiles();
   if (!frame) return;
   token->cancel();
-  pipeline.stop();
+  pipeline_of(*frame).stop();
+  if (frame->begin.preview) waiting.drop_tiles_of(*frame);
   if (frame->begin_delivered) {
     end_frame(reason, {});
   } else {
@@ -349,9 +417,13 @@ void RenderLoop::Impl::end_frame(FrameEndReason reason, std::string message) noe
   end.tag = end.progress.tag = frame->begin.tag;
   end.reason = reason;
   end.message = std::move(message);
-  if (frame->begun_s > 0) end.progress = progress_at(now_s());
-  last_progress = end.progress;
-  last_reason = reason;
+  if (frame->begin.preview) {
+    end.progress.seconds = now_s() - frame->begun_s;
+  } else {
+    if (frame->begun_s > 0) end.progress = progress_at(now_s());
+    last_progress = end.progress;
+    last_reason = reason;
+  }
   waiting.push(frame->end_slot, {frame, std::move(end)});
   frame.reset();
 }
@@ -359,8 +431,9 @@ void RenderLoop::Impl::end_frame(FrameEndReason reason, std::string message) noe
 // The sink is told of the frame in flight that it failed, whatever it knows of it.
 void RenderLoop::Impl::fail_frame(std::string reason) noexcept {
   token->cancel();
-  pipeline.stop();
+  pipeline_of(*frame).stop();
   waiting.drop_tiles();
+  waiting.drop_tiles_of(*frame);
   if (!frame->begin_slot.empty()) waiting.push(frame->begin_slot, {frame, FrameBegun()});
   end_frame(FrameEndReason::failed, std::move(reason));
 }
@@ -400,13 +473,14 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
 
 FrameProgress RenderLoop::Impl::progress() const {
   const std::lock_guard lock(mutex);
-  return frame ? progress_at(now_s()) : last_progress;
+  return frame && !previewing() ? progress_at(now_s()) : last_progress;
 }
 
 std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
   return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
-         techniques.bytes() + (lights ? lights->bytes() : 0);
+         techniques.bytes() + (lights ? lights->bytes() : 0) + (previews ? previews->bytes() : 0) +
+         (next_previews ? next_previews->bytes() : 0) + preview_pipeline.grid().bytes();
 }
 
 // Notes that the event is told now, and completes an end.
@@ -481,6 +555,71 @@ void RenderLoop::Impl::open_frame() noexcept {
   frame->accepted_s = accepted_s;
 }
 
+void RenderLoop::Impl::mend_pipelines() {
+  if (!broken) return;
+  pipeline = FramePipeline(engine.threads(), kPieceSeconds);
+  preview_pipeline = FramePipeline(engine.threads(), kPieceSeconds);
+  broken = false;
+}
+
+// Every pixel of the film is of the view that the newest preview shows. Precondition: no piece is in flight.
+bool RenderLoop::Impl::film_shows_last_preview() const {
+  if (picture.samples == 0 || picture.state.reproject_due || broken) return false;
+  if (film->width() != previews->width() || film->height() != previews->height()) return false;
+  return previews->shows(film_scene.lock().get(), film_camera, pipeline.grid().region()) &&
+         pipeline.grid().all_rendered();
+}
+
+// What next says, as a preview or as a frame of the film. Precondition: it is time, and no frame and no piece is in
+// flight.
+void RenderLoop::Impl::begin_next(Retired& retired) {
+  if (decide().next == PreviewClock::Next::preview) {
+    auto film_record = std::make_shared<FrameRecord>();  // comes after the preview, which takes the one that there is
+    begin_preview(retired);
+    next_record = std::move(film_record);
+  } else {
+    begin_frame(retired);
+  }
+}
+
+void RenderLoop::Impl::begin_preview(Retired& retired) {
+  const double now = now_s();
+  clock.begun(now);
+  open_frame();
+  frame->begin.preview = true;
+  frame->begun_s = now;
+  frame->begin.notice = aspect_notice(view->camera, settings.width, settings.height);
+  mend_pipelines();
+  if (next_previews) retired.add(std::exchange(previews, std::move(next_previews)));
+  if (std::exchange(another_load, false)) previews->forget();
+  if (preview_pipeline.grid().region() != frame->begin.region)
+    preview_pipeline.set_grid(frame->begin.region, options.tile_size);
+  token = std::make_shared<CancelToken>();
+  planned = false;
+  PreviewTarget target{scene, frame->begin.camera, path_settings(frame->begin.settings), settings.filter,
+                       frame->begin.region};
+  target.begun_s = now;
+  target.until_s = now + settings.preview.budget_s - preview_output_s;
+  if (film_shows_last_preview()) target.film = film.get();
+  retired.add(std::exchange(preview, nullptr));
+  preview = std::make_shared<PreviewStage>(previews, std::move(target), token);
+  waiting.push(frame->begin_slot, {frame, FrameBegun()});
+  FramePlan plan;
+  plan.revision = revision;
+  plan.before = {StageId::preview};
+  plan.publish = Publish::round;
+  plan.final = true;
+  plan.end = FrameEndReason::preview;
+  preview_pipeline.begin_frame();
+  preview_pipeline.start(plan, *film, {{preview}, {}});
+  planned = true;
+}
+
+void RenderLoop::Impl::end_preview() {
+  blend(preview_output_s, preview_pipeline.seconds(StageId::resolve));
+  end_frame(FrameEndReason::preview, {});
+}
+
 void RenderLoop::Impl::begin_frame(Retired& retired) {
   // The plan that the transfer began may have been cut short after it.
   const auto& transfer = picture.transfer;
@@ -488,11 +627,14 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   const bool show_again = next == Next::show_again;
   open_frame();
   next = Next::nothing;
-  if (broken) pipeline = FramePipeline(engine.threads(), kPieceSeconds);
-  broken = false;
+  mend_pipelines();
   if (next_scratch_count) retired.add(std::exchange(scratch_count, std::move(next_scratch_count)));
   if (next_film) retired.add(std::exchange(film, std::move(next_film)));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
+  film_scene = scene;
+  film_camera = frame->begin.camera;
+  retired.add(std::exchange(preview, nullptr));
+  if (!clock.on()) retired.add(std::exchange(previews, nullptr));
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
@@ -604,6 +746,7 @@ double RenderLoop::Impl::mean_of_tiles() const {
 // Precondition: a frame is in flight, its plan is over and no piece is.
 void RenderLoop::Impl::advance(std::size_t backlog) {
   const double now = now_s();
+  if (previewing()) return end_preview();
   if (planned) {
     note_finished_plan(now);
     if (pipeline.plan().end && !pipeline.cut()) {
@@ -629,17 +772,18 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
 }
 
 std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, Retired& retired) {
-  if (next != Next::nothing) {
-    if (running > 0) return std::nullopt;
-    begin_frame(retired);
+  for (;;) {
+    if (next != Next::nothing && !previewing()) {
+      if (running > 0) return std::nullopt;
+      if (decide().at_s > now_s()) return std::nullopt;
+      begin_next(retired);
+    }
+    if (!frame) return std::nullopt;
+    if (!planned || (pipeline_of(*frame).over() && running == 0)) advance(backlog);
+    if (!frame) continue;
+    if (auto piece = pipeline_of(*frame).take(room(), now_s())) return piece;
+    if (!pipeline_of(*frame).over()) return std::nullopt;
   }
-  while (frame) {
-    if (!planned || (pipeline.over() && running == 0)) advance(backlog);
-    if (!frame) break;
-    if (auto piece = pipeline.take(room(), now_s())) return piece;
-    if (!pipeline.over()) break;
-  }
-  return std::nullopt;
 }
 
 bool RenderLoop::Impl::run_piece() {
@@ -668,6 +812,8 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   const std::shared_ptr<const IntegrateFunction> tracer = integrate;
   const unsigned wanted_channels = channels;
   const double mean_samples = mean_of_tiles();
+  const bool of_preview = mine->begin.preview;
+  const std::shared_ptr<PreviewStage> shown = of_preview ? preview : nullptr;
   Film& pixels = *film;
   lock.unlock();
 
@@ -681,6 +827,8 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
       done = run_integrate(*p, *tracer, camera, mine->begin.settings, *cancelled, pixels, stats);
     } else if (const auto* p = std::get_if<StageItem>(&*piece)) {
       run(*p, stats);
+    } else if (shown) {
+      tile = shown->resolve(std::get<ResolvePiece>(*piece), mine->begin.tag);
     } else {
       tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
     }
@@ -692,11 +840,11 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
 
   lock.lock();
   --running;
-  if (!broken) pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
+  if (!broken) pipeline_of(*mine).finish(*piece, done && !failure, cpu_seconds, ended);
   const bool current = frame == mine;
   mine->stage_seconds[std::size_t(stage_of(*piece))] += cpu_seconds;
   // Samples that were thrown away are not the film's; light paths stay where they landed.
-  if (!integrated || (done && !failure)) {
+  if (!of_preview && (!integrated || (done && !failure))) {
     picture.trace.add(stats);
     invalid_samples += stats.invalid_samples + stats.invalid_splats;
   }
@@ -706,7 +854,11 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   }
   if (current && !failure && std::holds_alternative<ResolvePiece>(*piece)) waiting.push({mine, std::move(tile)});
   if (failure) {
-    another_picture = another_kind = true;  // the film may hold half a piece
+    if (of_preview) {
+      if (previews) previews->forget();
+    } else {
+      another_picture = another_kind = true;  // the film may hold half a piece
+    }
     if (current) fail_frame(std::move(*failure));
   }
   deliver_waiting(lock);
@@ -720,6 +872,17 @@ std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<
   auto counted = std::make_shared<CountedFilm>(
       CountedFilm{std::move(count), Film(settings.width, settings.height, film_state(settings))});
   return {counted, &counted->film};
+}
+
+std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& settings,
+                                                     std::shared_ptr<const void> count) {
+  if (!(settings.preview.rate > 0)) return nullptr;
+  struct Counted {
+    std::shared_ptr<const void> count;
+    PreviewHistory history;
+  };
+  auto counted = std::make_shared<Counted>(Counted{std::move(count), PreviewHistory(settings.width, settings.height)});
+  return {counted, &counted->history};
 }
 
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
@@ -741,6 +904,10 @@ std::uint64_t RenderLoop::update(const Update& update) {
 bool RenderLoop::film_suits(const RenderSettings& settings) const {
   const std::lock_guard lock(impl_->mutex);
   return suits(impl_->next_film ? *impl_->next_film : *impl_->film, settings);
+}
+bool RenderLoop::previews_suit(const RenderSettings& settings) const {
+  const std::lock_guard lock(impl_->mutex);
+  return !impl_->scene || suits(impl_->next_previews ? impl_->next_previews : impl_->previews, settings);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

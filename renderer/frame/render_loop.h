@@ -26,6 +26,13 @@ class Film;
 // memory by: it is released once the film has been freed. Throws std::bad_alloc.
 std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<const void> count = nullptr);
 
+class PreviewHistory;
+
+// What previews of these settings keep from one to the next (preview/preview_history.h); null where none are asked for.
+// `count` as of make_film(). Throws std::bad_alloc.
+std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& settings,
+                                                     std::shared_ptr<const void> count = nullptr);
+
 class RenderEngine {
  public:
   explicit RenderEngine(int threads);  // 0: one per core
@@ -53,6 +60,7 @@ struct RenderLoopOptions {
   bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false: for benches
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;
+  std::shared_ptr<PreviewHistory> previews;
   std::shared_ptr<const void> scratch_count;
 };
 
@@ -83,14 +91,20 @@ class RenderLoop {
                                                // film what an edit has left true; another load begins anew
     std::shared_ptr<Film> film;                // by make_film(), for these settings; null, or no longer the right
                                                // kind: the loop makes one itself, if it needs another
+    std::shared_ptr<PreviewHistory> previews;  // by make_preview_history(); likewise
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
   };
   // True when pictures of these settings need no other film than the newest one.
   bool film_suits(const RenderSettings& settings) const;
+  // The same of what previews keep: true, too, when the settings ask for none.
+  bool previews_suit(const RenderSettings& settings) const;
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may
   // differ). Rendering starts with the first view.
+  //
+  // With previews (RenderSettings::preview) a preview in flight is not superseded, and its tiles are not dropped: it
+  // comes to its end, then one of the newest view begins, and the film's frame once the camera rests (PreviewClock).
   //
   // Tiles of older revisions that wait are dropped. The revision is checked right before each call of the sink, so the
   // only old tile that the sink may still see after update() has returned is one whose call had begun; the newer

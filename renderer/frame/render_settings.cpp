@@ -59,7 +59,9 @@ constexpr SettingField<Settings> kSettingsFields[] = {
     {"light_cache.radius", {1e-6, 0.1}, [](auto& s) -> Number { return s.light_cache.radius; }, kMerging},
     {"max_segments", {1, kMaxPathLength}, [](auto& s) -> Number { return s.max_segments; }},
     {"roulette_from", {1, kMaxPathLength}, [](auto& s) -> Number { return s.roulette_from; }},
-    {"filter_scale", {0, kMaxPixelFilterScale, false}, [](auto& s) -> Number { return s.filter.scale; }, kScaled}};
+    {"filter_scale", {0, kMaxPixelFilterScale, false}, [](auto& s) -> Number { return s.filter.scale; }, kScaled},
+    {"preview_rate", {0, 120}, [](auto& s) -> Number { return s.preview.rate; }},
+    {"preview_budget_ms", {5, 1000}, [](auto& s) -> Number { return 1e3 * s.preview.budget_s; }}};
 
 constexpr SettingField<Budget> kBudgetFields[] = {
     {"time_s", kPositiveNumber, [](auto& b) { return b.time_s; }},

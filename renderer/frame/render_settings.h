@@ -66,6 +66,14 @@ struct ReprojectionSettings {
   bool operator==(const ReprojectionSettings&) const = default;
 };
 
+// Previews while the camera moves (preview/preview.h). They change nothing about films.
+struct PreviewSettings {
+  double rate = 0;          // pictures a second at most, [0, 120]; 0: none
+  double budget_s = 0.045;  // wall time of a preview, [0.005, 1]
+
+  bool operator==(const PreviewSettings&) const = default;
+};
+
 struct RenderSettings {
   int width = 1280, height = 720;  // [1, limits.max_film_side], width * height <= limits.max_film_pixels
   RenderMode mode = RenderMode::pt;
@@ -86,10 +94,17 @@ struct RenderSettings {
   RouletteRule roulette = RouletteRule::root;
   PixelFilter filter;
   std::optional<PixelRect> region;  // of interest; inside the film; none: the whole film
+  PreviewSettings preview;
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }
   bool operator==(const RenderSettings&) const = default;
 };
+
+// Whether films of both are of the same pictures: all is equal but previews.
+inline bool same_pictures(RenderSettings a, const RenderSettings& b) {
+  a.preview = b.preview;
+  return a == b;
+}
 
 struct RenderLimits {
   int max_film_side = 65536;

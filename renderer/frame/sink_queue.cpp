@@ -33,7 +33,15 @@ FrameEnd* SinkQueue::end_of(const FrameRecord& frame) {
 }
 
 void SinkQueue::drop_tiles() noexcept {
-  std::erase_if(events_, [](const SinkEvent& event) { return std::holds_alternative<FrameTile>(event.what); });
+  std::erase_if(events_, [](const SinkEvent& event) {
+    return std::holds_alternative<FrameTile>(event.what) && !event.frame->begin.preview;
+  });
+}
+
+void SinkQueue::drop_tiles_of(const FrameRecord& frame) noexcept {
+  std::erase_if(events_, [&](const SinkEvent& event) {
+    return std::holds_alternative<FrameTile>(event.what) && event.frame.get() == &frame;
+  });
 }
 
 void SinkQueue::drop_frame(const FrameRecord& frame) noexcept {

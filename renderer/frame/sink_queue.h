@@ -49,7 +49,8 @@ class SinkQueue {
   // Null: it does not wait.
   FrameEnd* end_of(const FrameRecord& frame);
 
-  void drop_tiles() noexcept;
+  void drop_tiles() noexcept;  // but those of previews
+  void drop_tiles_of(const FrameRecord& frame) noexcept;
   void drop_frame(const FrameRecord& frame) noexcept;
   void clear() noexcept { events_.clear(); }
 

@@ -32,8 +32,9 @@ enum class StageId : std::uint8_t {
   trace_lights,  // stages/trace_lights.h
   review,        // stages/reject_history.h
   allocate,      // stages/allocate.h
+  preview,       // stages/preview.h
 };
-inline constexpr std::size_t kStages = 9;
+inline constexpr std::size_t kStages = 10;
 // The name under which PassTime reports the stage.
 const char* to_string(StageId id);
 // One value a stage, as seconds are.

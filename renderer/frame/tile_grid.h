@@ -55,6 +55,11 @@ class TileGrid {
   // The film's pixels are of this picture, whatever they hold. No piece is in flight.
   void mark_prepared();
 
+  // Whether the film's pixels are of this picture, all of them.
+  bool all_rendered() const {
+    return std::all_of(cells_.begin(), cells_.end(), [](const Cell& cell) { return cell.rendered; });
+  }
+
   // Takes over what a round of sample targets asks of the cells. No piece is in flight.
   void begin_round(const SampleTargets& targets);
 

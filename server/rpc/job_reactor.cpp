@@ -88,6 +88,9 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   check_id(request.scene_id(), "scene_id", problems);
   const bool id_usable = problems.empty();
   const RenderSettings settings = read_settings(request.settings(), core_.render_limits(), "settings", problems);
+  if (settings.preview.rate > 0)
+    problems.add("settings.preview_rate",
+                 number_text(settings.preview.rate) + "; allowed: 0, for nobody drags the camera of a job");
   const Budget budget = read_budget(request.budget(), "budget", problems);
   if (!budget.time_s && !budget.samples && !budget.error) {
     problems.add("budget", "has no end; one of time_s, samples, error is required");

@@ -7,6 +7,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/frame/stages/allocate.h"
 #include "renderer/frame/stages/trace_lights.h"
+#include "renderer/preview/preview_history.h"
 #include "server/sessions/replay_token.h"
 
 namespace helio {
@@ -24,6 +25,10 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
   return pixels(settings) * (Film::bytes_per_pixel(film_state(settings)) + InvalidCounts::kBytesPerPixel);
 }
 
+std::uint64_t preview_bytes(const RenderSettings& settings) {
+  return settings.preview.rate > 0 ? pixels(settings) * PreviewHistory::bytes_per_pixel() : 0;
+}
+
 std::uint64_t scratch_bytes(const RenderSettings& settings) {
   std::uint64_t bytes = 0;
   if (caches_light_vertices(settings.integrator)) bytes += LightVertexSource::most_bytes(path_settings(settings));
@@ -35,7 +40,8 @@ namespace {
 constexpr const char* kQueue = "the queue of a stream";
 
 std::uint64_t queue_bytes(const RenderSettings& settings, const TileFormat& format) {
-  return 2 * pixels(settings) * format.bytes_per_pixel();
+  const std::uint64_t previews = settings.preview.rate > 0 ? 2 * pixels(settings) * kPreviewBytesPerPixel : 0;
+  return 2 * pixels(settings) * format.bytes_per_pixel() + previews;
 }
 
 Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::uint64_t bytes,
@@ -50,6 +56,16 @@ Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resou
                         fmt::format("a film of {} x {}", settings.width, settings.height));
   if (!memory) return memory.error();
   return make_film(settings, std::move(*memory));
+}
+
+// Null where no previews are asked for.
+Result<std::shared_ptr<PreviewHistory>> reserve_previews(const RenderContext::Resources& resources,
+                                                         const RenderSettings& settings) {
+  if (!(settings.preview.rate > 0)) return std::shared_ptr<PreviewHistory>();
+  auto memory = reserve(resources.memory, preview_bytes(settings),
+                        fmt::format("previews of {} x {}", settings.width, settings.height));
+  if (!memory) return memory.error();
+  return make_preview_history(settings, std::move(*memory));
 }
 
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
@@ -68,6 +84,8 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   if (!film) return film.error();
   auto scratch = reserve_scratch(resources, settings);
   if (!scratch) return scratch.error();
+  auto previews = reserve_previews(resources, settings);
+  if (!previews) return previews.error();
   const std::shared_ptr<RenderContext> rendering(new RenderContext(resources),
                                                  [](RenderContext* r) { r->give_to_reaper(); });
   rendering->scenes_->current = std::move(scene);
@@ -85,6 +103,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.publish_passes = tiles == FramePublisher::Tiles::all;
   options.film = std::move(*film);
   options.scratch_count = *scratch;
+  options.previews = std::move(*previews);
   rendering->scratch_ = *scratch;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
                                                   rendering->publisher_, options);
@@ -125,6 +144,11 @@ Status RenderContext::prepare(const RenderSettings& settings, RenderLoop::Update
     if (!scratch) return scratch.error();
     scratch_ = *scratch;
     update.scratch_count = std::move(*scratch);
+  }
+  if (!loop_->previews_suit(settings)) {
+    auto previews = reserve_previews(resources_, settings);
+    if (!previews) return previews.error();
+    update.previews = std::move(*previews);
   }
   return ok_status();
 }

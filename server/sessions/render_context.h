@@ -17,6 +17,8 @@ namespace helio {
 // Bytes of a film of this size, and of what its pictures need besides: light vertices.
 std::uint64_t film_bytes(const RenderSettings& settings);
 std::uint64_t scratch_bytes(const RenderSettings& settings);
+// What previews keep; 0: none are asked for.
+std::uint64_t preview_bytes(const RenderSettings& settings);
 
 // Freed by the reaper, whoever lets go of it last: its film may have gigabytes.
 class RenderContext : public std::enable_shared_from_this<RenderContext>, private Reaper::Item {

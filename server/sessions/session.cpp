@@ -215,7 +215,7 @@ pb::SessionInfo Session::info() const {
 
 std::uint64_t Session::idle_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) : 0;
+  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) + preview_bytes(settings_) : 0;
 }
 
 double Session::idle_s() const {

@@ -129,6 +129,8 @@ pb::EndReason to_message(FrameEndReason reason) {
       return pb::END_REASON_CANCELLED;
     case FrameEndReason::failed:
       return pb::END_REASON_FAILED;
+    case FrameEndReason::preview:
+      return pb::END_REASON_PREVIEW;
   }
   return pb::END_REASON_UNSPECIFIED;
 }
@@ -285,6 +287,7 @@ pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id
   *message.mutable_settings() = to_message(begin.settings);
   message.mutable_unsampled()->Assign(begin.unsampled.begin(), begin.unsampled.end());
   if (!begin.notice.empty()) message.add_notices(begin.notice);
+  message.set_preview(begin.preview);
   return message;
 }
 
@@ -374,6 +377,7 @@ pb::Tile to_message(const EncodedTile& tile, const std::string& session_id) {
   message.set_final(tile.final);
   message.set_samples_per_pixel(tile.samples_per_pixel);
   message.set_invalid_samples(tile.invalid_samples);
+  message.set_preview(tile.preview);
   return message;
 }
 

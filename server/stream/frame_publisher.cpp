@@ -77,12 +77,13 @@ void FramePublisher::forget_end() {
 void FramePublisher::frame_begun(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
   if (over_) return;
+  std::optional<FrameBegin>& newest = begin.preview ? preview_ : begin_;
   try {
-    begin_ = begin;
+    newest = begin;
     if (stream_) stream_->push(begin);
   } catch (...) {
     // Nothing of this frame can be told any more, not even that it failed; the client can attach again.
-    begin_.reset();
+    newest.reset();
     if (stream_) stream_->finish(out_of_memory());
     throw;
   }
@@ -94,11 +95,12 @@ void FramePublisher::tile_ready(FrameTile tile) {
   int width = 0, height = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (!stream_ || !begin_ || (tiles_ == Tiles::final_only && !tile.final)) return;
+    const std::optional<FrameBegin>& frame = tile.preview ? preview_ : begin_;
+    if (!stream_ || !frame || (tiles_ == Tiles::final_only && !tile.final)) return;
     stream = stream_;
     format = format_;
-    width = begin_->settings.width;
-    height = begin_->settings.height;
+    width = frame->settings.width;
+    height = frame->settings.height;
   }
   if (!stream->queue().wants(tile.tag)) return;
   auto encoded = encode(tile, width, height, format);
@@ -113,6 +115,11 @@ void FramePublisher::tile_ready(FrameTile tile) {
 void FramePublisher::frame_ended(const FrameEnd& end) {
   const std::lock_guard lock(mutex_);
   if (over_) return;
+  if (preview_ && preview_->tag.same_frame(end.tag)) {
+    preview_.reset();
+    if (stream_) stream_->push(end, std::string());
+    return;
+  }
   end_ = end;
   if (!stream_) return;
   std::string token;

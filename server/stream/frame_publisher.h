@@ -55,8 +55,10 @@ class FramePublisher final : public FrameSink {
   mutable std::mutex mutex_;
   std::shared_ptr<OutboundStream> stream_;
   TileFormat format_;
-  std::optional<FrameBegin> begin_;  // of the newest frame
-  std::optional<FrameEnd> end_;      // of the newest frame that has ended
+  // Previews are frames apart: they end no call, and their end is not that of the view.
+  std::optional<FrameBegin> begin_;    // of the newest frame of the film
+  std::optional<FrameEnd> end_;        // of the newest frame of the film that has ended
+  std::optional<FrameBegin> preview_;  // that is being made
   std::optional<std::uint64_t> finish_after_;
   grpc::Status finish_status_;
   bool over_ = false;  // no frame after a cancel

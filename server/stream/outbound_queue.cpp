@@ -22,7 +22,9 @@ void OutboundQueue::push(Notice notice) {
 
 void OutboundQueue::push(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
-  if (closed_ || begin.tag.revision < min_revision_) return;
+  if (closed_) return;
+  if (begin.preview) return push_preview(begin);
+  if (begin.tag.revision < min_revision_) return;
   Frame frame;
   frame.begin = begin;  // may throw: then the queue is as it was
   retire_frame();
@@ -30,26 +32,47 @@ void OutboundQueue::push(const FrameBegin& begin) {
   frame_ = std::move(frame);
 }
 
+void OutboundQueue::push_preview(const FrameBegin& begin) {
+  std::list<Frame> newest(1);
+  newest.front().begin = begin;  // may throw: then the queue is as it was
+  retire_frame();
+  if (!previews_.empty() && !previews_.back().begun) {
+    drop_tiles(previews_.back());
+    previews_.pop_back();
+  }
+  previews_.splice(previews_.end(), newest);
+}
+
+OutboundQueue::Frame* OutboundQueue::frame_of(const FrameTag& tag) {
+  for (Frame& preview : previews_) {
+    if (preview.begin.tag.same_frame(tag)) return preview.ended ? nullptr : &preview;
+  }
+  const bool current = frame_ && frame_->begin.tag.same_frame(tag) && !frame_->ended;
+  return current && tag.revision >= min_revision_ ? &*frame_ : nullptr;
+}
+
 void OutboundQueue::push(const FrameProgress& progress) {
   const std::lock_guard lock(mutex_);
-  if (wants_locked(progress.tag) && !frame_->end) frame_->progress = progress;
+  Frame* frame = frame_of(progress.tag);
+  if (frame && !frame->end) frame->progress = progress;
 }
 
 void OutboundQueue::push(EncodedTile tile) {
   const std::lock_guard lock(mutex_);
-  if (!wants_locked(tile.tag)) return;
+  Frame* frame = frame_of(tile.tag);
+  if (!frame) return;
   const std::pair corner{tile.window.x0, tile.window.y0};
   const std::size_t bytes = tile.exr.size();
-  if (const auto place = frame_->places.find(corner); place != frame_->places.end()) {
+  if (const auto place = frame->places.find(corner); place != frame->places.end()) {
     bytes_ -= place->second->exr.size();
-    ++frame_->dropped;
+    ++frame->dropped;
     *place->second = std::move(tile);
   } else {
-    const auto at = frame_->tiles.insert(frame_->tiles.end(), std::move(tile));
+    const auto at = frame->tiles.insert(frame->tiles.end(), std::move(tile));
     try {
-      frame_->places[corner] = at;
+      frame->places[corner] = at;
     } catch (...) {
-      frame_->tiles.erase(at);
+      frame->tiles.erase(at);
       throw;
     }
   }
@@ -59,28 +82,29 @@ void OutboundQueue::push(EncodedTile tile) {
 
 void OutboundQueue::push(const FrameEnd& end, std::string replay_token) {
   const std::lock_guard lock(mutex_);
-  if (!frame_ || !frame_->begin.tag.same_frame(end.tag) || frame_->ended) return;
-  frame_->end = end;
-  frame_->replay_token = std::move(replay_token);
-  frame_->progress.reset();  // the end says it all
+  Frame* frame = nullptr;
+  for (Frame& preview : previews_) {
+    if (preview.begin.tag.same_frame(end.tag)) frame = &preview;
+  }
+  if (frame_ && frame_->begin.tag.same_frame(end.tag)) frame = &*frame_;  // of whatever revision
+  if (!frame || frame->ended) return;
+  frame->end = end;
+  frame->replay_token = std::move(replay_token);
+  frame->progress.reset();  // the end says it all
 }
 
 void OutboundQueue::drop_before(std::uint64_t revision) {
   const std::lock_guard lock(mutex_);
   min_revision_ = std::max(min_revision_, revision);
   if (!frame_ || frame_->begin.tag.revision >= min_revision_) return;
-  drop_tiles();
+  drop_tiles(*frame_);
   frame_->progress.reset();
   if (!frame_->begun) frame_.reset();
 }
 
 bool OutboundQueue::wants(const FrameTag& tag) const {
   const std::lock_guard lock(mutex_);
-  return wants_locked(tag);
-}
-
-bool OutboundQueue::wants_locked(const FrameTag& tag) const {
-  return frame_ && frame_->begin.tag.same_frame(tag) && !frame_->ended && tag.revision >= min_revision_;
+  return frame_of(tag) != nullptr;
 }
 
 void OutboundQueue::limit_credit(std::uint32_t tiles) {
@@ -114,32 +138,40 @@ OutboundQueue::Next OutboundQueue::pop(double now_s) {
     previous_end_.reset();
     return next;
   }
-  if (!frame_) return {};
-  if (!frame_->begun) {
-    frame_->begun = true;
-    return {frame_->begin};
-  }
-  if (frame_->progress) {
-    Next next{*frame_->progress};
-    frame_->progress.reset();
+  if (!previews_.empty()) {
+    Next next = pop(previews_.front(), now_s);
+    if (previews_.front().ended) previews_.pop_front();
     return next;
   }
-  if (!frame_->tiles.empty()) return pop_tile(now_s);
-  if (frame_->end && !frame_->ended) {
-    frame_->ended = true;
-    return {frame_->report()};
+  return frame_ ? pop(*frame_, now_s) : Next();
+}
+
+OutboundQueue::Next OutboundQueue::pop(Frame& frame, double now_s) {
+  if (!frame.begun) {
+    frame.begun = true;
+    return {frame.begin};
+  }
+  if (frame.progress) {
+    Next next{*frame.progress};
+    frame.progress.reset();
+    return next;
+  }
+  if (!frame.tiles.empty()) return pop_tile(frame, now_s);
+  if (frame.end && !frame.ended) {
+    frame.ended = true;
+    return {frame.report()};
   }
   return {};
 }
 
-OutboundQueue::Next OutboundQueue::pop_tile(double now_s) {
+OutboundQueue::Next OutboundQueue::pop_tile(Frame& frame, double now_s) {
   if (credit_ && *credit_ == 0) return {};
   if (rate_ && now_s < rate_free_s_) return {std::nullopt, rate_free_s_};
-  EncodedTile tile = std::move(frame_->tiles.front());
-  frame_->places.erase({tile.window.x0, tile.window.y0});
-  frame_->tiles.pop_front();
+  EncodedTile tile = std::move(frame.tiles.front());
+  frame.places.erase({tile.window.x0, tile.window.y0});
+  frame.tiles.pop_front();
   bytes_ -= tile.exr.size();
-  frame_->bytes_sent += tile.exr.size();
+  frame.bytes_sent += tile.exr.size();
   if (credit_) --*credit_;
   if (rate_) rate_free_s_ = std::max(rate_free_s_, now_s - kRateBurst) + double(tile.exr.size()) / *rate_;
   return {std::move(tile)};
@@ -147,7 +179,7 @@ OutboundQueue::Next OutboundQueue::pop_tile(double now_s) {
 
 bool OutboundQueue::empty() const {
   const std::lock_guard lock(mutex_);
-  return !greeting_ && notices_.empty() && !previous_end_ &&
+  return !greeting_ && notices_.empty() && !previous_end_ && previews_.empty() &&
          (!frame_ || (frame_->begun && !frame_->progress && frame_->tiles.empty() && (!frame_->end || frame_->ended)));
 }
 
@@ -157,6 +189,7 @@ void OutboundQueue::close() {
   greeting_.reset();
   notices_.clear();
   previous_end_.reset();
+  previews_.clear();
   frame_.reset();
   bytes_ = 0;
 }
@@ -176,16 +209,16 @@ std::uint64_t OutboundQueue::peak_bytes() const {
   return peak_bytes_;
 }
 
-void OutboundQueue::drop_tiles() {
-  frame_->dropped += frame_->tiles.size();
-  frame_->tiles.clear();
-  frame_->places.clear();
-  bytes_ = 0;
+void OutboundQueue::drop_tiles(Frame& frame) {
+  frame.dropped += frame.tiles.size();
+  for (const EncodedTile& tile : frame.tiles) bytes_ -= tile.exr.size();
+  frame.tiles.clear();
+  frame.places.clear();
 }
 
 void OutboundQueue::retire_frame() {
   if (!frame_) return;
-  drop_tiles();
+  drop_tiles(*frame_);
   if (frame_->begun && frame_->end && !frame_->ended) {
     previous_end_ = frame_->report();
   }

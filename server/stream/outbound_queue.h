@@ -5,8 +5,11 @@
 // frame that the listener knows of and one whole frame. Together with the message in flight that is less than two
 // frames of memory.
 //
-// Guarantee: once drop_before(r), or push of the begin of a frame of revision r, has returned, pop() gives no tile of
-// an older revision. After pop() gave the begin of a frame, it gives no tile of any earlier frame.
+// Previews (FrameBegin::preview) go first and are dropped by no newer frame or revision: one of which something was
+// sent is sent to its end, and one more waits behind it, which a newer one replaces whole. So there are two at most.
+//
+// Guarantee, but for previews: once drop_before(r), or push of the begin of a frame of revision r, has returned, pop()
+// gives no tile of an older revision. After pop() gave the begin of a frame, it gives no tile of any earlier frame.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +31,7 @@ struct EncodedTile {
   PixelRect window;
   std::uint32_t pass = 0;
   bool final = false;
+  bool preview = false;
   std::uint32_t samples_per_pixel = 0;
   std::uint64_t invalid_samples = 0;
   std::vector<std::uint8_t> exr;
@@ -87,7 +91,7 @@ class OutboundQueue {
   bool empty() const;
   // Drops everything and takes nothing more.
   void close();
-  std::size_t tiles() const;
+  std::size_t tiles() const;         // of the film
   std::uint64_t bytes() const;       // of the tiles that wait
   std::uint64_t peak_bytes() const;  // the most that ever waited
 
@@ -106,15 +110,19 @@ class OutboundQueue {
     FrameReport report() const { return {*end, bytes_sent, dropped, replay_token}; }  // once ended
   };
 
-  void drop_tiles();
+  void drop_tiles(Frame& frame);
   void retire_frame();
-  bool wants_locked(const FrameTag& tag) const;
-  Next pop_tile(double now_s);
+  void push_preview(const FrameBegin& begin);
+  Frame* frame_of(const FrameTag& tag);  // that still takes tiles and its end; null: none
+  const Frame* frame_of(const FrameTag& tag) const { return const_cast<OutboundQueue*>(this)->frame_of(tag); }
+  Next pop(Frame& frame, double now_s);
+  Next pop_tile(Frame& frame, double now_s);
 
   mutable std::mutex mutex_;
   std::optional<Greeting> greeting_;
   std::map<NoticeSeverity, Notice> notices_;
   std::optional<FrameReport> previous_end_;
+  std::list<Frame> previews_;  // two at most, the first in hand
   std::optional<Frame> frame_;
   std::uint64_t min_revision_ = 0;
   std::uint64_t bytes_ = 0, peak_bytes_ = 0;

@@ -16,6 +16,9 @@ struct TileFormat {
   std::uint64_t bytes_per_pixel() const;
 };
 
+// Of a pixel of a preview, at most.
+inline constexpr std::uint64_t kPreviewBytesPerPixel = 6;
+
 Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format);
 
 }  // namespace helio

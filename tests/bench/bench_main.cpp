@@ -30,6 +30,7 @@ const Subcommand kSubcommands[] = {
     {"rays", "rays per second over bare Embree calls on the same rays", run_rays},
     {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
     {"latency", "view sent to first tile received", run_latency},
+    {"drag", "whole pictures, and their age, while a camera is dragged in real time", run_drag, false, false},
     {"cancel", "stream given up to the last work done for it", run_cancel},
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},

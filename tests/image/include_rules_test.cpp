@@ -95,8 +95,10 @@ const std::map<std::string, Rule> kRules = {
        "renderer/trace/accel", "renderer/trace/scene", "renderer/trace/paths", "renderer/trace/gbuffer"},
       {}}},
 
+    {"renderer/preview", {{"renderer/base", "renderer/film/", "renderer/trace/"}, {}}},
+
     {"renderer/frame",
-     {{"renderer/base", "renderer/scene/", "renderer/film/", "renderer/trace/", "renderer/metrics"},
+     {{"renderer/base", "renderer/scene/", "renderer/film/", "renderer/trace/", "renderer/preview", "renderer/metrics"},
       {"oneapi/tbb/", "time.h"}}},
     {"renderer/frame/paper", {{"renderer/base", "renderer/film/", "renderer/trace/", "renderer/frame"}, {}}},
 
@@ -111,8 +113,8 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "renderer/frame", "proto", "server/base", "server/scenes"},
       {"grpcpp/", kProtobuf + "message_lite.h", kProtobuf + "io/coded_stream.h", "spdlog/"}}},
     {"server/sessions",
-     {{"renderer/base", "renderer/codec", "renderer/frame", "renderer/trace/", "proto", "server/base", "server/scenes",
-       "server/stream"},
+     {{"renderer/base", "renderer/codec", "renderer/frame", "renderer/preview", "renderer/trace/", "proto",
+       "server/base", "server/scenes", "server/stream"},
       {"absl/strings/", "openssl/rand.h", "spdlog/", "zlib.h"}}},
     {"server/rpc",
      {{"renderer/base", "renderer/frame", "renderer/scene/load", "renderer/trace/", "proto", "server/base",

@@ -97,9 +97,11 @@ class LoopViews {
     }
     void frame_begun(const FrameBegin& begin) override {
       const std::lock_guard lock(mutex);
+      if (begin.preview) return;
       picture.seed = begin.settings.seed;
     }
     void tile_ready(FrameTile tile) override {
+      if (tile.preview) return;
       const std::lock_guard lock(mutex);
       const PixelRect& window = tile.pixels.window;
       for (int c = 0; c < 3; ++c) {
@@ -111,6 +113,7 @@ class LoopViews {
       put_rows(tile.pixels.density, window, picture.width, picture.density);
     }
     void frame_ended(const FrameEnd& end) override {
+      if (end.reason == FrameEndReason::preview) return;
       const std::lock_guard lock(mutex);
       picture.end = end;
       ended_s = now_s();

@@ -14,6 +14,7 @@
 #include "client/cli/commands/move_player.h"
 #include "client/cli/commands/open_scene.h"
 #include "client/cli/commands/output_check.h"
+#include "client/cli/commands/play_path.h"
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/commands/render_report.h"
 #include "client/cli/exit_code.h"
@@ -32,6 +33,7 @@ constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 struct MoveOptions {
   SceneOptions scene;
   TextOption path, turn, orbit, pivot, shift, steps, step;
+  TextOption play, preview_rate, preview_budget;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -84,6 +86,33 @@ void add_path_options(CLI::App& app, MoveOptions& options) {
   add_text(app, options.step, "--step", "X",
            "Size of a step of a path by name: degrees in [-360, 360] (turn, orbit, jump), magnification in [0.01, 100] "
            "(zoom) or share of the distance in [-100, 100] (the others)");
+}
+
+void add_preview_options(CLI::App& app, MoveOptions& options) {
+  add_text(app, options.play, "--play", "HZ",
+           "Play the path in real time: rest for two seconds at the first view, then send so many views a second, (0, "
+           "240], and report what was shown; only the last view's picture is written. --mode is combined, "
+           "--preview-rate 20 by default");
+  add_text(app, options.preview_rate, "--preview-rate", "HZ",
+           "Previews a second while the camera moves, [0, 120]: whole pictures for the eye, biased, apart from the "
+           "film. 0: none. Default: 0, with --play 20");
+  add_text(app, options.preview_budget, "--preview-budget", "MS",
+           "Milliseconds that a preview may take, [5, 1000]. Default: 45");
+}
+
+// What playing in real time asks for, unless it was said otherwise. Views a second; none: one picture a view.
+std::optional<double> read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
+  const auto play = reader.number(options.play, {0, 240, false});
+  if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);
+  if (const auto budget = reader.number(options.preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
+  if (!play) return std::nullopt;
+  if (!options.preview_rate.given()) settings.set_preview_rate(20);
+  const pb::Integrator integrator = settings.integrator();
+  const bool reused = integrator == pb::INTEGRATOR_UNSPECIFIED || integrator == pb::INTEGRATOR_PATH ||
+                      integrator == pb::INTEGRATOR_BDPT || integrator == pb::INTEGRATOR_PT_BDPT;
+  if (settings.mode() == pb::MODE_UNSPECIFIED && reused && !settings.has_technique())
+    settings.set_mode(pb::MODE_COMBINED);
+  return play;
 }
 
 bool by_name(const MoveOptions& options) {
@@ -220,6 +249,57 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
   return ok_status();
 }
 
+struct RealTime {
+  const pb::TileFormat& format;
+  const std::vector<PathView>& views;
+  const FileNames& patterns;
+  double rate, time_s;
+};
+
+std::string describe_shown(const Json& shown) {
+  const auto ms = [&](const char* name) {
+    return shown[name].is_null() ? std::string("none") : fmt::format("{:.0f} ms", shown[name].get<double>());
+  };
+  return fmt::format(
+      "{} views: {} whole pictures while moving, {:.1f} a second ({} views skipped); age of what was shown {} in the "
+      "median, {} at 95 %\nafter the last view: preview {}, first tile of the film {}, whole film {}",
+      shown["views"].get<std::uint64_t>(), shown["whole_pictures"].get<std::uint64_t>(),
+      shown["whole_per_second"].get<double>(), shown["skipped_views"].get<std::uint64_t>(), ms("age_p50_ms"),
+      ms("age_p95_ms"), ms("last_preview_whole_ms"), ms("last_film_first_tile_ms"), ms("last_film_whole_ms"));
+}
+
+// The path in real time, and the film's picture of its last view.
+Status play_and_keep(RenderClient& client, const pb::CreateSessionResponse& session, const RealTime& what,
+                     const Interrupt& interrupt, Terminal& terminal, Json& json, Json& frames) {
+  const pb::RenderSettings& settings = session.settings();
+  RealTimePlay play;
+  play.rate = what.rate;
+  play.time_s = what.time_s;
+  play.pixels = std::int64_t(settings.width()) * settings.height();
+  if (settings.has_region()) {
+    const pb::Rect& region = settings.region();
+    play.pixels = std::int64_t(region.x1() - region.x0()) * (region.y1() - region.y0());
+  }
+  Json shown;
+  PlayedView last;
+  const Status played =
+      play_in_real_time(client, session.session_id(), what.format, what.views, play, interrupt, terminal, shown, last);
+  if (!shown.is_null()) {
+    terminal.say(describe_shown(shown));
+    json["play"] = shown;
+  }
+  for (const std::string& text : last.unsampled) terminal.say("notice: " + single_line(text));
+  for (const std::string& text : last.notices) terminal.say("notice: " + single_line(text));
+  if (!last.picture.complete()) return played;
+  Json frame;
+  const int number = static_cast<int>(what.views.size()) - 1;
+  frame["view"] = number;
+  frame["partial"] = !last.end.has_value();
+  const Status kept = keep_view(last, numbered(what.patterns, number), frame);
+  if (kept) frames.push_back(frame);
+  return played ? kept : played;
+}
+
 int run(const CLI::App& app, const MoveOptions& options) {
   CommandContext context(app, options.common);
   Terminal& terminal = context.terminal;
@@ -233,6 +313,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
+  const auto rate = read_play(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
@@ -278,7 +359,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Json frames = Json::array();
   const double begun = now_s();
   Status played = ok_status();
-  {
+  if (rate) {
+    played = play_and_keep(client, *session, {format, *views, patterns, *rate, choice.time_s}, interrupt, terminal,
+                           json, frames);
+  } else {
     MovePlayer player(client, session->session_id(), format, request.budget(), terminal);
     {
       std::lock_guard lock(player_mutex);
@@ -311,6 +395,7 @@ Command add_move(CLI::App& root) {
   auto options = std::make_shared<MoveOptions>();
   add_scene_options(*app, options->scene);
   add_path_options(*app, *options);
+  add_preview_options(*app, *options);
   add_settings_options(*app, options->settings);
   add_budget_options(*app, options->budget, "each view");
   add_file_options(*app, options->files, true);

@@ -26,7 +26,7 @@ FrameCallbacks MovePlayer::callbacks() {
   FrameCallbacks callbacks;
   callbacks.frame_begin = [this](const pb::FrameBegin& frame) {
     std::lock_guard lock(mutex_);
-    if (done_ || frame.tag().view_id() != view_id_) return;
+    if (done_ || frame.preview() || frame.tag().view_id() != view_id_) return;
     const Status begun = current_.picture.begin(frame);
     if (!begun) fail(begun.error());
     current_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
@@ -34,14 +34,16 @@ FrameCallbacks MovePlayer::callbacks() {
   };
   callbacks.tile = [this](pb::Tile tile) {
     std::lock_guard lock(mutex_);
-    if (done_ || tile.tag().view_id() != view_id_) return;
+    if (done_ || tile.preview() || tile.tag().view_id() != view_id_) return;
     if (current_.first_tile_seconds == 0) current_.first_tile_seconds = now_s() - sent_s_;
     const auto added = current_.picture.add(std::move(tile));
     if (!added) fail(added.error());
   };
   callbacks.frame_end = [this](const pb::FrameEnd& end) {
     std::lock_guard lock(mutex_);
-    if (done_ || end.tag().view_id() != view_id_ || end.reason() == pb::END_REASON_SUPERSEDED) return;
+    if (done_ || end.tag().view_id() != view_id_ || end.reason() == pb::END_REASON_SUPERSEDED ||
+        end.reason() == pb::END_REASON_PREVIEW)
+      return;
     current_.end = end;
     done_ = true;
     changed_.notify_all();

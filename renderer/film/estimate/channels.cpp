@@ -131,6 +131,7 @@ std::size_t ResolvedTile::bytes() const {
   std::size_t floats = 0;
   for (const Channel& channel : kTable)
     for (const ChannelPlane& plane : channel.planes) floats += plane.of(*this).size();
+  for (const std::vector<float>& plane : display) floats += plane.size();
   return floats * sizeof(float);
 }
 

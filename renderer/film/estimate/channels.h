@@ -29,6 +29,7 @@ struct ResolvedTile {
   // Camera moves since the history was traced times history_weight, [0, 255]; RootByte may overstate by up to half.
   std::vector<float> history_age;
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
+  std::vector<float> display[3];  // for the eye, linear radiance, biased; of previews alone, which have nothing else
   std::uint64_t invalid_samples = 0;  // splats among them
 
   std::size_t bytes() const;

@@ -49,12 +49,13 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
       return std::make_shared<RejectHistory>(c.film, c.region);
     case StageId::measure:
       return std::make_shared<EstimateError>(c.film, c.region);
+    case StageId::preview:
     case StageId::trace_lights:
     case StageId::integrate:
     case StageId::resolve:
       break;
   }
-  HELIO_CHECK(false && "the pipeline does this by itself");
+  HELIO_CHECK(false && "the pipeline or the loop does this by itself");
   return nullptr;
 }
 

@@ -18,6 +18,13 @@ class CameraProjection {
   FilmPoint point(const V3d& position) const;     // rebased scene coordinates
   FilmPoint direction(const V3d& towards) const;  // of something infinitely far away
 
+  // Of an offset from the origin: film x and y times the third coordinate, and that; orthographic: x, y and the depth.
+  // Linear, orthographic: affine.
+  V3d homogeneous(const V3d& offset) const {
+    const V3d from = orthographic_ ? offset - corner_ : offset;
+    return {dot(to_x_, from), dot(to_y_, from), dot(to_depth_, from)};
+  }
+
   // Side of a pixel at a depth along the view axis, > 0.
   double footprint(double depth) const { return orthographic_ ? step_ : step_ * depth; }
 

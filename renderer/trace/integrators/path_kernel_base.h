@@ -55,6 +55,7 @@ class PathKernelBase {
 
   // False when cancelled: the film is as it was.
   bool run(TraceStats& stats) {
+    if constexpr (Recorder::kListsPixels) return run_list(stats);
     const PixelRect& w = task_.window;
     for (int by = w.y0 & ~(kPathGroupSize - 1); by < w.y1; by += kPathGroupSize) {
       for (int bx = w.x0 & ~(kPathGroupSize - 1); bx < w.x1; bx += kPathGroupSize) {
@@ -88,6 +89,25 @@ class PathKernelBase {
   }
 
   Kernel& kernel() { return static_cast<Kernel&>(*this); }
+
+  bool run_list(TraceStats& stats) {
+    const PixelList& list = *task_.pixels;
+    for (std::size_t first = 0; first < list.pixels.size(); first += kGroupPaths) {
+      group_.count = int(std::min<std::size_t>(list.pixels.size() - first, kGroupPaths));
+      for (int i = 0; i < group_.count; ++i) {
+        group_.pixel_x[i] = list.pixels[first + std::size_t(i)].x;
+        group_.pixel_y[i] = list.pixels[first + std::size_t(i)].y;
+      }
+      if (!trace_group(task_.range.first)) return false;
+      for (int i = 0; i < group_.count; ++i) {
+        const PathState& path = group_.paths[i];
+        const Rgb none(std::numeric_limits<float>::quiet_NaN());
+        list.radiance[first + std::size_t(i)] = is_finite(path.beta) && is_finite(path.radiance) ? path.radiance : none;
+      }
+    }
+    stats.add(stats_);
+    return true;
+  }
 
   // Targets: the samples of the range that each pixel of the window takes, and where their results go.
   void find_levels() {
@@ -340,6 +360,7 @@ class PathKernelBase {
   }
 
   void store(std::uint32_t sample) {
+    if constexpr (Recorder::kListsPixels) return;
     for (int i = 0; i < group_.count; ++i) {
       const int x = group_.pixel_x[i], y = group_.pixel_y[i];
       if (!task_.window.contains(x, y)) continue;

@@ -18,6 +18,7 @@ namespace helio {
 struct NoRecorder {
   static constexpr bool kRecordsSample = false;
   static constexpr bool kRecordsForReuse = false;
+  static constexpr bool kListsPixels = false;  // WindowTask::pixels in place of the window and the film
 
   explicit NoRecorder(const WindowTask&) {}
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
@@ -55,6 +56,7 @@ class SampleRecorder {
  public:
   static constexpr bool kRecordsSample = true;
   static constexpr bool kRecordsForReuse = false;
+  static constexpr bool kListsPixels = false;
 
   explicit SampleRecorder(const WindowTask& task) : trace_(*task.trace) {}
 

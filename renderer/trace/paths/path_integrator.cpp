@@ -4,6 +4,7 @@
 #include <limits>
 #include <tuple>
 
+#include "renderer/base/check.h"
 #include "renderer/trace/paths/path_kernel.h"
 
 namespace helio {
@@ -65,6 +66,17 @@ bool trace_window(const RenderScene& scene, const Camera& camera, const PathSett
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                   TraceStats& stats, const SampleTargets* targets, const LightVertexCache* lights) {
   return trace_window_logged(scene, camera, settings, range, window, cancel, film, stats, nullptr, targets, lights);
+}
+
+bool trace_pixels(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                  std::span<const PixelPosition> pixels, std::uint32_t index, const CancelToken& cancel,
+                  std::span<Rgb> radiance, TraceStats& stats) {
+  HELIO_DCHECK(radiance.size() >= pixels.size());
+  Film none(1, 1);
+  const PixelList list{pixels, radiance};
+  WindowTask task{scene.impl(), camera, settings, {0, index, 1}, {}, cancel, none, nullptr};
+  task.pixels = &list;
+  return run_pixel_kernel(task, has_plain_kernel(scene.features()) && !settings.general_kernel, stats);
 }
 
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/math.h"
@@ -95,5 +96,16 @@ struct TraceStats {
 bool trace_window(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
                   const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                   TraceStats& stats, const SampleTargets* targets = nullptr, const LightVertexCache* lights = nullptr);
+
+struct PixelPosition {
+  std::int32_t x = 0, y = 0;
+};
+
+// Traces sample `index` of half A of each of the pixels by integrator path, apart from any film; radiance[i] is that of
+// pixels[i], NaN where it is not finite. Pixels of one call share packets, so the last bit depends on the list. Returns
+// false when `cancel` was raised on the way; the radiance then is of no meaning. Thread safe.
+bool trace_pixels(const RenderScene& scene, const Camera& camera, const PathSettings& settings,
+                  std::span<const PixelPosition> pixels, std::uint32_t index, const CancelToken& cancel,
+                  std::span<Rgb> radiance, TraceStats& stats);
 
 }  // namespace helio

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "renderer/trace/paths/path_integrator.h"
@@ -26,6 +27,12 @@ struct RayLog {
 struct SampleTrace;
 class SplatBuffer;
 
+// Pixels of trace_pixels() and what their samples come to.
+struct PixelList {
+  std::span<const PixelPosition> pixels;
+  std::span<Rgb> radiance;
+};
+
 struct WindowTask {
   const SceneData& scene;
   const Camera& camera;
@@ -46,6 +53,8 @@ struct WindowTask {
   const Camera* splat_camera = nullptr;  // whose film light paths land on; null: the camera's own
   // run_cached_kernel() and the one that watches it: of the range's one sample and half, ready.
   const LightVertexCache* lights = nullptr;
+  // run_pixel_kernel() alone: in place of window and film.
+  const PixelList* pixels = nullptr;
 };
 
 // Whether the kernel for flat Lambert triangles suits the scene.
@@ -61,6 +70,8 @@ bool run_bidirectional_kernel(const WindowTask& task, TraceStats& stats);
 bool run_cached_kernel(const WindowTask& task, TraceStats& stats);
 // The second, for a film that keeps directions.
 bool run_direction_recording_kernel(const WindowTask& task, TraceStats& stats);
+// Either of the first two, over a list of pixels.
+bool run_pixel_kernel(const WindowTask& task, bool plain, TraceStats& stats);
 
 // trace_window, with the rays written down when log is not null.
 bool trace_window_logged(const RenderScene& scene, const Camera& camera, const PathSettings& settings,

@@ -71,10 +71,6 @@ V2f surface_uv_at(const Hit& hit, const Surface& surface, int set) {
   return surface_uv(*surface.part, hit.primitive, surface.barycentric, set);
 }
 
-namespace {
-
-// Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
-// where there are no texture coordinates.
 float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surface, int set) {
   if (!surface.part->mesh || set < 0 || set >= kMaxTexcoordSets) return 0;
   const TriangleMesh& mesh = *surface.part->mesh;
@@ -90,6 +86,8 @@ float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surfa
   const float area = length(cross(e1, e2));
   return area > 0 ? std::sqrt(std::fabs(d1.x * d2.y - d1.y * d2.x) / area) : 0.0f;
 }
+
+namespace {
 
 V4f lookup_at(const SceneData& scene, const Hit& hit, const Surface& surface, const TextureSlot& slot,
               float footprint) {

@@ -113,6 +113,10 @@ V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& baryc
 // The same of a surface, of spheres too.
 V2f surface_uv_at(const Hit& hit, const Surface& surface, int set);
 
+// Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
+// where there are no texture coordinates.
+float uv_per_length(const SceneData& scene, const Hit& hit, const Surface& surface, int set);
+
 // Alpha at a hit. `normal` is that of AlphaHit: where spheres take their texture coordinates from.
 float surface_alpha(const SceneData& scene, const PartRecord& part, std::uint32_t primitive, const V2f& barycentric,
                     const V3f& normal);

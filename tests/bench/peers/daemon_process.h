@@ -17,6 +17,7 @@ class DaemonProcess {
   static Result<std::unique_ptr<DaemonProcess>> start(const BenchOptions& options, const std::filesystem::path& folder);
 
   Result<std::unique_ptr<RenderClient>> connect() const;
+  const std::string& address() const { return address_; }
 
   // Processor time of all its threads since it started, user and system; resolution 10 ms.
   double cpu_seconds() const;

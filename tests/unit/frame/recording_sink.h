@@ -26,6 +26,7 @@ class RecordingSink final : public FrameSink {
     std::uint32_t samples_per_pixel = 0;
     PixelRect window;
     double at_s = 0;
+    bool preview = false;
   };
 
   void frame_begun(const FrameBegin& begin) override {
@@ -47,8 +48,12 @@ class RecordingSink final : public FrameSink {
     EXPECT_TRUE(open_) << "a tile outside a frame";
     EXPECT_EQ(tile.tag.frame, newest_.frame);
     EXPECT_EQ(tile.tag.revision, newest_.revision);
-    EXPECT_EQ(tile.pixels.radiance[0].size(), std::size_t(tile.pixels.window.area()));
-    tiles.push_back({tile.tag, tile.pass, tile.final, tile.samples_per_pixel, tile.pixels.window, now_s()});
+    const std::size_t area = std::size_t(tile.pixels.window.area());
+    EXPECT_EQ(tile.pixels.radiance[0].size(), tile.preview ? 0 : area);
+    EXPECT_EQ(tile.pixels.display[0].size(), tile.preview ? area : 0);
+    EXPECT_EQ(tile.preview, begins.back().preview);
+    tiles.push_back(
+        {tile.tag, tile.pass, tile.final, tile.samples_per_pixel, tile.pixels.window, now_s(), tile.preview});
     if (keep_pixels) pixels.push_back(std::move(tile.pixels));
     changed_.notify_all();
   }

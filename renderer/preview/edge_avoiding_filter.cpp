@@ -1,0 +1,117 @@
+#include "renderer/preview/edge_avoiding_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/preview/sample_order.h"
+#include "renderer/trace/camera/camera_projection.h"
+
+namespace helio {
+namespace {
+
+// Of neighbours at -1, 0 and 1 steps: the B3 spline of Dammertz et al. cut to three taps.
+constexpr float kKernel[3] = {0.25f, 0.5f, 0.25f};
+// How far apart the depths of two pixels of one surface may be, of the depth, and in pixels' sides for each pixel
+// between them.
+constexpr float kDepthSlack = 0.004f, kStepSlack = 3.0f;
+// Samples that count at most: what has many is one neighbour among others.
+constexpr float kMostWeight = 16;
+constexpr float kFilledWeight = 0.125f;
+
+std::uint8_t pack_weight(float samples) {
+  return std::uint8_t(std::min(samples * 8 + 0.5f, 255.0f));
+}
+float unpack_weight(std::uint8_t packed) {
+  return float(packed) * 0.125f;
+}
+
+// Before the first level. Light that filled a gap in an earlier preview is better than none.
+float first_weight(const PreviewPixel& pixel) {
+  if (pixel.samples > 0) return pixel.samples;
+  return (pixel.light[0] | pixel.light[1] | pixel.light[2]) != 0 ? kFilledWeight : 0.0f;
+}
+// How far noise explains that two pixels differ, [0, 1], as if a sample's standard deviation were its mean.
+float likeness(float a, float a_samples, float b, float b_samples) {
+  const float bright = std::max(a, b), apart = a - b;
+  if (!(bright > 0)) return 1;
+  const float explained = 4 * bright * bright * (1 / a_samples + 1 / b_samples);
+  return sqr(explained / (explained + apart * apart));
+}
+
+}  // namespace
+
+EdgeAvoidingFilter::EdgeAvoidingFilter(const PreviewView& target, PreviewHistory& history)
+    : history_(history), region_(target.region) {
+  const CameraProjection here(target.camera, history.width(), history.height(), target.scene->origin());
+  orthographic_ = here.orthographic();
+  step_ = float(here.footprint(1));
+}
+
+// Of a pixel before a level: light and the samples that it stands for.
+struct EdgeAvoidingFilter::Value {
+  Rgb light;
+  float samples;
+};
+
+EdgeAvoidingFilter::Value EdgeAvoidingFilter::value(std::size_t i, int level) const {
+  const PreviewPixel& pixel = history_.current.pixels[i];
+  const FilteredPixel& filtered = history_.filtered[i];
+  const bool settled = pixel.samples >= kSettledSamples, from_pixels = level % 2 == 0;
+  const std::uint16_t* light = settled || from_pixels ? pixel.light : filtered.light;
+  const float samples = settled      ? kMostWeight
+                        : level == 0 ? first_weight(pixel)
+                                     : unpack_weight(from_pixels ? filtered.next_weight : filtered.weight);
+  return {Rgb(unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])), std::min(samples, kMostWeight)};
+}
+
+std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
+  std::vector<PreviewPixel>& pixels = history_.current.pixels;
+  const int step = 1 << level;
+  std::size_t changed = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      const std::size_t i = history_.index(x, y);
+      const PreviewPixel& here = pixels[i];
+      if (here.samples >= kSettledSamples) continue;
+      ++changed;
+      const float slack =
+          here.depth * kDepthSlack + kStepSlack * float(step) * (orthographic_ ? step_ : step_ * here.depth);
+      const Value own = value(i, level);
+      const float bright = luminance(own.light);
+      Rgb sum(0, 0, 0);
+      float weights = 0;
+      for (int j = -1; j <= 1; ++j) {
+        const int ty = y + j * step;
+        if (ty < region_.y0 || ty >= region_.y1) continue;
+        for (int k = -1; k <= 1; ++k) {
+          const int tx = x + k * step;
+          if (tx < region_.x0 || tx >= region_.x1) continue;
+          const std::size_t t = history_.index(tx, ty);
+          const PreviewPixel& tap = pixels[t];
+          if (tap.surface != here.surface || !(std::fabs(tap.depth - here.depth) <= slack) || !like_normals(tap, here))
+            continue;
+          const Value other = value(t, level);
+          if (!(other.samples > 0)) continue;
+          const float w = kKernel[j + 1] * kKernel[k + 1] * other.samples;
+          const float alike = own.samples > 0 ? likeness(bright, own.samples, luminance(other.light), other.samples) : 1;
+          sum += other.light * (w * alike);
+          weights += w * alike;
+        }
+      }
+      FilteredPixel& out = history_.filtered[i];
+      // In samples at the centre tap, whose kernel is a quarter.
+      const std::uint8_t weight = pack_weight(4 * weights);
+      const Rgb light = weights > 0 ? sum * (1 / weights) : history_.mean_light;
+      if (level % 2 == 0) {
+        for (int c = 0; c < 3; ++c) out.light[c] = pack_light(light[c]);
+        out.weight = weight;
+      } else {
+        pixels[i].set_light(light);
+        out.next_weight = weight;
+      }
+    }
+  }
+  return changed;
+}
+
+}  // namespace helio

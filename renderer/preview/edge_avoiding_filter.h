@@ -1,0 +1,31 @@
+// Edge-avoiding a-trous filter (Dammertz et al. 2010; guided as SVGF, Schied et al. 2017): light of pixels with few
+// samples becomes the mean of that of neighbours on the same surface, each weighed by its samples and by how far noise
+// explains that the two differ. Level by level the neighbours lie twice as far away. Settled pixels are read and never
+// changed.
+#pragma once
+
+#include <cstddef>
+
+#include "renderer/preview/preview_history.h"
+
+namespace helio {
+
+class EdgeAvoidingFilter {
+ public:
+  // Levels come in pairs: the second of each leaves its result in history.current. The history outlives this.
+  EdgeAvoidingFilter(const PreviewView& target, PreviewHistory& history);
+
+  // Pixels of a window at level 0, 1, ... Thread safe for different windows of one level. Returns the pixels changed.
+  std::size_t run(const PixelRect& window, int level) const;
+
+ private:
+  struct Value;
+  Value value(std::size_t i, int level) const;
+
+  PreviewHistory& history_;
+  PixelRect region_;
+  bool orthographic_ = false;
+  float step_ = 0;
+};
+
+}  // namespace helio

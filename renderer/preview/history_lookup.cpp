@@ -1,0 +1,108 @@
+#include "renderer/preview/history_lookup.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace helio {
+namespace {
+
+// How far off a tap's depth may be, of the depth: what floats, packed normals and curvature explain.
+constexpr float kDepthSlack = 0.004f;
+// Pixels' sides by which a tap may be off beside, times the tangent of the surface's slope.
+constexpr float kSlopeSlack = 2.0f;
+constexpr float kSteepest = 30;
+// Samples of light that only filled a gap.
+constexpr float kFilledSamples = 0.25f;
+// Samples from which on the second source is not asked.
+constexpr float kEnough = 16;
+// By what factor the second must have more, for it has been looked up before and is blurred.
+constexpr float kMoreByFar = 2;
+
+}  // namespace
+
+HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history) : history_(history) {
+  const int width = history.width(), height = history.height();
+  const V3d& origin = target.scene->origin();
+  const CameraProjection here(target.camera, width, height, origin);
+  orthographic_ = here.orthographic();
+  step_ = float(here.footprint(1));
+  forward_ = V3f(target.camera.forward);
+  const V3d corner = orthographic_ ? target.camera.forward : here.offset_at(0, 0, 1);
+  corner_ = V3f(corner);
+  if (!orthographic_) {
+    step_x_ = V3f(here.offset_at(1, 0, 1) - corner);
+    step_y_ = V3f(here.offset_at(0, 1, 1) - corner);
+  } else {
+    step_x_ = step_y_ = V3f(0, 0, 0);
+  }
+  const bool last_is_true = history.last.known && history.last.scene.lock() == target.scene;
+  for (const PreviewBuffer* buffer : {&history.rest, &history.last}) {
+    if (!buffer->known) continue;
+    // Light of a scene before an edit is a guess.
+    const bool same = buffer->scene.lock() == target.scene;
+    if (!same && last_is_true) continue;  // what it knew has been looked up, and corrected since
+    const CameraProjection there(buffer->camera, width, height, origin);
+    sources_.push_back({ViewMapping(here, there), buffer->pixels.data(), buffer->region,
+                        same ? kExactSamples : std::uint8_t(1)});
+  }
+}
+
+HistoryLookup::Found HistoryLookup::look(const Source& source, int x, int y, const PreviewPixel& pixel,
+                                         float slope) const {
+  Found found;
+  const ViewMapping::Point to = source.mapping.map(float(x) + 0.5f, float(y) + 0.5f, pixel.depth);
+  if (!(to.depth > 0)) return found;
+  const float fx = to.x - 0.5f, fy = to.y - 0.5f;
+  const PixelRect& r = source.region;
+  if (!(fx > float(r.x0) - 1 && fx < float(r.x1) && fy > float(r.y0) - 1 && fy < float(r.y1))) return found;
+  const int x0 = int(std::floor(fx)), y0 = int(std::floor(fy));
+  const float ax = fx - float(x0), ay = fy - float(y0);
+  const float slack = to.depth * kDepthSlack + slope * (orthographic_ ? step_ : step_ * to.depth);
+  float counted = 0, weights = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int tx = x0 + (k & 1), ty = y0 + (k >> 1);
+    if (!r.contains(tx, ty)) continue;
+    const PreviewPixel& tap = source.pixels[history_.index(tx, ty)];
+    if (tap.surface != pixel.surface || !(std::fabs(tap.depth - to.depth) <= slack) || !like_normals(tap, pixel))
+      continue;
+    const float weight = ((k & 1) ? ax : 1 - ax) * ((k >> 1) ? ay : 1 - ay) + 1e-4f;
+    const float samples = std::min<float>(tap.samples, source.most_samples);
+    const float count = weight * std::max(samples, kFilledSamples);
+    weights += weight;
+    counted += count;
+    found.samples += weight * samples;
+    found.light += tap.unpacked_light() * count;
+  }
+  if (!(weights > 0)) return found;
+  found.known = true;
+  found.light *= 1 / counted;
+  found.samples /= weights;
+  return found;
+}
+
+void HistoryLookup::run(const PixelRect& window) const {
+  if (sources_.empty()) return;
+  for (int y = window.y0; y < window.y1; ++y) {
+    const V3f row = corner_ + step_y_ * (float(y) + 0.5f);
+    for (int x = window.x0; x < window.x1; ++x) {
+      PreviewPixel& pixel = history_.current.pixels[history_.index(x, y)];
+      if (pixel.samples == kExactSamples) continue;
+      const V3f along = row + step_x_ * (float(x) + 0.5f);
+      const float cosine = std::fabs(dot(pixel.unpacked_normal(), along)), square = length_squared(along);
+      // Tangent of the angle between view and normal.
+      const float tangent = std::sqrt(std::max(square - cosine * cosine, 0.0f)) / std::max(cosine, 1e-6f);
+      const float slope = kSlopeSlack * std::min(tangent, kSteepest);
+      Found best;
+      for (const Source& source : sources_) {
+        const Found found = look(source, x, y, pixel, slope);
+        if (found.known && (!best.known || found.samples > kMoreByFar * best.samples)) best = found;
+        if (best.samples >= kEnough) break;
+      }
+      if (!best.known) continue;
+      pixel.set_light(best.light);
+      pixel.samples = std::uint8_t(std::min(best.samples + 0.5f, float(kExactSamples - 1)));
+    }
+  }
+}
+
+}  // namespace helio

@@ -1,0 +1,43 @@
+// Temporal reprojection of light into a preview: what an earlier picture shows of the same surface point, by one
+// bilinear lookup whose taps must lie on that surface.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/preview/preview_history.h"
+#include "renderer/preview/view_mapping.h"
+
+namespace helio {
+
+class HistoryLookup {
+ public:
+  // `target`: of the picture that is made, whose surfaces are in history.current. The history outlives this.
+  HistoryLookup(const PreviewView& target, PreviewHistory& history);
+
+  // Light and samples of the window's pixels that have none. Surfaces of the window must be known. Thread safe for
+  // different windows.
+  void run(const PixelRect& window) const;
+
+ private:
+  struct Source {
+    ViewMapping mapping;
+    const PreviewPixel* pixels;
+    PixelRect region;
+    std::uint8_t most_samples;  // that a lookup counts for
+  };
+  struct Found {
+    bool known = false;
+    Rgb light{0, 0, 0};
+    float samples = 0;  // 0: the light filled a gap there
+  };
+  Found look(const Source& source, int x, int y, const PreviewPixel& pixel, float slope) const;
+
+  PreviewHistory& history_;
+  std::vector<Source> sources_;  // the one to prefer first
+  V3f forward_, corner_, step_x_, step_y_;  // of the view that is made
+  bool orthographic_ = false;
+  float step_ = 0;
+};
+
+}  // namespace helio

@@ -1,0 +1,212 @@
+#include "renderer/preview/preview.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "renderer/base/check.h"
+#include "renderer/base/clock.h"
+#include "renderer/film/core/film_windows.h"
+#include "renderer/preview/film_capture.h"
+
+namespace helio {
+namespace {
+
+constexpr int kWindowWidth = 128, kWindowHeight = 32;
+// Paths of a part: a group of the kernels.
+constexpr std::size_t kPathsAPart = 256;
+// Parts that are traced whatever the time, for what has come into view would have no light at all.
+constexpr std::size_t kLeastParts = 8;
+// Paths of a preview at most, of its pixels: more would not fit its memory.
+constexpr double kMostPaths = 0.25;
+// Levels of the filter at most; in pairs.
+constexpr int kMostLevels = 4;
+// Luminance of a fresh sample's light beyond so many times the mean is cut off: it would shine for seconds.
+constexpr float kMostOverMean = 16;
+
+void blend(double& mean, double value) {
+  mean = mean > 0 ? mean + 0.25 * (value - mean) : value;
+}
+
+}  // namespace
+
+Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
+                 std::shared_ptr<const CancelToken> cancel)
+    : history_(std::move(history)),
+      target_(std::move(target)),
+      cancel_(std::move(cancel)),
+      view_{target_.scene, target_.camera, target_.region},
+      surface_camera_(target_.camera, history_->width(), history_->height(), target_.scene->origin()),
+      camera_(target_.camera, history_->width(), history_->height(), target_.scene->origin(), target_.filter),
+      windows_(cut_aligned(target_.region, kWindowWidth, kWindowHeight)) {
+  target_.path.integrator = Integrator::path;
+  target_.path.technique.reset();
+  if (history_->colored_scene.lock() != target_.scene) {
+    history_->surface_colors = std::make_shared<const SurfaceColors>(*target_.scene);
+    history_->colored_scene = target_.scene;
+  }
+  history_->current.forget();
+  ++history_->frame;
+  wanted_.resize(windows_.size());
+  if (target_.film) sweeps_.push_back(Sweep::capture);
+  sweeps_.push_back(Sweep::surfaces);
+  // Where nothing is captured, what was captured before stays what is looked up first.
+  if (!target_.film) lookup_.emplace(view_, *history_);
+}
+
+std::size_t Preview::parts() const {
+  switch (sweeps_[std::size_t(current_)]) {
+    case Sweep::capture:
+    case Sweep::surfaces:
+    case Sweep::filter:
+      return windows_.size();
+    case Sweep::samples:
+      return (chosen_.size() + kPathsAPart - 1) / kPathsAPart;
+  }
+  return 0;
+}
+
+void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
+  double none = 0;
+  sweep_begun_s_.compare_exchange_strong(none, now_s());
+  switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::capture:
+      return capture_film(*target_.film, windows_[part], *history_);
+    case Sweep::surfaces: {
+      const bool textured = surface_camera_.pinhole();
+      const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
+      for (const PixelRect& block : cut_aligned(windows_[part], kPathGroupSize, kPathGroupSize)) {
+        stats.rays += surfaces.run(block);
+        lookup_->run(block);
+      }
+      wanted_[part] = SampleOrder::find(windows_[part], *history_);
+      return;
+    }
+    case Sweep::samples:
+      return trace(part, stats);
+    case Sweep::filter:
+      if (unsettled_[part] > 0) filter_->run(windows_[part], sweep - first_level_);
+      return;
+  }
+}
+
+void Preview::finish_sweep(int sweep) {
+  const double seconds = sweep_begun_s_ > 0 ? now_s() - sweep_begun_s_ : 0;
+  sweep_begun_s_ = 0;
+  PreviewCosts& costs = history_->costs;
+  switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::capture:
+      history_->rest.known = true;
+      history_->rest.scene = history_->last.scene;
+      history_->rest.camera = history_->last.camera;
+      history_->rest.region = history_->last.region;
+      history_->last.forget();  // what it knew is part of the other by now
+      lookup_.emplace(view_, *history_);
+      break;
+    case Sweep::surfaces:
+      blend(costs.surfaces, seconds / double(target_.region.area()));
+      plan_rest();
+      break;
+    case Sweep::samples:
+      if (traced_ > 0) blend(costs.sample, seconds / double(traced_));
+      finish_samples();
+      break;
+    case Sweep::filter: {
+      std::size_t pixels = 0;
+      for (const std::size_t count : unsettled_) pixels += count;
+      if (pixels > 0) blend(costs.filter, seconds / double(pixels));
+      break;
+    }
+  }
+  ++current_;
+  if (current_ == sweeps()) complete();
+}
+
+// What fits into the time that is left: paths, and levels of the filter, which are given up first.
+void Preview::plan_rest() {
+  std::size_t unsettled = 0, gaps = 0;
+  for (const SampleOrder::Wanted& wanted : wanted_) {
+    unsettled_.push_back(wanted.unsettled);
+    unsettled += wanted.unsettled;
+    for (const auto& rank : wanted.gaps) gaps += rank.size();
+  }
+  if (unsettled > 0) {
+    const PreviewCosts& costs = history_->costs;
+    const double left = std::max(target_.until_s - now_s(), 0.0);
+    const double level = costs.filter * double(unsettled);
+    // A level in four is worth no more than half of the time that is left.
+    int levels = kMostLevels;
+    while (levels > 2 && levels * level > 0.5 * left) levels -= 2;
+    const double most_paths = kMostPaths * double(target_.region.area());
+    const double for_paths = std::max(left - levels * level, 0.0);
+    const double paths = std::max(costs.sample > 0 ? for_paths / costs.sample : double(16 * kPathsAPart),
+                                  gaps > 0 ? double(kLeastParts * kPathsAPart) : 0.0);
+    chosen_ = SampleOrder::merge(wanted_, std::size_t(std::min(paths, most_paths)));
+    if (!chosen_.empty()) {
+      sweeps_.push_back(Sweep::samples);
+      const std::size_t parts = (chosen_.size() + kPathsAPart - 1) / kPathsAPart;
+      sums_.assign(parts, Rgb(0, 0, 0));
+      counts_.assign(parts, 0);
+    }
+    first_level_ = sweeps();
+    sweeps_.insert(sweeps_.end(), std::size_t(levels), Sweep::filter);
+    filter_.emplace(view_, *history_);
+  }
+  wanted_ = {};
+}
+
+void Preview::trace(std::size_t part, TraceStats& stats) {
+  if (part >= kLeastParts && now_s() >= target_.until_s) return;
+  const std::size_t first = part * kPathsAPart, count = std::min(kPathsAPart, chosen_.size() - first);
+  const std::span<const PixelPosition> pixels(chosen_.data() + first, count);
+  Rgb radiance[kPathsAPart];
+  if (!trace_pixels(*target_.scene, camera_, target_.path, pixels, history_->frame, *cancel_, radiance, stats)) return;
+  traced_ += count;
+  const float mean = luminance(history_->mean_light);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Rgb& sample = radiance[k];
+    if (!is_finite(sample)) {
+      ++stats.invalid_samples;
+      continue;
+    }
+    const std::size_t i = history_->index(pixels[k].x, pixels[k].y);
+    PreviewPixel& pixel = history_->current.pixels[i];
+    Rgb light = sample / unpack_color(history_->colors[i]);
+    const float most = kMostOverMean * mean, bright = luminance(light);
+    if (mean > 0 && bright > most) light *= most / bright;
+    sums_[part] += light;
+    ++counts_[part];
+    const float before = pixel.samples;
+    pixel.set_light((pixel.unpacked_light() * before + light) / (before + 1));
+    ++pixel.samples;
+  }
+}
+
+void Preview::finish_samples() {
+  Rgb sum(0, 0, 0);
+  std::size_t count = 0;
+  for (std::size_t part = 0; part < sums_.size(); ++part) {
+    sum += sums_[part];
+    count += counts_[part];
+  }
+  if (count > 0 && is_finite(sum)) history_->mean_light = sum / float(count);
+}
+
+void Preview::complete() {
+  history_->current.set_view(view_);
+  std::swap(history_->current, history_->last);
+}
+
+void Preview::resolve(const PixelRect& window, std::vector<float> (&display)[3]) const {
+  for (std::vector<float>& plane : display) plane.resize(std::size_t(window.area()));
+  std::size_t to = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++to) {
+      const std::size_t i = history_->index(x, y);
+      const Rgb radiance = history_->last.pixels[i].unpacked_light() * unpack_color(history_->colors[i]);
+      for (int c = 0; c < 3; ++c) display[c][to] = radiance[c];
+    }
+  }
+}
+
+}  // namespace helio

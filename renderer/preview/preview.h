@@ -1,0 +1,85 @@
+// A preview: a whole picture for the eye within a time budget, biased, never part of a film.
+//
+// In sweeps over the picture: the resting film's light is taken over (film_capture.h), where there is one; visibility
+// (surface_pass.h) and temporal reprojection (history_lookup.h); fresh samples as long as time is left
+// (sample_order.h); an edge-avoiding filter over what is still noisy or missing (edge_avoiding_filter.h).
+//
+// It does not show: how glossy surfaces change with the view before fresh samples tell; what moves in mirrors and
+// behind glass; light of integrators that find what paths do not.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/pixel_filter.h"
+#include "renderer/film/core/film.h"
+#include "renderer/preview/edge_avoiding_filter.h"
+#include "renderer/preview/history_lookup.h"
+#include "renderer/preview/preview_history.h"
+#include "renderer/preview/sample_order.h"
+#include "renderer/preview/surface_pass.h"
+#include "renderer/trace/paths/path_integrator.h"
+
+namespace helio {
+
+struct PreviewTarget {
+  std::shared_ptr<const RenderScene> scene;
+  CameraPose camera;  // fitted()
+  PathSettings path;  // integrator path
+  PixelFilter filter;
+  PixelRect region;
+  // now_s() clock. Visibility and lookup take what they take; fresh samples and levels of the filter are given up so
+  // that the sweeps end by until_s.
+  double begun_s = 0, until_s = 0;
+  // Rests at the view of the newest preview; nobody writes to it until the sweeps are over. Null: none.
+  const Film* film = nullptr;
+};
+
+// Sweeps and parts as FrameStage has them: all parts of a sweep, in any order and on any worker, then finish_sweep().
+class Preview {
+ public:
+  // history: of the film's size; nobody else uses it until the sweeps are over or given up.
+  Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target, std::shared_ptr<const CancelToken> cancel);
+
+  int sweeps() const { return int(sweeps_.size()); }
+  std::size_t parts() const;  // of the sweep that comes next
+  void run(int sweep, std::size_t part, TraceStats& stats);
+  void finish_sweep(int sweep);
+
+  // The picture of a window inside the region, linear radiance, row-major. After the last sweep, until the history's
+  // next preview begins. Thread safe.
+  void resolve(const PixelRect& window, std::vector<float> (&display)[3]) const;
+
+ private:
+  enum class Sweep { capture, surfaces, samples, filter };
+
+  void plan_rest();
+  void trace(std::size_t part, TraceStats& stats);
+  void finish_samples();
+  void complete();
+
+  std::shared_ptr<PreviewHistory> history_;
+  PreviewTarget target_;
+  std::shared_ptr<const CancelToken> cancel_;
+  PreviewView view_;
+  Camera surface_camera_, camera_;  // through pixels' centres | with the filter of the samples
+  std::vector<PixelRect> windows_;
+  std::vector<Sweep> sweeps_;  // as far as they are known
+  int current_ = 0;            // sweep that comes next
+  int first_level_ = 0;        // sweep of the filter's level 0
+  std::optional<HistoryLookup> lookup_;
+  std::optional<EdgeAvoidingFilter> filter_;
+  std::vector<SampleOrder::Wanted> wanted_;  // by window, until the samples are chosen
+  std::vector<std::size_t> unsettled_;       // pixels, by window
+  std::vector<PixelPosition> chosen_;
+  std::atomic<double> sweep_begun_s_ = 0;  // 0: no part of it was run
+  std::atomic<std::size_t> traced_ = 0;
+  std::vector<Rgb> sums_;            // by part of the samples: of light
+  std::vector<std::size_t> counts_;  // and how many
+};
+
+}  // namespace helio

@@ -1,0 +1,74 @@
+// What a preview keeps of a pixel, and how it is packed.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "renderer/base/math.h"
+
+namespace helio {
+
+// Largest half; light beyond it is cut off.
+inline constexpr float kMostLight = 65504;
+
+// A half without a sign, rounded to nearest. Finite x; what is negative becomes 0.
+inline std::uint16_t pack_light(float x) {
+  const float scaled = std::min(std::max(x, 0.0f), kMostLight) * 0x1p-112f;
+  return std::uint16_t((std::bit_cast<std::uint32_t>(scaled) + 0x1000u) >> 13);
+}
+inline float unpack_light(std::uint16_t half) {
+  return std::bit_cast<float>(std::uint32_t(half) << 13) * 0x1p112f;
+}
+
+// A surface's colour by roots in bytes. Never darker than 0.02, so that light can be had by dividing.
+inline std::uint32_t pack_color(const Rgb& color) {
+  std::uint32_t packed = 0;
+  for (int c = 0; c < 3; ++c) {
+    const float root = std::sqrt(std::min(std::max(color[c], 0.02f), 1.0f));
+    packed |= std::uint32_t(root * 255 + 0.5f) << (8 * c);
+  }
+  return packed;
+}
+inline Rgb unpack_color(std::uint32_t packed) {
+  const auto channel = [packed](int c) {
+    const float root = float(packed >> (8 * c) & 255u) * (1.0f / 255);
+    return root * root;
+  };
+  return {channel(0), channel(1), channel(2)};
+}
+inline constexpr std::uint32_t kWhite = 0xffffffu;
+
+// Samples of a pixel whose light is known exactly: lamps and the environment, seen directly.
+inline constexpr std::uint8_t kExactSamples = 255;
+
+// What the ray through a pixel's centre meets, and the light that it sends with the surface's colour divided out.
+struct PreviewPixel {
+  float depth = 0;                    // along the view axis, scene units; +inf: nothing was met
+  std::uint16_t surface = 0;          // of object and material; 0: nothing was met
+  std::uint16_t light[3] = {0, 0, 0};  // pack_light()
+  std::int8_t normal[3] = {0, 0, 0};  // geometric, towards the viewer, in 127ths
+  std::uint8_t samples = 0;           // path samples in the light; 0: it was filled in from neighbours
+
+  bool hit() const { return surface != 0; }
+  Rgb unpacked_light() const { return {unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])}; }
+  void set_light(const Rgb& value) {
+    for (int c = 0; c < 3; ++c) light[c] = pack_light(value[c]);
+  }
+  V3f unpacked_normal() const {
+    return V3f(float(normal[0]), float(normal[1]), float(normal[2])) * (1.0f / 127);
+  }
+  void set_normal(const V3f& n) {
+    for (int c = 0; c < 3; ++c) normal[c] = std::int8_t(std::lrint(std::clamp(n[c], -1.0f, 1.0f) * 127));
+  }
+};
+static_assert(sizeof(PreviewPixel) == 16);
+
+// Whether two normals are less than some 37 degrees apart.
+inline bool like_normals(const PreviewPixel& a, const PreviewPixel& b) {
+  return int(a.normal[0]) * b.normal[0] + int(a.normal[1]) * b.normal[1] + int(a.normal[2]) * b.normal[2] >
+         int(0.8f * 127 * 127);
+}
+
+}  // namespace helio

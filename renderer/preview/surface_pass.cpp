@@ -1,0 +1,87 @@
+#include "renderer/preview/surface_pass.h"
+
+#include <limits>
+
+#include "renderer/base/check.h"
+#include "renderer/base/hash.h"
+#include "renderer/film/core/film.h"
+#include "renderer/trace/gbuffer/primary_hits.h"
+
+namespace helio {
+namespace {
+
+constexpr int kMostPixels = kFilmBlock * kFilmBlock;
+
+std::uint16_t surface_name(std::uint32_t instance, std::uint32_t material) {
+  return std::uint16_t(hash32(instance * 0x9e3779b9u ^ material) | 1u);
+}
+
+Rgb finite_light(const Rgb& light) {
+  return is_finite(light) ? light : Rgb(0, 0, 0);
+}
+
+}  // namespace
+
+void SurfacePass::note(const Ray& ray, const Hit& hit, PreviewPixel& pixel, std::uint32_t& color) const {
+  pixel = {};
+  color = kWhite;
+  if (!hit.valid()) {
+    pixel.depth = std::numeric_limits<float>::infinity();
+    pixel.set_light(finite_light(scene_.lights->environment_radiance(ray.direction)));
+    pixel.samples = kExactSamples;
+    return;
+  }
+  const Surface surface = make_surface<true>(scene_, ray, hit);
+  const MaterialRecord& material = *surface.material;
+  pixel.depth = hit.t * dot(ray.direction, camera_.forward());
+  pixel.surface = surface_name(scene_.instance_name(hit), surface.part->material);
+  pixel.set_normal(surface.facing_normal());
+  if (material.one_sided && !surface.front) {
+    pixel.samples = kExactSamples;
+    return;
+  }
+  if (material.emissive || material.unlit) {
+    const Rgb emission = finite_light(surface_emission(scene_, hit, surface));
+    if (!is_black(emission) || material.unlit) {
+      pixel.set_light(emission);
+      pixel.samples = kExactSamples;
+      return;
+    }
+  }
+  if (!textured_ || !colors_.varies(surface.part->material)) return;
+  RayCone cone = camera_.cone();
+  cone.advance(hit.t);
+  const float cosine = dot(surface.geometric_normal, ray.direction);
+  color = pack_color(colors_.at(hit, surface, cone.footprint(cosine)));
+}
+
+std::uint64_t SurfacePass::run(const PixelRect& block) const {
+  constexpr int kTile = 4;  // neighbours share a packet
+  HELIO_DCHECK(block.area() <= kMostPixels);
+  Ray rays[kMostPixels];
+  Hit hits[kMostPixels];
+  std::uint32_t order[kMostPixels] = {};
+  PixelPosition at[kMostPixels];
+  std::uint32_t count = 0;
+  for (int ty = block.y0; ty < block.y1; ty += kTile) {
+    for (int tx = block.x0; tx < block.x1; tx += kTile) {
+      for (int y = ty; y < std::min(ty + kTile, block.y1); ++y) {
+        for (int x = tx; x < std::min(tx + kTile, block.x1); ++x) {
+          const CameraRay camera = camera_.centre_ray(x, y);
+          rays[count] = {camera.origin, std::numeric_limits<float>::infinity(), camera.direction, kCentreAlphaKey};
+          order[count] = count;
+          at[count] = {x, y};
+          ++count;
+        }
+      }
+    }
+  }
+  scene_.accel->intersect(rays, order, count, hits, RayOrder::camera);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::size_t pixel = history_.index(at[i].x, at[i].y);
+    note(rays[i], hits[i], history_.current.pixels[pixel], history_.colors[pixel]);
+  }
+  return count;
+}
+
+}  // namespace helio

@@ -1,0 +1,33 @@
+// Visibility: what the ray through each pixel's centre meets.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/preview/preview_history.h"
+#include "renderer/trace/camera/camera.h"
+
+namespace helio {
+
+class SurfacePass {
+ public:
+  // Light is divided by surfaces' colours, unless `textured` is false: through a lens a pixel mixes many points of a
+  // texture. All outlive this.
+  SurfacePass(const RenderScene& scene, const Camera& camera, const SurfaceColors& colors, bool textured,
+              PreviewHistory& history)
+      : scene_(scene.impl()), camera_(camera), colors_(colors), textured_(textured), history_(history) {}
+
+  // Pixels of a block of at most kPathGroupSize a side: `current` and colours. What shines has its own light and
+  // kExactSamples, all else no light and no samples. Thread safe for different blocks. Returns the rays traced.
+  std::uint64_t run(const PixelRect& block) const;
+
+ private:
+  void note(const Ray& ray, const Hit& hit, PreviewPixel& pixel, std::uint32_t& color) const;
+
+  const SceneData& scene_;
+  const Camera& camera_;
+  const SurfaceColors& colors_;
+  const bool textured_;
+  PreviewHistory& history_;
+};
+
+}  // namespace helio

@@ -1,0 +1,31 @@
+// From a pixel of one view and its depth to the film of another: a linear map of homogeneous coordinates, worked out in
+// double for two cameras and applied in float.
+#pragma once
+
+#include "renderer/trace/camera/camera_projection.h"
+
+namespace helio {
+
+class ViewMapping {
+ public:
+  // Both of one film's size.
+  ViewMapping(const CameraProjection& from, const CameraProjection& to);
+
+  struct Point {
+    float x, y, depth;  // pixels from the film's upper left corner; depth <= 0: the other view does not see it
+  };
+  // Film point in pixels and depth along the view axis, finite.
+  Point map(float x, float y, float depth) const {
+    const V3f across = corner_ + step_x_ * x + step_y_ * y;
+    const V3f at = from_orthographic_ ? across + along_ * depth : across * depth + offset_;
+    if (to_orthographic_) return {at.x, at.y, at.z};
+    const float inverse = 1 / at.z;
+    return {at.x * inverse, at.y * inverse, at.z};
+  }
+
+ private:
+  bool from_orthographic_, to_orthographic_;
+  V3f corner_, step_x_, step_y_, along_, offset_;
+};
+
+}  // namespace helio
