@@ -64,6 +64,25 @@ EdgeAvoidingFilter::Value EdgeAvoidingFilter::value(std::size_t i, int level) co
   return {Rgb(unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])), std::min(samples, kMostWeight)};
 }
 
+// Where no neighbour is of the same surface: the mean of those that have light, else of the whole picture.
+Rgb EdgeAvoidingFilter::around(int x, int y, int level) const {
+  Rgb sum(0, 0, 0);
+  float count = 0;
+  const PixelRect near = intersect({x - 1, y - 1, x + 2, y + 2}, region_);
+  for (int ty = near.y0; ty < near.y1; ++ty) {
+    for (int tx = near.x0; tx < near.x1; ++tx) {
+      const std::size_t t = history_.index(tx, ty);
+      // What shines lights itself alone.
+      if (history_.current.pixels[t].samples == kExactSamples) continue;
+      const Value other = value(t, level);
+      if (!(other.samples > 0)) continue;
+      sum += other.light;
+      ++count;
+    }
+  }
+  return count > 0 ? sum * (1 / count) : history_.mean_light;
+}
+
 std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
   std::vector<PreviewPixel>& pixels = history_.current.pixels;
   const int step = 1 << level;
@@ -101,7 +120,7 @@ std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
       FilteredPixel& out = history_.filtered[i];
       // In samples at the centre tap, whose kernel is a quarter.
       const std::uint8_t weight = pack_weight(4 * weights);
-      const Rgb light = weights > 0 ? sum * (1 / weights) : history_.mean_light;
+      const Rgb light = weights > 0 ? sum * (1 / weights) : around(x, y, level);
       if (level % 2 == 0) {
         for (int c = 0; c < 3; ++c) out.light[c] = pack_light(light[c]);
         out.weight = weight;

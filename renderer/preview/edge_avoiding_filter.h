@@ -21,6 +21,7 @@ class EdgeAvoidingFilter {
  private:
   struct Value;
   Value value(std::size_t i, int level) const;
+  Rgb around(int x, int y, int level) const;
 
   PreviewHistory& history_;
   PixelRect region_;

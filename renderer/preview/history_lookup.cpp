@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/film/core/lanes.h"
+
 namespace helio {
 namespace {
 
@@ -58,24 +60,28 @@ HistoryLookup::Found HistoryLookup::look(const Source& source, int x, int y, con
   const int x0 = int(std::floor(fx)), y0 = int(std::floor(fy));
   const float ax = fx - float(x0), ay = fy - float(y0);
   const float slack = to.depth * kDepthSlack + slope * (orthographic_ ? step_ : step_ * to.depth);
-  float counted = 0, weights = 0;
-  for (int k = 0; k < 4; ++k) {
-    const int tx = x0 + (k & 1), ty = y0 + (k >> 1);
-    if (!r.contains(tx, ty)) continue;
-    const PreviewPixel& tap = source.pixels[history_.index(tx, ty)];
-    if (tap.surface != pixel.surface || !(std::fabs(tap.depth - to.depth) <= slack) || !like_normals(tap, pixel))
-      continue;
-    const float weight = ((k & 1) ? ax : 1 - ax) * ((k >> 1) ? ay : 1 - ay) + 1e-4f;
-    const float samples = std::min<float>(tap.samples, source.most_samples);
-    const float count = weight * std::max(samples, kFilledSamples);
-    weights += weight;
-    counted += count;
-    found.samples += weight * samples;
-    found.light += tap.unpacked_light() * count;
+  Float4 sum = {0, 0, 0, 0};  // light, and what it counts
+  float weights = 0;
+  const PixelRect taps = intersect({x0, y0, x0 + 2, y0 + 2}, r);
+  for (int ty = taps.y0; ty < taps.y1; ++ty) {
+    const float across = ty == y0 ? 1 - ay : ay;
+    for (int tx = taps.x0; tx < taps.x1; ++tx) {
+      const PreviewPixel& tap = source.pixels[history_.index(tx, ty)];
+      if (tap.surface != pixel.surface || !(std::fabs(tap.depth - to.depth) <= slack) || !like_normals(tap, pixel))
+        continue;
+      const float weight = (tx == x0 ? 1 - ax : ax) * across + 1e-4f;
+      const float samples = std::min<float>(tap.samples, source.most_samples);
+      const UInt4 light = {tap.light[0], tap.light[1], tap.light[2], 0};
+      Float4 value = (Float4)(light << 13) * 0x1p112f;  // as unpack_light()
+      value[3] = 1;
+      sum += value * (weight * std::max(samples, kFilledSamples));
+      weights += weight;
+      found.samples += weight * samples;
+    }
   }
   if (!(weights > 0)) return found;
   found.known = true;
-  found.light *= 1 / counted;
+  found.light = Rgb(sum[0], sum[1], sum[2]) * (1 / sum[3]);
   found.samples /= weights;
   return found;
 }

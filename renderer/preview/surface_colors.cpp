@@ -33,10 +33,11 @@ SurfaceColors::SurfaceColors(const RenderScene& scene) : scene_(scene.impl()) {
     color.base = m.base_color;
     if (!m.base_color_texture.present()) continue;
     color.varies = true;
-    color.texture = &m.base_color_texture;
-    color.mean = mean_color(*scene_.textures, *color.texture);
-    color.texels = std::sqrt(float(scene_.textures->width(color.texture->image)) *
-                             float(scene_.textures->height(color.texture->image)));
+    color.texture = color.nearest = m.base_color_texture;
+    color.nearest.filter = FilterMode::nearest;
+    color.mean = mean_color(*scene_.textures, color.texture);
+    color.texels = std::sqrt(float(scene_.textures->width(color.texture.image)) *
+                             float(scene_.textures->height(color.texture.image)));
   }
   const auto note_vertex_colors = [&](const PartRecord& part) {
     if (part.mesh && !part.mesh->colors.empty()) materials_[part.material].varies = true;
@@ -54,15 +55,15 @@ Rgb SurfaceColors::at(const Hit& hit, const Surface& surface, float footprint) c
     const V4f c = mesh.colors[i[0]] * (1 - hit.u - hit.v) + mesh.colors[i[1]] * hit.u + mesh.colors[i[2]] * hit.v;
     color *= Rgb(c.x, c.y, c.z);
   }
-  if (!m.texture) return color;
-  const float texels = footprint * uv_per_length(scene_, hit, surface, m.texture->texcoord) * m.texels;
-  const float blur = std::clamp((texels - kSharp) / (kBlurred - kSharp), 0.0f, 1.0f);
-  Rgb texture = m.mean;
-  if (blur < 1) {
-    const V4f t = scene_.textures->lookup(*m.texture, surface_uv_at(hit, surface, m.texture->texcoord));
-    texture = Rgb(t.x, t.y, t.z) * (1 - blur) + m.mean * blur;
-  }
-  return color * texture;
+  if (!m.texture.present()) return color;
+  const int set = m.texture.texcoord;
+  const float texels = footprint * uv_per_length(scene_, hit, surface, set) * m.texels;
+  if (texels >= kBlurred) return color * m.mean;
+  // Where a pixel covers a texel, interpolating between texels makes no difference that lasts.
+  const bool magnified = texels < kSharp;
+  const V4f t = scene_.textures->lookup(magnified ? m.texture : m.nearest, surface_uv_at(hit, surface, set));
+  const float blur = magnified ? 0.0f : (texels - kSharp) / (kBlurred - kSharp);
+  return color * (Rgb(t.x, t.y, t.z) * (1 - blur) + m.mean * blur);
 }
 
 }  // namespace helio

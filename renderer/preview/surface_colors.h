@@ -26,7 +26,7 @@ class SurfaceColors {
  private:
   struct OfMaterial {
     bool varies = false;
-    const TextureSlot* texture = nullptr;  // null: vertex colours alone
+    TextureSlot texture, nearest;          // absent: vertex colours alone | without interpolation
     Rgb base{1, 1, 1}, mean{1, 1, 1};      // factor | of the texture
     float texels = 0;                      // along a side of the texture: root of their number
   };

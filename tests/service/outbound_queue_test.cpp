@@ -166,5 +166,81 @@ TEST(OutboundQueue, ClosedQueueTakesNothing) {
   EXPECT_FALSE(queue.pop(0).message);
 }
 
+FrameBegin preview_begin(std::uint64_t revision, std::uint64_t frame) {
+  FrameBegin preview = begin(revision, frame);
+  preview.preview = true;
+  return preview;
+}
+
+TEST(OutboundQueue, APreviewOfWhichSomethingWasSentIsSentToItsEnd) {
+  OutboundQueue queue;
+  queue.push(preview_begin(1, 1));
+  queue.push(tile(1, 1, 0));
+  pop<FrameBegin>(queue);
+  queue.push(tile(1, 1, 10));
+  queue.drop_before(5);
+  EXPECT_TRUE(queue.wants({1, 1, 1}));
+  queue.push(tile(1, 1, 20));
+  queue.push(end(1, 1));
+  queue.push(begin(5, 2));  // the film of a newer view
+  queue.push(tile(5, 2, 0));
+  EXPECT_EQ(queue.bytes(), 400u);
+  for (const int x : {0, 10, 20}) EXPECT_EQ(pop<EncodedTile>(queue).window.x0, x);
+  EXPECT_EQ(pop<FrameReport>(queue).bytes_sent, 300u);
+  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 2u);
+  EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 2u);
+  EXPECT_EQ(queue.bytes(), 0u);
+}
+
+TEST(OutboundQueue, APreviewThatWaitsIsReplacedWholeByANewerOne) {
+  OutboundQueue queue;
+  for (std::uint64_t frame = 1; frame <= 6; ++frame) {
+    queue.push(preview_begin(frame, frame));
+    for (int x = 0; x < 100; x += 10) queue.push(tile(frame, frame, x));
+    queue.push(end(frame, frame));
+    if (frame == 1) {
+      EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 1u);
+    }
+    EXPECT_LE(queue.bytes(), 2000u);  // two previews at most, whoever reads or not
+  }
+  EXPECT_FALSE(queue.wants({3, 3, 3}));
+  for (int x = 0; x < 100; x += 10) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 1u);
+  EXPECT_EQ(pop<FrameReport>(queue).end.tag.frame, 1u);
+  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 6u);
+  for (int x = 0; x < 100; x += 10) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 6u);
+  EXPECT_EQ(pop<FrameReport>(queue).end.tag.frame, 6u);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(OutboundQueue, TheEndOfTheFilmBeforeComesAheadOfAPreview) {
+  OutboundQueue queue;
+  queue.push(begin(1, 1));
+  queue.push(tile(1, 1, 0));
+  pop<FrameBegin>(queue);
+  queue.push(end(1, 1));
+  queue.drop_before(2);
+  queue.push(preview_begin(2, 2));
+  queue.push(tile(2, 2, 0));
+  EXPECT_EQ(pop<FrameReport>(queue).dropped_tiles, 1u);
+  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 2u);
+  queue.close();
+  EXPECT_EQ(queue.bytes(), 0u);
+  EXPECT_FALSE(queue.pop(0).message);
+}
+
+TEST(OutboundQueue, PreviewsCostCreditAndRate) {
+  OutboundQueue queue;
+  queue.limit_credit(1);
+  queue.push(preview_begin(1, 1));
+  for (int x = 0; x < 30; x += 10) queue.push(tile(1, 1, x));
+  pop<FrameBegin>(queue);
+  pop<EncodedTile>(queue);
+  EXPECT_FALSE(queue.pop(0).message);
+  EXPECT_TRUE(queue.add_credit(5));
+  queue.limit_rate(100.0);
+  pop<EncodedTile>(queue, 10);
+  EXPECT_GT(queue.pop(10).wait_until_s, 10);
+}
+
 }  // namespace
 }  // namespace helio
