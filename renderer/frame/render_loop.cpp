@@ -550,6 +550,7 @@ void RenderLoop::Impl::open_frame(std::shared_ptr<FrameRecord> record) noexcept 
   frame->begin.tag = {revision, view->id, ++frames};
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = fitted(view->camera, settings.width, settings.height);
+  frame->begin.exposure = view->exposure;
   frame->begin.scene = scene;
   frame->begin.settings = frame_settings();
   frame->accepted_s = accepted_s;
