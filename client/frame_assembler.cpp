@@ -55,12 +55,18 @@ Status FrameAssembler::begin(const pb::FrameBegin& frame) {
   if (!begun) return begun;
   revision_known_ = true;
   revision_ = frame.tag().revision();
+  preview_ = frame.preview();
   return ok_status();
 }
 
 Result<FrameAssembler::Outcome> FrameAssembler::add(pb::Tile tile) {
   const PixelRect window = to_rect(tile.window());
   if (picture_.window.empty()) return Error{ErrorCode::internal, "came before its frame", place(window)};
+  if (tile.preview() != preview_) {
+    const char* message =
+        preview_ ? "is the film's, where a preview is shown" : "is a preview's, where the film is shown";
+    return Error{ErrorCode::internal, message, place(window)};
+  }
   if (!revision_known_) {
     revision_known_ = true;
     revision_ = tile.tag().revision();
@@ -78,6 +84,7 @@ Result<FrameAssembler::Outcome> FrameAssembler::add(pb::Tile tile) {
   if (window.empty() || !inside(window, picture_.window)) {
     return Error{ErrorCode::internal, "lies outside the region " + describe(picture_.window), place(window)};
   }
+  if (!tile.jpeg().empty()) return Error{ErrorCode::internal, "is a JPEG, where an EXR is needed", place(window)};
   if (tile.exr().empty()) return Error{ErrorCode::internal, "is empty", place(window)};
   const std::uint32_t found = crc32_of(tile.exr().data(), tile.exr().size());
   if (found != tile.crc32()) {

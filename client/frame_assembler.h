@@ -1,4 +1,4 @@
-// Puts the EXR tiles of one frame together, believing none of them unchecked.
+// Puts the EXR tiles of one frame, of the film or of a preview, together, believing none of them unchecked.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,9 @@ class FrameAssembler {
   // Starts a frame of settings.width x height, limited to settings.region when given; what was there is forgotten.
   // invalid_argument: sizes or region that no server may announce.
   Status begin(const heliograph::v1::RenderSettings& settings);
-  // As above; tiles of another revision are refused from the start. (A job's tiles carry the revision of their view,
-  // which the first one tells.)
+  // As above; tiles of another revision are refused from the start, and so are those of a preview in a frame of the
+  // film and the reverse. (A job's tiles carry the revision of their view, which the first one tells, and are the
+  // film's.)
   Status begin(const heliograph::v1::FrameBegin& frame);
 
   enum class Outcome {
@@ -28,7 +29,7 @@ class FrameAssembler {
     stale,  // of an older revision, or an older pass than what is there already: ignored, counted
   };
   // Checks revision, window (inside the frame's region) and checksum, and keeps the bytes. Errors are about a broken
-  // tile (internal): the picture stays as it was.
+  // tile, or one that has a JPEG in place of an EXR (internal): the picture stays as it was.
   Result<Outcome> add(heliograph::v1::Tile tile);
 
   // Decodes what came since the last call and returns the picture so far; pixels that no tile covered are 0 in every
@@ -59,6 +60,7 @@ class FrameAssembler {
   bool overlaps_another(const PixelRect& window) const;
 
   Picture picture_;
+  bool preview_ = false;
   bool revision_known_ = false;
   std::uint64_t revision_ = 0;
   std::vector<Slot> slots_;                               // disjoint windows

@@ -11,6 +11,9 @@
 
 namespace helio {
 
+// With previews (RenderSettings.preview_rate) two kinds of frames come: frame_begin.preview and tile.preview tell them
+// apart; the end of a frame is told by its tag.frame.
+//
 // Called on the stream's own reading thread, one at a time, in the order of arrival; empty ones are skipped. A callback
 // that takes long holds this stream back (the server then drops superseded tiles), nobody else. Callbacks may send on
 // the stream, but must not wait for its end.

@@ -16,8 +16,8 @@ packages=(
   ca-certificates ccache cmake g++ ninja-build protobuf-compiler protobuf-compiler-grpc python3
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
   libabsl-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
-  libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev nlohmann-json3-dev
-  zlib1g-dev
+  libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev libturbojpeg0-dev
+  nlohmann-json3-dev zlib1g-dev
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13
   openimageio-tools
 )

@@ -276,6 +276,17 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   return settings;
 }
 
+bool choose_combined(pb::RenderSettings& settings) {
+  if (settings.mode() != pb::MODE_UNSPECIFIED) return true;
+  pb::RenderSettings combined = settings;
+  combined.set_mode(pb::MODE_COMBINED);
+  Problems problems;
+  static_cast<void>(helio::read_settings(combined, limits_of({}), "", problems));
+  if (!problems.empty()) return false;
+  settings.set_mode(pb::MODE_COMBINED);
+  return true;
+}
+
 // `offered`: the daemon's own; empty: it does not say.
 template <class Enum>
 static void check_offered(const char* path, Enum wanted, const google::protobuf::RepeatedField<int>& offered,

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "renderer/base/srgb.h"
 #include "renderer/codec/png_file.h"
+#include "renderer/codec/srgb_bytes.h"
 
 namespace helio {
 namespace {
@@ -16,10 +16,6 @@ constexpr double kMiddleGrey = 0.18;
 constexpr double kDarkestShare = 1e-4;  // of the mean: below it a pixel says nothing about exposure
 constexpr double kLargestExposure = 0x1p40;
 constexpr int kHeatSteps = 1024;  // more than 8 bits can tell apart
-
-std::uint8_t to_byte(float encoded) {
-  return std::uint8_t(std::lround(255.0f * encoded));
-}
 
 // Linear sRGB of an OkLab colour (Ottosson 2020); components outside [0, 1] are outside the gamut.
 Rgb from_oklab(float lightness, float a, float b) {
@@ -56,7 +52,7 @@ std::array<std::uint8_t, 3> heat_bytes(float t) {
     std::array<std::array<std::uint8_t, 3>, kHeatSteps> steps;
     for (int i = 0; i < kHeatSteps; ++i) {
       const Rgb c = heat_color(float(i) / (kHeatSteps - 1));
-      steps[std::size_t(i)] = {to_byte(encode_srgb(c.x)), to_byte(encode_srgb(c.y)), to_byte(encode_srgb(c.z))};
+      steps[std::size_t(i)] = {srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z)};
     }
     return steps;
   }();
@@ -88,14 +84,16 @@ double auto_exposure(const PictureView& picture) {
   return std::clamp(kMiddleGrey / std::exp(log_sum / double(counted)), 1 / kLargestExposure, kLargestExposure);
 }
 
-Status write_display_png(const std::string& path, const PictureView& picture, double exposure) {
+std::vector<std::uint8_t> display_bytes(const PictureView& picture, double exposure) {
   std::vector<std::uint8_t> bytes(picture.pixels() * 3);
   for (std::size_t i = 0; i < picture.pixels(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      bytes[3 * i + c] = to_byte(encode_srgb(float(exposure * picture.channels[c][i])));
-    }
+    for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = srgb_byte(float(exposure * picture.channels[c][i]));
   }
-  return write_png(path, picture.width, picture.height, bytes, {});
+  return bytes;
+}
+
+Status write_display_png(const std::string& path, const PictureView& picture, double exposure) {
+  return write_png(path, picture.width, picture.height, display_bytes(picture, exposure), {});
 }
 
 Rgb heat_color(float t) {

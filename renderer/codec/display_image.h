@@ -1,7 +1,9 @@
 // Pictures for the eye: exposed and sRGB-encoded PNGs, and heat maps of one value per pixel.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "renderer/base/math.h"
 #include "renderer/base/picture_view.h"
@@ -14,7 +16,9 @@ namespace helio {
 // count: a picture that is half empty is exposed by its other half. 1 when no pixel counts.
 double auto_exposure(const PictureView& picture);
 
-// Clamps exposure * value to [0, 1] (NaN: 0), encodes as sRGB, rounds to 8 bits and writes a PNG, atomically.
+// Clamps exposure * value to [0, 1] (NaN: 0), encodes as sRGB and rounds to 8 bits: RGB, row-major, top row first.
+std::vector<std::uint8_t> display_bytes(const PictureView& picture, double exposure);
+// Writes them as a PNG, atomically.
 Status write_display_png(const std::string& path, const PictureView& picture, double exposure);
 
 // Linear RGB in [0, 1]^3 of a map that rises evenly in lightness from near black through violet, red and orange to pale

@@ -187,6 +187,13 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
   go_on(now_s);
 }
 
+void FramePipeline::release_stages() noexcept {
+  runner_.stop();
+  stages_.before.clear();
+  stages_.after.clear();
+  finished_.clear();
+}
+
 void FramePipeline::stop() {
   runner_.stop();
   integrate_.stop();

@@ -52,6 +52,8 @@ class FramePipeline {
 
   // Drops everything that is not in flight.
   void stop();
+  // Lets go of the stages of a plan that is over.
+  void release_stages() noexcept;
 
   bool over() const { return phase_ == Phase::over; }
   // The plan's deadline came before its samples were in.

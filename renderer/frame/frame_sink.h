@@ -34,6 +34,7 @@ struct FrameBegin {
   RenderSettings settings;
   PixelRect region;  // rendered part of the film
   CameraPose camera;  // fitted()
+  double exposure = 0;                     // View::exposure
   std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
   std::vector<std::string> unsampled;      // unsampled_light() of the two
   std::string notice;                      // aspect_notice() of the view

@@ -1,9 +1,10 @@
 // When a session that asks for previews begins a preview, and when the film. Pure: reads no clock, so that tests
 // compare decisions.
 //
-// A change of what is seen makes a preview due; it begins as soon as no other is in hand, at most `rate` times a second.
-// The film begins when the preview of the newest view is out and nothing has changed for the rest wait. So a camera that
-// moves on and on shows previews alone.
+// A change of what is seen makes a preview due; it begins as soon as no other is in hand, at most `rate` times a
+// second. The film begins when the preview of the newest view is out and nothing has changed for the rest wait. So a
+// camera that moves on and on shows previews alone. A preview that the rate puts off beyond the rest wait is not made:
+// the film does not wait for it.
 #pragma once
 
 #include <limits>
@@ -30,6 +31,7 @@ class PreviewClock {
     due_ = false;
     begun_s_ = now_s;
   }
+  void film_begun() { due_ = false; }
 
   enum class Next { preview, film };
   struct Decision {

@@ -15,6 +15,8 @@ namespace helio {
 
 // Of the machine, where both have work.
 constexpr double kInteractiveShare = 8, kJobShare = 1;
+// Seconds, which the clock's integers hold.
+constexpr double kLongestWait = 3600;
 
 struct RenderEngine::Impl::Arena {
   // Every slot is reserved for our own threads: none waits for a worker of oneTBB's pool, which is free for BVH builds.
@@ -126,7 +128,7 @@ void RenderEngine::Impl::work() {
     if (first_wake_s_ < kNever) wake_due();
     while (!stop_ && !queue_.any_ready()) {
       if (first_wake_s_ < kNever) {
-        const double seconds = std::max(first_wake_s_ - now_s(), 0.0);
+        const double seconds = std::clamp(first_wake_s_ - now_s(), 0.0, kLongestWait);
         work_or_stop_.wait_for(lock, std::chrono::duration<double>(seconds));
         wake_due();
       } else {

@@ -16,10 +16,9 @@
 #include "renderer/frame/failure_reason.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/frame_scheduler.h"
+#include "renderer/frame/preview_frames.h"
 #include "renderer/frame/stages/allocate.h"
-#include "renderer/frame/preview_clock.h"
 #include "renderer/frame/stages/make_stage.h"
-#include "renderer/frame/stages/preview.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/frame/render_engine.h"
 #include "renderer/frame/sink_queue.h"
@@ -56,24 +55,29 @@ void blend(double& mean, double value) {
   if (value > 0) mean = mean > 0 ? mean + 0.5 * (value - mean) : value;
 }
 
-bool suits(const std::shared_ptr<PreviewHistory>& previews, const RenderSettings& settings) {
-  if (!(settings.preview.rate > 0)) return true;
-  return previews && previews->width() == settings.width && previews->height() == settings.height;
-}
-
 bool suits(const Film& film, const RenderSettings& settings) {
   return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
 }
 
-// The first four of every frame, the others where there was something to do.
+// Whether paths of both find the same light, so that previews may go on with what they know.
+bool same_light(const RenderSettings& a, const RenderSettings& b) {
+  return a.max_segments == b.max_segments && a.technique == b.technique;
+}
+
+// The first four of every frame of the film, the others where there was something to do.
 std::vector<PassTime> pass_times(const FrameRecord& record) {
   const auto seconds = [&](StageId id) { return record.stage_seconds[std::size_t(id)]; };
   std::vector<PassTime> times;
+  if (record.begin.preview) {
+    for (const StageId id : {StageId::preview, StageId::resolve}) times.push_back({to_string(id), seconds(id)});
+    times.push_back({"publish", record.publish_seconds});
+    return times;
+  }
   for (const StageId id : {StageId::integrate, StageId::measure, StageId::resolve})
     times.push_back({to_string(id), seconds(id)});
   times.push_back({"publish", record.publish_seconds});
-  for (const StageId id : {StageId::preview, StageId::reproject, StageId::centres, StageId::choose,
-                           StageId::trace_lights, StageId::review, StageId::allocate}) {
+  for (const StageId id : {StageId::reproject, StageId::centres, StageId::choose, StageId::trace_lights,
+                           StageId::review, StageId::allocate}) {
     if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
   }
   return times;
@@ -133,20 +137,20 @@ struct RenderLoop::Impl final : PieceSource {
     return own;
   }
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
-  bool has_work();  // else the engine is told when there will be some, if it is known
+  bool has_work();
   bool deliver_waiting(std::unique_lock<std::mutex>& lock) noexcept;
   void prepare(SinkEvent& event, double now);
   void sink_failed(const std::shared_ptr<FrameRecord>& record, SinkEventSlot& slot, std::string reason) noexcept;
-  void open_frame() noexcept;
+  void open_frame(std::shared_ptr<FrameRecord> record) noexcept;
   bool previewing() const { return frame && frame->begin.preview; }
-  FramePipeline& pipeline_of(const FrameRecord& record) { return record.begin.preview ? preview_pipeline : pipeline; }
-  const FramePipeline& pipeline_in_hand() const { return previewing() ? preview_pipeline : pipeline; }
-  PreviewClock::Decision decide() const { return next == Next::show_again ? PreviewClock::Decision() : clock.decide(); }
-  bool film_shows_last_preview() const;
-  void begin_next(Retired& retired);
+  // A preview in flight comes to its end before anything else begins.
+  bool next_due() const { return next != Next::nothing && !previewing(); }
+  PreviewClock::Decision what_next() const {
+    return next == Next::show_again ? PreviewClock::Decision() : previews.clock.decide();
+  }
+  FramePipeline& pipeline_of(const FrameRecord& record) { return record.begin.preview ? previews.pipeline : pipeline; }
+  std::optional<RestingFilm> resting_film() const;
   void begin_preview(Retired& retired);
-  void mend_pipelines();
-  void end_preview();
   void begin_frame(Retired& retired);
   void begin_picture(bool reuse, Retired& retired);
   void advance(std::size_t backlog);
@@ -186,7 +190,6 @@ struct RenderLoop::Impl final : PieceSource {
   bool another_kind = false;     // and to no later picture
   bool another_grid = true;
   std::shared_ptr<Film> next_film;  // null: the same film
-  std::shared_ptr<PreviewHistory> next_previews;  // null: the same
   std::shared_ptr<FrameRecord> next_record;  // of the frame that is asked for; null: none is
 
   // What is.
@@ -199,14 +202,9 @@ struct RenderLoop::Impl final : PieceSource {
   // Of the picture that is in the film, or comes to be there.
   std::weak_ptr<const RenderScene> film_scene;
   CameraPose film_camera;
-  PreviewClock clock;
-  bool another_load = false;                 // previews know nothing of the scene
-  std::shared_ptr<PreviewHistory> previews;  // null: none were asked for
-  std::shared_ptr<PreviewStage> preview;     // of the newest frame that is a preview
-  FramePipeline preview_pipeline;            // of such frames
-  double preview_output_s = 0;               // from a preview's last sweep to its last tile in `waiting`, running mean
+  PreviewFrames previews;
   int running = 0;      // pieces
-  bool broken = false;  // the pipelines are in no defined state, and must not be told of pieces that end
+  bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
   FrameScheduler scheduler;
   std::uint64_t invalid_samples = 0;   // since the loop was made
   std::uint64_t frame_samples = 0;     // pixel samples since the frame began
@@ -237,13 +235,15 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
       channels(options_.channels),
       film(options_.film && suits(*options_.film, settings_) ? options_.film : make_film(settings_)),
       pipeline(engine_.threads(), kPieceSeconds),
-      previews(suits(options_.previews, settings_) || !scene ? options_.previews : make_preview_history(settings_)),
-      preview_pipeline(engine_.threads(), kPieceSeconds),
+      previews(engine_.threads(), kPieceSeconds, options_.tile_size),
       scheduler(budget_, publish_policy(), allocation_settings(settings_)) {
   options.film.reset();
   options.scratch_count.reset();
+  if (scene && settings.preview.rate > 0) {
+    const bool suit = PreviewFrames::suits(options.previews, settings);
+    previews.set(settings.preview.rate, suit ? options.previews : make_preview_history(settings));
+  }
   options.previews.reset();
-  clock.set_rate(scene ? settings.preview.rate : 0);
   id = engine.add(*this, rank);
 }
 
@@ -252,7 +252,7 @@ RenderLoop::Impl::~Impl() {
     const std::lock_guard lock(mutex);
     token->cancel();
     pipeline.stop();
-    preview_pipeline.stop();
+    previews.pipeline.stop();
     waiting.clear();
     frame.reset();
     next = Next::nothing;
@@ -260,17 +260,19 @@ RenderLoop::Impl::~Impl() {
   engine.remove(id);
 }
 
+// Where the next frame is to begin later, the engine is told when.
 bool RenderLoop::Impl::has_work() {
   if (!waiting.empty() && !delivering) return true;
-  if (next != Next::nothing && !previewing()) {
+  if (next_due()) {
     if (running > 0) return false;
-    const double at = decide().at_s;
-    if (at <= now_s()) return true;
-    engine.wake_at(id, at);
+    const double at_s = what_next().at_s;
+    if (at_s <= now_s()) return true;
+    engine.wake_at(id, at_s);
     return false;
   }
   if (!frame) return false;
-  return (running == 0 && pipeline_in_hand().over()) || pipeline_in_hand().may_take(room());
+  const FramePipeline& own = pipeline_of(*frame);
+  return (running == 0 && own.over()) || own.may_take(room());
 }
 
 std::uint64_t RenderLoop::Impl::update(const Update& update) {
@@ -278,35 +280,32 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   if (update.scene) tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
   // Freed after the lock.
   std::shared_ptr<Film> fresh = update.film, retired;
-  std::shared_ptr<PreviewHistory> fresh_previews = update.previews, retired_previews;
+  std::shared_ptr<PreviewHistory> fresh_previews = update.previews;
+  std::pair<std::shared_ptr<PreviewHistory>, std::shared_ptr<PreviewHistory>> retired_previews;
   std::shared_ptr<const void> retired_count;
   std::shared_ptr<const RenderScene> retired_scene;
   std::unique_lock lock(mutex);
+  bool same_film = true, same_previews = true;
   while (update.settings) {
-    if (suits(next_film ? *next_film : *film, *update.settings)) {
-      fresh.reset();
-      break;
-    }
-    if (fresh && suits(*fresh, *update.settings)) break;
+    same_film = suits(next_film ? *next_film : *film, *update.settings);
+    same_previews = !scene || previews.suit(*update.settings);
+    const bool film_lacks = !same_film && !(fresh && suits(*fresh, *update.settings));
+    const bool previews_lack = !same_previews && !PreviewFrames::suits(fresh_previews, *update.settings);
+    if (!film_lacks && !previews_lack) break;
     lock.unlock();  // clearing the memory of a large film takes long
-    fresh = make_film(*update.settings);
+    if (film_lacks) fresh = make_film(*update.settings);
+    if (previews_lack) fresh_previews = make_preview_history(*update.settings);
     lock.lock();
   }
-  if (!update.settings) fresh.reset();
-  while (update.settings && scene) {
-    if (suits(next_previews ? next_previews : previews, *update.settings)) {
-      fresh_previews.reset();
-      break;
-    }
-    if (suits(fresh_previews, *update.settings)) break;
-    lock.unlock();
-    fresh_previews = make_preview_history(*update.settings);
-    lock.lock();
-  }
+  if (same_film) fresh.reset();
+  if (same_previews) fresh_previews.reset();
   const bool other_scene = update.scene && update.scene != scene;
   const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
+  const RenderSettings& wanted = update.settings ? *update.settings : settings;
+  const double preview_rate = scene ? wanted.preview.rate : 0;
   if (!next_record) next_record = std::make_shared<FrameRecord>();
+  if (preview_rate > 0 && !previews.next_record) previews.next_record = std::make_shared<FrameRecord>();
 
   // Nothing has changed so far, and nothing throws from here on.
   const double now = now_s();
@@ -314,17 +313,11 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   if (update.settings && !same_pictures(*update.settings, settings)) {
     if (fresh || update.settings->rendered_region() != settings.rendered_region()) another_grid = true;
     another_picture = another_kind = other_picture = true;
+    if (!same_light(*update.settings, settings)) previews.forget_history();
   }
   if (update.settings) {
     settings = *update.settings;
-    clock.set_rate(scene ? settings.preview.rate : 0);
-    if (!clock.on()) {
-      fresh_previews.reset();
-      retired_previews = std::exchange(next_previews, nullptr);
-      if (!previewing()) previews.swap(retired_previews);
-    } else if (fresh_previews) {
-      retired_previews = std::exchange(next_previews, std::move(fresh_previews));
-    }
+    retired_previews = previews.set(preview_rate, std::move(fresh_previews));
   }
   if (fresh) {
     retired = std::move(next_film);
@@ -340,7 +333,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   }
   if (other_scene) {
     other_picture = true;
-    another_load |= !difference;
+    if (!difference) previews.forget_history();
     const bool sources = !film_state(settings).carried_only;  // which alone can be brought to an edited scene
     if (!difference || (!sources && !difference->empty())) another_kind = true;
     if (!difference || !difference->empty() || !reuses(settings.mode)) {
@@ -355,7 +348,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
 
   ++revision;
   accepted_s = now;
-  if (other_picture && view) clock.changed(now);
+  if (other_picture && view) previews.clock.changed(now);
   if (previewing()) {
     waiting.drop_tiles();
   } else {
@@ -369,9 +362,12 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
 }
 
 void RenderLoop::Impl::cancel() {
+  std::shared_ptr<const void> retired;  // freed after the lock
   {
     const std::lock_guard lock(mutex);
     abandon_frame(FrameEndReason::cancelled);
+    waiting.cancel_previews();
+    retired = previews.release_stage();
     next = Next::nothing;
   }
   engine.wake(id);
@@ -403,7 +399,7 @@ void RenderLoop::Impl::abandon_frame(FrameEndReason reason) noexcept {
   if (!frame) return;
   token->cancel();
   pipeline_of(*frame).stop();
-  if (frame->begin.preview) waiting.drop_tiles_of(*frame);
+  waiting.drop_tiles_of(*frame);
   if (frame->begin_delivered) {
     end_frame(reason, {});
   } else {
@@ -444,10 +440,15 @@ bool RenderLoop::Impl::failed(std::string reason) noexcept {
   return has_work();
 }
 
-// Something was thrown: the film may hold half a piece, and the pipeline half a decision.
+// Something was thrown: the film may hold half a piece, and the pipeline half a decision. Of a preview alone, if one is
+// in hand: the film goes on after it.
 void RenderLoop::Impl::give_up(std::string reason) noexcept {
+  if (previewing()) {
+    previews.spoil();
+    return fail_frame(std::move(reason));
+  }
   broken = another_picture = another_kind = another_grid = true;
-  if (!frame && next != Next::nothing) open_frame();
+  if (!frame && next != Next::nothing) open_frame(std::move(next_record));
   next = Next::nothing;
   if (frame) fail_frame(std::move(reason));
 }
@@ -479,8 +480,7 @@ FrameProgress RenderLoop::Impl::progress() const {
 std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
   return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
-         techniques.bytes() + (lights ? lights->bytes() : 0) + (previews ? previews->bytes() : 0) +
-         (next_previews ? next_previews->bytes() : 0) + preview_pipeline.grid().bytes();
+         techniques.bytes() + (lights ? lights->bytes() : 0) + previews.bytes();
 }
 
 // Notes that the event is told now, and completes an end.
@@ -545,79 +545,38 @@ void RenderLoop::Impl::sink_failed(const std::shared_ptr<FrameRecord>& record, S
 }
 
 // The frame that was asked for is in flight from here on, and may fail.
-void RenderLoop::Impl::open_frame() noexcept {
-  frame = std::move(next_record);
+void RenderLoop::Impl::open_frame(std::shared_ptr<FrameRecord> record) noexcept {
+  frame = std::move(record);
   frame->begin.tag = {revision, view->id, ++frames};
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = fitted(view->camera, settings.width, settings.height);
+  frame->begin.exposure = view->exposure;
   frame->begin.scene = scene;
   frame->begin.settings = frame_settings();
   frame->accepted_s = accepted_s;
 }
 
-void RenderLoop::Impl::mend_pipelines() {
-  if (!broken) return;
-  pipeline = FramePipeline(engine.threads(), kPieceSeconds);
-  preview_pipeline = FramePipeline(engine.threads(), kPieceSeconds);
-  broken = false;
+// Nothing: not every pixel of the film is of one view. Precondition: no piece is in flight.
+std::optional<RestingFilm> RenderLoop::Impl::resting_film() const {
+  if (broken || picture.samples == 0 || picture.state.reproject_due || !pipeline.grid().all_rendered()) return {};
+  return RestingFilm{*film, film_scene.lock().get(), film_camera, pipeline.grid().region()};
 }
 
-// Every pixel of the film is of the view that the newest preview shows. Precondition: no piece is in flight.
-bool RenderLoop::Impl::film_shows_last_preview() const {
-  if (picture.samples == 0 || picture.state.reproject_due || broken) return false;
-  if (film->width() != previews->width() || film->height() != previews->height()) return false;
-  return previews->shows(film_scene.lock().get(), film_camera, pipeline.grid().region()) &&
-         pipeline.grid().all_rendered();
-}
-
-// What next says, as a preview or as a frame of the film. Precondition: it is time, and no frame and no piece is in
-// flight.
-void RenderLoop::Impl::begin_next(Retired& retired) {
-  if (decide().next == PreviewClock::Next::preview) {
-    auto film_record = std::make_shared<FrameRecord>();  // comes after the preview, which takes the one that there is
-    begin_preview(retired);
-    next_record = std::move(film_record);
-  } else {
-    begin_frame(retired);
-  }
-}
-
+// Precondition: one is due, and no frame and no piece is in flight.
 void RenderLoop::Impl::begin_preview(Retired& retired) {
   const double now = now_s();
-  clock.begun(now);
-  open_frame();
+  previews.clock.begun(now);
+  open_frame(std::move(previews.next_record));
   frame->begin.preview = true;
-  frame->begun_s = now;
   frame->begin.notice = aspect_notice(view->camera, settings.width, settings.height);
-  mend_pipelines();
-  if (next_previews) retired.add(std::exchange(previews, std::move(next_previews)));
-  if (std::exchange(another_load, false)) previews->forget();
-  if (preview_pipeline.grid().region() != frame->begin.region)
-    preview_pipeline.set_grid(frame->begin.region, options.tile_size);
+  frame->begun_s = now;
   token = std::make_shared<CancelToken>();
-  planned = false;
-  PreviewTarget target{scene, frame->begin.camera, path_settings(frame->begin.settings), settings.filter,
-                       frame->begin.region};
-  target.begun_s = now;
-  target.until_s = now + settings.preview.budget_s - preview_output_s;
-  if (film_shows_last_preview()) target.film = film.get();
-  retired.add(std::exchange(preview, nullptr));
-  preview = std::make_shared<PreviewStage>(previews, std::move(target), token);
-  waiting.push(frame->begin_slot, {frame, FrameBegun()});
-  FramePlan plan;
-  plan.revision = revision;
-  plan.before = {StageId::preview};
-  plan.publish = Publish::round;
-  plan.final = true;
-  plan.end = FrameEndReason::preview;
-  preview_pipeline.begin_frame();
-  preview_pipeline.start(plan, *film, {{preview}, {}});
+  const std::optional<RestingFilm> rest = resting_film();
+  auto [history, stage] = previews.begin(*frame, scene, token, *film, rest ? &*rest : nullptr);
+  retired.add(std::move(stage));
+  retired.add(std::move(history));
   planned = true;
-}
-
-void RenderLoop::Impl::end_preview() {
-  blend(preview_output_s, preview_pipeline.seconds(StageId::resolve));
-  end_frame(FrameEndReason::preview, {});
+  waiting.push(frame->begin_slot, {frame, FrameBegun()});
 }
 
 void RenderLoop::Impl::begin_frame(Retired& retired) {
@@ -625,16 +584,17 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   const auto& transfer = picture.transfer;
   if (picture.state.reproject_due && transfer && transfer->complete()) transfer->note(picture);
   const bool show_again = next == Next::show_again;
-  open_frame();
+  open_frame(std::move(next_record));
   next = Next::nothing;
-  mend_pipelines();
+  previews.clock.film_begun();
+  if (broken) pipeline = FramePipeline(engine.threads(), kPieceSeconds);
+  broken = false;
   if (next_scratch_count) retired.add(std::exchange(scratch_count, std::move(next_scratch_count)));
   if (next_film) retired.add(std::exchange(film, std::move(next_film)));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   film_scene = scene;
   film_camera = frame->begin.camera;
-  retired.add(std::exchange(preview, nullptr));
-  if (!clock.on()) retired.add(std::exchange(previews, nullptr));
+  retired.add(previews.release_stage());
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
@@ -746,7 +706,10 @@ double RenderLoop::Impl::mean_of_tiles() const {
 // Precondition: a frame is in flight, its plan is over and no piece is.
 void RenderLoop::Impl::advance(std::size_t backlog) {
   const double now = now_s();
-  if (previewing()) return end_preview();
+  if (previewing()) {
+    previews.note_end();
+    return end_frame(FrameEndReason::preview, {});
+  }
   if (planned) {
     note_finished_plan(now);
     if (pipeline.plan().end && !pipeline.cut()) {
@@ -773,16 +736,21 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
 
 std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, Retired& retired) {
   for (;;) {
-    if (next != Next::nothing && !previewing()) {
-      if (running > 0) return std::nullopt;
-      if (decide().at_s > now_s()) return std::nullopt;
-      begin_next(retired);
+    if (next_due()) {
+      const PreviewClock::Decision due = what_next();
+      if (running > 0 || due.at_s > now_s()) return std::nullopt;
+      if (due.next == PreviewClock::Next::preview) {
+        begin_preview(retired);
+      } else {
+        begin_frame(retired);
+      }
     }
     if (!frame) return std::nullopt;
     if (!planned || (pipeline_of(*frame).over() && running == 0)) advance(backlog);
     if (!frame) continue;
-    if (auto piece = pipeline_of(*frame).take(room(), now_s())) return piece;
-    if (!pipeline_of(*frame).over()) return std::nullopt;
+    FramePipeline& own = pipeline_of(*frame);
+    if (auto piece = own.take(room(), now_s())) return piece;
+    if (!own.over()) return std::nullopt;
   }
 }
 
@@ -813,7 +781,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   const unsigned wanted_channels = channels;
   const double mean_samples = mean_of_tiles();
   const bool of_preview = mine->begin.preview;
-  const std::shared_ptr<PreviewStage> shown = of_preview ? preview : nullptr;
+  const std::shared_ptr<PreviewStage> shown = of_preview ? previews.stage() : nullptr;
   Film& pixels = *film;
   lock.unlock();
 
@@ -840,7 +808,11 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
 
   lock.lock();
   --running;
-  if (!broken) pipeline_of(*mine).finish(*piece, done && !failure, cpu_seconds, ended);
+  if (of_preview) {
+    previews.finish(*piece, done && !failure, cpu_seconds, ended);
+  } else if (!broken) {
+    pipeline.finish(*piece, done && !failure, cpu_seconds, ended);
+  }
   const bool current = frame == mine;
   mine->stage_seconds[std::size_t(stage_of(*piece))] += cpu_seconds;
   // Samples that were thrown away are not the film's; light paths stay where they landed.
@@ -855,7 +827,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   if (current && !failure && std::holds_alternative<ResolvePiece>(*piece)) waiting.push({mine, std::move(tile)});
   if (failure) {
     if (of_preview) {
-      if (previews) previews->forget();
+      previews.forget_history();
     } else {
       another_picture = another_kind = true;  // the film may hold half a piece
     }
@@ -907,7 +879,7 @@ bool RenderLoop::film_suits(const RenderSettings& settings) const {
 }
 bool RenderLoop::previews_suit(const RenderSettings& settings) const {
   const std::lock_guard lock(impl_->mutex);
-  return !impl_->scene || suits(impl_->next_previews ? impl_->next_previews : impl_->previews, settings);
+  return !impl_->scene || impl_->previews.suit(settings);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

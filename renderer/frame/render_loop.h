@@ -104,7 +104,8 @@ class RenderLoop {
   // differ). Rendering starts with the first view.
   //
   // With previews (RenderSettings::preview) a preview in flight is not superseded, and its tiles are not dropped: it
-  // comes to its end, then one of the newest view begins, and the film's frame once the camera rests (PreviewClock).
+  // comes to its end, then one of the newest view begins, and the film's frame once the camera rests (PreviewClock). A
+  // preview that fails says so and is left out.
   //
   // Tiles of older revisions that wait are dropped. The revision is checked right before each call of the sink, so the
   // only old tile that the sink may still see after update() has returned is one whose call had begun; the newer

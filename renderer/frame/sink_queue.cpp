@@ -38,6 +38,17 @@ void SinkQueue::drop_tiles() noexcept {
   });
 }
 
+void SinkQueue::cancel_previews() noexcept {
+  const auto is_tile = [](const SinkEvent& event) {
+    return std::holds_alternative<FrameTile>(event.what) && event.frame->begin.preview;
+  };
+  for (const SinkEvent& event : events_) {
+    FrameEnd* end = is_tile(event) ? end_of(*event.frame) : nullptr;
+    if (end) end->reason = FrameEndReason::cancelled;
+  }
+  std::erase_if(events_, is_tile);
+}
+
 void SinkQueue::drop_tiles_of(const FrameRecord& frame) noexcept {
   std::erase_if(events_, [&](const SinkEvent& event) {
     return std::holds_alternative<FrameTile>(event.what) && event.frame.get() == &frame;

@@ -50,6 +50,8 @@ class SinkQueue {
   FrameEnd* end_of(const FrameRecord& frame);
 
   void drop_tiles() noexcept;  // but those of previews
+  // Drops the tiles of previews that have ended, whose ends then say so.
+  void cancel_previews() noexcept;
   void drop_tiles_of(const FrameRecord& frame) noexcept;
   void drop_frame(const FrameRecord& frame) noexcept;
   void clear() noexcept { events_.clear(); }

@@ -46,6 +46,8 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
     history_->colored_scene = target_.scene;
   }
   history_->current.forget();
+  if (target_.film) history_->rest.forget();  // until it has been captured as a whole
+  history_->colors_of_last = false;
   ++history_->frame;
   wanted_.resize(windows_.size());
   if (target_.film) sweeps_.push_back(Sweep::capture);
@@ -195,6 +197,7 @@ void Preview::finish_samples() {
 void Preview::complete() {
   history_->current.set_view(view_);
   std::swap(history_->current, history_->last);
+  history_->colors_of_last = true;
 }
 
 void Preview::resolve(const PixelRect& window, std::vector<float> (&display)[3]) const {

@@ -12,6 +12,7 @@ PreviewHistory::PreviewHistory(int width, int height) : width_(width), height_(h
 void PreviewHistory::forget() {
   for (PreviewBuffer* buffer : {&rest, &last, &current}) buffer->forget();
   surface_colors.reset();
+  colored_scene.reset();
   mean_light = Rgb(0, 0, 0);
 }
 

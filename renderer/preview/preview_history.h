@@ -69,7 +69,8 @@ class PreviewHistory {
 
   // The newest complete preview is of this view.
   bool shows(const RenderScene* scene, const CameraPose& camera, const PixelRect& region) const {
-    return last.known && scene && last.scene.lock().get() == scene && last.camera == camera && last.region == region;
+    return last.known && colors_of_last && scene && last.scene.lock().get() == scene && last.camera == camera &&
+           last.region == region;
   }
   // Holds no scene and nothing to look up from now on.
   void forget();
@@ -78,6 +79,7 @@ class PreviewHistory {
 
   PreviewBuffer rest, last, current;  // `current` is of no view until its preview is complete
   std::vector<std::uint32_t> colors;  // pack_color(), of the newest surfaces
+  bool colors_of_last = false;        // all of them are; false while a preview is made, and if it was given up
   std::vector<FilteredPixel> filtered;
   PreviewCosts costs;
   std::uint32_t frame = 0;  // counts previews: sample index of their paths

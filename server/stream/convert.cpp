@@ -8,6 +8,7 @@
 
 #include "renderer/base/camera_limits.h"
 #include "renderer/base/check.h"
+#include "renderer/codec/jpeg_file.h"
 #include "server/base/read_enum.h"
 
 namespace helio {
@@ -161,6 +162,12 @@ TileFormat read_tile_format(const pb::TileFormat& message, const std::string& wh
     const auto* field = message.GetDescriptor()->FindFieldByName(name);
     HELIO_CHECK(field);  // the table's names are the protocol's
     if (message.GetReflection()->GetBool(message, field) != channel.by_default) format.channels |= channel.bit;
+  }
+  if (message.preview_jpeg() > std::uint32_t(kLargestJpegQuality)) {
+    problems.add(field_path(where, "preview_jpeg"),
+                 fmt::format("{}; allowed: [0, {}]", message.preview_jpeg(), kLargestJpegQuality));
+  } else {
+    format.preview_jpeg = int(message.preview_jpeg());
   }
   return format;
 }
@@ -372,7 +379,11 @@ pb::Tile to_message(const EncodedTile& tile, const std::string& session_id) {
   pb::Tile message;
   *message.mutable_tag() = to_message(tile.tag, session_id);
   write_rect(tile.window, *message.mutable_window());
-  message.set_crc32(tile.crc32);
+  if (tile.jpeg) {
+    message.set_jpeg_crc32(tile.crc32);
+  } else {
+    message.set_crc32(tile.crc32);
+  }
   message.set_pass(tile.pass);
   message.set_final(tile.final);
   message.set_samples_per_pixel(tile.samples_per_pixel);

@@ -38,7 +38,7 @@ pb::FrameBegin to_message(const FrameBegin& begin, const std::string& session_id
 pb::Progress to_message(const FrameProgress& progress, const std::string& session_id);
 pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id);
 pb::Notice to_message(const Notice& notice);
-// Everything but the EXR itself.
+// Everything but the EXR or JPEG file itself.
 pb::Tile to_message(const EncodedTile& tile, const std::string& session_id);
 
 }  // namespace helio

@@ -93,6 +93,7 @@ void FramePublisher::tile_ready(FrameTile tile) {
   std::shared_ptr<OutboundStream> stream;
   TileFormat format;
   int width = 0, height = 0;
+  double exposure = 0;
   {
     const std::lock_guard lock(mutex_);
     const std::optional<FrameBegin>& frame = tile.preview ? preview_ : begin_;
@@ -101,9 +102,10 @@ void FramePublisher::tile_ready(FrameTile tile) {
     format = format_;
     width = frame->settings.width;
     height = frame->settings.height;
+    exposure = frame->exposure;
   }
   if (!stream->queue().wants(tile.tag)) return;
-  auto encoded = encode(tile, width, height, format);
+  auto encoded = encode(tile, width, height, format, exposure);
   if (!encoded) {
     spdlog::error("tile not sent revision={} x={} y={}: {}", tile.tag.revision, tile.pixels.window.x0,
                   tile.pixels.window.y0, encoded.error().to_string());
@@ -117,7 +119,7 @@ void FramePublisher::frame_ended(const FrameEnd& end) {
   if (over_) return;
   if (preview_ && preview_->tag.same_frame(end.tag)) {
     preview_.reset();
-    if (stream_) stream_->push(end, std::string());
+    if (stream_) stream_->push(end);
     return;
   }
   end_ = end;

@@ -36,7 +36,7 @@ class FramePublisher final : public FrameSink {
   // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
   void finish_cancelled(const grpc::Status& status, bool tell);
 
-  // Of the frame that ended last; nothing before the first end.
+  // Of the film's frame that ended last; nothing before the first end.
   std::optional<FrameEnd> last_end() const;
   // The newest state is about to be published again, with an end of its own.
   void forget_end();
@@ -55,7 +55,7 @@ class FramePublisher final : public FrameSink {
   mutable std::mutex mutex_;
   std::shared_ptr<OutboundStream> stream_;
   TileFormat format_;
-  // Previews are frames apart: they end no call, and their end is not that of the view.
+  // The end of a preview is not that of its view, and ends no call.
   std::optional<FrameBegin> begin_;    // of the newest frame of the film
   std::optional<FrameEnd> end_;        // of the newest frame of the film that has ended
   std::optional<FrameBegin> preview_;  // that is being made

@@ -22,30 +22,40 @@ void OutboundQueue::push(Notice notice) {
 
 void OutboundQueue::push(const FrameBegin& begin) {
   const std::lock_guard lock(mutex_);
-  if (closed_) return;
-  if (begin.preview) return push_preview(begin);
-  if (begin.tag.revision < min_revision_) return;
+  if (closed_ || (!begin.preview && begin.tag.revision < min_revision_)) return;
   Frame frame;
   frame.begin = begin;  // may throw: then the queue is as it was
+  if (begin.preview) return push_preview(std::move(frame));
   retire_frame();
+  end_previews();
   min_revision_ = begin.tag.revision;
   frame_ = std::move(frame);
 }
 
-void OutboundQueue::push_preview(const FrameBegin& begin) {
-  std::list<Frame> newest(1);
-  newest.front().begin = begin;  // may throw: then the queue is as it was
+void OutboundQueue::push_preview(Frame preview) {
+  std::list<Frame> newest;
+  newest.push_back(std::move(preview));  // may throw, as above
   retire_frame();
   if (!previews_.empty() && !previews_.back().begun) {
     drop_tiles(previews_.back());
     previews_.pop_back();
   }
+  end_previews();
   previews_.splice(previews_.end(), newest);
+}
+
+void OutboundQueue::end_previews() {
+  for (Frame& preview : previews_) {
+    if (preview.end) continue;
+    preview.end.emplace().tag = preview.begin.tag;
+    preview.end->progress.tag = preview.begin.tag;
+    preview.end->reason = FrameEndReason::failed;
+  }
 }
 
 OutboundQueue::Frame* OutboundQueue::frame_of(const FrameTag& tag) {
   for (Frame& preview : previews_) {
-    if (preview.begin.tag.same_frame(tag)) return preview.ended ? nullptr : &preview;
+    if (preview.begin.tag.same_frame(tag)) return preview.end ? nullptr : &preview;
   }
   const bool current = frame_ && frame_->begin.tag.same_frame(tag) && !frame_->ended;
   return current && tag.revision >= min_revision_ ? &*frame_ : nullptr;
@@ -62,9 +72,9 @@ void OutboundQueue::push(EncodedTile tile) {
   Frame* frame = frame_of(tile.tag);
   if (!frame) return;
   const std::pair corner{tile.window.x0, tile.window.y0};
-  const std::size_t bytes = tile.exr.size();
+  const std::size_t bytes = tile.bytes.size();
   if (const auto place = frame->places.find(corner); place != frame->places.end()) {
-    bytes_ -= place->second->exr.size();
+    bytes_ -= place->second->bytes.size();
     ++frame->dropped;
     *place->second = std::move(tile);
   } else {
@@ -170,10 +180,10 @@ OutboundQueue::Next OutboundQueue::pop_tile(Frame& frame, double now_s) {
   EncodedTile tile = std::move(frame.tiles.front());
   frame.places.erase({tile.window.x0, tile.window.y0});
   frame.tiles.pop_front();
-  bytes_ -= tile.exr.size();
-  frame.bytes_sent += tile.exr.size();
+  bytes_ -= tile.bytes.size();
+  frame.bytes_sent += tile.bytes.size();
   if (credit_) --*credit_;
-  if (rate_) rate_free_s_ = std::max(rate_free_s_, now_s - kRateBurst) + double(tile.exr.size()) / *rate_;
+  if (rate_) rate_free_s_ = std::max(rate_free_s_, now_s - kRateBurst) + double(tile.bytes.size()) / *rate_;
   return {std::move(tile)};
 }
 
@@ -211,7 +221,7 @@ std::uint64_t OutboundQueue::peak_bytes() const {
 
 void OutboundQueue::drop_tiles(Frame& frame) {
   frame.dropped += frame.tiles.size();
-  for (const EncodedTile& tile : frame.tiles) bytes_ -= tile.exr.size();
+  for (const EncodedTile& tile : frame.tiles) bytes_ -= tile.bytes.size();
   frame.tiles.clear();
   frame.places.clear();
 }

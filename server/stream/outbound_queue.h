@@ -5,11 +5,12 @@
 // frame that the listener knows of and one whole frame. Together with the message in flight that is less than two
 // frames of memory.
 //
-// Previews (FrameBegin::preview) go first and are dropped by no newer frame or revision: one of which something was
-// sent is sent to its end, and one more waits behind it, which a newer one replaces whole. So there are two at most.
+// Previews (FrameBegin::preview) go before the film, and no newer frame or revision drops them: one whose begin was
+// popped is sent to its end, and one more waits behind it, which a newer one replaces whole. So two wait at most,
+// beside the film's frame. The begin of a preview drops that frame as any newer one does.
 //
-// Guarantee, but for previews: once drop_before(r), or push of the begin of a frame of revision r, has returned, pop()
-// gives no tile of an older revision. After pop() gave the begin of a frame, it gives no tile of any earlier frame.
+// Guarantee: once drop_before(r), or push of the begin of a film's frame of revision r, has returned, pop() gives no
+// tile of the film of an older revision. After pop() gave the begin of a frame, it gives no tile of any earlier frame.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +35,14 @@ struct EncodedTile {
   bool preview = false;
   std::uint32_t samples_per_pixel = 0;
   std::uint64_t invalid_samples = 0;
-  std::vector<std::uint8_t> exr;
-  std::uint32_t crc32 = 0;
+  bool jpeg = false;  // `bytes` are a JPEG file, else an EXR file
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t crc32 = 0;  // of bytes
 };
 
 struct FrameReport {
   FrameEnd end;
-  std::uint64_t bytes_sent = 0;     // EXR bytes of this frame's tiles
+  std::uint64_t bytes_sent = 0;     // of this frame's tiles
   std::uint64_t dropped_tiles = 0;  // of this frame, superseded before they were sent
   std::string replay_token;         // of the first invalid sample; empty: there was none
 };
@@ -65,7 +67,8 @@ class OutboundQueue {
   void push(Notice notice);  // the newest of a severity replaces an older one that still waits
   void push(const FrameBegin& begin);
   void push(const FrameProgress& progress);  // the newest replaces an older one that still waits
-  // Ignored unless the tile is of the current frame and of no revision that drop_before() refuses.
+  // Ignored unless the tile is of a frame that waits or is being sent and, of the film, of no revision that
+  // drop_before() refuses.
   void push(EncodedTile tile);
   void push(const FrameEnd& end, std::string replay_token = {});
 
@@ -84,15 +87,15 @@ class OutboundQueue {
     std::optional<Outbound> message;
     double wait_until_s = 0;  // without a message: when the rate allows the next tile; 0: nothing to wait for
   };
-  // The next message to send, in order: greeting, notices, the end of the frame before, begin, progress, tiles in the
-  // order in which their places were taken, end.
+  // The next message to send, in order: greeting, notices, the end of the frame before; of previews and then the film
+  // begin, progress, tiles in the order in which their places were taken, end.
   Next pop(double now_s);
 
   bool empty() const;
   // Drops everything and takes nothing more.
   void close();
-  std::size_t tiles() const;         // of the film
-  std::uint64_t bytes() const;       // of the tiles that wait
+  std::size_t tiles() const;         // of the film that wait
+  std::uint64_t bytes() const;       // of all tiles that wait
   std::uint64_t peak_bytes() const;  // the most that ever waited
 
  private:
@@ -112,7 +115,9 @@ class OutboundQueue {
 
   void drop_tiles(Frame& frame);
   void retire_frame();
-  void push_preview(const FrameBegin& begin);
+  void push_preview(Frame preview);
+  // Previews whose makers have begun something else will not be told to have ended, as where memory was out.
+  void end_previews();
   Frame* frame_of(const FrameTag& tag);  // that still takes tiles and its end; null: none
   const Frame* frame_of(const FrameTag& tag) const { return const_cast<OutboundQueue*>(this)->frame_of(tag); }
   Next pop(Frame& frame, double now_s);
@@ -122,7 +127,7 @@ class OutboundQueue {
   std::optional<Greeting> greeting_;
   std::map<NoticeSeverity, Notice> notices_;
   std::optional<FrameReport> previous_end_;
-  std::list<Frame> previews_;  // two at most, the first in hand
+  std::list<Frame> previews_;  // two at most; only of the first was the begin popped
   std::optional<Frame> frame_;
   std::uint64_t min_revision_ = 0;
   std::uint64_t bytes_ = 0, peak_bytes_ = 0;

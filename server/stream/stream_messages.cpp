@@ -27,22 +27,22 @@ void append_head(std::string& out, int field_number, std::size_t length) {
   out.append(reinterpret_cast<const char*>(head), end - head);
 }
 
-// The message { tile: Tile } whose member `tile` has this field number: a slice with all but the EXR, then the EXR,
-// which is the last field of the last field and so needs nothing behind it.
+// The message { tile: Tile } whose member `tile` has this field number: a slice with all but the EXR or JPEG, then that
+// file, which is the last field of the last field and so needs nothing behind it.
 grpc::ByteBuffer tile_message(EncodedTile tile, int tile_field, const std::string& session_id) {
   const std::string meta = to_message(tile, session_id).SerializeAsString();
-  std::string exr_head;
-  append_head(exr_head, pb::Tile::kExrFieldNumber, tile.exr.size());
+  std::string file_head;
+  append_head(file_head, tile.jpeg ? pb::Tile::kJpegFieldNumber : pb::Tile::kExrFieldNumber, tile.bytes.size());
   std::string head;
-  append_head(head, tile_field, meta.size() + exr_head.size() + tile.exr.size());
+  append_head(head, tile_field, meta.size() + file_head.size() + tile.bytes.size());
   head += meta;
-  head += exr_head;
+  head += file_head;
 
-  auto* exr = new std::vector<std::uint8_t>(std::move(tile.exr));
-  const grpc::Slice slices[] = {
-      grpc::Slice(head),
-      grpc::Slice(
-          exr->data(), exr->size(), [](void* owner) { delete static_cast<std::vector<std::uint8_t>*>(owner); }, exr)};
+  auto* file = new std::vector<std::uint8_t>(std::move(tile.bytes));
+  const grpc::Slice slices[] = {grpc::Slice(head),
+                                grpc::Slice(
+                                    file->data(), file->size(),
+                                    [](void* owner) { delete static_cast<std::vector<std::uint8_t>*>(owner); }, file)};
   return grpc::ByteBuffer(slices, 2);
 }
 

@@ -1,8 +1,11 @@
 #include "server/stream/tile_encoder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "renderer/codec/checksum.h"
+#include "renderer/codec/display_image.h"
+#include "renderer/codec/jpeg_file.h"
 
 namespace helio {
 namespace {
@@ -27,10 +30,20 @@ std::vector<TileChannel> film_channels(const ResolvedTile& pixels, const TileFor
   return channels;
 }
 
-std::vector<TileChannel> preview_channels(const ResolvedTile& pixels) {
-  return {{"display.R", pixels.display[0].data(), false, false},
-          {"display.G", pixels.display[1].data(), false, false},
-          {"display.B", pixels.display[2].data(), false, false}};
+Result<std::vector<std::uint8_t>> encode_film(const ResolvedTile& pixels, int width, int height,
+                                              const TileFormat& format) {
+  return encode_tile({pixels.window, width, height}, film_channels(pixels, format), format.encoding);
+}
+
+Result<std::vector<std::uint8_t>> encode_preview(const ResolvedTile& pixels, int width, int height,
+                                                 const TileFormat& format, double exposure) {
+  const float* const planes[] = {pixels.display[0].data(), pixels.display[1].data(), pixels.display[2].data()};
+  if (format.preview_jpeg > 0) {
+    const PictureView picture{pixels.window.width(), pixels.window.height(), {planes[0], planes[1], planes[2]}};
+    return encode_jpeg(picture.width, picture.height, display_bytes(picture, std::exp2(exposure)), format.preview_jpeg);
+  }
+  const TileChannel channels[] = {{"display.R", planes[0]}, {"display.G", planes[1]}, {"display.B", planes[2]}};
+  return encode_tile({pixels.window, width, height}, channels, {TilePixelType::half, format.encoding.compression});
 }
 
 }  // namespace
@@ -46,13 +59,12 @@ std::uint64_t TileFormat::bytes_per_pixel() const {
   return bytes;
 }
 
-Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format) {
+Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format,
+                           double exposure) {
   const ResolvedTile& pixels = tile.pixels;
-  const std::vector<TileChannel> channels = tile.preview ? preview_channels(pixels) : film_channels(pixels, format);
-  TileEncoding encoding = format.encoding;
-  if (tile.preview) encoding.pixel_type = TilePixelType::half;
-  auto exr = encode_tile({pixels.window, frame_width, frame_height}, channels, encoding);
-  if (!exr) return exr.error();
+  auto bytes = tile.preview ? encode_preview(pixels, frame_width, frame_height, format, exposure)
+                            : encode_film(pixels, frame_width, frame_height, format);
+  if (!bytes) return bytes.error();
 
   EncodedTile encoded;
   encoded.tag = tile.tag;
@@ -62,8 +74,9 @@ Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_hei
   encoded.preview = tile.preview;
   encoded.samples_per_pixel = tile.samples_per_pixel;
   encoded.invalid_samples = pixels.invalid_samples;
-  encoded.exr = std::move(*exr);
-  encoded.crc32 = crc32_of(encoded.exr.data(), encoded.exr.size());
+  encoded.jpeg = tile.preview && format.preview_jpeg > 0;
+  encoded.bytes = std::move(*bytes);
+  encoded.crc32 = crc32_of(encoded.bytes.data(), encoded.bytes.size());
   return encoded;
 }
 

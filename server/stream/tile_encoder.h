@@ -1,4 +1,4 @@
-// A resolved tile -> the EXR that a listener asked for.
+// A resolved tile -> the EXR file, or of previews the JPEG file, that a listener asked for.
 #pragma once
 
 #include "renderer/base/result.h"
@@ -12,13 +12,17 @@ struct TileFormat {
   TileEncoding encoding;
   unsigned channels = kResolveVariance | kResolveSamples;  // ResolveChannels beside R, G, B
 
-  // Upper bound of the pixel data of one pixel, uncompressed.
+  int preview_jpeg = 0;  // quality of previews as JPEG, [1, 100]; 0: as EXR
+
+  // Upper bound of the pixel data of one pixel of the film, uncompressed.
   std::uint64_t bytes_per_pixel() const;
 };
 
-// Of a pixel of a preview, at most.
+// The same of a preview: three halves.
 inline constexpr std::uint64_t kPreviewBytesPerPixel = 6;
 
-Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format);
+// A tile of the frame. exposure, in stops, is used by previews as JPEG alone.
+Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format,
+                           double exposure = 0);
 
 }  // namespace helio

@@ -33,8 +33,8 @@ const std::map<std::string, Rule> kRules = {
     {"renderer/metrics", {{"renderer/base"}, {}}},
     {"renderer/codec",
      {{"renderer/base"},
-      {"Iex.h", "Imf*", "half.h", "openexr.h", "OpenImageIO/", "libdeflate.h", "openssl/evp.h", "immintrin.h",
-       "fcntl.h", "sys/stat.h", "unistd.h"}}},
+      {"Iex.h", "Imf*", "half.h", "openexr.h", "OpenImageIO/", "libdeflate.h", "openssl/evp.h", "turbojpeg.h",
+       "immintrin.h", "fcntl.h", "sys/stat.h", "unistd.h"}}},
 
     {"renderer/film/core", {{"renderer/base"}, {}}},
     {"renderer/film/splats", {{"renderer/base", "renderer/film/core"}, {}}},
@@ -149,6 +149,7 @@ const std::map<std::string, std::vector<std::string>> kConfined = {
     {"Imf*", {".cpp", "renderer/codec/exr_streams.h"}},
     {"Iex.h", {".cpp", "renderer/codec/exr_streams.h"}},
     {"openexr.h", {".cpp"}},
+    {"turbojpeg.h", {"renderer/codec/jpeg_file.cpp"}},
 };
 
 bool matches(const std::string& header, const std::string& entry) {

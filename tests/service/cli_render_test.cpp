@@ -347,6 +347,39 @@ TEST_F(CliMove, AnOrbitWritesOnePictureAView) {
   }
 }
 
+TEST_F(CliMove, PlayingInRealTimeTellsWhatWasShown) {
+  const auto json = heliograph_json({"move",    "quad.gltf", "--environment", "0,0,0", "--turn",           "2",
+                                     "--steps", "8",         "--play",        "40",    "--preview-budget", "5",
+                                     "--size",  "40x30",     "--samples",     "4",     "--output",         "p.##.exr",
+                                     "--png",   "p.png"});
+  const auto& play = json["play"];
+  EXPECT_EQ(play["views"], 8);
+  EXPECT_GE(play["previews"], 2) << "the first view's and the last one's";
+  EXPECT_GE(play["whole_pictures"].get<int>() + play["skipped_views"].get<int>(), 7) << "the last one may be late";
+  EXPECT_GT(play["last_preview_whole_ms"], 0);
+  EXPECT_GE(play["last_film_first_tile_ms"], play["last_preview_whole_ms"]) << "the preview goes first";
+  EXPECT_GE(play["last_film_whole_ms"], play["last_film_first_tile_ms"]);
+  EXPECT_TRUE(play.contains("age_p50_ms") && play.contains("age_p95_ms"));
+  ASSERT_EQ(json["frames"].size(), 1u) << "the last view's film";
+  EXPECT_EQ(json["frames"][0]["view"], 8);
+  EXPECT_EQ(json["frames"][0]["ended_by"], "samples");
+  EXPECT_EQ(json["frames"][0]["output"], "p.08.exr");
+  EXPECT_TRUE(exists("p.0008.png"));
+  const auto picture = read_exr(folder_ / "p.08.exr", kMaxPixels);
+  ASSERT_TRUE(picture);
+  EXPECT_TRUE(picture->find("R") && !picture->find("display.R"));
+}
+
+TEST_F(CliMove, PlayingWhereCombinedDoesNotGoSaysSo) {
+  write_file(folder_ / "broken.gltf", "{");
+  const ProcessResult lvc = heliograph({"move", "broken.gltf", "--turn", "5", "--play", "20", "--integrator", "lvc"});
+  EXPECT_NE((lvc.out + lvc.err).find("which does not go with these settings: mode is pt, with previews"),
+            std::string::npos)
+      << lvc.out << lvc.err;
+  const ProcessResult path = heliograph({"move", "broken.gltf", "--turn", "5", "--play", "20"});
+  EXPECT_EQ((path.out + path.err).find("mode is pt"), std::string::npos);
+}
+
 TEST_F(CliMove, APathByNameEndsAtTheCamerasOwnView) {
   const auto json = heliograph_json({"move", "quad.gltf", "--environment", "0,0,0", "--path", "turn", "--step", "90",
                                      "--steps", "2", "--size", "40x30", "--samples", "4", "--output", "t.#.exr"});

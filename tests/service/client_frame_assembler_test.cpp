@@ -134,5 +134,34 @@ TEST(FrameAssembler, CoversTheRegionOnly) {
   EXPECT_EQ((*assembler.picture())->find("B")->size(), 2u);
 }
 
+TEST(FrameAssembler, FilmAndPreviewNeverMix) {
+  FrameAssembler assembler;
+  ASSERT_TRUE(assembler.begin(frame(1)));
+  pb::Tile tile = make_tile(kLeft, kWidth, kHeight, 2);
+  tile.set_preview(true);
+  EXPECT_NE(refusal(assembler, tile).find("a preview's, where the film is shown"), std::string::npos);
+  EXPECT_EQ(assembler.tiles(), 0u);
+
+  pb::FrameBegin preview = frame(1);
+  preview.set_preview(true);
+  ASSERT_TRUE(assembler.begin(preview));
+  EXPECT_TRUE(assembler.add(tile));
+  tile.set_preview(false);
+  EXPECT_NE(refusal(assembler, tile).find("the film's, where a preview is shown"), std::string::npos);
+  ASSERT_TRUE(assembler.begin(frame(1)));
+  EXPECT_TRUE(assembler.add(tile)) << "the film's frame of the same revision";
+}
+
+TEST(FrameAssembler, RefusesJpeg) {
+  FrameAssembler assembler;
+  pb::FrameBegin preview = frame(1);
+  preview.set_preview(true);
+  ASSERT_TRUE(assembler.begin(preview));
+  pb::Tile tile = make_tile(kLeft, kWidth, kHeight, 2);
+  tile.set_preview(true);
+  tile.mutable_exr()->swap(*tile.mutable_jpeg());
+  EXPECT_NE(refusal(assembler, tile).find("is a JPEG"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace helio::test

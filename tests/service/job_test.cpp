@@ -152,6 +152,9 @@ TEST_F(JobTest, BadRequestsNameEveryField) {
   bad.mutable_format()->set_pixel_type(pb::PixelType(4));
   expect_status(run(bad).status, StatusCode::INVALID_ARGUMENT,
                 {"scene_id: 0 bytes", "settings.width", "budget: has no end", "format.pixel_type: unknown value 4"});
+  pb::RunJobRequest moving = request(8, 8, 1);
+  moving.mutable_settings()->set_preview_rate(20);
+  expect_status(run(moving).status, StatusCode::INVALID_ARGUMENT, {"settings.preview_rate", "20"});
   pb::RunJobRequest camera = request(8, 8, 1);
   camera.mutable_camera()->mutable_position()->set_x(std::numeric_limits<double>::quiet_NaN());
   expect_status(run(camera).status, StatusCode::INVALID_ARGUMENT, {"camera.position", "nan", "camera", "look_at"});

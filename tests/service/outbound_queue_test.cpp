@@ -17,7 +17,7 @@ EncodedTile tile(std::uint64_t revision, std::uint64_t frame, int x, std::uint32
   tile.tag = {revision, revision, frame};
   tile.window = {x, 0, x + 10, 10};
   tile.pass = pass;
-  tile.exr.resize(bytes);
+  tile.bytes.resize(bytes);
   return tile;
 }
 
@@ -25,6 +25,20 @@ FrameEnd end(std::uint64_t revision, std::uint64_t frame) {
   FrameEnd end;
   end.tag = {revision, revision, frame};
   return end;
+}
+
+// The same of a preview.
+FrameBegin begin_preview(std::uint64_t revision, std::uint64_t frame) {
+  FrameBegin preview = begin(revision, frame);
+  preview.preview = true;
+  return preview;
+}
+
+// A whole preview of two tiles of 100 bytes.
+void push_preview(OutboundQueue& queue, std::uint64_t revision, std::uint64_t frame) {
+  queue.push(begin_preview(revision, frame));
+  for (const int x : {0, 10}) queue.push(tile(revision, frame, x));
+  queue.push(end(revision, frame));
 }
 
 template <class T>
@@ -155,6 +169,123 @@ TEST(OutboundQueue, RateTellsWhenToComeBack) {
   pop<EncodedTile>(queue, 10.5);
 }
 
+// Pops a whole frame; its number.
+std::uint64_t pop_frame(OutboundQueue& queue, std::size_t tiles) {
+  const std::uint64_t frame = pop<FrameBegin>(queue).tag.frame;
+  for (std::size_t i = 0; i < tiles; ++i) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, frame);
+  const FrameReport report = pop<FrameReport>(queue);
+  EXPECT_EQ(report.end.tag.frame, frame);
+  EXPECT_EQ(report.bytes_sent, 100 * tiles);
+  EXPECT_EQ(report.dropped_tiles, 0u);
+  return frame;
+}
+
+TEST(OutboundQueue, APreviewThatHasBegunIsSentToItsEnd) {
+  OutboundQueue queue;
+  queue.push(begin_preview(1, 1));
+  queue.push(tile(1, 1, 0));
+  pop<FrameBegin>(queue);
+  queue.drop_before(2);  // a newer view, twice
+  queue.push(tile(1, 1, 10));
+  EXPECT_TRUE(queue.wants({1, 1, 1}));
+  queue.push(end(1, 1));
+  queue.drop_before(3);
+  push_preview(queue, 3, 2);
+  queue.push(begin(3, 3));
+  queue.push(tile(3, 3, 0));
+  queue.push(end(3, 3));
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 1u);
+  EXPECT_EQ(pop<FrameReport>(queue).dropped_tiles, 0u);
+  EXPECT_EQ(pop_frame(queue, 2), 2u);
+  EXPECT_EQ(pop_frame(queue, 1), 3u);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(OutboundQueue, ANewerPreviewReplacesTheOneThatWaitsWhole) {
+  OutboundQueue queue;
+  push_preview(queue, 1, 1);
+  pop<FrameBegin>(queue);  // the listener reads no further
+  for (std::uint64_t i = 2; i <= 100; ++i) {
+    queue.drop_before(i);
+    push_preview(queue, i, 2 * i);
+    queue.push(begin(i, 2 * i + 1));
+    for (int x = 0; x < 50; x += 10) queue.push(tile(i, 2 * i + 1, x));
+  }
+  EXPECT_LE(queue.peak_bytes(), 2u * 200 + 500);
+  EXPECT_EQ(queue.bytes(), queue.peak_bytes());
+  EXPECT_FALSE(queue.wants({50, 50, 100}));
+  for (int i = 0; i < 2; ++i) pop<EncodedTile>(queue);
+  pop<FrameReport>(queue);
+  EXPECT_EQ(pop_frame(queue, 2), 200u);
+  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 201u);
+  EXPECT_EQ(queue.bytes(), 500u);
+}
+
+TEST(OutboundQueue, APreviewDropsTheFilmsTilesAndItsEndIsStillTold) {
+  OutboundQueue queue;
+  queue.push(begin(1, 1));
+  for (const int x : {0, 10}) queue.push(tile(1, 1, x));
+  pop<FrameBegin>(queue);
+  pop<EncodedTile>(queue);
+  queue.push(end(1, 1));
+  push_preview(queue, 2, 2);
+  queue.push(tile(1, 1, 20));
+  const FrameReport film = pop<FrameReport>(queue);
+  EXPECT_EQ(film.end.tag.frame, 1u);
+  EXPECT_EQ(film.dropped_tiles, 1u);
+  EXPECT_EQ(pop_frame(queue, 2), 2u);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(OutboundQueue, PreviewsCostCreditAndRate) {
+  OutboundQueue queue;
+  queue.limit_credit(0);
+  push_preview(queue, 1, 1);
+  pop<FrameBegin>(queue);
+  EXPECT_FALSE(queue.pop(0).message);
+  EXPECT_TRUE(queue.add_credit(1));
+  pop<EncodedTile>(queue);
+  EXPECT_FALSE(queue.pop(0).message);
+  EXPECT_FALSE(queue.empty());
+  queue.add_credit(100);
+  queue.limit_rate(100.0);
+  pop<EncodedTile>(queue, 10);  // 100 bytes take a second, less 0.1 s of burst
+  pop<FrameReport>(queue, 10);
+  push_preview(queue, 2, 2);
+  pop<FrameBegin>(queue, 10.1);
+  EXPECT_NEAR(queue.pop(10.1).wait_until_s, 10.9, 1e-9);
+  pop<EncodedTile>(queue, 10.91);
+}
+
+TEST(OutboundQueue, ALostEndOfAPreviewHoldsNothingUp) {
+  OutboundQueue queue;
+  queue.push(begin_preview(1, 1));
+  queue.push(tile(1, 1, 0));
+  pop<FrameBegin>(queue);
+  pop<EncodedTile>(queue);
+  EXPECT_FALSE(queue.pop(0).message);
+  EXPECT_FALSE(queue.empty()) << "a call that is to end waits for the preview's end";
+  queue.push(begin(1, 2));
+  queue.push(tile(1, 1, 10));
+  const FrameReport lost = pop<FrameReport>(queue);
+  EXPECT_EQ(lost.end.tag.frame, 1u);
+  EXPECT_EQ(lost.end.reason, FrameEndReason::failed);
+  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 2u);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(OutboundQueue, CloseDropsPreviewsToo) {
+  OutboundQueue queue;
+  push_preview(queue, 1, 1);
+  pop<FrameBegin>(queue);
+  push_preview(queue, 2, 2);
+  queue.close();
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(queue.bytes(), 0u);
+  push_preview(queue, 3, 3);
+  EXPECT_FALSE(queue.pop(0).message);
+}
+
 TEST(OutboundQueue, ClosedQueueTakesNothing) {
   OutboundQueue queue;
   queue.push(begin(1, 1));
@@ -164,82 +295,6 @@ TEST(OutboundQueue, ClosedQueueTakesNothing) {
   queue.push(Notice{});
   EXPECT_TRUE(queue.empty());
   EXPECT_FALSE(queue.pop(0).message);
-}
-
-FrameBegin preview_begin(std::uint64_t revision, std::uint64_t frame) {
-  FrameBegin preview = begin(revision, frame);
-  preview.preview = true;
-  return preview;
-}
-
-TEST(OutboundQueue, APreviewOfWhichSomethingWasSentIsSentToItsEnd) {
-  OutboundQueue queue;
-  queue.push(preview_begin(1, 1));
-  queue.push(tile(1, 1, 0));
-  pop<FrameBegin>(queue);
-  queue.push(tile(1, 1, 10));
-  queue.drop_before(5);
-  EXPECT_TRUE(queue.wants({1, 1, 1}));
-  queue.push(tile(1, 1, 20));
-  queue.push(end(1, 1));
-  queue.push(begin(5, 2));  // the film of a newer view
-  queue.push(tile(5, 2, 0));
-  EXPECT_EQ(queue.bytes(), 400u);
-  for (const int x : {0, 10, 20}) EXPECT_EQ(pop<EncodedTile>(queue).window.x0, x);
-  EXPECT_EQ(pop<FrameReport>(queue).bytes_sent, 300u);
-  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 2u);
-  EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 2u);
-  EXPECT_EQ(queue.bytes(), 0u);
-}
-
-TEST(OutboundQueue, APreviewThatWaitsIsReplacedWholeByANewerOne) {
-  OutboundQueue queue;
-  for (std::uint64_t frame = 1; frame <= 6; ++frame) {
-    queue.push(preview_begin(frame, frame));
-    for (int x = 0; x < 100; x += 10) queue.push(tile(frame, frame, x));
-    queue.push(end(frame, frame));
-    if (frame == 1) {
-      EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 1u);
-    }
-    EXPECT_LE(queue.bytes(), 2000u);  // two previews at most, whoever reads or not
-  }
-  EXPECT_FALSE(queue.wants({3, 3, 3}));
-  for (int x = 0; x < 100; x += 10) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 1u);
-  EXPECT_EQ(pop<FrameReport>(queue).end.tag.frame, 1u);
-  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 6u);
-  for (int x = 0; x < 100; x += 10) EXPECT_EQ(pop<EncodedTile>(queue).tag.frame, 6u);
-  EXPECT_EQ(pop<FrameReport>(queue).end.tag.frame, 6u);
-  EXPECT_TRUE(queue.empty());
-}
-
-TEST(OutboundQueue, TheEndOfTheFilmBeforeComesAheadOfAPreview) {
-  OutboundQueue queue;
-  queue.push(begin(1, 1));
-  queue.push(tile(1, 1, 0));
-  pop<FrameBegin>(queue);
-  queue.push(end(1, 1));
-  queue.drop_before(2);
-  queue.push(preview_begin(2, 2));
-  queue.push(tile(2, 2, 0));
-  EXPECT_EQ(pop<FrameReport>(queue).dropped_tiles, 1u);
-  EXPECT_EQ(pop<FrameBegin>(queue).tag.frame, 2u);
-  queue.close();
-  EXPECT_EQ(queue.bytes(), 0u);
-  EXPECT_FALSE(queue.pop(0).message);
-}
-
-TEST(OutboundQueue, PreviewsCostCreditAndRate) {
-  OutboundQueue queue;
-  queue.limit_credit(1);
-  queue.push(preview_begin(1, 1));
-  for (int x = 0; x < 30; x += 10) queue.push(tile(1, 1, x));
-  pop<FrameBegin>(queue);
-  pop<EncodedTile>(queue);
-  EXPECT_FALSE(queue.pop(0).message);
-  EXPECT_TRUE(queue.add_credit(5));
-  queue.limit_rate(100.0);
-  pop<EncodedTile>(queue, 10);
-  EXPECT_GT(queue.pop(10).wait_until_s, 10);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "renderer/base/clock.h"
+#include "renderer/codec/checksum.h"
 #include "renderer/codec/sha256.h"
 #include "server/base/grpc_status.h"
 #include "server/base/memory_account.h"
@@ -15,6 +16,7 @@
 #include "server/base/task_thread.h"
 #include "server/base/timer_queue.h"
 #include "server/stream/convert.h"
+#include "server/stream/stream_messages.h"
 #include "server/stream/tile_encoder.h"
 
 namespace helio {
@@ -324,7 +326,7 @@ TEST(TileEncoder, VariancesBelowTheSmallestHalfAreNoCertainty) {
     format.channels = kResolveVariance;
     const auto encoded = encode(tile, 3, 1, format);
     ASSERT_TRUE(encoded.ok()) << encoded.error().to_string();
-    const auto decoded = decode_tile(encoded->exr, 3);
+    const auto decoded = decode_tile(encoded->bytes, 3);
     ASSERT_TRUE(decoded.ok()) << decoded.error().to_string();
     const bool half = type == TilePixelType::half;
     for (const char* name : {"variance.R", "variance.G", "variance.B"}) {
@@ -333,6 +335,116 @@ TEST(TileEncoder, VariancesBelowTheSmallestHalfAreNoCertainty) {
     }
     EXPECT_EQ(*decoded->find("G"), (std::vector<float>{half ? 0.0f : 1e-9f, 0, 0.5f}));
   }
+}
+
+FrameTile preview_tile() {
+  FrameTile tile;
+  tile.tag = {1, 2, 3};
+  tile.preview = tile.final = true;
+  tile.pixels.window = {16, 8, 48, 24};
+  const std::size_t area = std::size_t(tile.pixels.window.area());
+  tile.pixels.display[0].assign(area, 0.25f);
+  tile.pixels.display[1].assign(area, 1e9f);
+  tile.pixels.display[2].assign(area, 0);
+  return tile;
+}
+
+TEST(TileEncoder, PreviewsHaveDisplayAloneInHalf) {
+  TileFormat format;  // of the film; only its compression counts
+  format.encoding = {TilePixelType::float32, TileCompression::zip};
+  format.channels = kResolveAll;
+  const FrameTile tile = preview_tile();
+  const auto encoded = encode(tile, 64, 48, format);
+  ASSERT_TRUE(encoded.ok()) << encoded.error().to_string();
+  const pb::Tile message = to_message(*encoded, "s");
+  EXPECT_TRUE(message.preview());
+  EXPECT_TRUE(message.final());
+  EXPECT_EQ(message.crc32(), crc32_of(encoded->bytes.data(), encoded->bytes.size()));
+  EXPECT_EQ(message.jpeg_crc32(), 0u);
+  const auto decoded = decode_tile(encoded->bytes, 1000);
+  ASSERT_TRUE(decoded.ok()) << decoded.error().to_string();
+  EXPECT_EQ(decoded->names, (std::vector<std::string>{"display.B", "display.G", "display.R"}));
+  EXPECT_EQ(decoded->header.data_window, tile.pixels.window);
+  EXPECT_EQ((*decoded->find("display.R"))[7], 0.25f);
+  EXPECT_EQ((*decoded->find("display.G"))[7], 65504) << "the largest half";
+}
+
+TEST(TileEncoder, PreviewsComeAsJpegWhereAskedFor) {
+  TileFormat format;
+  format.preview_jpeg = 80;
+  const auto encoded = encode(preview_tile(), 64, 48, format, -1);
+  ASSERT_TRUE(encoded.ok()) << encoded.error().to_string();
+  ASSERT_GT(encoded->bytes.size(), 4u);
+  EXPECT_EQ(encoded->bytes[0], 0xff);
+  EXPECT_EQ(encoded->bytes[1], 0xd8);
+  pb::StreamResponse response;
+  const std::vector<std::uint8_t> file = encoded->bytes;
+  std::vector<grpc::Slice> slices;
+  ASSERT_TRUE(to_stream_response(*encoded, "s").Dump(&slices).ok());
+  std::string bytes;
+  for (const grpc::Slice& slice : slices) bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  ASSERT_TRUE(response.ParseFromString(bytes));
+  const pb::Tile& tile = response.tile();
+  EXPECT_TRUE(tile.exr().empty());
+  EXPECT_EQ(tile.crc32(), 0u);
+  EXPECT_EQ(tile.jpeg(), std::string(file.begin(), file.end()));
+  EXPECT_EQ(tile.jpeg_crc32(), crc32_of(file.data(), file.size()));
+}
+
+TEST(TileEncoder, TilesOfTheFilmAreNeverJpeg) {
+  FrameTile tile = preview_tile();
+  tile.preview = false;
+  for (int c = 0; c < 3; ++c) tile.pixels.radiance[c] = tile.pixels.display[c];
+  TileFormat format;
+  format.channels = 0;
+  const auto plain = encode(tile, 64, 48, format);
+  format.preview_jpeg = 80;
+  const auto encoded = encode(tile, 64, 48, format, 3);
+  ASSERT_TRUE(plain.ok() && encoded.ok());
+  EXPECT_FALSE(encoded->jpeg);
+  EXPECT_EQ(encoded->bytes, plain->bytes);
+}
+
+TEST(Convert, PreviewSettings) {
+  pb::RenderSettings message;
+  Problems problems;
+  RenderSettings settings = read_settings(message, {}, "settings", problems);
+  EXPECT_EQ(settings.preview.rate, 0);
+  EXPECT_EQ(settings.preview.budget_s, 0.045);
+  EXPECT_EQ(to_message(settings).preview_rate(), 0);
+  EXPECT_EQ(to_message(settings).preview_budget_ms(), 0) << "without previews every message is as it was";
+  message.set_preview_rate(30);
+  message.set_preview_budget_ms(28);
+  settings = read_settings(message, {}, "settings", problems);
+  EXPECT_TRUE(problems.empty());
+  EXPECT_EQ(settings.preview.rate, 30);
+  EXPECT_NEAR(settings.preview.budget_s, 0.028, 1e-12);
+  EXPECT_EQ(to_message(settings).preview_rate(), 30);
+  EXPECT_NEAR(to_message(settings).preview_budget_ms(), 28, 1e-9);
+
+  message.set_preview_rate(121);
+  message.set_preview_budget_ms(4);
+  read_settings(message, {}, "settings", problems);
+  ASSERT_EQ(problems.size(), 2u);
+  EXPECT_EQ(problems.items()[0].where, "settings.preview_rate");
+  EXPECT_NE(problems.items()[0].message.find("121; allowed: [0, 120]"), std::string::npos)
+      << problems.items()[0].message;
+  EXPECT_EQ(problems.items()[1].where, "settings.preview_budget_ms");
+  EXPECT_NE(problems.items()[1].message.find("[5, 1000]"), std::string::npos) << problems.items()[1].message;
+}
+
+TEST(Convert, PreviewJpegIsAQuality) {
+  pb::TileFormat message;
+  Problems problems;
+  EXPECT_EQ(read_tile_format(message, "format", problems).preview_jpeg, 0);
+  message.set_preview_jpeg(100);
+  EXPECT_EQ(read_tile_format(message, "format", problems).preview_jpeg, 100);
+  EXPECT_TRUE(problems.empty());
+  message.set_preview_jpeg(101);
+  read_tile_format(message, "format", problems);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems.items()[0].where, "format.preview_jpeg");
+  EXPECT_EQ(problems.items()[0].message, "101; allowed: [0, 100]");
 }
 
 }  // namespace

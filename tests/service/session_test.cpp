@@ -188,6 +188,27 @@ TEST_F(SessionTest, MemoryIsLimitedAndGivenBack) {
   EXPECT_TRUE(eventually([&] { return create(request, &response).ok(); }));
 }
 
+TEST_F(SessionTest, PreviewsCountAsMemory) {
+  start([](ServerConfig& config) { config.max_memory = 64 << 20; });
+  const std::string scene = load_quad();
+  // 620 x 620 pixels take 51 MB, previews of them 23 MB more.
+  pb::CreateSessionRequest request;
+  request.set_scene_id(scene);
+  request.mutable_settings()->set_width(620);
+  request.mutable_settings()->set_height(620);
+  request.mutable_settings()->set_preview_rate(20);
+  pb::CreateSessionResponse response;
+  expect_status(create(request, &response), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "previews of 620 x 620"});
+  request.mutable_settings()->set_preview_rate(0);
+  ASSERT_TRUE(eventually([&] { return create(request, &response).ok(); }));
+  pb::UpdateSessionRequest ask;
+  ask.set_session_id(response.session_id());
+  *ask.mutable_settings() = request.settings();
+  ask.mutable_settings()->set_preview_rate(20);
+  expect_status(update(ask), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "previews of 620 x 620"});
+  EXPECT_EQ(session_info(response.session_id()).settings().preview_rate(), 0) << "nothing has changed";
+}
+
 TEST_F(SessionTest, UploadedBytesCountAsMemory) {
   start([](ServerConfig& config) { config.max_memory = 1 << 20; });
   Upload upload;

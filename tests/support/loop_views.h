@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -81,6 +82,11 @@ class LoopViews {
   void set_scene(std::shared_ptr<const RenderScene> scene) { scene_ = std::move(scene); }
 
   RenderLoop& loop() { return *loop_; }
+  // How many have ended so.
+  int previews(FrameEndReason reason) {
+    const std::lock_guard lock(sink_->mutex);
+    return sink_->previews[reason];
+  }
 
  private:
   struct Sink final : FrameSink {
@@ -97,7 +103,8 @@ class LoopViews {
     }
     void frame_begun(const FrameBegin& begin) override {
       const std::lock_guard lock(mutex);
-      if (begin.preview) return;
+      previewing = begin.preview;
+      if (previewing) return;
       picture.seed = begin.settings.seed;
     }
     void tile_ready(FrameTile tile) override {
@@ -113,8 +120,11 @@ class LoopViews {
       put_rows(tile.pixels.density, window, picture.width, picture.density);
     }
     void frame_ended(const FrameEnd& end) override {
-      if (end.reason == FrameEndReason::preview) return;
       const std::lock_guard lock(mutex);
+      if (previewing) {
+        ++previews[end.reason];
+        return;
+      }
       picture.end = end;
       ended_s = now_s();
       changed.notify_all();
@@ -126,6 +136,8 @@ class LoopViews {
     }
 
     ViewPicture picture;
+    std::map<FrameEndReason, int> previews;
+    bool previewing = false;
     double ended_s = 0;
     std::mutex mutex;
     std::condition_variable changed;

@@ -14,8 +14,8 @@
 #include "client/cli/commands/move_player.h"
 #include "client/cli/commands/open_scene.h"
 #include "client/cli/commands/output_check.h"
-#include "client/cli/commands/play_path.h"
 #include "client/cli/commands/picture_files.h"
+#include "client/cli/commands/play_path.h"
 #include "client/cli/commands/render_report.h"
 #include "client/cli/exit_code.h"
 #include "client/named_paths.h"
@@ -62,14 +62,19 @@ constexpr const char* kHelp =
     "first_tile_seconds (from sending the view to its first tile here), rays, rays_per_path, estimated_rmse,\n"
     "estimated_relmse, invalid_samples, ended_by, reuse_share (of the samples, from earlier pictures),\n"
     "verification_rays, pass_seconds (processor time of each pass), ...}].\n"
-    "With --play the object has \"play\": {views, views_with_a_tile, whole_pictures, whole_share, whole_per_second,\n"
-    "skipped_views, previews, age_p50_ms, age_p95_ms (from sending a view to its whole picture), "
-    "last_preview_whole_ms,\n"
-    "last_film_first_tile_ms, last_film_whole_ms}, of the views after the first, and frames holds the last view's.\n"
+    "--play shows the path as a mouse drag is seen: views leave at fixed moments, the budget is the command's, and "
+    "the\n"
+    "last view's film is written, no preview. Previews are whole pictures for the eye, biased, and never part of the\n"
+    "film. Default --mode: combined, where it goes with the other options. The JSON then has play: {views,\n"
+    "views_with_a_tile, whole_pictures (while moving), whole_share, whole_per_second, skipped_views, previews,\n"
+    "age_p50_ms, age_p95_ms (of what is shown, from sending its view), last_preview_whole_ms, "
+    "last_film_first_tile_ms,\n"
+    "last_film_whole_ms (from sending the last view)}.\n"
     "--mode reproject carries what is still true of a view into the next one; combined also sends samples where they\n"
     "are missing.\n"
     "Ctrl-C keeps the pictures of the views so far, the unfinished one included; a second Ctrl-C ends at once.\n"
-    "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n\n";
+    "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n"
+    "Example: heliograph move room.glb --turn 40 --steps 80 --play 20\n\n";
 
 void add_path_options(CLI::App& app, MoveOptions& options) {
   add_text(app, options.path, "--path", "NAME|PATH.json",
@@ -93,30 +98,34 @@ void add_path_options(CLI::App& app, MoveOptions& options) {
 }
 
 void add_preview_options(CLI::App& app, MoveOptions& options) {
-  add_text(app, options.play, "--play", "HZ",
-           "Play the path in real time: rest for two seconds at the first view, then send so many views a second, (0, "
-           "240], and report what was shown; only the last view's picture is written. --mode is combined, "
-           "--preview-rate 20 by default");
+  add_text(
+      app, options.play, "--play", "HZ",
+      "Play the path in real time, HZ views a second, (0, 240], after 2 s at the first view; keep the last picture");
   add_text(app, options.preview_rate, "--preview-rate", "HZ",
-           "Previews a second while the camera moves, [0, 120]: whole pictures for the eye, biased, apart from the "
-           "film. 0: none. Default: 0, with --play 20");
+           "Previews a second while the camera moves, [0, 120]; 0: none. Default: 0, with --play 20");
   add_text(app, options.preview_budget, "--preview-budget", "MS",
-           "Milliseconds that a preview may take, [5, 1000]. Default: 45");
+           "Time that a preview may take, milliseconds in [5, 1000]. Default: 45");
 }
 
-// What playing in real time asks for, unless it was said otherwise. Views a second; none: one picture a view.
-std::optional<double> read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
-  const auto play = reader.number(options.play, {0, 240, false});
+// What playing in real time asks for, unless it was said otherwise.
+struct PlayChoice {
+  std::optional<double> rate;  // views a second; none: one picture a view
+  std::string notice;          // empty: none
+};
+
+PlayChoice read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
+  PlayChoice choice;
+  const std::size_t before = reader.problems().size();
+  choice.rate = reader.number(options.play, {0, 240, false});
   if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);
   if (const auto budget = reader.number(options.preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
-  if (!play) return std::nullopt;
+  if (!choice.rate || reader.problems().size() > before) return choice;
   if (!options.preview_rate.given()) settings.set_preview_rate(20);
-  const pb::Integrator integrator = settings.integrator();
-  const bool reused = integrator == pb::INTEGRATOR_UNSPECIFIED || integrator == pb::INTEGRATOR_PATH ||
-                      integrator == pb::INTEGRATOR_BDPT || integrator == pb::INTEGRATOR_PT_BDPT;
-  if (settings.mode() == pb::MODE_UNSPECIFIED && reused && !settings.has_technique())
-    settings.set_mode(pb::MODE_COMBINED);
-  return play;
+  if (!choose_combined(settings)) {
+    choice.notice = "--play renders in mode combined by default, which does not go with these settings: mode is pt";
+    if (settings.preview_rate() > 0) choice.notice += ", with previews";
+  }
+  return choice;
 }
 
 bool by_name(const MoveOptions& options) {
@@ -207,6 +216,17 @@ Status keep_view(PlayedView& view, const FileNames& names, Json& json) {
   return write_files(names, **picture, view.unsampled, json);
 }
 
+// Whether the view came to its end.
+Status check_end(const pb::FrameEnd& end, int view) {
+  if (end.reason() == pb::END_REASON_FAILED) {
+    return Error{ErrorCode::internal, fmt::format("view {} failed: {}", view, end.message()), {}};
+  }
+  if (end.reason() == pb::END_REASON_CANCELLED) {
+    return Error{ErrorCode::unavailable, fmt::format("the server ended view {} early", view), {}};
+  }
+  return ok_status();
+}
+
 // What the pictures are played with.
 struct Play {
   MovePlayer& player;
@@ -240,12 +260,7 @@ Status play_views(const Play& play, Terminal& terminal, Json& frames) {
     if (any) frames.push_back(json);
     if (!awaited) return awaited;
     if (!kept) return kept;
-    if (view.end->reason() == pb::END_REASON_FAILED) {
-      return Error{ErrorCode::internal, fmt::format("view {} failed: {}", number, view.end->message()), {}};
-    }
-    if (view.end->reason() == pb::END_REASON_CANCELLED) {
-      return Error{ErrorCode::unavailable, fmt::format("the server ended view {} early", number), {}};
-    }
+    if (const Status ended = check_end(*view.end, number); !ended) return ended;
     const std::string warning = caution(*view.end);
     if (!warning.empty()) terminal.warn(fmt::format("view {}: {}", number, warning));
     terminal.say(fmt::format("{}: {}", names.exr, describe_end(*view.end)));
@@ -259,18 +274,6 @@ struct RealTime {
   const FileNames& patterns;
   double rate, time_s;
 };
-
-std::string describe_shown(const Json& shown) {
-  const auto ms = [&](const char* name) {
-    return shown[name].is_null() ? std::string("none") : fmt::format("{:.0f} ms", shown[name].get<double>());
-  };
-  return fmt::format(
-      "{} views: {} whole pictures while moving, {:.1f} a second ({} views skipped); age of what was shown {} in the "
-      "median, {} at 95 %\nafter the last view: preview {}, first tile of the film {}, whole film {}",
-      shown["views"].get<std::uint64_t>(), shown["whole_pictures"].get<std::uint64_t>(),
-      shown["whole_per_second"].get<double>(), shown["skipped_views"].get<std::uint64_t>(), ms("age_p50_ms"),
-      ms("age_p95_ms"), ms("last_preview_whole_ms"), ms("last_film_first_tile_ms"), ms("last_film_whole_ms"));
-}
 
 // The path in real time, and the film's picture of its last view.
 Status play_and_keep(RenderClient& client, const pb::CreateSessionResponse& session, const RealTime& what,
@@ -297,11 +300,17 @@ Status play_and_keep(RenderClient& client, const pb::CreateSessionResponse& sess
   if (!last.picture.complete()) return played;
   Json frame;
   const int number = static_cast<int>(what.views.size()) - 1;
+  const FileNames names = numbered(what.patterns, number);
   frame["view"] = number;
   frame["partial"] = !last.end.has_value();
-  const Status kept = keep_view(last, numbered(what.patterns, number), frame);
+  frame["notices"] = last.notices;
+  const Status kept = keep_view(last, names, frame);
   if (kept) frames.push_back(frame);
-  return played ? kept : played;
+  if (!played || !kept) return played ? kept : played;
+  if (const Status ended = check_end(*last.end, number); !ended) return ended;
+  if (const std::string warning = caution(*last.end); !warning.empty()) terminal.warn(warning);
+  terminal.say(fmt::format("{}: {}", names.exr, describe_end(*last.end)));
+  return ok_status();
 }
 
 int run(const CLI::App& app, const MoveOptions& options) {
@@ -317,7 +326,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  const auto rate = read_play(options, reader, *request.mutable_settings());
+  const PlayChoice playing_as = read_play(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
@@ -327,6 +336,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return context.refuse();
+  if (!playing_as.notice.empty()) terminal.say("notice: " + playing_as.notice);
 
   CallControl control;
   std::mutex player_mutex;
@@ -363,9 +373,9 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Json frames = Json::array();
   const double begun = now_s();
   Status played = ok_status();
-  if (rate) {
-    played = play_and_keep(client, *session, {format, *views, patterns, *rate, choice.time_s}, interrupt, terminal,
-                           json, frames);
+  if (playing_as.rate) {
+    const RealTime what{format, *views, patterns, *playing_as.rate, choice.time_s};
+    played = play_and_keep(client, *session, what, interrupt, terminal, json, frames);
   } else {
     MovePlayer player(client, session->session_id(), format, request.budget(), terminal);
     {

@@ -26,6 +26,7 @@ FrameCallbacks MovePlayer::callbacks() {
   FrameCallbacks callbacks;
   callbacks.frame_begin = [this](const pb::FrameBegin& frame) {
     std::lock_guard lock(mutex_);
+    if (frame.preview()) preview_frame_ = frame.tag().frame();
     if (done_ || frame.preview() || frame.tag().view_id() != view_id_) return;
     const Status begun = current_.picture.begin(frame);
     if (!begun) fail(begun.error());
@@ -41,8 +42,8 @@ FrameCallbacks MovePlayer::callbacks() {
   };
   callbacks.frame_end = [this](const pb::FrameEnd& end) {
     std::lock_guard lock(mutex_);
-    if (done_ || end.tag().view_id() != view_id_ || end.reason() == pb::END_REASON_SUPERSEDED ||
-        end.reason() == pb::END_REASON_PREVIEW)
+    if (done_ || end.tag().view_id() != view_id_ || end.tag().frame() == preview_frame_ ||
+        end.reason() == pb::END_REASON_SUPERSEDED)
       return;
     current_.end = end;
     done_ = true;

@@ -49,6 +49,7 @@ class MovePlayer {
   const heliograph::v1::Budget default_budget_;
   heliograph::v1::Budget budget_;  // in force
   std::uint64_t view_id_ = 0;
+  std::uint64_t preview_frame_ = 0;  // the newest frame that is a preview
 
   std::mutex mutex_;
   std::vector<std::string> notices_;  // of the server, that await() has yet to show

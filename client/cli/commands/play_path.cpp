@@ -4,6 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
 
 #include "renderer/base/clock.h"
 
@@ -27,54 +32,69 @@ std::optional<double> quantile(std::vector<double> values, double q) {
 
 }  // namespace
 
-void ShownPictures::tile(std::uint64_t view, bool preview, std::uint32_t pass, std::int64_t pixels, double now) {
+void ShownPictures::tile(std::uint64_t view, bool preview, const PixelRect& window, double now_s) {
   Arrival& arrival = (preview ? previews_ : films_)[view];
-  if (arrival.first == 0) arrival.first = now;
-  if (pass != 0 || arrival.whole != 0) return;
-  arrival.pixels += pixels;
-  if (arrival.pixels >= whole_) arrival.whole = now;
+  if (arrival.first_s == 0) arrival.first_s = now_s;
+  if (arrival.whole_s != 0 || !arrival.corners.emplace(window.x0, window.y0).second) return;
+  arrival.pixels += window.area();
+  if (arrival.pixels >= whole_) arrival.whole_s = now_s;
 }
 
-Json ShownPictures::report(double seconds, double end) const {
-  const std::uint64_t last = sent_.empty() ? 0 : sent_.rbegin()->first;
+Json ShownPictures::report(double seconds, double end_s) const {
+  if (sent_.size() < 2) return {};
+  const std::uint64_t first = sent_.begin()->first, last = sent_.rbegin()->first;
   std::uint64_t views = 0, with_a_tile = 0, whole = 0, shown = 0;
   std::vector<double> ages;
-  for (const auto& [view, at] : sent_) {
-    if (view < 2) continue;
+  for (const auto& [view, sent_s] : sent_) {
+    if (view == first) continue;
     ++views;
-    double when = 0;
+    double whole_s = 0;
     for (const auto* kind : {&previews_, &films_}) {
       const auto found = kind->find(view);
-      if (found == kind->end()) continue;
-      if (found->second.whole > 0 && (when == 0 || found->second.whole < when)) when = found->second.whole;
+      if (found == kind->end() || found->second.whole_s == 0) continue;
+      whole_s = whole_s == 0 ? found->second.whole_s : std::min(whole_s, found->second.whole_s);
     }
-    with_a_tile += previews_.count(view) + films_.count(view) > 0;
-    if (when == 0) continue;
+    with_a_tile += previews_.contains(view) || films_.contains(view);
+    if (whole_s == 0) continue;
     ++shown;
-    if (when > end) continue;
+    if (whole_s > end_s) continue;
     ++whole;
-    ages.push_back(when - at);
+    ages.push_back(whole_s - sent_s);
   }
-  const auto after_last = [&](const std::map<std::uint64_t, Arrival>& kind, double Arrival::*what) {
+  const auto after_last = [&](const std::map<std::uint64_t, Arrival>& kind, double Arrival::* moment) {
     const auto found = kind.find(last);
-    const bool there = found != kind.end() && found->second.*what > 0;
-    return there ? std::optional<double>(found->second.*what - sent_.at(last)) : std::nullopt;
+    const bool there = found != kind.end() && found->second.*moment > 0;
+    return there ? std::optional<double>(found->second.*moment - sent_.at(last)) : std::nullopt;
   };
   Json json;
   json["views"] = views;
   json["views_with_a_tile"] = with_a_tile;
   json["whole_pictures"] = whole;
-  json["whole_share"] = views > 0 ? double(whole) / double(views) : 0.0;
+  json["whole_share"] = double(whole) / double(views);
   json["whole_per_second"] = seconds > 0 ? double(whole) / seconds : 0.0;
   json["skipped_views"] = views - shown;
   json["previews"] = previews_.size();
   json["age_p50_ms"] = milliseconds(quantile(ages, 0.5));
   json["age_p95_ms"] = milliseconds(quantile(ages, 0.95));
-  json["last_preview_whole_ms"] = milliseconds(after_last(previews_, &Arrival::whole));
-  json["last_film_first_tile_ms"] = milliseconds(after_last(films_, &Arrival::first));
-  json["last_film_whole_ms"] = milliseconds(after_last(films_, &Arrival::whole));
+  json["last_preview_whole_ms"] = milliseconds(after_last(previews_, &Arrival::whole_s));
+  json["last_film_first_tile_ms"] = milliseconds(after_last(films_, &Arrival::first_s));
+  json["last_film_whole_ms"] = milliseconds(after_last(films_, &Arrival::whole_s));
   return json;
 }
+
+std::string describe_shown(const Json& shown) {
+  const auto ms = [&](const char* name) {
+    return shown[name].is_null() ? std::string("none") : fmt::format("{:.0f} ms", shown[name].get<double>());
+  };
+  return fmt::format(
+      "{} views: {} whole pictures while moving, {:.1f} a second; {} views skipped; age of what was shown: median {}, "
+      "95 % {}\nafter the last view: preview {}, first tile of the film {}, whole film {}",
+      shown["views"].get<std::uint64_t>(), shown["whole_pictures"].get<std::uint64_t>(),
+      shown["whole_per_second"].get<double>(), shown["skipped_views"].get<std::uint64_t>(), ms("age_p50_ms"),
+      ms("age_p95_ms"), ms("last_preview_whole_ms"), ms("last_film_first_tile_ms"), ms("last_film_whole_ms"));
+}
+
+namespace {
 
 class PathPlayer {
  public:
@@ -87,6 +107,8 @@ class PathPlayer {
     stream_ = client.stream_frames(open, callbacks());
   }
   ~PathPlayer() { stream_.reset(); }
+  PathPlayer(const PathPlayer&) = delete;
+  PathPlayer& operator=(const PathPlayer&) = delete;
 
   Status send(const PathView& view) {
     pb::View message;
@@ -96,18 +118,40 @@ class PathPlayer {
       message.set_id(++view_);
       film_ = {};
       ended_ = false;
-      shown_.sent(view_, now_s());
+      shown_.sent(view_, sent_s_ = now_s());
     }
     *message.mutable_camera() = view.camera;
     message.set_time_s(play_.time_s);
     return stream_->send_view(message);
   }
 
-  // Until `at` on the now_s() clock, or the end of the newest view's film where that is waited for.
-  Status wait(double at, bool for_film, const Interrupt& interrupt) {
+  // Until `at_s` on the now_s() clock.
+  Status wait_until(double at_s, const Interrupt& interrupt) { return wait(at_s, false, interrupt); }
+  // Until the film of the newest view has come to its end.
+  Status wait_for_film(const Interrupt& interrupt) {
+    return wait(std::numeric_limits<double>::infinity(), true, interrupt);
+  }
+  Status close() {
+    if (const Status sent = stream_->close(true); !sent) return sent;
+    return stream_->wait();
+  }
+
+  Json report(double seconds, double end_s) {
+    const std::lock_guard lock(mutex_);
+    return shown_.report(seconds, end_s);
+  }
+  PlayedView take_film() {
+    const std::lock_guard lock(mutex_);
+    return std::move(film_);
+  }
+
+ private:
+  Status wait(double at_s, bool for_film, const Interrupt& interrupt) {
     std::unique_lock lock(mutex_);
-    while (!failure_ && !(for_film && ended_) && now_s() < at && !interrupt.raised()) {
-      changed_.wait_for(lock, std::chrono::duration<double>(std::min(at - now_s(), kPatience)));
+    while (!failure_ && !(for_film && ended_) && !interrupt.raised()) {
+      const double left_s = at_s - now_s();
+      if (left_s <= 0) break;
+      changed_.wait_for(lock, std::chrono::duration<double>(std::min(left_s, kPatience)));
     }
     for (const std::string& notice : notices_) terminal_.warn(notice);
     notices_.clear();
@@ -116,25 +160,11 @@ class PathPlayer {
     return ok_status();
   }
 
-  Status close() {
-    if (const Status sent = stream_->close(true); !sent) return sent;
-    return stream_->wait();
-  }
-
-  Json report(double seconds, double end) {
-    const std::lock_guard lock(mutex_);
-    return shown_.report(seconds, end);
-  }
-  PlayedView take_film() {
-    const std::lock_guard lock(mutex_);
-    return std::move(film_);
-  }
-
- private:
   FrameCallbacks callbacks() {
     FrameCallbacks callbacks;
     callbacks.frame_begin = [this](const pb::FrameBegin& frame) {
       const std::lock_guard lock(mutex_);
+      if (frame.preview()) preview_frame_ = frame.tag().frame();
       if (frame.preview() || frame.tag().view_id() != view_) return;
       if (const Status begun = film_.picture.begin(frame); !begun) fail(begun.error());
       film_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
@@ -143,14 +173,15 @@ class PathPlayer {
     callbacks.tile = [this](pb::Tile tile) {
       const std::lock_guard lock(mutex_);
       const pb::Rect& w = tile.window();
-      shown_.tile(tile.tag().view_id(), tile.preview(), tile.pass(),
-                  std::int64_t(w.x1() - w.x0()) * (w.y1() - w.y0()), now_s());
+      const double now = now_s();
+      shown_.tile(tile.tag().view_id(), tile.preview(), {w.x0(), w.y0(), w.x1(), w.y1()}, now);
       if (tile.preview() || tile.tag().view_id() != view_) return;
+      if (film_.first_tile_seconds == 0) film_.first_tile_seconds = now - sent_s_;
       if (const auto added = film_.picture.add(std::move(tile)); !added) fail(added.error());
     };
     callbacks.frame_end = [this](const pb::FrameEnd& end) {
       const std::lock_guard lock(mutex_);
-      if (end.reason() == pb::END_REASON_PREVIEW || end.reason() == pb::END_REASON_SUPERSEDED) return;
+      if (end.tag().frame() == preview_frame_ || end.reason() == pb::END_REASON_SUPERSEDED) return;
       if (end.tag().view_id() != view_) return;
       film_.end = end;
       ended_ = true;
@@ -180,7 +211,8 @@ class PathPlayer {
   Terminal& terminal_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::uint64_t view_ = 0;
+  std::uint64_t view_ = 0, preview_frame_ = 0;  // the newest view | frame that is a preview
+  double sent_s_ = 0;                           // the newest view
   ShownPictures shown_;
   PlayedView film_;     // of the newest view
   bool ended_ = false;  // its film
@@ -189,26 +221,31 @@ class PathPlayer {
   std::unique_ptr<FrameStream> stream_;  // last: its callbacks use what is above
 };
 
+Status play_views(PathPlayer& player, const std::vector<PathView>& views, const RealTimePlay& play,
+                  const Interrupt& interrupt) {
+  if (const Status sent = player.send(views.front()); !sent) return sent;
+  if (const Status rested = player.wait_until(now_s() + play.rest_s, interrupt); !rested) return rested;
+  const double begun_s = now_s();
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    if (const Status due = player.wait_until(begun_s + double(i - 1) / play.rate, interrupt); !due) return due;
+    if (const Status sent = player.send(views[i]); !sent) return sent;
+  }
+  return ok_status();
+}
+
+}  // namespace
+
 Status play_in_real_time(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
                          const std::vector<PathView>& views, const RealTimePlay& play, const Interrupt& interrupt,
-                         Terminal& terminal, Json& json, PlayedView& last) {
+                         Terminal& terminal, Json& shown, PlayedView& last) {
   PathPlayer player(client, session_id, format, play, terminal);
-  const auto all = [&]() -> Status {
-    if (const Status sent = player.send(views.front()); !sent) return sent;
-    if (const Status rested = player.wait(now_s() + play.rest_s, false, interrupt); !rested) return rested;
-    const double begun = now_s();
-    for (std::size_t i = 1; i < views.size(); ++i) {
-      if (const Status due = player.wait(begun + double(i - 1) / play.rate, false, interrupt); !due) return due;
-      if (const Status sent = player.send(views[i]); !sent) return sent;
-    }
-    const double end = now_s() + 1 / play.rate;
-    const Status ended = player.wait(now_s() + 1e9, true, interrupt);
-    terminal.end_progress();
-    json = player.report(double(views.size() - 1) / play.rate, end);
-    last = player.take_film();
-    return ended ? player.close() : ended;
-  };
-  return all();
+  Status played = play_views(player, views, play, interrupt);
+  const double end_s = now_s() + 1 / play.rate;
+  if (played) played = player.wait_for_film(interrupt);
+  terminal.end_progress();
+  shown = player.report(double(views.size() - 1) / play.rate, end_s);
+  last = player.take_film();
+  return played ? player.close() : played;
 }
 
 }  // namespace helio::cli

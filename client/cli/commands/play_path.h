@@ -1,13 +1,11 @@
 // Plays a camera path in real time, as a hand on a mouse does: views leave at fixed moments, whatever comes back.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/camera_path.h"
@@ -19,39 +17,44 @@
 namespace helio::cli {
 
 struct RealTimePlay {
-  double rate = 20;        // views a second
-  double rest_s = 2;       // at the first view, before the others leave
-  double time_s = 0;       // of the views
+  double rate = 20;         // views a second
+  double rest_s = 2;        // at the first view, before the others leave
+  double time_s = 0;        // of the views
   std::int64_t pixels = 0;  // of a whole picture
 };
 
-// What was shown, in seconds since the play began; ids of views are from 1, the first one's rest.
+// Which pictures were shown, and when, on the now_s() clock. The first view that was sent is the one that rests.
 class ShownPictures {
  public:
   explicit ShownPictures(std::int64_t pixels) : whole_(pixels) {}  // of a whole picture
-  void sent(std::uint64_t view, double now) { sent_[view] = now; }
-  // A tile of so many pixels; `pass` of the film.
-  void tile(std::uint64_t view, bool preview, std::uint32_t pass, std::int64_t pixels, double now);
+  void sent(std::uint64_t view, double now_s) { sent_[view] = now_s; }
+  void tile(std::uint64_t view, bool preview, const PixelRect& window, double now_s);
 
-  // {"views", "views_with_a_tile", "whole_pictures", "whole_share", "whole_per_second", "skipped_views", "previews",
-  // "age_p50_ms", "age_p95_ms", "last_preview_whole_ms", "last_film_first_tile_ms", "last_film_whole_ms"}: of the views
-  // after the first, pictures that were whole by `end`. What there is none of is null.
-  Json report(double seconds, double end) const;
+  // Of the views after the first: "views", "views_with_a_tile", "whole_pictures" (whole by `end_s`), "whole_share" (of
+  // the views), "whole_per_second" (of the `seconds` that the play took), "skipped_views" (never whole), "previews",
+  // "age_p50_ms", "age_p95_ms" (from sending a view to its whole picture), and of the last one, from sending it,
+  // "last_preview_whole_ms", "last_film_first_tile_ms", "last_film_whole_ms". null: there is none.
+  Json report(double seconds, double end_s) const;
 
  private:
   struct Arrival {
-    double first = 0, whole = 0;  // 0: not yet
-    std::int64_t pixels = 0;      // of the first pass
+    double first_s = 0, whole_s = 0;  // 0: not yet
+    std::int64_t pixels = 0;
+    std::set<std::pair<int, int>> corners;  // of the tiles that came
   };
-  std::map<std::uint64_t, double> sent_;
+  std::map<std::uint64_t, double> sent_;  // by view, as the next two
   std::map<std::uint64_t, Arrival> previews_, films_;
   std::int64_t whole_;
 };
 
-// Opens the stream of a session that exists, plays the views and waits for the last one's film to end. `json` gets what
-// ShownPictures reports; `last` holds the film's picture of the last view.
+// ShownPictures::report() as lines to read.
+std::string describe_shown(const Json& shown);
+
+// Opens the stream of a session that exists, plays the views, waits for the film of the last one to end, and ends the
+// session. However it ends, `shown` gets what ShownPictures reports, null where fewer than two views were sent, and
+// `last` what came of the film of the view that was sent last.
 Status play_in_real_time(RenderClient& client, const std::string& session_id, const heliograph::v1::TileFormat& format,
                          const std::vector<PathView>& views, const RealTimePlay& play, const Interrupt& interrupt,
-                         Terminal& terminal, Json& json, PlayedView& last);
+                         Terminal& terminal, Json& shown, PlayedView& last);
 
 }  // namespace helio::cli

@@ -36,6 +36,19 @@ TEST(PreviewClock, KeepsToItsRateAndTakesTheNewestView) {
   EXPECT_EQ(clock.decide(), (PreviewClock::Decision{Next::film, 5.02 + PreviewClock::kRestWait}));
 }
 
+TEST(PreviewClock, TheFilmDoesNotWaitForAPreviewThatTheRatePutsOff) {
+  PreviewClock clock;
+  clock.set_rate(2);
+  clock.changed(5);
+  clock.begun(5);
+  clock.changed(5.2);
+  EXPECT_EQ(clock.decide(), (PreviewClock::Decision{Next::film, 5.2 + PreviewClock::kRestWait}));
+  clock.changed(5.45);
+  EXPECT_EQ(clock.decide(), (PreviewClock::Decision{Next::preview, 5.5}));
+  clock.film_begun();
+  EXPECT_EQ(clock.decide().next, Next::film);
+}
+
 TEST(PreviewClock, SwitchedOffItForgetsWhatWasDue) {
   PreviewClock clock;
   clock.set_rate(20);

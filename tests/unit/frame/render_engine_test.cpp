@@ -85,6 +85,38 @@ TEST(RenderEngine, IdleWorkersSleep) {
   EXPECT_LT(process_cpu_s() - before, 0.003) << "1 % of one core";
 }
 
+// Counts how often it is asked, and has nothing to do.
+struct CountingSource final : PieceSource {
+  std::atomic<int> asked{0};
+  bool run_piece() override {
+    ++asked;
+    return false;
+  }
+  bool failed(std::string) noexcept override { return false; }
+};
+
+TEST(RenderEngine, WakesAtATime) {
+  RenderEngine owner(1);
+  RenderEngine::Impl& engine = owner.impl();
+  CountingSource source, late;
+  const FairQueue::Id id = engine.add(source, RenderRank::interactive);
+  const FairQueue::Id late_id = engine.add(late, RenderRank::interactive);
+  engine.wake_at(late_id, now_s() + 1e9);
+  const double at = now_s() + 0.02;
+  engine.wake_at(id, at);
+  while (source.asked == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_GE(now_s(), at);
+  engine.wake_at(id, now_s() + 1e9);
+  engine.wake_at(id, now_s() - 1);  // the newest counts, and may be in the past
+  while (source.asked == 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  engine.wake_at(id, now_s() + 0.01);
+  engine.remove(id);  // and so is not asked again
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(source.asked, 2);
+  EXPECT_EQ(late.asked, 0);
+  engine.remove(late_id);
+}
+
 TEST(RenderEngine, EightLoopsShareEvenly) {
   RenderEngine engine(2);
   std::vector<FakeIntegrator> integrators(8);

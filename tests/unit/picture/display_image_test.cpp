@@ -1,13 +1,18 @@
 #include "renderer/codec/display_image.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <set>
 
 #include "renderer/base/srgb.h"
+#include "renderer/codec/jpeg_file.h"
+#include "renderer/codec/srgb_bytes.h"
 #include "tests/unit/picture/temporary_folder.h"
 
 namespace helio {
@@ -50,6 +55,54 @@ TEST(AutoExposure, BringsTheLogAverageToMiddleGrey) {
   EXPECT_EQ(auto_exposure(grey({kNan}, 1, 1)), 1.0);
   EXPECT_EQ(auto_exposure(grey({1e-30f}, 1, 1)), 0x1p40);
   EXPECT_GT(auto_exposure(grey({3e38f, 3e38f}, 2, 1)), 0.0);
+}
+
+TEST(SrgbByte, IsTheRoundedTransferFunctionOfEveryFloat) {
+  const auto expect = [](float x) { ASSERT_EQ(srgb_byte(x), std::uint8_t(std::lround(255.0f * encode_srgb(x)))) << x; };
+  // Every 997th float from 0 to 2, and both sides of each step of the byte.
+  for (std::uint32_t bits = 0; bits <= std::bit_cast<std::uint32_t>(2.0f); bits += 997)
+    expect(std::bit_cast<float>(bits));
+  for (int byte = 0; byte < 255; ++byte) {
+    std::uint32_t low = 0, high = std::bit_cast<std::uint32_t>(1.0f);
+    while (high - low > 1) {
+      const std::uint32_t middle = low + (high - low) / 2;
+      (srgb_byte(std::bit_cast<float>(middle)) <= byte ? low : high) = middle;
+    }
+    expect(std::bit_cast<float>(low));
+    expect(std::bit_cast<float>(high));
+    EXPECT_EQ(srgb_byte(std::bit_cast<float>(high)), byte + 1);
+  }
+  for (const float x : {-0.0f, -1.0f, 1e-45f, 3e38f, kInfinity, -kInfinity, kNan}) expect(x);
+}
+
+TEST(Jpeg, ShowsThePixels) {
+  // A grey that rises from left to right; 4:2:0 and quality 95 leave it nearly as it is.
+  constexpr int kWidth = 37, kHeight = 21;
+  std::vector<std::uint8_t> rgb;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) rgb.insert(rgb.end(), 3, std::uint8_t(6 * x));
+  }
+  const auto jpeg = encode_jpeg(kWidth, kHeight, rgb, 95);
+  ASSERT_TRUE(jpeg.ok()) << jpeg.error().to_string();
+  EXPECT_LT(encode_jpeg(kWidth, kHeight, rgb, 10)->size(), jpeg->size());
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(jpeg->data()), jpeg->size());
+  const auto in = OIIO::ImageInput::open("p.jpg", nullptr, &memory);
+  ASSERT_TRUE(in) << OIIO::geterror();
+  ASSERT_EQ(in->spec().width, kWidth);
+  ASSERT_EQ(in->spec().height, kHeight);
+  ASSERT_EQ(in->spec().nchannels, 3);
+  std::vector<std::uint8_t> shown(rgb.size());
+  ASSERT_TRUE(in->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, shown.data()));
+  for (std::size_t i = 0; i < rgb.size(); ++i) ASSERT_NEAR(shown[i], rgb[i], 8) << i;
+}
+
+TEST(Jpeg, RefusesWhatItCannotWrite) {
+  const std::vector<std::uint8_t> rgb(12);
+  EXPECT_EQ(encode_jpeg(2, 2, rgb, 0).error().message, "quality 0; allowed: [1, 100]");
+  EXPECT_EQ(encode_jpeg(2, 2, rgb, 101).error().code, ErrorCode::invalid_argument);
+  EXPECT_EQ(encode_jpeg(3, 2, rgb, 50).error().message, "the pixels do not fill the picture");
+  EXPECT_EQ(encode_jpeg(65501, 1, rgb, 50).error().code, ErrorCode::invalid_argument);
+  EXPECT_EQ(encode_jpeg(0, 1, {}, 50).error().code, ErrorCode::invalid_argument);
 }
 
 TEST(DisplayPng, EncodesSrgb) {

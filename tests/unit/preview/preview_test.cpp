@@ -146,6 +146,24 @@ TEST(Preview, ShowsTheRestingFilmAtItsOwnView) {
   }
 }
 
+// Of a preview that was given up, pixels and colours are of two views.
+TEST(Preview, WhatWasGivenUpIsNoViewToTakeAFilmOverFrom) {
+  const auto scene = build(lambert_room());
+  const Film film = render(*scene, kHome, kWidth, kHeight, 16);
+  Previews previews(scene);
+  previews.show(kHome);
+  TraceStats stats;
+  {
+    const auto history = std::shared_ptr<PreviewHistory>(std::shared_ptr<void>(), &previews.history());
+    Preview given_up(history, {scene, turned(20), {}, {}, kAll, now_s(), now_s() + 1e3},
+                     std::make_shared<CancelToken>());
+    for (std::size_t part = 0; part < given_up.parts(); ++part) given_up.run(0, part, stats);
+  }
+  EXPECT_FALSE(previews.history().shows(scene.get(), kHome, kAll));
+  previews.show(kHome);
+  EXPECT_LT(relmse(previews.show(kHome, &film), picture_of(film)), 0.02);
+}
+
 TEST(Preview, FollowsTheCameraWithTheLightOfTheFilm) {
   for (const SceneDescription& description : {lambert_room(), mixed_scene()}) {
     const auto scene = build(description);
