@@ -49,10 +49,9 @@ HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history)
   }
 }
 
-HistoryLookup::Found HistoryLookup::look(const Source& source, int x, int y, const PreviewPixel& pixel,
+HistoryLookup::Found HistoryLookup::look(const Source& source, const ViewMapping::Point& to, const PreviewPixel& pixel,
                                          float slope) const {
   Found found;
-  const ViewMapping::Point to = source.mapping.map(float(x) + 0.5f, float(y) + 0.5f, pixel.depth);
   if (!(to.depth > 0)) return found;
   const float fx = to.x - 0.5f, fy = to.y - 0.5f;
   const PixelRect& r = source.region;
@@ -87,27 +86,51 @@ HistoryLookup::Found HistoryLookup::look(const Source& source, int x, int y, con
 }
 
 void HistoryLookup::run(const PixelRect& window) const {
+  constexpr int kMost = 16;  // pixels at once
   if (sources_.empty()) return;
   for (int y = window.y0; y < window.y1; ++y) {
-    const V3f row = corner_ + step_y_ * (float(y) + 0.5f);
-    for (int x = window.x0; x < window.x1; ++x) {
-      PreviewPixel& pixel = history_.current.pixels[history_.index(x, y)];
-      if (pixel.samples == kExactSamples) continue;
-      const V3f along = row + step_x_ * (float(x) + 0.5f);
-      const float cosine = std::fabs(dot(pixel.unpacked_normal(), along)), square = length_squared(along);
-      // Tangent of the angle between view and normal.
-      const float tangent = std::sqrt(std::max(square - cosine * cosine, 0.0f)) / std::max(cosine, 1e-6f);
-      const float slope = kSlopeSlack * std::min(tangent, kSteepest);
-      Found best;
-      for (const Source& source : sources_) {
-        const Found found = look(source, x, y, pixel, slope);
-        if (found.known && (!best.known || found.samples > kMoreByFar * best.samples)) best = found;
-        if (best.samples >= kEnough) break;
-      }
-      if (!best.known) continue;
-      pixel.set_light(best.light);
-      pixel.samples = std::uint8_t(std::min(best.samples + 0.5f, float(kExactSamples - 1)));
+    for (int x = window.x0; x < window.x1; x += kMost) {
+      run_row(x, y, std::min(kMost, window.x1 - x));
     }
+  }
+}
+
+// First what vectorises, for all pixels; then their lookups one by one.
+void HistoryLookup::run_row(int x, int y, int count) const {
+  constexpr int kMost = 16;
+  PreviewPixel* const pixels = &history_.current.pixels[history_.index(x, y)];
+  float depth[kMost] = {}, nx[kMost] = {}, ny[kMost] = {}, nz[kMost] = {};
+  float slope[kMost] = {}, to_x[kMost] = {}, to_y[kMost] = {}, to_depth[kMost] = {};
+  for (int i = 0; i < count; ++i) {
+    depth[i] = pixels[i].samples == kExactSamples ? 1.0f : pixels[i].depth;
+    nx[i] = pixels[i].normal[0];
+    ny[i] = pixels[i].normal[1];
+    nz[i] = pixels[i].normal[2];
+  }
+  const V3f row = corner_ + step_y_ * (float(y) + 0.5f);
+  for (int i = 0; i < count; ++i) {
+    const float px = float(x + i) + 0.5f;
+    const float dx = row.x + step_x_.x * px, dy = row.y + step_x_.y * px, dz = row.z + step_x_.z * px;
+    const float cosine = std::fabs(nx[i] * dx + ny[i] * dy + nz[i] * dz) * (1.0f / 127);
+    const float square = dx * dx + dy * dy + dz * dz;
+    // Tangent of the angle between view and normal.
+    const float tangent = std::sqrt(std::max(square - cosine * cosine, 0.0f)) / std::max(cosine, 1e-6f);
+    slope[i] = kSlopeSlack * std::min(tangent, kSteepest);
+  }
+  sources_.front().mapping.map_row(float(x) + 0.5f, float(y) + 0.5f, count, depth, to_x, to_y, to_depth);
+  for (int i = 0; i < count; ++i) {
+    PreviewPixel& pixel = pixels[i];
+    if (pixel.samples == kExactSamples) continue;
+    Found best = look(sources_.front(), {to_x[i], to_y[i], to_depth[i]}, pixel, slope[i]);
+    for (std::size_t k = 1; k < sources_.size() && best.samples < kEnough; ++k) {
+      const Source& source = sources_[k];
+      const auto to = source.mapping.map(float(x + i) + 0.5f, float(y) + 0.5f, pixel.depth);
+      const Found found = look(source, to, pixel, slope[i]);
+      if (found.known && (!best.known || found.samples > kMoreByFar * best.samples)) best = found;
+    }
+    if (!best.known) continue;
+    pixel.set_light(best.light);
+    pixel.samples = std::uint8_t(std::min(best.samples + 0.5f, float(kExactSamples - 1)));
   }
 }
 

@@ -31,7 +31,9 @@ class HistoryLookup {
     Rgb light{0, 0, 0};
     float samples = 0;  // 0: the light filled a gap there
   };
-  Found look(const Source& source, int x, int y, const PreviewPixel& pixel, float slope) const;
+  void run_row(int x, int y, int count) const;
+  // `to`: where the source shows the pixel.
+  Found look(const Source& source, const ViewMapping::Point& to, const PreviewPixel& pixel, float slope) const;
 
   PreviewHistory& history_;
   std::vector<Source> sources_;  // the one to prefer first

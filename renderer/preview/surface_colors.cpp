@@ -46,7 +46,7 @@ SurfaceColors::SurfaceColors(const RenderScene& scene) : scene_(scene.impl()) {
   std::for_each(scene_.object_parts.begin(), scene_.object_parts.end(), note_vertex_colors);
 }
 
-Rgb SurfaceColors::at(const Hit& hit, const Surface& surface, float footprint) const {
+Rgb SurfaceColors::at(const Hit& hit, const Surface& surface, float footprint, Recent& recent) const {
   const OfMaterial& m = materials_[surface.part->material];
   Rgb color = m.base;
   if (surface.part->mesh && !surface.part->mesh->colors.empty()) {
@@ -57,7 +57,9 @@ Rgb SurfaceColors::at(const Hit& hit, const Surface& surface, float footprint) c
   }
   if (!m.texture.present()) return color;
   const int set = m.texture.texcoord;
-  const float texels = footprint * uv_per_length(scene_, hit, surface, set) * m.texels;
+  if (recent.part != surface.part || recent.primitive != hit.primitive || recent.instance != hit.instance)
+    recent = {surface.part, hit.primitive, hit.instance, uv_per_length(scene_, hit, surface, set)};
+  const float texels = footprint * recent.uv_per_length * m.texels;
   if (texels >= kBlurred) return color * m.mean;
   // Where a pixel covers a texel, interpolating between texels makes no difference that lasts.
   const bool magnified = texels < kSharp;

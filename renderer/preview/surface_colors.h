@@ -20,8 +20,14 @@ class SurfaceColors {
   explicit SurfaceColors(const RenderScene& scene);
 
   bool varies(std::uint32_t material) const { return materials_[material].varies; }
+  // What was worked out for the triangle before, which neighbours often share.
+  struct Recent {
+    const PartRecord* part = nullptr;
+    std::uint32_t primitive = kNoHit, instance = kNoHit;
+    float uv_per_length = 0;
+  };
   // `footprint`: side of a pixel on the surface, scene units. Precondition: varies(the surface's material).
-  Rgb at(const Hit& hit, const Surface& surface, float footprint) const;
+  Rgb at(const Hit& hit, const Surface& surface, float footprint, Recent& recent) const;
 
  private:
   struct OfMaterial {

@@ -22,7 +22,8 @@ Rgb finite_light(const Rgb& light) {
 
 }  // namespace
 
-void SurfacePass::note(const Ray& ray, const Hit& hit, PreviewPixel& pixel, std::uint32_t& color) const {
+void SurfacePass::note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& recent, PreviewPixel& pixel,
+                       std::uint32_t& color) const {
   pixel = {};
   color = kWhite;
   if (!hit.valid()) {
@@ -52,7 +53,7 @@ void SurfacePass::note(const Ray& ray, const Hit& hit, PreviewPixel& pixel, std:
   RayCone cone = camera_.cone();
   cone.advance(hit.t);
   const float cosine = dot(surface.geometric_normal, ray.direction);
-  color = pack_color(colors_.at(hit, surface, cone.footprint(cosine)));
+  color = pack_color(colors_.at(hit, surface, cone.footprint(cosine), recent));
 }
 
 std::uint64_t SurfacePass::run(const PixelRect& block) const {
@@ -77,9 +78,10 @@ std::uint64_t SurfacePass::run(const PixelRect& block) const {
     }
   }
   scene_.accel->intersect(rays, order, count, hits, RayOrder::camera);
+  SurfaceColors::Recent recent;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t pixel = history_.index(at[i].x, at[i].y);
-    note(rays[i], hits[i], history_.current.pixels[pixel], history_.colors[pixel]);
+    note(rays[i], hits[i], recent, history_.current.pixels[pixel], history_.colors[pixel]);
   }
   return count;
 }

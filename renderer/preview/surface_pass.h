@@ -21,7 +21,8 @@ class SurfacePass {
   std::uint64_t run(const PixelRect& block) const;
 
  private:
-  void note(const Ray& ray, const Hit& hit, PreviewPixel& pixel, std::uint32_t& color) const;
+  void note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& recent, PreviewPixel& pixel,
+            std::uint32_t& color) const;
 
   const SceneData& scene_;
   const Camera& camera_;

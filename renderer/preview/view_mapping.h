@@ -23,6 +23,9 @@ class ViewMapping {
     return {at.x * inverse, at.y * inverse, at.z};
   }
 
+  // The same of `count` pixels of a row from film point (x, y) on, by arrays.
+  void map_row(float x, float y, int count, const float* depth, float* to_x, float* to_y, float* to_depth) const;
+
  private:
   bool from_orthographic_, to_orthographic_;
   V3f corner_, step_x_, step_y_, along_, offset_;

@@ -57,6 +57,26 @@ TEST(ViewMapping, HoldsFarFromTheWorldsOriginAndAtWideAngles) {
   expect_mapped(wide, wider, V3d(0, 0, 0), 1, 20);
 }
 
+TEST(ViewMapping, ARowIsItsPixels) {
+  const V3d origin(1, 2, 3);
+  CameraPose flat = orthographic(camera_at({0.5, 1.2, 4.5}, {0.3, 0.4, 0}, 40), 3);
+  const CameraPose round = camera_at({0, 1, 5}, {0, 0.5, 0}, 50);
+  for (const CameraPose& from : {round, flat}) {
+    for (const CameraPose& to : {flat, round}) {
+      const ViewMapping mapping(CameraProjection(from, kWidth, kHeight, origin),
+                                CameraProjection(to, kWidth, kHeight, origin));
+      float depth[5] = {1, 2, 3.5f, 7, 40}, x[5], y[5], z[5];
+      mapping.map_row(100.5f, 77.5f, 5, depth, x, y, z);
+      for (int i = 0; i < 5; ++i) {
+        const ViewMapping::Point at = mapping.map(100.5f + float(i), 77.5f, depth[i]);
+        EXPECT_NEAR(x[i], at.x, 2e-3f);
+        EXPECT_NEAR(y[i], at.y, 2e-3f);
+        EXPECT_NEAR(z[i], at.depth, 1e-4f);
+      }
+    }
+  }
+}
+
 TEST(ViewMapping, SaysWhatLiesBehindTheOtherView) {
   const CameraPose a = camera_at({0, 0, 5}, {0, 0, 0}, 50), b = camera_at({0, 0, -5}, {0, 0, -10}, 50);
   const CameraProjection here(a, kWidth, kHeight, V3d(0, 0, 0)), there(b, kWidth, kHeight, V3d(0, 0, 0));
