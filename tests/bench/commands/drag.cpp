@@ -37,7 +37,7 @@ Result<nlohmann::json> drag(const BenchOptions& options, const std::string& addr
   auto play = ChildProcess::start({command, "move", scene.string(), "--server", address, "--size", size.size, "--turn",
                                    std::to_string(views / 2), "--steps", std::to_string(views), "--play",
                                    std::to_string(size.rate), "--preview-rate", std::to_string(size.rate),
-                                   "--preview-budget", size.budget, "--samples", "16", "--json", "--quiet", "--output",
+                                   "--preview-budget", size.budget, "--samples", "16", "--json", "--output",
                                    (folder / "drag.####.exr").string()});
   if (!play) return play.error();
   std::string text;
