@@ -86,9 +86,7 @@ double auto_exposure(const PictureView& picture) {
 
 std::vector<std::uint8_t> display_bytes(const PictureView& picture, double exposure) {
   std::vector<std::uint8_t> bytes(picture.pixels() * 3);
-  for (std::size_t i = 0; i < picture.pixels(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = srgb_byte(float(exposure * picture.channels[c][i]));
-  }
+  for (std::size_t c = 0; c < 3; ++c) srgb_bytes(picture.channels[c], picture.pixels(), exposure, bytes.data() + c, 3);
   return bytes;
 }
 

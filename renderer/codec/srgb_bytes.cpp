@@ -35,19 +35,34 @@ struct Table {
       }
       least[std::size_t(b)] = std::bit_cast<float>(high);
     }
-    for (std::uint32_t i = 0; i < kBuckets; ++i) byte[i] = exact_byte(std::bit_cast<float>((kFirstBucket + i) << kShift));
+    for (std::uint32_t i = 0; i < kBuckets; ++i) {
+      byte[i] = exact_byte(std::bit_cast<float>((kFirstBucket + i) << kShift));
+    }
   }
 };
+
+const Table& table() {
+  static const Table made;
+  return made;
+}
+
+std::uint8_t look_up(const Table& table, float linear) {
+  if (!(linear >= kFirst)) return 0;  // NaN, too
+  if (linear >= 1.0f) return 255;
+  // A bucket has one step of the byte at most: it is 1/128 of the value wide, and 255 * 1.055 / 2.4 / 128 < 1.
+  const std::uint8_t byte = table.byte[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirstBucket];
+  return std::uint8_t(byte + (linear >= table.least[byte + 1u]));
+}
 
 }  // namespace
 
 std::uint8_t srgb_byte(float linear) {
-  static const Table table;
-  if (!(linear >= kFirst)) return 0;  // NaN, too
-  if (linear >= 1.0f) return 255;
-  std::uint8_t byte = table.byte[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirstBucket];
-  while (linear >= table.least[byte + 1u]) ++byte;
-  return byte;
+  return look_up(table(), linear);
+}
+
+void srgb_bytes(const float* values, std::size_t count, double factor, std::uint8_t* out, std::size_t stride) {
+  const Table& bytes = table();
+  for (std::size_t i = 0; i < count; ++i) out[stride * i] = look_up(bytes, float(factor * values[i]));
 }
 
 }  // namespace helio

@@ -189,6 +189,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"move", "quad.gltf", "--turn", "5", "--play", "0"}, 2, {"--play: '0'", "240"}},
       {{"move", "quad.gltf", "--turn", "5", "--preview-rate", "121"}, 2, {"--preview-rate: '121'", "[0, 120]"}},
       {{"move", "quad.gltf", "--turn", "5", "--preview-budget", "4"}, 2, {"--preview-budget: '4'", "[5, 1000]"}},
+      {{"move", "quad.gltf", "--turn", "5", "--preview-jpeg", "0"}, 2, {"--preview-jpeg: '0'", "[1, 100]"}},
       {{"move", "quad.gltf", "--turn", "left"}, 2, {"--turn: 'left'"}},
       {{"move", "quad.gltf", "--turn", "5", "--steps", "0"}, 2, {"--steps: '0'", "[1, 100000]"}},
       {{"move", "quad.gltf", "--turn", "5", "--path", "p.json"}, 2, {"--path", "does not go with --turn"}},

@@ -348,14 +348,14 @@ TEST_F(CliMove, AnOrbitWritesOnePictureAView) {
 }
 
 TEST_F(CliMove, PlayingInRealTimeTellsWhatWasShown) {
-  const auto json = heliograph_json({"move",    "quad.gltf", "--environment", "0,0,0", "--turn",           "2",
-                                     "--steps", "8",         "--play",        "40",    "--preview-budget", "5",
-                                     "--size",  "40x30",     "--samples",     "4",     "--output",         "p.##.exr",
-                                     "--png",   "p.png"});
+  const auto json = heliograph_json({"move",           "quad.gltf", "--environment", "0,0,0", "--turn",           "2",
+                                     "--steps",        "8",         "--play",        "40",    "--preview-budget", "5",
+                                     "--preview-jpeg", "80",        "--size",        "40x30", "--samples",        "4",
+                                     "--output",       "p.##.exr",  "--png",         "p.png"});
   const auto& play = json["play"];
   EXPECT_EQ(play["views"], 8);
   EXPECT_GE(play["previews"], 2) << "the first view's and the last one's";
-  EXPECT_GE(play["whole_pictures"].get<int>() + play["skipped_views"].get<int>(), 7) << "the last one may be late";
+  EXPECT_GE(play["whole_pictures"].get<int>() + play["skipped_views"].get<int>(), 6) << "at most two come late";
   EXPECT_GT(play["last_preview_whole_ms"], 0);
   EXPECT_GE(play["last_film_first_tile_ms"], play["last_preview_whole_ms"]) << "the preview goes first";
   EXPECT_GE(play["last_film_whole_ms"], play["last_film_first_tile_ms"]);

@@ -33,7 +33,7 @@ constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 struct MoveOptions {
   SceneOptions scene;
   TextOption path, turn, orbit, pivot, shift, steps, step;
-  TextOption play, preview_rate, preview_budget;
+  TextOption play, preview_rate, preview_budget, preview_jpeg;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -105,6 +105,8 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
            "Previews a second while the camera moves, [0, 120]; 0: none. Default: 0, with --play 20");
   add_text(app, options.preview_budget, "--preview-budget", "MS",
            "Time that a preview may take, milliseconds in [5, 1000]. Default: 45");
+  add_text(app, options.preview_jpeg, "--preview-jpeg", "Q",
+           "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in --compression");
 }
 
 // What playing in real time asks for, unless it was said otherwise.
@@ -331,6 +333,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns.heat_maps, format);
+  if (const auto quality = reader.integer(options.preview_jpeg, 1, 100))
+    format.set_preview_jpeg(static_cast<std::uint32_t>(*quality));
   OutputCheck outputs;
   outputs.add_inputs(choice);
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
