@@ -40,7 +40,7 @@ void ShownPictures::tile(std::uint64_t view, bool preview, const PixelRect& wind
   if (arrival.pixels >= whole_) arrival.whole_s = now_s;
 }
 
-Json ShownPictures::report(double seconds, double end_s) const {
+Json ShownPictures::report(double rate, double end_s) const {
   if (sent_.size() < 2) return {};
   const std::uint64_t first = sent_.begin()->first, last = sent_.rbegin()->first;
   std::uint64_t views = 0, with_a_tile = 0, whole = 0, shown = 0;
@@ -71,7 +71,7 @@ Json ShownPictures::report(double seconds, double end_s) const {
   json["views_with_a_tile"] = with_a_tile;
   json["whole_pictures"] = whole;
   json["whole_share"] = double(whole) / double(views);
-  json["whole_per_second"] = seconds > 0 ? double(whole) / seconds : 0.0;
+  json["whole_per_second"] = rate * double(whole) / double(views);
   json["skipped_views"] = views - shown;
   json["previews"] = previews_.size();
   json["age_p50_ms"] = milliseconds(quantile(ages, 0.5));
@@ -136,9 +136,9 @@ class PathPlayer {
     return stream_->wait();
   }
 
-  Json report(double seconds, double end_s) {
+  Json report(double end_s) {
     const std::lock_guard lock(mutex_);
-    return shown_.report(seconds, end_s);
+    return shown_.report(play_.rate, end_s);
   }
   PlayedView take_film() {
     const std::lock_guard lock(mutex_);
@@ -243,7 +243,7 @@ Status play_in_real_time(RenderClient& client, const std::string& session_id, co
   const double end_s = now_s() + 1 / play.rate;
   if (played) played = player.wait_for_film(interrupt);
   terminal.end_progress();
-  shown = player.report(double(views.size() - 1) / play.rate, end_s);
+  shown = player.report(end_s);
   last = player.take_film();
   return played ? player.close() : played;
 }

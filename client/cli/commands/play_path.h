@@ -31,10 +31,10 @@ class ShownPictures {
   void tile(std::uint64_t view, bool preview, const PixelRect& window, double now_s);
 
   // Of the views after the first: "views", "views_with_a_tile", "whole_pictures" (whole by `end_s`), "whole_share" (of
-  // the views), "whole_per_second" (of the `seconds` that the play took), "skipped_views" (never whole), "previews",
+  // the views), "whole_per_second" (at `rate` views a second), "skipped_views" (never whole), "previews",
   // "age_p50_ms", "age_p95_ms" (from sending a view to its whole picture), and of the last one, from sending it,
   // "last_preview_whole_ms", "last_film_first_tile_ms", "last_film_whole_ms". null: there is none.
-  Json report(double seconds, double end_s) const;
+  Json report(double rate, double end_s) const;
 
  private:
   struct Arrival {
