@@ -40,8 +40,8 @@ float likeness(float a, float a_samples, float b, float b_samples) {
 
 }  // namespace
 
-EdgeAvoidingFilter::EdgeAvoidingFilter(const PreviewView& target, PreviewHistory& history)
-    : history_(history), region_(target.region) {
+EdgeAvoidingFilter::EdgeAvoidingFilter(const PreviewView& target, int limit, PreviewHistory& history)
+    : history_(history), limit_(limit), region_(target.region) {
   const CameraProjection here(target.camera, history.width(), history.height(), target.scene->origin());
   orthographic_ = here.orthographic();
   step_ = float(here.footprint(1));
@@ -56,11 +56,10 @@ struct EdgeAvoidingFilter::Value {
 EdgeAvoidingFilter::Value EdgeAvoidingFilter::value(std::size_t i, int level) const {
   const PreviewPixel& pixel = history_.current.pixels[i];
   const FilteredPixel& filtered = history_.filtered[i];
-  const bool settled = pixel.samples >= kSettledSamples, from_pixels = level % 2 == 0;
+  const bool settled = pixel.samples >= limit_, from_pixels = level % 2 == 0;
   const std::uint16_t* light = settled || from_pixels ? pixel.light : filtered.light;
-  const float samples = settled      ? kMostWeight
-                        : level == 0 ? first_weight(pixel)
-                                     : unpack_weight(from_pixels ? filtered.next_weight : filtered.weight);
+  const float samples =
+      settled || level == 0 ? first_weight(pixel) : unpack_weight(from_pixels ? filtered.next_weight : filtered.weight);
   return {Rgb(unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])), std::min(samples, kMostWeight)};
 }
 
@@ -91,7 +90,7 @@ std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = history_.index(x, y);
       const PreviewPixel& here = pixels[i];
-      if (here.samples >= kSettledSamples) continue;
+      if (here.samples >= limit_) continue;
       ++changed;
       const float slack =
           here.depth * kDepthSlack + kStepSlack * float(step) * (orthographic_ ? step_ : step_ * here.depth);

@@ -1,6 +1,6 @@
 // Edge-avoiding a-trous filter (Dammertz et al. 2010; guided as SVGF, Schied et al. 2017): light of pixels with few
 // samples becomes the mean of that of neighbours on the same surface, each weighed by its samples and by how far noise
-// explains that the two differ. Level by level the neighbours lie twice as far away. Settled pixels are read and never
+// explains that the two differ. Level by level the neighbours lie twice as far away. Other pixels are read and never
 // changed.
 #pragma once
 
@@ -12,8 +12,9 @@ namespace helio {
 
 class EdgeAvoidingFilter {
  public:
-  // Levels come in pairs: the second of each leaves its result in history.current. The history outlives this.
-  EdgeAvoidingFilter(const PreviewView& target, PreviewHistory& history);
+  // Changes pixels with fewer samples than `limit`. Levels come in pairs: the second of each leaves its result in
+  // history.current. The history outlives this.
+  EdgeAvoidingFilter(const PreviewView& target, int limit, PreviewHistory& history);
 
   // Pixels of a window at level 0, 1, ... Thread safe for different windows of one level. Returns the pixels changed.
   std::size_t run(const PixelRect& window, int level) const;
@@ -24,6 +25,7 @@ class EdgeAvoidingFilter {
   Rgb around(int x, int y, int level) const;
 
   PreviewHistory& history_;
+  int limit_;
   PixelRect region_;
   bool orthographic_ = false;
   float step_ = 0;

@@ -15,6 +15,8 @@ constexpr float kSlopeSlack = 2.0f;
 constexpr float kSteepest = 30;
 // Samples of light that only filled a gap.
 constexpr float kFilledSamples = 0.25f;
+// What such light counts for where it is carried on: it is no gap that wants to be filled anew.
+constexpr float kCarriedFill = 2;
 // Samples from which on the second source is not asked.
 constexpr float kEnough = 16;
 // By what factor the second must have more, for it has been looked up before and is blurred.
@@ -130,7 +132,8 @@ void HistoryLookup::run_row(int x, int y, int count) const {
     }
     if (!best.known) continue;
     pixel.set_light(best.light);
-    pixel.samples = std::uint8_t(std::min(best.samples + 0.5f, float(kExactSamples - 1)));
+    const float samples = best.samples < 0.5f ? kCarriedFill : best.samples;
+    pixel.samples = std::uint8_t(std::min(samples + 0.5f, float(kExactSamples - 1)));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "renderer/preview/preview.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -114,9 +115,7 @@ void Preview::finish_sweep(int sweep) {
       finish_samples();
       break;
     case Sweep::filter: {
-      std::size_t pixels = 0;
-      for (const std::size_t count : unsettled_) pixels += count;
-      if (pixels > 0) blend(costs.filter, seconds / double(pixels));
+      if (filtered_ > 0) blend(costs.filter, seconds / double(filtered_));
       break;
     }
   }
@@ -126,21 +125,31 @@ void Preview::finish_sweep(int sweep) {
 
 // What fits into the time that is left: paths, and levels of the filter, which are given up first.
 void Preview::plan_rest() {
-  std::size_t unsettled = 0, gaps = 0;
+  std::array<std::size_t, std::size(kFilterLimits)> below{};
   for (const SampleOrder::Wanted& wanted : wanted_) {
-    unsettled_.push_back(wanted.unsettled);
-    unsettled += wanted.unsettled;
-    for (const auto& rank : wanted.gaps) gaps += rank.size();
+    for (std::size_t k = 0; k < below.size(); ++k) below[k] += wanted.below[k];
   }
-  if (unsettled > 0) {
+  const std::size_t gaps = below.back();
+  if (below.front() > 0) {
     const PreviewCosts& costs = history_->costs;
     const double left = std::max(target_.until_s - now_s(), 0.0);
-    const double level = costs.filter * double(unsettled);
-    // A level in four is worth no more than half of the time that is left.
+    // The filter is worth no more than half of the time that is left: first levels are given up, then pixels.
     int levels = kMostLevels;
-    while (levels > 2 && levels * level > 0.5 * left) levels -= 2;
+    std::size_t limit = 0;
+    const auto filtering = [&] { return levels * costs.filter * double(below[limit]); };
+    while (filtering() > 0.5 * left && (levels > 2 || limit + 1 < below.size())) {
+      if (levels > 2) {
+        levels -= 2;
+      } else {
+        ++limit;
+      }
+    }
+    if (limit + 1 == below.size()) levels = kMostLevels;  // gaps are wider than two levels reach
+    if (below[limit] == 0) levels = 0;
+    filtered_ = below[limit];
+    for (const SampleOrder::Wanted& wanted : wanted_) unsettled_.push_back(wanted.below[limit]);
     const double most_paths = kMostPaths * double(target_.region.area());
-    const double for_paths = std::max(left - levels * level, 0.0);
+    const double for_paths = std::max(left - filtering(), 0.0);
     const double paths = std::max(costs.sample > 0 ? for_paths / costs.sample : double(16 * kPathsAPart),
                                   gaps > 0 ? double(kLeastParts * kPathsAPart) : 0.0);
     chosen_ = SampleOrder::merge(wanted_, std::size_t(std::min(paths, most_paths)));
@@ -152,7 +161,7 @@ void Preview::plan_rest() {
     }
     first_level_ = sweeps();
     sweeps_.insert(sweeps_.end(), std::size_t(levels), Sweep::filter);
-    filter_.emplace(view_, *history_);
+    filter_.emplace(view_, kFilterLimits[limit], *history_);
   }
   wanted_ = {};
 }

@@ -74,7 +74,8 @@ class Preview {
   std::optional<HistoryLookup> lookup_;
   std::optional<EdgeAvoidingFilter> filter_;
   std::vector<SampleOrder::Wanted> wanted_;  // by window, until the samples are chosen
-  std::vector<std::size_t> unsettled_;       // pixels, by window
+  std::vector<std::size_t> unsettled_;       // pixels to be filtered, by window
+  std::size_t filtered_ = 0;                 // of all windows
   std::vector<PixelPosition> chosen_;
   std::atomic<double> sweep_begun_s_ = 0;  // 0: no part of it was run
   std::atomic<std::size_t> traced_ = 0;

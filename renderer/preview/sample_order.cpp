@@ -24,7 +24,7 @@ SampleOrder::Wanted SampleOrder::find(const PixelRect& window, const PreviewHist
     for (int x = window.x0; x < window.x1; ++x) {
       const PreviewPixel& pixel = history.current.pixels[history.index(x, y)];
       if (pixel.samples >= kSettledSamples) continue;
-      ++wanted.unsettled;
+      for (std::size_t k = 0; k < wanted.below.size(); ++k) wanted.below[k] += pixel.samples < kFilterLimits[k];
       const int rank = (kBayer[y % 4][x % 4] + shift) % kClasses;
       // There is never time for so many.
       if (rank >= kClasses / 4 && listed >= many) continue;

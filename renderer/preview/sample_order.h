@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include "renderer/preview/preview_history.h"
@@ -14,6 +15,8 @@ namespace helio {
 
 // Samples from which on light is left as it is: neither sampled nor filtered.
 inline constexpr int kSettledSamples = 32;
+// What the filter may settle for where it has no time for more: kSettledSamples, few samples, or gaps alone.
+inline constexpr int kFilterLimits[] = {kSettledSamples, 4, 1};
 
 class SampleOrder {
  public:
@@ -22,7 +25,7 @@ class SampleOrder {
   // The pixels of a window that want a path.
   struct Wanted {
     std::array<std::vector<PixelPosition>, kClasses> gaps, noisy;
-    std::size_t unsettled = 0;  // pixels of less than kSettledSamples
+    std::array<std::size_t, std::size(kFilterLimits)> below{};  // pixels with fewer samples, by limit
   };
   static Wanted find(const PixelRect& window, const PreviewHistory& history);
 

@@ -278,7 +278,9 @@ TEST(SampleOrder, MeetsGapsEvenlyBeforeWhatIsNoisy) {
     }
   }
   std::vector<SampleOrder::Wanted> wanted{SampleOrder::find({0, 0, 64, 64}, history)};
-  EXPECT_EQ(wanted[0].unsettled, 32u * 64u);
+  EXPECT_EQ(wanted[0].below[0], 32u * 64u);  // fewer than 32 samples
+  EXPECT_EQ(wanted[0].below[1], 32u * 64u);  // than 4
+  EXPECT_EQ(wanted[0].below[2], 16u * 64u);  // none
   const auto first = SampleOrder::merge(wanted, 4);
   ASSERT_EQ(first.size(), 4u);
   std::set<int> blocks;
@@ -313,7 +315,7 @@ TEST(EdgeAvoidingFilter, DoesNotCrossSurfaces) {
       pixel.set_light(x < 16 ? Rgb(1, 0, 0) : Rgb(0, 0, 2));
     }
   }
-  const EdgeAvoidingFilter filter(view, history);
+  const EdgeAvoidingFilter filter(view, kSettledSamples, history);
   for (int level = 0; level < 4; ++level) EXPECT_EQ(filter.run(view.region, level), 32u * 32u);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
@@ -322,6 +324,25 @@ TEST(EdgeAvoidingFilter, DoesNotCrossSurfaces) {
       EXPECT_NEAR(light.z, x < 16 ? 0 : 2, 0.01f) << x << ' ' << y;
     }
   }
+}
+
+TEST(EdgeAvoidingFilter, LeavesWhatHasTheSamplesThatAreEnough) {
+  PreviewHistory history(16, 16);
+  const auto scene = build(lambert_room());
+  const PreviewView view{scene, kHome, {0, 0, 16, 16}};
+  for (int i = 0; i < 256; ++i) {
+    PreviewPixel& pixel = history.current.pixels[std::size_t(i)];
+    pixel.depth = 1;
+    pixel.surface = 7;
+    pixel.set_normal({0, 0, 1});
+    pixel.samples = i == 100 ? 0 : 2;
+    if (i != 100) pixel.set_light(i % 2 ? Rgb(1, 1, 1) : Rgb(3, 3, 3));
+  }
+  const EdgeAvoidingFilter filter(view, 1, history);
+  for (int level = 0; level < 2; ++level) EXPECT_EQ(filter.run(view.region, level), 1u);
+  EXPECT_NEAR(history.current.pixels[100].unpacked_light().x, 2, 0.7f);
+  EXPECT_EQ(history.current.pixels[101].unpacked_light().x, 1);
+  EXPECT_EQ(history.current.pixels[102].unpacked_light().x, 3);
 }
 
 }  // namespace
