@@ -28,7 +28,7 @@ float unpack_weight(std::uint8_t packed) {
 // Before the first level. Light that filled a gap in an earlier preview is better than none.
 float first_weight(const PreviewPixel& pixel) {
   if (pixel.samples > 0) return pixel.samples;
-  return (pixel.light[0] | pixel.light[1] | pixel.light[2]) != 0 ? kFilledWeight : 0.0f;
+  return pixel.has_light() ? kFilledWeight : 0.0f;
 }
 // How far noise explains that two pixels differ, [0, 1], as if a sample's standard deviation were its mean.
 float likeness(float a, float a_samples, float b, float b_samples) {

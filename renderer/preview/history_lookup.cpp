@@ -16,7 +16,7 @@ constexpr float kSteepest = 30;
 // Samples of light that only filled a gap.
 constexpr float kFilledSamples = 0.25f;
 // What such light counts for where it is carried on: it is no gap that wants to be filled anew.
-constexpr float kCarriedFill = 2;
+constexpr float kCarriedFill = 4;
 // Samples from which on the second source is not asked.
 constexpr float kEnough = 16;
 // By what factor the second must have more, for it has been looked up before and is blurred.

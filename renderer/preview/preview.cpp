@@ -189,7 +189,9 @@ void Preview::trace(std::size_t part, TraceStats& stats) {
     ++counts_[part];
     const float before = pixel.samples;
     pixel.set_light((pixel.unpacked_light() * before + light) / (before + 1));
-    ++pixel.samples;
+    if (!pixel.has_light()) pixel.light[0] = 1;  // black is known, too
+    // A gap's sample counts for none until it has been filtered with those around it: alone it would be a dot.
+    if (pixel.samples > 0) ++pixel.samples;
   }
 }
 

@@ -52,6 +52,8 @@ struct PreviewPixel {
   std::uint8_t samples = 0;           // path samples in the light; 0: it was filled in from neighbours
 
   bool hit() const { return surface != 0; }
+  // No light at all means that nothing is known; a sample that was black leaves the smallest half.
+  bool has_light() const { return (light[0] | light[1] | light[2]) != 0; }
   Rgb unpacked_light() const { return {unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])}; }
   void set_light(const Rgb& value) {
     for (int c = 0; c < 3; ++c) light[c] = pack_light(value[c]);
