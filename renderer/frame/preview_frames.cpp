@@ -33,7 +33,6 @@ std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>> PreviewFrame
   target.path = path_settings(begin.settings);
   target.filter = begin.settings.filter;
   target.region = begin.region;
-  target.begun_s = frame.begun_s;
   target.until_s = frame.begun_s + begin.settings.preview.budget_s - output_s_;
   const bool fits = rest && rest->film.width() == history_->width() && rest->film.height() == history_->height();
   if (fits && history_->shows(rest->scene, rest->camera, rest->region)) target.film = &rest->film;

@@ -11,9 +11,9 @@ namespace {
 
 // Of neighbours at -1, 0 and 1 steps: the B3 spline of Dammertz et al. cut to three taps.
 constexpr float kKernel[3] = {0.25f, 0.5f, 0.25f};
-// How far apart the depths of two pixels of one surface may be, of the depth, and in pixels' sides for each pixel
+// How far apart the depths of two pixels of one surface may be beside kDepthSlack, in pixels' sides for each pixel
 // between them.
-constexpr float kDepthSlack = 0.004f, kStepSlack = 3.0f;
+constexpr float kStepSlack = 3.0f;
 // Samples that count at most: what has many is one neighbour among others.
 constexpr float kMostWeight = 16;
 constexpr float kFilledWeight = 0.125f;
@@ -28,7 +28,7 @@ float unpack_weight(std::uint8_t packed) {
 // Before the first level. Light that filled a gap in an earlier preview is better than none.
 float first_weight(const PreviewPixel& pixel) {
   if (pixel.samples > 0) return pixel.samples;
-  return pixel.has_light() ? kFilledWeight : 0.0f;
+  return pixel.lit ? kFilledWeight : 0.0f;
 }
 // How far noise explains that two pixels differ, [0, 1], as if a sample's standard deviation were its mean.
 float likeness(float a, float a_samples, float b, float b_samples) {
@@ -41,11 +41,10 @@ float likeness(float a, float a_samples, float b, float b_samples) {
 }  // namespace
 
 EdgeAvoidingFilter::EdgeAvoidingFilter(const PreviewView& target, int limit, PreviewHistory& history)
-    : history_(history), limit_(limit), region_(target.region) {
-  const CameraProjection here(target.camera, history.width(), history.height(), target.scene->origin());
-  orthographic_ = here.orthographic();
-  step_ = float(here.footprint(1));
-}
+    : history_(history),
+      limit_(limit),
+      region_(target.region),
+      here_(target.camera, history.width(), history.height(), target.scene->origin()) {}
 
 // Of a pixel before a level: light and the samples that it stands for.
 struct EdgeAvoidingFilter::Value {
@@ -82,18 +81,15 @@ Rgb EdgeAvoidingFilter::around(int x, int y, int level) const {
   return count > 0 ? sum * (1 / count) : history_.mean_light;
 }
 
-std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
+void EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
   std::vector<PreviewPixel>& pixels = history_.current.pixels;
   const int step = 1 << level;
-  std::size_t changed = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = history_.index(x, y);
       const PreviewPixel& here = pixels[i];
       if (here.samples >= limit_) continue;
-      ++changed;
-      const float slack =
-          here.depth * kDepthSlack + kStepSlack * float(step) * (orthographic_ ? step_ : step_ * here.depth);
+      const float slack = here.depth * kDepthSlack + kStepSlack * float(step) * float(here_.footprint(here.depth));
       const Value own = value(i, level);
       const float bright = luminance(own.light);
       Rgb sum(0, 0, 0);
@@ -106,12 +102,12 @@ std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
           if (tx < region_.x0 || tx >= region_.x1) continue;
           const std::size_t t = history_.index(tx, ty);
           const PreviewPixel& tap = pixels[t];
-          if (tap.surface != here.surface || !(std::fabs(tap.depth - here.depth) <= slack) || !like_normals(tap, here))
-            continue;
+          if (!same_surface(tap, here, here.depth, slack)) continue;
           const Value other = value(t, level);
           if (!(other.samples > 0)) continue;
           const float w = kKernel[j + 1] * kKernel[k + 1] * other.samples;
-          const float alike = own.samples > 0 ? likeness(bright, own.samples, luminance(other.light), other.samples) : 1;
+          const float there = luminance(other.light);
+          const float alike = own.samples > 0 ? likeness(bright, own.samples, there, other.samples) : 1;
           sum += other.light * (w * alike);
           weights += w * alike;
         }
@@ -129,7 +125,6 @@ std::size_t EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
       }
     }
   }
-  return changed;
 }
 
 }  // namespace helio

@@ -4,9 +4,8 @@
 // changed.
 #pragma once
 
-#include <cstddef>
-
 #include "renderer/preview/preview_history.h"
+#include "renderer/trace/camera/camera_projection.h"
 
 namespace helio {
 
@@ -16,8 +15,8 @@ class EdgeAvoidingFilter {
   // history.current. The history outlives this.
   EdgeAvoidingFilter(const PreviewView& target, int limit, PreviewHistory& history);
 
-  // Pixels of a window at level 0, 1, ... Thread safe for different windows of one level. Returns the pixels changed.
-  std::size_t run(const PixelRect& window, int level) const;
+  // Pixels of a window at level 0, 1, ... Thread safe for different windows of one level.
+  void run(const PixelRect& window, int level) const;
 
  private:
   struct Value;
@@ -27,8 +26,7 @@ class EdgeAvoidingFilter {
   PreviewHistory& history_;
   int limit_;
   PixelRect region_;
-  bool orthographic_ = false;
-  float step_ = 0;
+  CameraProjection here_;
 };
 
 }  // namespace helio

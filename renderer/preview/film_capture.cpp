@@ -27,7 +27,7 @@ void capture_film(const Film& film, const PixelRect& window, PreviewHistory& his
       const float kept = pixel.samples > 0 ? std::min(float(pixel.samples), kMostKept) : kFilledKept;
       const float share = samples / (samples + kept);
       pixel.set_light(light * share + pixel.unpacked_light() * (1 - share));
-      pixel.samples = std::uint8_t(std::min(samples + float(pixel.samples), float(kExactSamples - 1)));
+      pixel.set_samples(samples + float(pixel.samples));
     }
   }
 }

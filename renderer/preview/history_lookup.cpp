@@ -8,8 +8,6 @@
 namespace helio {
 namespace {
 
-// How far off a tap's depth may be, of the depth: what floats, packed normals and curvature explain.
-constexpr float kDepthSlack = 0.004f;
 // Pixels' sides by which a tap may be off beside, times the tangent of the surface's slope.
 constexpr float kSlopeSlack = 2.0f;
 constexpr float kSteepest = 30;
@@ -24,20 +22,17 @@ constexpr float kMoreByFar = 2;
 
 }  // namespace
 
-HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history) : history_(history) {
-  const int width = history.width(), height = history.height();
-  const V3d& origin = target.scene->origin();
-  const CameraProjection here(target.camera, width, height, origin);
-  orthographic_ = here.orthographic();
-  step_ = float(here.footprint(1));
-  forward_ = V3f(target.camera.forward);
-  const V3d corner = orthographic_ ? target.camera.forward : here.offset_at(0, 0, 1);
-  corner_ = V3f(corner);
-  if (!orthographic_) {
-    step_x_ = V3f(here.offset_at(1, 0, 1) - corner);
-    step_y_ = V3f(here.offset_at(0, 1, 1) - corner);
-  } else {
-    step_x_ = step_y_ = V3f(0, 0, 0);
+HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history)
+    : history_(history),
+      here_(target.camera, history.width(), history.height(), target.scene->origin()),
+      corner_(target.camera.forward),
+      step_x_(0, 0, 0),
+      step_y_(0, 0, 0) {
+  if (!here_.orthographic()) {
+    const V3d corner = here_.offset_at(0, 0, 1);
+    corner_ = V3f(corner);
+    step_x_ = V3f(here_.offset_at(1, 0, 1) - corner);
+    step_y_ = V3f(here_.offset_at(0, 1, 1) - corner);
   }
   const bool last_is_true = history.last.known && history.last.scene.lock() == target.scene;
   for (const PreviewBuffer* buffer : {&history.rest, &history.last}) {
@@ -45,9 +40,9 @@ HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history)
     // Light of a scene before an edit is a guess.
     const bool same = buffer->scene.lock() == target.scene;
     if (!same && last_is_true) continue;  // what it knew has been looked up, and corrected since
-    const CameraProjection there(buffer->camera, width, height, origin);
-    sources_.push_back({ViewMapping(here, there), buffer->pixels.data(), buffer->region,
-                        same ? kExactSamples : std::uint8_t(1)});
+    const CameraProjection there(buffer->camera, history.width(), history.height(), target.scene->origin());
+    sources_.push_back(
+        {ViewMapping(here_, there), buffer->pixels.data(), buffer->region, same ? kExactSamples : std::uint8_t(1)});
   }
 }
 
@@ -60,7 +55,7 @@ HistoryLookup::Found HistoryLookup::look(const Source& source, const ViewMapping
   if (!(fx > float(r.x0) - 1 && fx < float(r.x1) && fy > float(r.y0) - 1 && fy < float(r.y1))) return found;
   const int x0 = int(std::floor(fx)), y0 = int(std::floor(fy));
   const float ax = fx - float(x0), ay = fy - float(y0);
-  const float slack = to.depth * kDepthSlack + slope * (orthographic_ ? step_ : step_ * to.depth);
+  const float slack = to.depth * kDepthSlack + slope * float(here_.footprint(to.depth));
   Float4 sum = {0, 0, 0, 0};  // light, and what it counts
   float weights = 0;
   const PixelRect taps = intersect({x0, y0, x0 + 2, y0 + 2}, r);
@@ -68,8 +63,7 @@ HistoryLookup::Found HistoryLookup::look(const Source& source, const ViewMapping
     const float across = ty == y0 ? 1 - ay : ay;
     for (int tx = taps.x0; tx < taps.x1; ++tx) {
       const PreviewPixel& tap = source.pixels[history_.index(tx, ty)];
-      if (tap.surface != pixel.surface || !(std::fabs(tap.depth - to.depth) <= slack) || !like_normals(tap, pixel))
-        continue;
+      if (!same_surface(tap, pixel, to.depth, slack)) continue;
       const float weight = (tx == x0 ? 1 - ax : ax) * across + 1e-4f;
       const float samples = std::min<float>(tap.samples, source.most_samples);
       const UInt4 light = {tap.light[0], tap.light[1], tap.light[2], 0};
@@ -133,7 +127,7 @@ void HistoryLookup::run_row(int x, int y, int count) const {
     if (!best.known) continue;
     pixel.set_light(best.light);
     const float samples = best.samples < 0.5f ? kCarriedFill : best.samples;
-    pixel.samples = std::uint8_t(std::min(samples + 0.5f, float(kExactSamples - 1)));
+    pixel.set_samples(samples + 0.5f);
   }
 }
 

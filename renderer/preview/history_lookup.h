@@ -37,9 +37,8 @@ class HistoryLookup {
 
   PreviewHistory& history_;
   std::vector<Source> sources_;  // the one to prefer first
-  V3f forward_, corner_, step_x_, step_y_;  // of the view that is made
-  bool orthographic_ = false;
-  float step_ = 0;
+  CameraProjection here_;        // of the picture that is made
+  V3f corner_, step_x_, step_y_;  // directions of its pixels, of length 1 along the view axis
 };
 
 }  // namespace helio

@@ -42,15 +42,12 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
       windows_(cut_aligned(target_.region, kWindowWidth, kWindowHeight)) {
   target_.path.integrator = Integrator::path;
   target_.path.technique.reset();
-  if (history_->colored_scene.lock() != target_.scene) {
-    history_->surface_colors = std::make_shared<const SurfaceColors>(*target_.scene);
-    history_->colored_scene = target_.scene;
-  }
   history_->current.forget();
   if (target_.film) history_->rest.forget();  // until it has been captured as a whole
   history_->colors_of_last = false;
   ++history_->frame;
   wanted_.resize(windows_.size());
+  if (history_->colored_scene.lock() != target_.scene) sweeps_.push_back(Sweep::colors);
   if (target_.film) sweeps_.push_back(Sweep::capture);
   sweeps_.push_back(Sweep::surfaces);
   // Where nothing is captured, what was captured before stays what is looked up first.
@@ -59,6 +56,8 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
 
 std::size_t Preview::parts() const {
   switch (sweeps_[std::size_t(current_)]) {
+    case Sweep::colors:
+      return 1;
     case Sweep::capture:
     case Sweep::surfaces:
     case Sweep::filter:
@@ -73,6 +72,10 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
   double none = 0;
   sweep_begun_s_.compare_exchange_strong(none, now_s());
   switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::colors:
+      history_->surface_colors = std::make_shared<const SurfaceColors>(*target_.scene);
+      history_->colored_scene = target_.scene;
+      return;
     case Sweep::capture:
       return capture_film(*target_.film, windows_[part], *history_);
     case Sweep::surfaces: {
@@ -98,16 +101,13 @@ void Preview::finish_sweep(int sweep) {
   sweep_begun_s_ = 0;
   PreviewCosts& costs = history_->costs;
   switch (sweeps_[std::size_t(sweep)]) {
+    case Sweep::colors:
+      break;
     case Sweep::capture:
-      history_->rest.known = true;
-      history_->rest.scene = history_->last.scene;
-      history_->rest.camera = history_->last.camera;
-      history_->rest.region = history_->last.region;
-      history_->last.forget();  // what it knew is part of the other by now
+      history_->rest.take_view(history_->last);
       lookup_.emplace(view_, *history_);
       break;
     case Sweep::surfaces:
-      blend(costs.surfaces, seconds / double(target_.region.area()));
       plan_rest();
       break;
     case Sweep::samples:
@@ -189,9 +189,8 @@ void Preview::trace(std::size_t part, TraceStats& stats) {
     ++counts_[part];
     const float before = pixel.samples;
     pixel.set_light((pixel.unpacked_light() * before + light) / (before + 1));
-    if (!pixel.has_light()) pixel.light[0] = 1;  // black is known, too
     // A gap's sample counts for none until it has been filtered with those around it: alone it would be a dot.
-    if (pixel.samples > 0) ++pixel.samples;
+    if (pixel.samples > 0) pixel.set_samples(before + 1);
   }
 }
 

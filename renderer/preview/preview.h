@@ -34,7 +34,7 @@ struct PreviewTarget {
   PixelRect region;
   // now_s() clock. Visibility and lookup take what they take; fresh samples and levels of the filter are given up so
   // that the sweeps end by until_s.
-  double begun_s = 0, until_s = 0;
+  double until_s = 0;
   // Rests at the view of the newest preview; nobody writes to it until the sweeps are over. Null: none.
   const Film* film = nullptr;
 };
@@ -55,7 +55,7 @@ class Preview {
   void resolve(const PixelRect& window, std::vector<float> (&display)[3]) const;
 
  private:
-  enum class Sweep { capture, surfaces, samples, filter };
+  enum class Sweep { colors, capture, surfaces, samples, filter };
 
   void plan_rest();
   void trace(std::size_t part, TraceStats& stats);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "renderer/base/math.h"
@@ -40,6 +41,14 @@ struct PreviewBuffer {
     known = false;
     scene.reset();
   }
+  // The other's view, which it forgets: its pixels have been taken over.
+  void take_view(PreviewBuffer& other) {
+    known = other.known;
+    scene = std::move(other.scene);
+    camera = other.camera;
+    region = other.region;
+    other.forget();
+  }
 };
 
 // A pixel between two levels of the filter.
@@ -50,9 +59,8 @@ struct FilteredPixel {
 
 // Wall time, running means; 0: not known yet.
 struct PreviewCosts {
-  double surfaces = 0;  // a pixel of visibility and lookup
-  double sample = 0;    // a path
-  double filter = 0;    // a pixel of a level, of those that are filtered
+  double sample = 0;  // a path
+  double filter = 0;  // a pixel of a level, of those that are filtered
 };
 
 class PreviewHistory {

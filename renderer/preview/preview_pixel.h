@@ -41,7 +41,7 @@ inline Rgb unpack_color(std::uint32_t packed) {
 inline constexpr std::uint32_t kWhite = 0xffffffu;
 
 // Samples of a pixel whose light is known exactly: lamps and the environment, seen directly.
-inline constexpr std::uint8_t kExactSamples = 255;
+inline constexpr std::uint8_t kExactSamples = 127;
 
 // What the ray through a pixel's centre meets, and the light that it sends with the surface's colour divided out.
 struct PreviewPixel {
@@ -49,14 +49,16 @@ struct PreviewPixel {
   std::uint16_t surface = 0;          // of object and material; 0: nothing was met
   std::uint16_t light[3] = {0, 0, 0};  // pack_light()
   std::int8_t normal[3] = {0, 0, 0};  // geometric, towards the viewer, in 127ths
-  std::uint8_t samples = 0;           // path samples in the light; 0: it was filled in from neighbours
+  std::uint8_t samples : 7 = 0;       // path samples in the light; 0: it was filled in from neighbours
+  std::uint8_t lit : 1 = 0;           // something is known of the light, be it black
 
   bool hit() const { return surface != 0; }
-  // No light at all means that nothing is known; a sample that was black leaves the smallest half.
-  bool has_light() const { return (light[0] | light[1] | light[2]) != 0; }
+  // At most kExactSamples - 1 are noted.
+  void set_samples(float count) { samples = std::uint8_t(std::min(count, float(kExactSamples - 1))) & kExactSamples; }
   Rgb unpacked_light() const { return {unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])}; }
   void set_light(const Rgb& value) {
     for (int c = 0; c < 3; ++c) light[c] = pack_light(value[c]);
+    lit = 1;
   }
   V3f unpacked_normal() const {
     return V3f(float(normal[0]), float(normal[1]), float(normal[2])) * (1.0f / 127);
@@ -67,10 +69,17 @@ struct PreviewPixel {
 };
 static_assert(sizeof(PreviewPixel) == 16);
 
-// Whether two normals are less than some 37 degrees apart.
-inline bool like_normals(const PreviewPixel& a, const PreviewPixel& b) {
-  return int(a.normal[0]) * b.normal[0] + int(a.normal[1]) * b.normal[1] + int(a.normal[2]) * b.normal[2] >
-         int(0.8f * 127 * 127);
+// How far off the depth of a point of the same surface may be, of the depth: what floats, packed normals and curvature
+// explain.
+inline constexpr float kDepthSlack = 0.004f;
+
+// Whether `tap` shows the surface of `pixel`, which is expected at `depth` there, give or take `slack`: one object and
+// material, and normals less than some 37 degrees apart.
+inline bool same_surface(const PreviewPixel& tap, const PreviewPixel& pixel, float depth, float slack) {
+  return tap.surface == pixel.surface && std::fabs(tap.depth - depth) <= slack &&
+         int(tap.normal[0]) * pixel.normal[0] + int(tap.normal[1]) * pixel.normal[1] +
+                 int(tap.normal[2]) * pixel.normal[2] >
+             int(0.8f * 127 * 127);
 }
 
 }  // namespace helio

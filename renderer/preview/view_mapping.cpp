@@ -27,18 +27,13 @@ ViewMapping::ViewMapping(const CameraProjection& from, const CameraProjection& t
 
 void ViewMapping::map_row(float x, float y, int count, const float* depth, float* to_x, float* to_y,
                           float* to_depth) const {
-  // across * scale + along * depth + offset, as map() has it; here with numbers that vectorise.
+  const ViewMapping mapping = *this;  // a copy, so that what is written cannot be a part of it
   const V3f row = corner_ + step_y_ * y;
-  const bool flat = from_orthographic_, level = to_orthographic_;
   for (int i = 0; i < count; ++i) {
-    const float px = x + float(i), scale = flat ? 1.0f : depth[i];
-    const float ax = (row.x + step_x_.x * px) * scale + along_.x * depth[i] + offset_.x;
-    const float ay = (row.y + step_x_.y * px) * scale + along_.y * depth[i] + offset_.y;
-    const float az = (row.z + step_x_.z * px) * scale + along_.z * depth[i] + offset_.z;
-    const float inverse = level ? 1.0f : 1 / az;
-    to_x[i] = ax * inverse;
-    to_y[i] = ay * inverse;
-    to_depth[i] = az;
+    const Point to = mapping.along_row(row, x + float(i), depth[i]);
+    to_x[i] = to.x;
+    to_y[i] = to.y;
+    to_depth[i] = to.depth;
   }
 }
 

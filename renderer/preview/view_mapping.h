@@ -15,18 +15,19 @@ class ViewMapping {
     float x, y, depth;  // pixels from the film's upper left corner; depth <= 0: the other view does not see it
   };
   // Film point in pixels and depth along the view axis, finite.
-  Point map(float x, float y, float depth) const {
-    const V3f across = corner_ + step_x_ * x + step_y_ * y;
-    const V3f at = from_orthographic_ ? across + along_ * depth : across * depth + offset_;
-    if (to_orthographic_) return {at.x, at.y, at.z};
-    const float inverse = 1 / at.z;
-    return {at.x * inverse, at.y * inverse, at.z};
-  }
+  Point map(float x, float y, float depth) const { return along_row(corner_ + step_y_ * y, x, depth); }
 
   // The same of `count` pixels of a row from film point (x, y) on, by arrays.
   void map_row(float x, float y, int count, const float* depth, float* to_x, float* to_y, float* to_depth) const;
 
  private:
+  Point along_row(const V3f& row, float x, float depth) const {
+    const float scale = from_orthographic_ ? 1.0f : depth;
+    const V3f at = (row + step_x_ * x) * scale + along_ * depth + offset_;
+    const float inverse = to_orthographic_ ? 1.0f : 1 / at.z;
+    return {at.x * inverse, at.y * inverse, at.z};
+  }
+
   bool from_orthographic_, to_orthographic_;
   V3f corner_, step_x_, step_y_, along_, offset_;
 };

@@ -32,7 +32,7 @@ class Previews {
   // With all the time it could want, or none.
   Picture show(const CameraPose& camera, const Film* film = nullptr, const PixelRect& region = kAll,
                bool in_time = true, const PathSettings& path = {}) {
-    PreviewTarget target{scene_, camera, path, {}, region, now_s(), now_s() + (in_time ? 1e3 : -1.0), film};
+    PreviewTarget target{scene_, camera, path, {}, region, now_s() + (in_time ? 1e3 : -1.0), film};
     Preview preview(history_, target, std::make_shared<CancelToken>());
     for (int sweep = 0; sweep < preview.sweeps(); ++sweep) {
       for (std::size_t part = 0; part < preview.parts(); ++part) preview.run(sweep, part, stats);
@@ -155,8 +155,7 @@ TEST(Preview, WhatWasGivenUpIsNoViewToTakeAFilmOverFrom) {
   TraceStats stats;
   {
     const auto history = std::shared_ptr<PreviewHistory>(std::shared_ptr<void>(), &previews.history());
-    Preview given_up(history, {scene, turned(20), {}, {}, kAll, now_s(), now_s() + 1e3},
-                     std::make_shared<CancelToken>());
+    Preview given_up(history, {scene, turned(20), {}, {}, kAll, now_s() + 1e3}, std::make_shared<CancelToken>());
     for (std::size_t part = 0; part < given_up.parts(); ++part) given_up.run(0, part, stats);
   }
   EXPECT_FALSE(previews.history().shows(scene.get(), kHome, kAll));
@@ -316,7 +315,7 @@ TEST(EdgeAvoidingFilter, DoesNotCrossSurfaces) {
     }
   }
   const EdgeAvoidingFilter filter(view, kSettledSamples, history);
-  for (int level = 0; level < 4; ++level) EXPECT_EQ(filter.run(view.region, level), 32u * 32u);
+  for (int level = 0; level < 4; ++level) filter.run(view.region, level);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
       const Rgb light = history.current.pixels[history.index(x, y)].unpacked_light();
@@ -339,7 +338,7 @@ TEST(EdgeAvoidingFilter, LeavesWhatHasTheSamplesThatAreEnough) {
     if (i != 100) pixel.set_light(i % 2 ? Rgb(1, 1, 1) : Rgb(3, 3, 3));
   }
   const EdgeAvoidingFilter filter(view, 1, history);
-  for (int level = 0; level < 2; ++level) EXPECT_EQ(filter.run(view.region, level), 1u);
+  for (int level = 0; level < 2; ++level) filter.run(view.region, level);
   EXPECT_NEAR(history.current.pixels[100].unpacked_light().x, 2, 0.7f);
   EXPECT_EQ(history.current.pixels[101].unpacked_light().x, 1);
   EXPECT_EQ(history.current.pixels[102].unpacked_light().x, 3);
