@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "renderer/film/core/lanes.h"
+#include "renderer/preview/preview_taps.h"
 
 namespace helio {
 namespace {
@@ -19,6 +20,10 @@ constexpr float kCarriedFill = 4;
 constexpr float kEnough = 16;
 // By what factor the second must have more, for it has been looked up before and is blurred.
 constexpr float kMoreByFar = 2;
+// Added to a tap's weight along either axis, so that taps that miss the point by a whole pixel are better than none.
+constexpr float kLeastWeight = 1e-4f;
+// Pixels that are worked on at once.
+constexpr int kAtOnce = 16;
 
 }  // namespace
 
@@ -46,6 +51,7 @@ HistoryLookup::HistoryLookup(const PreviewView& target, PreviewHistory& history)
   }
 }
 
+// All four taps at once, one in each lane.
 HistoryLookup::Found HistoryLookup::look(const Source& source, const ViewMapping::Point& to, const PreviewPixel& pixel,
                                          float slope) const {
   Found found;
@@ -55,48 +61,44 @@ HistoryLookup::Found HistoryLookup::look(const Source& source, const ViewMapping
   if (!(fx > float(r.x0) - 1 && fx < float(r.x1) && fy > float(r.y0) - 1 && fy < float(r.y1))) return found;
   const int x0 = int(std::floor(fx)), y0 = int(std::floor(fy));
   const float ax = fx - float(x0), ay = fy - float(y0);
+  // A tap outside counts nothing, and in its place one at the edge is read.
+  const float left = x0 >= r.x0 ? 1 - ax + kLeastWeight : 0, right = x0 + 1 < r.x1 ? ax + kLeastWeight : 0;
+  const float above = y0 >= r.y0 ? 1 - ay + kLeastWeight : 0, below = y0 + 1 < r.y1 ? ay + kLeastWeight : 0;
+  const int xa = std::max(x0, r.x0), xb = std::min(x0 + 1, r.x1 - 1);
+  const PreviewPixel* const row_a = source.pixels + history_.index(0, std::max(y0, r.y0));
+  const PreviewPixel* const row_b = source.pixels + history_.index(0, std::min(y0 + 1, r.y1 - 1));
+  const PreviewTaps taps(row_a[xa], row_a[xb], row_b[xa], row_b[xb]);
   const float slack = to.depth * kDepthSlack + slope * float(here_.footprint(to.depth));
-  Float4 sum = {0, 0, 0, 0};  // light, and what it counts
-  float weights = 0;
-  const PixelRect taps = intersect({x0, y0, x0 + 2, y0 + 2}, r);
-  for (int ty = taps.y0; ty < taps.y1; ++ty) {
-    const float across = ty == y0 ? 1 - ay : ay;
-    for (int tx = taps.x0; tx < taps.x1; ++tx) {
-      const PreviewPixel& tap = source.pixels[history_.index(tx, ty)];
-      if (!same_surface(tap, pixel, to.depth, slack)) continue;
-      const float weight = (tx == x0 ? 1 - ax : ax) * across + 1e-4f;
-      const float samples = std::min<float>(tap.samples, source.most_samples);
-      const UInt4 light = {tap.light[0], tap.light[1], tap.light[2], 0};
-      Float4 value = (Float4)(light << 13) * 0x1p112f;  // as unpack_light()
-      value[3] = 1;
-      sum += value * (weight * std::max(samples, kFilledSamples));
-      weights += weight;
-      found.samples += weight * samples;
-    }
-  }
-  if (!(weights > 0)) return found;
+
+  Float4 weights = Float4{left, right, left, right} * Float4{above, above, below, below};
+  weights = (Float4)((Int4)weights & taps.same_surface(pixel, to.depth, slack));
+  const Float4 samples = taps.samples(), most = Float4{} + float(source.most_samples);
+  const Float4 counted = samples < most ? samples : most;
+  const Float4 shares = weights * (counted > kFilledSamples ? counted : Float4{} + kFilledSamples);
+  const Float4 light = lane_sums({taps.light(0) * shares, taps.light(1) * shares, taps.light(2) * shares, shares});
+  const Float4 counts = lane_sums({weights, weights * counted, Float4{}, Float4{}});
+  if (!(counts[0] > 0)) return found;
   found.known = true;
-  found.light = Rgb(sum[0], sum[1], sum[2]) * (1 / sum[3]);
-  found.samples /= weights;
+  found.light = Rgb(light[0], light[1], light[2]) * (1 / light[3]);
+  found.samples = counts[1] / counts[0];
   return found;
 }
 
 void HistoryLookup::run(const PixelRect& window) const {
-  constexpr int kMost = 16;  // pixels at once
   if (sources_.empty()) return;
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; x += kMost) {
-      run_row(x, y, std::min(kMost, window.x1 - x));
+    for (int x = window.x0; x < window.x1; x += kAtOnce) {
+      run_row(x, y, std::min(kAtOnce, window.x1 - x));
     }
   }
 }
 
 // First what vectorises, for all pixels; then their lookups one by one.
 void HistoryLookup::run_row(int x, int y, int count) const {
-  constexpr int kMost = 16;
   PreviewPixel* const pixels = &history_.current.pixels[history_.index(x, y)];
-  float depth[kMost] = {}, nx[kMost] = {}, ny[kMost] = {}, nz[kMost] = {};
-  float slope[kMost] = {}, to_x[kMost] = {}, to_y[kMost] = {}, to_depth[kMost] = {};
+  float depth[kAtOnce] = {}, nx[kAtOnce] = {}, ny[kAtOnce] = {}, nz[kAtOnce] = {};
+  float slope[kAtOnce] = {}, to_x[kMostSources][kAtOnce] = {}, to_y[kMostSources][kAtOnce] = {};
+  float to_depth[kMostSources][kAtOnce] = {};
   for (int i = 0; i < count; ++i) {
     depth[i] = pixels[i].samples == kExactSamples ? 1.0f : pixels[i].depth;
     nx[i] = pixels[i].normal[0];
@@ -113,15 +115,16 @@ void HistoryLookup::run_row(int x, int y, int count) const {
     const float tangent = std::sqrt(std::max(square - cosine * cosine, 0.0f)) / std::max(cosine, 1e-6f);
     slope[i] = kSlopeSlack * std::min(tangent, kSteepest);
   }
-  sources_.front().mapping.map_row(float(x) + 0.5f, float(y) + 0.5f, count, depth, to_x, to_y, to_depth);
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    const ViewMapping& mapping = sources_[k].mapping;
+    mapping.map_row(float(x) + 0.5f, float(y) + 0.5f, count, depth, to_x[k], to_y[k], to_depth[k]);
+  }
   for (int i = 0; i < count; ++i) {
     PreviewPixel& pixel = pixels[i];
     if (pixel.samples == kExactSamples) continue;
-    Found best = look(sources_.front(), {to_x[i], to_y[i], to_depth[i]}, pixel, slope[i]);
-    for (std::size_t k = 1; k < sources_.size() && best.samples < kEnough; ++k) {
-      const Source& source = sources_[k];
-      const auto to = source.mapping.map(float(x + i) + 0.5f, float(y) + 0.5f, pixel.depth);
-      const Found found = look(source, to, pixel, slope[i]);
+    Found best;
+    for (std::size_t k = 0; k < sources_.size() && best.samples < kEnough; ++k) {
+      const Found found = look(sources_[k], {to_x[k][i], to_y[k][i], to_depth[k][i]}, pixel, slope[i]);
       if (found.known && (!best.known || found.samples > kMoreByFar * best.samples)) best = found;
     }
     if (!best.known) continue;

@@ -36,7 +36,8 @@ class HistoryLookup {
   Found look(const Source& source, const ViewMapping::Point& to, const PreviewPixel& pixel, float slope) const;
 
   PreviewHistory& history_;
-  std::vector<Source> sources_;  // the one to prefer first
+  static constexpr int kMostSources = 2;
+  std::vector<Source> sources_;       // the one to prefer first
   CameraProjection here_;        // of the picture that is made
   V3f corner_, step_x_, step_y_;  // directions of its pixels, of length 1 along the view axis
 };

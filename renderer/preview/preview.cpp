@@ -83,8 +83,8 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
       const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
       for (const PixelRect& block : cut_aligned(windows_[part], kPathGroupSize, kPathGroupSize)) {
         stats.rays += surfaces.run(block);
-        lookup_->run(block);
       }
+      lookup_->run(windows_[part]);  // not block by block: long rows are what processors fetch ahead
       wanted_[part] = SampleOrder::find(windows_[part], *history_);
       return;
     }

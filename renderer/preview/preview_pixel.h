@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "renderer/base/math.h"
@@ -67,19 +68,24 @@ struct PreviewPixel {
     for (int c = 0; c < 3; ++c) normal[c] = std::int8_t(std::lrint(std::clamp(n[c], -1.0f, 1.0f) * 127));
   }
 };
-static_assert(sizeof(PreviewPixel) == 16);
+static_assert(sizeof(PreviewPixel) == 16 && offsetof(PreviewPixel, surface) == 4 && offsetof(PreviewPixel, normal) == 12,
+              "preview_taps.h reads it as four words");
 
 // How far off the depth of a point of the same surface may be, of the depth: what floats, packed normals and curvature
 // explain.
 inline constexpr float kDepthSlack = 0.004f;
 
+// Cosine of the angle by which the normals of two pixels of one surface may differ at most, of normals in 127ths: some 37
+// degrees.
+inline constexpr int kLeastCosine = int(0.8f * 127 * 127);
+
 // Whether `tap` shows the surface of `pixel`, which is expected at `depth` there, give or take `slack`: one object and
-// material, and normals less than some 37 degrees apart.
+// material, and like normals.
 inline bool same_surface(const PreviewPixel& tap, const PreviewPixel& pixel, float depth, float slack) {
   return tap.surface == pixel.surface && std::fabs(tap.depth - depth) <= slack &&
          int(tap.normal[0]) * pixel.normal[0] + int(tap.normal[1]) * pixel.normal[1] +
                  int(tap.normal[2]) * pixel.normal[2] >
-             int(0.8f * 127 * 127);
+             kLeastCosine;
 }
 
 }  // namespace helio

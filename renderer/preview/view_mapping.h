@@ -14,10 +14,7 @@ class ViewMapping {
   struct Point {
     float x, y, depth;  // pixels from the film's upper left corner; depth <= 0: the other view does not see it
   };
-  // Film point in pixels and depth along the view axis, finite.
-  Point map(float x, float y, float depth) const { return along_row(corner_ + step_y_ * y, x, depth); }
-
-  // The same of `count` pixels of a row from film point (x, y) on, by arrays.
+  // From film points (x, y), (x + 1, y), ... in pixels, and depths along the view axis, finite; by arrays.
   void map_row(float x, float y, int count, const float* depth, float* to_x, float* to_y, float* to_depth) const;
 
  private:

@@ -80,15 +80,6 @@ struct Products {
   }
 };
 
-// Of each of four, over its channels.
-Float4 channel_means(const Float4 (&of)[4]) {
-  const Float4 low =
-      __builtin_shufflevector(of[0], of[1], 0, 4, 1, 5) + __builtin_shufflevector(of[0], of[1], 2, 6, 3, 7);
-  const Float4 high =
-      __builtin_shufflevector(of[2], of[3], 0, 4, 1, 5) + __builtin_shufflevector(of[2], of[3], 2, 6, 3, 7);
-  return (__builtin_shufflevector(low, high, 0, 1, 4, 5) + __builtin_shufflevector(low, high, 2, 3, 6, 7)) * (1.0f / 3);
-}
-
 // Between pixels inside a surface. Precondition: the pixel and its neighbours are in `means`.
 Products products_at(const Means& means, int x, int y) {
   Products out;
@@ -110,9 +101,9 @@ Products products_at(const Means& means, int x, int y) {
     const Means::Halves& before = means.values[here - step];
     note(2 + axis, before.a - 2 * middle.a + after.a, before.b - 2 * middle.b + after.b);
   }
-  out.sum = channel_means(terms);
+  out.sum = lane_sums(terms) * (1.0f / 3);
   // Of x y, whose deviations' squares add up to q: (x^2 + y^2) q / 2 and, of small ones, q^2 / 4.
-  const Float4 q = channel_means(noise), product = out.sum < 0 ? -out.sum : out.sum;
+  const Float4 q = lane_sums(noise) * (1.0f / 3), product = out.sum < 0 ? -out.sum : out.sum;
   out.errors2 = q * (product + 0.25f * q);
   return out;
 }

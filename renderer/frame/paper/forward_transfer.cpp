@@ -24,7 +24,7 @@ ForwardTransfer::ForwardTransfer(std::shared_ptr<const RenderScene> scene, Film&
       windows_(cut_aligned(region, kPartColumns, kPartRows)) {
   const CameraPose* from = history.film_usable() ? &history.film_pose() : (left_.pose ? &*left_.pose : nullptr);
   if (!from || !can_reproject_forward(*from, filter) || !can_reproject_forward(pose, filter)) {
-    kinds_ = {Sweep::clear};
+    kinds_.push_back(Sweep::clear);
     return;
   }
   kinds_ = {history.film_usable() ? Sweep::gather : Sweep::withdraw, Sweep::project, Sweep::carry};

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <map>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "renderer/scene/description/material_slots.h"
 #include "renderer/scene/gltf/document/document.h"
 
@@ -187,8 +189,7 @@ void check_skins(const Document& document, Diagnostics& diagnostics) {
       if (node.skin < 0 || !in_scene[std::size_t(ancestry.root(int(n)))]) continue;
       const std::vector<int>& joints = document.skins[std::size_t(node.skin)].joints;
       if (!joints.empty() && !in_scene[std::size_t(ancestry.root(joints.front()))])
-        diagnostics.fail(std::string() / "nodes" / n,
-                         "is skinned by joints that are not in scene " + std::to_string(s));
+        diagnostics.fail(std::string() / "nodes" / n, fmt::format("is skinned by joints that are not in scene {}", s));
     }
     if (s == 63) break;  // one scene is rendered; a file with very many is not worth the quadratic time
   }
