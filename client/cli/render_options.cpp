@@ -383,7 +383,8 @@ void add_transport_options(CLI::App& app, TransportOptions& options) {
   add_text(app, options.layers, "--layers", "LIST",
            "Further layers of the picture, comma-separated: alpha (A), depth (Z), normal (N.x, N.y, N.z), albedo "
            "(albedo.r, albedo.g, albedo.b), history (history.weight, bias.bound, history.age: what earlier pictures "
-           "brought), density (samples.density: samples over their mean)");
+           "brought), density (samples.density: samples over their mean), display (display.R, display.G, display.B: "
+           "filtered for the eye, and display.error: its error by estimate)");
 }
 
 pb::TileFormat read_transport(const TransportOptions& options, const std::string& address, OptionReader& reader) {

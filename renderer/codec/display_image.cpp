@@ -90,8 +90,9 @@ std::vector<std::uint8_t> display_bytes(const PictureView& picture, double expos
   return bytes;
 }
 
-Status write_display_png(const std::string& path, const PictureView& picture, double exposure) {
-  return write_png(path, picture.width, picture.height, display_bytes(picture, exposure), {});
+Status write_display_png(const std::string& path, const PictureView& picture, double exposure,
+                         const std::string& description) {
+  return write_png(path, picture.width, picture.height, display_bytes(picture, exposure), description);
 }
 
 Rgb heat_color(float t) {

@@ -18,8 +18,9 @@ double auto_exposure(const PictureView& picture);
 
 // Clamps exposure * value to [0, 1] (NaN: 0), encodes as sRGB and rounds to 8 bits: RGB, row-major, top row first.
 std::vector<std::uint8_t> display_bytes(const PictureView& picture, double exposure);
-// Writes them as a PNG, atomically.
-Status write_display_png(const std::string& path, const PictureView& picture, double exposure);
+// Writes them as a PNG, atomically. A description that is not empty is the file's "Description".
+Status write_display_png(const std::string& path, const PictureView& picture, double exposure,
+                         const std::string& description = {});
 
 // Linear RGB in [0, 1]^3 of a map that rises evenly in lightness from near black through violet, red and orange to pale
 // yellow: OkLab lightness (Ottosson 2020) is linear in t, hue turns by half a circle, chroma follows a half sine and is

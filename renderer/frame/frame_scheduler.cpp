@@ -23,6 +23,8 @@ constexpr double kRoundMargin = 1.02;
 // Of the first rounds n^-8, n^-4 and n^-2: all that is beyond the even counts of the pilot goes to the few noisy pixels.
 constexpr double kFirstRoundDecay = 8;
 
+// Of the time between publications that are not at powers of two, what filtering them for the eye may take.
+constexpr double kDisplayShare = 0.1;
 // Of a time budget, what choosing between techniques may take.
 constexpr double kChoiceShare = 0.25;
 
@@ -39,7 +41,8 @@ std::uint32_t FrameScheduler::sample_limit() const {
 // Measuring and showing the result belong to the time asked for, unless they would eat more than half of it.
 double FrameScheduler::deadline_s(const FrameState& state) const {
   if (!budget_.time_s) return std::numeric_limits<double>::infinity();
-  const double reserve = std::min(state.measure_seconds + state.publish_seconds, *budget_.time_s / 2);
+  const double display = state.display_due ? state.display_seconds : 0;
+  const double reserve = std::min(state.measure_seconds + display + state.publish_seconds, *budget_.time_s / 2);
   return state.begun_s + *budget_.time_s - reserve;
 }
 
@@ -85,7 +88,8 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   if (backlog >= state.tiles) return false;  // a whole picture waits already: the newest state comes after it
   if (std::has_single_bit(state.told()) && backlog == 0) return true;
   const double waiting_pictures = double(backlog) / double(std::max<std::size_t>(state.tiles, 1));
-  return since >= interval_s(view_age_s) * (1 + 3 * waiting_pictures);
+  const double display = state.display_due ? state.display_seconds / kDisplayShare : 0;
+  return since >= std::max(interval_s(view_age_s), display) * (1 + 3 * waiting_pictures);
 }
 
 double FrameScheduler::longest_plan_s(double view_age_s) const {
@@ -268,11 +272,13 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
   if (const auto reason = reached(state, now_s)) {
     if (!state.measured_now() && state.done[0] > 0 && state.done[1] > 0) plan.after.push_back(StageId::measure);
     plan.publish = state.published_final ? Publish::none : Publish::round;
+    if (state.display_due && plan.publish != Publish::none) plan.after.push_back(StageId::display);
     plan.final = true;
     plan.end = reason;
     return plan;
   }
   if (publication_due(state, view_age_s, backlog, now_s)) {
+    if (state.display_due) plan.after.push_back(StageId::display);
     plan.publish = Publish::round;
     return plan;
   }

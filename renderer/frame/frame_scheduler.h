@@ -71,10 +71,13 @@ struct FrameState {
   std::uint32_t published_samples = 0;  // at the last publication
   double published_s = 0;               // when that was
   bool republish = false;               // someone asked for the newest state
+  bool display_due = false;             // what is published next is to be filtered for the eye first
+  std::uint64_t displayed = 0;          // pixel samples of the film at the newest display layer; 0: there is none
 
   std::size_t tiles = 1;
   double sample_seconds = 0;   // for as many samples as the region has pixels; 0: not known yet
   double measure_seconds = 0;  // for one error estimate
+  double display_seconds = 0;  // for one display layer
   double publish_seconds = 0;  // for one publication of every tile
   double publish_bytes = 0;    // of one publication of every tile
 

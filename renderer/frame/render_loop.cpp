@@ -59,6 +59,11 @@ bool suits(const Film& film, const RenderSettings& settings) {
   return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
 }
 
+bool suits(const std::shared_ptr<DisplayLayer>& layer, const RenderSettings& settings, unsigned channels) {
+  return !(channels & kResolveDisplay) ||
+         (layer && layer->width() == settings.width && layer->height() == settings.height);
+}
+
 // Whether paths of both find the same light, so that previews may go on with what they know.
 bool same_light(const RenderSettings& a, const RenderSettings& b) {
   return a.max_segments == b.max_segments && a.technique == b.technique;
@@ -77,7 +82,7 @@ std::vector<PassTime> pass_times(const FrameRecord& record) {
     times.push_back({to_string(id), seconds(id)});
   times.push_back({"publish", record.publish_seconds});
   for (const StageId id : {StageId::reproject, StageId::centres, StageId::choose, StageId::trace_lights,
-                           StageId::review, StageId::allocate}) {
+                           StageId::review, StageId::allocate, StageId::display}) {
     if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
   }
   return times;
@@ -104,6 +109,7 @@ FrameState with_costs_of(const FrameState& before) {
   FrameState state;
   state.sample_seconds = before.sample_seconds;
   state.measure_seconds = before.measure_seconds;
+  state.display_seconds = before.display_seconds;
   state.publish_seconds = before.publish_seconds;
   return state;
 }
@@ -202,6 +208,7 @@ struct RenderLoop::Impl final : PieceSource {
   // Of the picture that is in the film, or comes to be there.
   std::weak_ptr<const RenderScene> film_scene;
   CameraPose film_camera;
+  std::shared_ptr<DisplayLayer> display, next_display;  // the second takes over with the next frame
   PreviewFrames previews;
   int running = 0;      // pieces
   bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
@@ -244,6 +251,8 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
     previews.set(settings.preview.rate, suit ? options.previews : make_preview_history(settings));
   }
   options.previews.reset();
+  display = suits(options.display, settings, channels) ? options.display : make_display_layer(settings, channels);
+  options.display.reset();
   id = engine.add(*this, rank);
 }
 
@@ -281,24 +290,31 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   // Freed after the lock.
   std::shared_ptr<Film> fresh = update.film, retired;
   std::shared_ptr<PreviewHistory> fresh_previews = update.previews;
+  std::shared_ptr<DisplayLayer> fresh_display = update.display;
   std::pair<std::shared_ptr<PreviewHistory>, std::shared_ptr<PreviewHistory>> retired_previews;
   std::shared_ptr<const void> retired_count;
   std::shared_ptr<const RenderScene> retired_scene;
   std::unique_lock lock(mutex);
-  bool same_film = true, same_previews = true;
-  while (update.settings) {
-    same_film = suits(next_film ? *next_film : *film, *update.settings);
-    same_previews = !scene || previews.suit(*update.settings);
-    const bool film_lacks = !same_film && !(fresh && suits(*fresh, *update.settings));
-    const bool previews_lack = !same_previews && !PreviewFrames::suits(fresh_previews, *update.settings);
-    if (!film_lacks && !previews_lack) break;
+  bool same_film = true, same_previews = true, same_display = true;
+  while (update.settings || update.channels) {
+    const RenderSettings wanted = update.settings ? *update.settings : settings;
+    const unsigned wanted_channels = update.channels.value_or(channels);
+    same_film = suits(next_film ? *next_film : *film, wanted);
+    same_previews = !scene || previews.suit(wanted);
+    same_display = suits(next_display ? next_display : display, wanted, wanted_channels);
+    const bool film_lacks = !same_film && !(fresh && suits(*fresh, wanted));
+    const bool previews_lack = !same_previews && !PreviewFrames::suits(fresh_previews, wanted);
+    const bool display_lacks = !same_display && !suits(fresh_display, wanted, wanted_channels);
+    if (!film_lacks && !previews_lack && !display_lacks) break;
     lock.unlock();  // clearing the memory of a large film takes long
-    if (film_lacks) fresh = make_film(*update.settings);
-    if (previews_lack) fresh_previews = make_preview_history(*update.settings);
+    if (film_lacks) fresh = make_film(wanted);
+    if (previews_lack) fresh_previews = make_preview_history(wanted);
+    if (display_lacks) fresh_display = make_display_layer(wanted, wanted_channels);
     lock.lock();
   }
   if (same_film) fresh.reset();
   if (same_previews) fresh_previews.reset();
+  if (same_display) fresh_display.reset();
   const bool other_scene = update.scene && update.scene != scene;
   const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
@@ -323,6 +339,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     retired = std::move(next_film);
     next_film = std::move(fresh);
   }
+  if (fresh_display) next_display.swap(fresh_display);
   if (update.scratch_count) retired_count = std::exchange(next_scratch_count, update.scratch_count);
   if (update.view) {
     if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
@@ -480,7 +497,8 @@ FrameProgress RenderLoop::Impl::progress() const {
 std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
   return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
-         techniques.bytes() + (lights ? lights->bytes() : 0) + previews.bytes();
+         techniques.bytes() + (lights ? lights->bytes() : 0) + (display ? display->bytes() : 0) +
+         (next_display ? next_display->bytes() : 0) + previews.bytes();
 }
 
 // Notes that the event is told now, and completes an end.
@@ -591,6 +609,8 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   broken = false;
   if (next_scratch_count) retired.add(std::exchange(scratch_count, std::move(next_scratch_count)));
   if (next_film) retired.add(std::exchange(film, std::move(next_film)));
+  if (next_display) retired.add(std::exchange(display, std::move(next_display)));
+  if (!(channels & kResolveDisplay)) retired.add(std::exchange(display, nullptr));
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   film_scene = scene;
   film_camera = frame->begin.camera;
@@ -660,6 +680,7 @@ void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   const bool left = !picture.state.reproject_due || !history.film_usable();
   begun.left_samples = left ? picture.samples : picture.left_samples;
   picture = std::move(begun);
+  if (display) display->forget();
   if (film->targets()) film->targets()->demand_known = false;
   film->set_light_tiles(nullptr);
   // A picture that is drawn on keeps them until it has become a source (stages/history_transfer.h).
@@ -677,6 +698,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   if (added > 0 && !pipeline.cut())
     blend(state.sample_seconds, pipeline.seconds(StageId::integrate) * double(state.round.pixels) / double(added));
   blend(state.measure_seconds, pipeline.seconds(StageId::measure));
+  blend(state.display_seconds, pipeline.seconds(StageId::display));
   blend(state.publish_seconds, pipeline.seconds(StageId::resolve));
   for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
 
@@ -721,10 +743,20 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   state.tiles_alone = !film->splats() && !lights;
   state.centres_due = !state.reproject_due && history.film_usable() && !history.centres_known() &&
                       can_reproject(history.film_pose(), settings.filter);
+  const bool both_halves = state.round.number > 0 || std::min(state.done[0], state.done[1]) > 0;
+  state.display_due = display && both_halves && !(display->known() && state.displayed == picture.samples);
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   const PixelRect& region = pipeline.grid().region();
-  const StageContext context{scene, frame->begin.settings, frame->begin.camera, token, *film, region, history,
-                             reuses(settings.mode) ? &techniques : nullptr, picture};
+  const StageContext context{scene,
+                             frame->begin.settings,
+                             frame->begin.camera,
+                             token,
+                             *film,
+                             region,
+                             history,
+                             reuses(settings.mode) ? &techniques : nullptr,
+                             display.get(),
+                             picture};
   FrameStages stages = make_stages(plan, context);
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
@@ -782,6 +814,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   const double mean_samples = mean_of_tiles();
   const bool of_preview = mine->begin.preview;
   const std::shared_ptr<PreviewStage> shown = of_preview ? previews.stage() : nullptr;
+  const std::shared_ptr<const DisplayLayer> layer = display;
   Film& pixels = *film;
   lock.unlock();
 
@@ -798,7 +831,8 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     } else if (shown) {
       tile = shown->resolve(std::get<ResolvePiece>(*piece), mine->begin.tag);
     } else {
-      tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels);
+      tile = run_resolve(std::get<ResolvePiece>(*piece), mine->begin.tag, wanted_channels, mean_samples, pixels,
+                         layer.get());
     }
   } catch (...) {
     failure = failure_reason();
@@ -857,6 +891,17 @@ std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& setti
   return {counted, &counted->history};
 }
 
+std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,
+                                                 std::shared_ptr<const void> count) {
+  if (!(channels & kResolveDisplay)) return nullptr;
+  struct Counted {
+    std::shared_ptr<const void> count;
+    DisplayLayer layer;
+  };
+  auto counted = std::make_shared<Counted>(Counted{std::move(count), DisplayLayer(settings.width, settings.height)});
+  return {counted, &counted->layer};
+}
+
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
@@ -880,6 +925,10 @@ bool RenderLoop::film_suits(const RenderSettings& settings) const {
 bool RenderLoop::previews_suit(const RenderSettings& settings) const {
   const std::lock_guard lock(impl_->mutex);
   return !impl_->scene || impl_->previews.suit(settings);
+}
+bool RenderLoop::display_suits(const RenderSettings& settings, unsigned channels) const {
+  const std::lock_guard lock(impl_->mutex);
+  return suits(impl_->next_display ? impl_->next_display : impl_->display, settings, channels);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

@@ -33,6 +33,13 @@ class PreviewHistory;
 std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& settings,
                                                      std::shared_ptr<const void> count = nullptr);
 
+class DisplayLayer;
+
+// Of these settings, for tiles with these channels (film/display/display_layer.h); null where they have no such layer.
+// `count` as of make_film(). Throws std::bad_alloc.
+std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,
+                                                 std::shared_ptr<const void> count = nullptr);
+
 class RenderEngine {
  public:
   explicit RenderEngine(int threads);  // 0: one per core
@@ -61,6 +68,7 @@ struct RenderLoopOptions {
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;
   std::shared_ptr<PreviewHistory> previews;
+  std::shared_ptr<DisplayLayer> display;
   std::shared_ptr<const void> scratch_count;
 };
 
@@ -92,6 +100,7 @@ class RenderLoop {
     std::shared_ptr<Film> film;                // by make_film(), for these settings; null, or no longer the right
                                                // kind: the loop makes one itself, if it needs another
     std::shared_ptr<PreviewHistory> previews;  // by make_preview_history(); likewise
+    std::shared_ptr<DisplayLayer> display;     // by make_display_layer(); likewise
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
   };
@@ -99,6 +108,8 @@ class RenderLoop {
   bool film_suits(const RenderSettings& settings) const;
   // The same of what previews keep: true, too, when the settings ask for none.
   bool previews_suit(const RenderSettings& settings) const;
+  // The same of the display layer, for tiles with these channels.
+  bool display_suits(const RenderSettings& settings, unsigned channels) const;
   // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may
   // differ). Rendering starts with the first view.

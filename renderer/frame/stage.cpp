@@ -4,8 +4,8 @@ namespace helio {
 
 const char* to_string(StageId id) {
   static constexpr PerStage<const char*> kNames = {
-      "integrate", "resolve",      "measure", "reproject", "centres",
-      "choose",    "trace_lights", "review",  "allocate",  "preview",
+      "integrate",    "resolve", "measure",  "reproject", "centres", "choose",
+      "trace_lights", "review",  "allocate", "display",   "preview",
   };
   return kNames[std::size_t(id)];
 }

@@ -32,9 +32,10 @@ enum class StageId : std::uint8_t {
   trace_lights,  // stages/trace_lights.h
   review,        // stages/reject_history.h
   allocate,      // stages/allocate.h
+  display,       // stages/make_display.h
   preview,       // stages/preview.h
 };
-inline constexpr std::size_t kStages = 10;
+inline constexpr std::size_t kStages = 11;
 // The name under which PassTime reports the stage.
 const char* to_string(StageId id);
 // One value a stage, as seconds are.

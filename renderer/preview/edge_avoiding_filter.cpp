@@ -59,7 +59,7 @@ EdgeAvoidingFilter::Value EdgeAvoidingFilter::value(std::size_t i, int level) co
   const std::uint16_t* light = settled || from_pixels ? pixel.light : filtered.light;
   const float samples =
       settled || level == 0 ? first_weight(pixel) : unpack_weight(from_pixels ? filtered.next_weight : filtered.weight);
-  return {Rgb(unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])), std::min(samples, kMostWeight)};
+  return {Rgb(unpack_half(light[0]), unpack_half(light[1]), unpack_half(light[2])), std::min(samples, kMostWeight)};
 }
 
 // Where no neighbour is of the same surface: the mean of those that have light, else of the whole picture.
@@ -117,7 +117,7 @@ void EdgeAvoidingFilter::run(const PixelRect& window, int level) const {
       const std::uint8_t weight = pack_weight(4 * weights);
       const Rgb light = weights > 0 ? sum * (1 / weights) : around(x, y, level);
       if (level % 2 == 0) {
-        for (int c = 0; c < 3; ++c) out.light[c] = pack_light(light[c]);
+        for (int c = 0; c < 3; ++c) out.light[c] = pack_half(light[c]);
         out.weight = weight;
       } else {
         pixels[i].set_light(light);

@@ -53,7 +53,7 @@ struct PreviewBuffer {
 
 // A pixel between two levels of the filter.
 struct FilteredPixel {
-  std::uint16_t light[3] = {0, 0, 0};    // pack_light()
+  std::uint16_t light[3] = {0, 0, 0};        // pack_half()
   std::uint8_t weight = 0, next_weight = 0;  // samples that the light stands for, before the level and after it
 };
 

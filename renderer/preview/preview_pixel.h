@@ -2,26 +2,14 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
+#include "renderer/base/half_float.h"
 #include "renderer/base/math.h"
 
 namespace helio {
-
-// Largest half; light beyond it is cut off.
-inline constexpr float kMostLight = 65504;
-
-// A half without a sign, rounded to nearest. Finite x; what is negative becomes 0.
-inline std::uint16_t pack_light(float x) {
-  const float scaled = std::min(std::max(x, 0.0f), kMostLight) * 0x1p-112f;
-  return std::uint16_t((std::bit_cast<std::uint32_t>(scaled) + 0x1000u) >> 13);
-}
-inline float unpack_light(std::uint16_t half) {
-  return std::bit_cast<float>(std::uint32_t(half) << 13) * 0x1p112f;
-}
 
 // A surface's colour by roots in bytes. Never darker than 0.02, so that light can be had by dividing.
 inline std::uint32_t pack_color(const Rgb& color) {
@@ -48,7 +36,7 @@ inline constexpr std::uint8_t kExactSamples = 127;
 struct PreviewPixel {
   float depth = 0;                    // along the view axis, scene units; +inf: nothing was met
   std::uint16_t surface = 0;          // of object and material; 0: nothing was met
-  std::uint16_t light[3] = {0, 0, 0};  // pack_light()
+  std::uint16_t light[3] = {0, 0, 0};  // pack_half()
   std::int8_t normal[3] = {0, 0, 0};  // geometric, towards the viewer, in 127ths
   std::uint8_t samples : 7 = 0;       // path samples in the light; 0: it was filled in from neighbours
   std::uint8_t lit : 1 = 0;           // something is known of the light, be it black
@@ -56,9 +44,9 @@ struct PreviewPixel {
   bool hit() const { return surface != 0; }
   // At most kExactSamples - 1 are noted.
   void set_samples(float count) { samples = std::uint8_t(std::min(count, float(kExactSamples - 1))) & kExactSamples; }
-  Rgb unpacked_light() const { return {unpack_light(light[0]), unpack_light(light[1]), unpack_light(light[2])}; }
+  Rgb unpacked_light() const { return {unpack_half(light[0]), unpack_half(light[1]), unpack_half(light[2])}; }
   void set_light(const Rgb& value) {
-    for (int c = 0; c < 3; ++c) light[c] = pack_light(value[c]);
+    for (int c = 0; c < 3; ++c) light[c] = pack_half(value[c]);
     lit = 1;
   }
   V3f unpacked_normal() const {

@@ -23,7 +23,7 @@ class PreviewTaps {
                           normal(2) * float(pixel.normal[2]);
     return ((words_[1] & 0xffffu) == std::uint32_t(pixel.surface)) & (apart <= slack) & (cosine > float(kLeastCosine));
   }
-  // One channel, as unpack_light().
+  // One channel, as unpack_half().
   Float4 light(int c) const {
     const UInt4 half = c == 0 ? words_[1] >> 16 : c == 1 ? words_[2] & 0xffffu : words_[2] >> 16;
     return (Float4)(half << 13) * 0x1p112f;

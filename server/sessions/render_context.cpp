@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "renderer/base/clock.h"
+#include "renderer/film/display/display_layer.h"
 #include "renderer/frame/stages/allocate.h"
 #include "renderer/frame/stages/trace_lights.h"
 #include "renderer/preview/preview_history.h"
@@ -27,6 +28,10 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
 
 std::uint64_t preview_bytes(const RenderSettings& settings) {
   return settings.preview.rate > 0 ? pixels(settings) * PreviewHistory::bytes_per_pixel() : 0;
+}
+
+std::uint64_t display_bytes(const RenderSettings& settings, unsigned channels) {
+  return channels & kResolveDisplay ? pixels(settings) * DisplayLayer::bytes_per_pixel() : 0;
 }
 
 std::uint64_t scratch_bytes(const RenderSettings& settings) {
@@ -68,6 +73,17 @@ Result<std::shared_ptr<PreviewHistory>> reserve_previews(const RenderContext::Re
   return make_preview_history(settings, std::move(*memory));
 }
 
+// Null where tiles have no such layer.
+Result<std::shared_ptr<DisplayLayer>> reserve_display(const RenderContext::Resources& resources,
+                                                      const RenderSettings& settings, unsigned channels) {
+  const std::uint64_t bytes = display_bytes(settings, channels);
+  if (bytes == 0) return std::shared_ptr<DisplayLayer>();
+  auto memory =
+      reserve(resources.memory, bytes, fmt::format("the layer display of {} x {}", settings.width, settings.height));
+  if (!memory) return memory.error();
+  return make_display_layer(settings, channels, std::move(*memory));
+}
+
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
                                                            const RenderSettings& settings) {
   return reserve(resources.memory, scratch_bytes(settings),
@@ -86,6 +102,8 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   if (!scratch) return scratch.error();
   auto previews = reserve_previews(resources, settings);
   if (!previews) return previews.error();
+  auto display = reserve_display(resources, settings, channels);
+  if (!display) return display.error();
   const std::shared_ptr<RenderContext> rendering(new RenderContext(resources),
                                                  [](RenderContext* r) { r->give_to_reaper(); });
   rendering->scenes_->current = std::move(scene);
@@ -104,6 +122,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.film = std::move(*film);
   options.scratch_count = *scratch;
   options.previews = std::move(*previews);
+  options.display = std::move(*display);
   rendering->scratch_ = *scratch;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
                                                   rendering->publisher_, options);
@@ -132,7 +151,7 @@ std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update u
   }
 }
 
-Status RenderContext::prepare(const RenderSettings& settings, RenderLoop::Update& update) {
+Status RenderContext::prepare(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update) {
   if (!loop_->film_suits(settings)) {
     auto film = reserve_film(resources_, settings);
     if (!film) return film.error();
@@ -149,6 +168,11 @@ Status RenderContext::prepare(const RenderSettings& settings, RenderLoop::Update
     auto previews = reserve_previews(resources_, settings);
     if (!previews) return previews.error();
     update.previews = std::move(*previews);
+  }
+  if (!loop_->display_suits(settings, channels)) {
+    auto display = reserve_display(resources_, settings, channels);
+    if (!display) return display.error();
+    update.display = std::move(*display);
   }
   return ok_status();
 }

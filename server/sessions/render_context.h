@@ -19,6 +19,8 @@ std::uint64_t film_bytes(const RenderSettings& settings);
 std::uint64_t scratch_bytes(const RenderSettings& settings);
 // What previews keep; 0: none are asked for.
 std::uint64_t preview_bytes(const RenderSettings& settings);
+// The display layer, of tiles with these channels; 0: they have none.
+std::uint64_t display_bytes(const RenderSettings& settings, unsigned channels);
 
 // Freed by the reaper, whoever lets go of it last: its film may have gigabytes.
 class RenderContext : public std::enable_shared_from_this<RenderContext>, private Reaper::Item {
@@ -45,9 +47,9 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   FramePublisher& publisher() { return *publisher_; }
   const FramePublisher& publisher() const { return *publisher_; }
 
-  // Puts into `update` what these settings need of memory that is not there, reserved and allocated beside the present
-  // film. Takes as long as create(); one call at a time, and its update comes before the next call.
-  Status prepare(const RenderSettings& settings, RenderLoop::Update& update);
+  // Puts into `update` what these settings and channels need of memory that is not there, reserved and allocated beside
+  // the present film. Takes as long as create(); one call at a time, and its update comes before the next call.
+  Status prepare(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update);
   // Memory for the queue of a listener, two frames, with room made for it: not to be called with a session's lock.
   // Thread safe. resource_exhausted: max_memory.
   Result<Reservation> reserve_queue(const RenderSettings& settings, const TileFormat& format) const;

@@ -71,8 +71,9 @@ Result<std::uint64_t> Session::update(const Change& change) {
   if (update.settings) {
     const bool listened = rendering_->publisher().stream() != nullptr;
     const TileFormat format = format_;
+    const unsigned channels = channels_;
     lock.unlock();
-    const Status fits = rendering_->prepare(*update.settings, update);
+    const Status fits = rendering_->prepare(*update.settings, channels, update);
     Result<Reservation> queue = Reservation();
     if (fits.ok() && listened) queue = rendering_->reserve_queue(*update.settings, format);
     lock.lock();
@@ -104,13 +105,17 @@ Result<std::uint64_t> Session::update(const Change& change) {
 }
 
 Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
+  const std::lock_guard resizing(resize_mutex_);
   std::unique_lock lock(mutex_);
   if (closed_) return gone();
   const InUse in_use(in_use_, lock);
   const RenderSettings settings = settings_;
   lock.unlock();
+  RenderLoop::Update go_on;
+  const Status fits = rendering_->prepare(settings, format.channels, go_on);
   auto queue = rendering_->reserve_queue(settings, format);
   lock.lock();
+  if (!fits.ok()) return fits.error();
   // Meanwhile it may have been closed, or have got another size.
   if (closed_) return gone();
   if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
@@ -139,7 +144,6 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   }
   // The film is kept: its newest state is shown at once, and a frame that has not come to its end goes on.
   if (paused_ || channels_ != format.channels) {
-    RenderLoop::Update go_on;
     if (paused_ || !was_over) go_on.budget = budget_;
     go_on.channels = channels_ = format.channels;
     loop.update(go_on);
@@ -215,7 +219,9 @@ pb::SessionInfo Session::info() const {
 
 std::uint64_t Session::idle_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) + preview_bytes(settings_) : 0;
+  return idle_locked() ? film_bytes(settings_) + scratch_bytes(settings_) + preview_bytes(settings_) +
+                             display_bytes(settings_, channels_)
+                       : 0;
 }
 
 double Session::idle_s() const {

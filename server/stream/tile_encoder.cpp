@@ -15,7 +15,7 @@ constexpr float kLargestExactHalfCount = 2048;
 
 std::vector<TileChannel> film_channels(const ResolvedTile& pixels, const TileFormat& format) {
   std::vector<TileChannel> channels;
-  channels.reserve(21);
+  channels.reserve(25);
   for (const Channel& channel : channel_table()) {
     if (!channel.in(format.channels)) continue;
     for (const ChannelPlane& plane : channel.planes) {

@@ -45,6 +45,10 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/film/core", "renderer/film/splats", "renderer/film/history",
        "renderer/film/estimate"},
       {}}},
+    {"renderer/film/display",
+     {{"renderer/base", "renderer/film/core", "renderer/film/splats", "renderer/film/history",
+       "renderer/film/estimate"},
+      {}}},
     {"renderer/film", {{"renderer/base", "renderer/film/"}, {}}},
 
     {"renderer/scene/description", {{"renderer/base"}, {}}},

@@ -172,6 +172,7 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"render", "quad.gltf", "--output", "none/q.exr"}, 2, {"--output: the folder 'none'"}},
       {{"render", "quad.gltf", "--png", "."}, 2, {"--png: '.' is a folder"}},
       {{"render", "quad.gltf", "--exposure", "65", "--png", "q.png"}, 2, {"--exposure: '65'", "[-64, 64]"}},
+      {{"render", "quad.gltf", "--raw"}, 2, {"--raw", "is only valid with --png"}},
       {{"render", "quad.gltf", "--progress", "loud"}, 2, {"--progress: 'loud' is none of auto, always, never"}},
       {{"render", "quad.gltf", "--server", "here"}, 2, {"--server", "'here' is not HOST:PORT"}},
       {{"render", "quad.gltf", "--wait", "3"}, 2, {"--wait: is only valid with --server"}},

@@ -45,6 +45,34 @@ TEST_F(CliRender, TheJsonHasWhatScriptsReadAndThePictureIsRight) {
   EXPECT_EQ(read_file(folder_ / "h.png").substr(1, 3), "PNG");
 }
 
+TEST_F(CliRender, ThePngShowsTheLayerDisplayOrTheFilmAsItIs) {
+  const std::vector<std::string> line = {
+      "render",    std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf",
+      "--size",    "48x48",
+      "--samples", "4",
+      "--output",  "q.exr",
+      "--png",     "q.png"};
+  auto json = heliograph_json(line);
+  EXPECT_EQ(json["png_layer"], "display");
+  const std::string filtered = read_file(folder_ / "q.png");
+  const auto picture = read_exr(folder_ / "q.exr", kMaxPixels);
+  ASSERT_TRUE(picture) << picture.error().to_string();
+  for (const char* name : {"display.R", "display.G", "display.B", "display.error"}) {
+    ASSERT_TRUE(picture->find(name)) << name;
+  }
+  EXPECT_NE(*picture->find("display.R"), *picture->find("R"));
+
+  std::vector<std::string> as_it_is = line;
+  as_it_is.push_back("--raw");
+  json = heliograph_json(as_it_is);
+  EXPECT_EQ(json["png_layer"], "radiance");
+  EXPECT_NE(read_file(folder_ / "q.png"), filtered);
+  const auto raw = read_exr(folder_ / "q.exr", kMaxPixels);
+  ASSERT_TRUE(raw) << raw.error().to_string();
+  EXPECT_FALSE(raw->find("display.R"));
+  EXPECT_EQ(*raw->find("R"), *picture->find("R"));
+}
+
 // The throughput is below its root, so that paths are shorter by that rule.
 TEST_F(CliRender, TheRouletteRuleIsTheOneAskedFor) {
   const std::string scene = std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf";

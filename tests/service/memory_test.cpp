@@ -6,6 +6,7 @@
 #include <limits>
 #include <thread>
 
+#include "renderer/film/display/display_layer.h"
 #include "renderer/frame/stages/trace_lights.h"
 #include "renderer/scene/load/scene_loader.h"
 #include "server/base/reaper.h"
@@ -104,7 +105,7 @@ TEST_F(MemoryTest, TheFilmThatIsReplacedCountsUntilItIsFreed) {
   {
     RenderLoop::Update update;
     update.settings = settings(128);
-    ASSERT_TRUE(rendering->prepare(settings(128), update).ok());
+    ASSERT_TRUE(rendering->prepare(settings(128), TileFormat().channels, update).ok());
     rendering->loop().update(update);
   }
   // Without a view no frame begins, and the loop holds both films.
@@ -120,7 +121,7 @@ TEST_F(MemoryTest, AResizeThatDoesNotFitChangesNothing) {
   ASSERT_TRUE(created.ok());
   const std::uint64_t before = memory_.used();
   RenderLoop::Update update;
-  const Status refused = (*created)->prepare(settings(8192), update);
+  const Status refused = (*created)->prepare(settings(8192), TileFormat().channels, update);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::resource_exhausted);
   EXPECT_EQ(update.film, nullptr);
@@ -141,9 +142,34 @@ TEST_F(MemoryTest, LightVerticesCountWithoutANewFilm) {
   EXPECT_EQ(memory_.used(), of_scene_ + film_bytes(cached));
   RenderLoop::Update update;
   update.settings = other;
-  ASSERT_TRUE((*created)->prepare(other, update).ok());
+  ASSERT_TRUE((*created)->prepare(other, TileFormat().channels, update).ok());
   EXPECT_EQ(update.film, nullptr);
   EXPECT_EQ(memory_.used(), of_scene_ + film_bytes(cached) + scratch_bytes(other));
+}
+
+TEST_F(MemoryTest, TheDisplayLayerCountsWhileTilesHaveIt) {
+  auto created = rendering(settings(64));
+  ASSERT_TRUE(created.ok());
+  RenderContext& rendering = **created;
+  const std::uint64_t before = memory_.used();
+  RenderLoop::Update update;
+  update.channels = TileFormat().channels | kResolveDisplay;
+  update.view = quad_view();
+  ASSERT_TRUE(rendering.prepare(settings(64), *update.channels, update).ok());
+  EXPECT_EQ(memory_.used(), before + 64 * 64 * DisplayLayer::bytes_per_pixel());
+  rendering.loop().update(std::exchange(update, {}));
+  update.channels = TileFormat().channels;
+  ASSERT_TRUE(rendering.prepare(settings(64), *update.channels, update).ok());
+  rendering.loop().update(update);
+  EXPECT_TRUE(eventually([&] { return memory_.used() == before; }));
+
+  used_by_others_ = memory_.reserve(memory_.available(), "a test").value();
+  RenderLoop::Update more;
+  const Status refused = rendering.prepare(settings(64), TileFormat().channels | kResolveDisplay, more);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::resource_exhausted);
+  EXPECT_NE(refused.error().message.find("the layer display of 64 x 64"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(more.display, nullptr);
 }
 
 class EndlessMemoryTest : public MemoryTest {

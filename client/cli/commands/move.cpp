@@ -332,7 +332,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
-  add_layers(patterns.heat_maps, format);
+  add_layers(patterns, format);
   if (const auto quality = reader.integer(options.preview_jpeg, 1, 100))
     format.set_preview_jpeg(static_cast<std::uint32_t>(*quality));
   OutputCheck outputs;

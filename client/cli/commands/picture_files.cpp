@@ -37,7 +37,10 @@ void add_file_options(CLI::App& app, FileOptions& options, bool numbered) {
                ": R, G, B (mean radiance), variance.R, variance.G, variance.B (of that mean), samples, " +
                "as float. Default: NAME." + (numbered ? "####." : "") + "exr in the current folder for scene NAME.glb");
   add_text(app, options.png, "--png", numbered ? "PATTERN.png" : "FILE.png",
-           "Also a picture for the eye" + std::string(numbered ? " of each view" : "") + ", exposed automatically");
+           "Also a picture for the eye" + std::string(numbered ? " of each view" : "") +
+               ", exposed automatically: the layer display, filtered along surfaces where that makes the error "
+               "smaller; the --output then holds it, too");
+  add_flag(app, options.raw, "--raw", "The --png shows the mean radiance as it is, noise included");
   add_text(
       app, options.heatmap, "--heatmap", numbered ? "PATTERN.png" : "FILE.png",
       "Also a heat map" + std::string(numbered ? " of each view" : "") +
@@ -58,6 +61,8 @@ FileNames read_files(const FileOptions& options, const std::string& default_exr,
   if (!names.heatmap.empty()) names.heat_maps = heat_maps_of(mode);
   names.exposure_stops = reader.number(options.exposure, kExposureStops);
   if (options.exposure.given() && !options.png.given()) reader.problem(options.exposure, "is only valid with --png");
+  names.raw = options.raw;
+  if (options.raw && !options.png.given()) reader.problems().add("--raw", "is only valid with --png");
   return names;
 }
 
@@ -83,21 +88,30 @@ FileNames numbered(const FileNames& patterns, int number) {
   return names;
 }
 
+void add_layers(const FileNames& names, heliograph::v1::TileFormat& format) {
+  add_layers(names.heat_maps, format);
+  if (!names.png.empty() && !names.raw) format.set_display(true);
+}
+
 Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json) {
   Status written = write_picture(names.exr, picture, unsampled);
   if (!written) return written;
   json["output"] = names.exr;
   json["unsampled"] = unsampled;
 
-  const std::vector<float>* const radiance[] = {picture.find("R"), picture.find("G"), picture.find("B")};
-  if (!names.png.empty() && radiance[0] && radiance[1] && radiance[2]) {
-    const PictureView view{picture.window.width(),
-                           picture.window.height(),
-                           {radiance[0]->data(), radiance[1]->data(), radiance[2]->data()}};
+  const bool filtered = !names.raw && picture.find("display.R");
+  const std::string prefix = filtered ? "display." : "";
+  const std::vector<float>* const shown[] = {picture.find(prefix + "R"), picture.find(prefix + "G"),
+                                             picture.find(prefix + "B")};
+  if (!names.png.empty() && shown[0] && shown[1] && shown[2]) {
+    const PictureView view{
+        picture.window.width(), picture.window.height(), {shown[0]->data(), shown[1]->data(), shown[2]->data()}};
     const double exposure = names.exposure_stops ? std::exp2(*names.exposure_stops) : auto_exposure(view);
-    written = write_display_png(names.png, view, exposure);
+    const std::string layer = filtered ? "display" : "radiance";
+    written = write_display_png(names.png, view, exposure, "Layer " + layer);
     if (!written) return written;
     json["png"] = names.png;
+    json["png_layer"] = layer;
     json["exposure_stops"] = std::log2(exposure);
   }
   if (!names.heatmap.empty()) return write_heat_maps(names.heatmap, names.heat_maps, picture, json);

@@ -14,6 +14,7 @@ namespace helio::cli {
 
 struct FileOptions {
   TextOption output, png, heatmap, exposure;
+  bool raw = false;
 };
 // `numbered`: the names are patterns, one file a view.
 void add_file_options(CLI::App& app, FileOptions& options, bool numbered);
@@ -23,6 +24,7 @@ struct FileNames {
   std::string png;                       // empty: none
   std::string heatmap;                   // name of the heat maps, see heat_map_file(); empty: none
   std::vector<HeatMap> heat_maps;        // those that are written
+  bool raw = false;                      // the PNG shows the film as it is, not the layer display
   std::optional<double> exposure_stops;  // none: automatic
 };
 // `default_exr` is used without --output. Folders must exist: nothing is rendered for a file that cannot be written.
@@ -33,12 +35,16 @@ FileNames read_files(const FileOptions& options, const std::string& default_exr,
 std::string numbered_name(const std::string& pattern, int number);
 FileNames numbered(const FileNames& patterns, int number);
 
+// Asks for the layers that the files are made of.
+void add_layers(const FileNames& names, heliograph::v1::TileFormat& format);
+
 // FrameBegin.unsampled.
 using Unsampled = std::vector<std::string>;
 
-// Writes what `names` asks for and adds "output", "png", "unsampled" and what write_heat_maps() adds to `json`. The EXR
+// Writes what `names` asks for and adds "output", "png", "png_layer", "unsampled" and what write_heat_maps() adds to
+// `json`. The EXR
 // holds float channels, zip, with the picture's window as its data window, and `unsampled` as its comments. The PNG is
-// exposed for the eye.
+// exposed for the eye; it and the JSON name the layer that it shows, "display" or "radiance".
 Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json);
 
 }  // namespace helio::cli

@@ -174,7 +174,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   *request.mutable_format() = read_transport(options.transport, context.connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
   const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
-  add_layers(names.heat_maps, *request.mutable_format());
+  add_layers(names, *request.mutable_format());
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);

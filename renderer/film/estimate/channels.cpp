@@ -109,6 +109,13 @@ constexpr ChannelPlane kDensity[] = {
     {"samples.density", [](const ResolvedTile& t) -> Plane& { return t.density; }},
 };
 
+constexpr ChannelPlane kDisplay[] = {
+    {"display.R", [](const ResolvedTile& t) -> Plane& { return t.display[0]; }},
+    {"display.G", [](const ResolvedTile& t) -> Plane& { return t.display[1]; }},
+    {"display.B", [](const ResolvedTile& t) -> Plane& { return t.display[2]; }},
+    {"display.error", [](const ResolvedTile& t) -> Plane& { return t.display_error; }, Storage::positive_half},
+};
+
 constexpr Channel kTable[] = {
     {0, "", true, kRadiance, nullptr},
     {kResolveVariance, "variance", true, kVariance, nullptr},
@@ -119,6 +126,7 @@ constexpr Channel kTable[] = {
     {kResolveAlbedo, "albedo", false, kAlbedo, resolve_albedo},
     {kResolveHistory, "history", false, kHistory, resolve_history},
     {kResolveDensity, "density", false, kDensity, resolve_density},
+    {kResolveDisplay, "display", false, kDisplay, nullptr},
 };
 
 }  // namespace
@@ -131,7 +139,6 @@ std::size_t ResolvedTile::bytes() const {
   std::size_t floats = 0;
   for (const Channel& channel : kTable)
     for (const ChannelPlane& plane : channel.planes) floats += plane.of(*this).size();
-  for (const std::vector<float>& plane : display) floats += plane.size();
   return floats * sizeof(float);
 }
 

@@ -29,7 +29,9 @@ struct ResolvedTile {
   // Camera moves since the history was traced times history_weight, [0, 255]; RootByte may overstate by up to half.
   std::vector<float> history_age;
   std::vector<float> density;         // fresh samples over their mean in the picture, >= 0
-  std::vector<float> display[3];  // for the eye, linear radiance, biased; of previews alone, which have nothing else
+  // For the eye, linear radiance, biased (display/display_layer.h); previews have nothing else.
+  std::vector<float> display[3];
+  std::vector<float> display_error;   // root of the mean square over channels, by estimate, >= 0; of films alone
   std::uint64_t invalid_samples = 0;  // splats among them
 
   std::size_t bytes() const;
@@ -45,7 +47,8 @@ enum ResolveChannels : unsigned {
   kResolveAlbedo = 32,
   kResolveHistory = 64,
   kResolveDensity = 128,
-  kResolveAll = 255,
+  kResolveDisplay = 256,
+  kResolveAll = 511,
 };
 
 // How a plane is stored where halves are asked for.
@@ -69,7 +72,7 @@ struct Channel {
   const char* name;  // as requests have it; "": radiance
   bool by_default;   // requests leave it out by "without_NAME"; others ask for it by NAME
   std::span<const ChannelPlane> planes;
-  // Fills the planes of a tile whose window is set. Null: resolve_tile() does so row by row.
+  // Fills the planes of a tile whose window is set. Null: resolve_tile() does so row by row, or DisplayLayer.
   void (*resolve)(const Film& film, double mean_samples, ResolvedTile& tile);
 };
 

@@ -7,6 +7,7 @@
 #include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/frame/stages/estimate_error.h"
+#include "renderer/frame/stages/make_display.h"
 #include "renderer/frame/stages/reject_history.h"
 #include "renderer/frame/variant_parts.h"
 
@@ -49,6 +50,9 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
       return std::make_shared<RejectHistory>(c.film, c.region);
     case StageId::measure:
       return std::make_shared<EstimateError>(c.film, c.region);
+    case StageId::display:
+      HELIO_CHECK(c.display);
+      return std::make_shared<MakeDisplay>(c.film, c.region, *c.display);
     case StageId::preview:
     case StageId::trace_lights:
     case StageId::integrate:

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "renderer/film/display/display_layer.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/picture_state.h"
 #include "renderer/frame/stages/history_transfer.h"
@@ -20,6 +21,7 @@ struct StageContext {
   const PixelRect& region;
   PictureHistory& history;
   TechniqueHistory* techniques;  // null: the picture may depend on none before
+  DisplayLayer* display;         // null: no tile has that layer
   PictureState& picture;
 };
 

@@ -41,13 +41,14 @@ std::optional<ResolvePiece> ResolvePass::next(const TileGrid& grid) {
 }
 
 FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, double mean_samples,
-                      const Film& film) {
+                      const Film& film, const DisplayLayer* display) {
   FrameTile tile;
   tile.tag = tag;
   tile.pass = piece.round;
   tile.final = piece.final;
   tile.samples_per_pixel = piece.samples_per_pixel;
   tile.pixels = resolve_tile(film, piece.window, piece.roi, channels, mean_samples);
+  if (channels & kResolveDisplay) DisplayLayer::resolve(display, film, tile.pixels);
   return tile;
 }
 

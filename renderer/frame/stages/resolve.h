@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/film/display/display_layer.h"
 #include "renderer/frame/frame_plan.h"
 #include "renderer/frame/frame_sink.h"
 #include "renderer/frame/tile_grid.h"
@@ -53,7 +54,8 @@ class ResolvePass {
 };
 
 // Thread safe while nothing writes to piece.roi of the film. `mean_samples` as resolve_tile() has it.
+// display: null where there is none; tiles that ask for it then show the film there.
 FrameTile run_resolve(const ResolvePiece& piece, const FrameTag& tag, unsigned channels, double mean_samples,
-                      const Film& film);
+                      const Film& film, const DisplayLayer* display);
 
 }  // namespace helio

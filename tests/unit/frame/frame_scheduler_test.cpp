@@ -287,6 +287,40 @@ TEST(FrameScheduler, EndMeasuresWhatItShows) {
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 1.5), finish(FrameEndReason::time, true));
 }
 
+TEST(FrameScheduler, FiltersWhatItShowsOnce) {
+  FrameState state = at(4, 4);
+  state.display_due = true;
+  state.published_samples = 4;  // so that a publication is due
+  FramePlan filtered = show();
+  filtered.after.push_back(StageId::display);
+  EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), filtered);
+  state.display_due = false;
+  EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), show());
+
+  Budget budget;
+  budget.samples = 8;
+  state.display_due = true;
+  FramePlan end = finish(FrameEndReason::samples);
+  end.after.push_back(StageId::display);
+  EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), end);
+  state.published_final = true;  // nothing is left to show
+  EXPECT_FALSE(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0).asks(StageId::display));
+}
+
+TEST(FrameScheduler, FilteringTakesATenthOfTheTimeBetweenPublications) {
+  FrameState state = at(5, 5);
+  state.published = true;
+  state.published_samples = 8;
+  state.published_s = 100;
+  state.display_due = true;
+  state.display_seconds = 0.1;
+  const FrameScheduler scheduler({}, {true, 0.25});
+  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 100.9).publish, Publish::none);
+  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 101.1).publish, Publish::round);
+  state.display_due = false;
+  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 100.3).publish, Publish::round);
+}
+
 TEST(FrameScheduler, PlansLastAboutTheInterval) {
   const FrameScheduler scheduler({}, {});
   FrameState state = at(1024, 1024);

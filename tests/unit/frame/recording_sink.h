@@ -50,7 +50,7 @@ class RecordingSink final : public FrameSink {
     EXPECT_EQ(tile.tag.revision, newest_.revision);
     const std::size_t area = std::size_t(tile.pixels.window.area());
     EXPECT_EQ(tile.pixels.radiance[0].size(), tile.preview ? 0 : area);
-    EXPECT_EQ(tile.pixels.display[0].size(), tile.preview ? area : 0);
+    EXPECT_EQ(tile.pixels.display[0].size(), tile.preview || with_display ? area : 0);
     EXPECT_EQ(tile.preview, begins.back().preview);
     tiles.push_back(
         {tile.tag, tile.pass, tile.final, tile.samples_per_pixel, tile.pixels.window, now_s(), tile.preview});
@@ -102,6 +102,7 @@ class RecordingSink final : public FrameSink {
 
   // Set before rendering.
   bool keep_pixels = false;
+  std::atomic<bool> with_display = false;         // tiles of films have that layer
   std::function<void(const FrameTile&)> on_tile;  // called without the mutex
   std::atomic<std::size_t> backlog_tiles{0};
 

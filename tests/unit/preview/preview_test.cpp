@@ -257,10 +257,10 @@ TEST(Preview, LeavesOutSamplesThatAreNotFinite) {
 
 TEST(PreviewPixel, LightSurvivesPacking) {
   for (const float x : {0.0f, 1e-7f, 1e-4f, 0.02f, 1.0f, 3.7f, 65504.0f}) {
-    EXPECT_NEAR(unpack_light(pack_light(x)), x, 5e-4f * x + 6e-8f) << x;
+    EXPECT_NEAR(unpack_half(pack_half(x)), x, 5e-4f * x + 6e-8f) << x;
   }
-  EXPECT_EQ(unpack_light(pack_light(1e30f)), kMostLight);
-  EXPECT_EQ(unpack_light(pack_light(-1)), 0);
+  EXPECT_EQ(unpack_half(pack_half(1e30f)), kMostHalf);
+  EXPECT_EQ(unpack_half(pack_half(-1)), 0);
   for (const float x : {0.02f, 0.1f, 0.5f, 1.0f}) {
     EXPECT_NEAR(unpack_color(pack_color(Rgb(x, x, x))).x, x, 0.02f * x);
   }

@@ -1,0 +1,82 @@
+// The display layer: the film for the eye. Two levels of an edge-avoiding filter (cross_filter.h) average light over
+// neighbours of the same surface; each pixel is then blended with what the film has there, by the errors that the
+// halves tell of both. It is biased, and becomes the film as samples arrive.
+//
+// Blend and error (James and Stein 1961, with estimated variances). Of raw mean m = (A + B) / 2 and filtered
+// F = (F_A + F_B) / 2 of a neighbourhood, summed over channels:
+//
+//     V = variance of m, pooled (variance_pool.h)            R = mean of (F - m)^2
+//     M = mean of (F_A - F_B)^2 / 4 + b, b = mean of (F_A - A)(F_B - B)
+//
+// M is the error of F: what noise is left, and its bias, squared; the halves are independent, so the product of their
+// residuals has no noise in its expectation. Of a positive b with standard error e, b^3 / (b^2 + e^2 / 4) counts; of others
+// nothing. E[(F - m)^2] = V + M - 2 C gives their covariance C, and m + s (F - m)
+// has the least error at s = (V - M + R) / (2 R), that error being (1 - s)^2 V + s^2 M + 2 s (1 - s) C. Of a pixel whose
+// (F - m)^2 is above 4 R and above the product of its own residuals, which both halves would make large if it were true,
+// 1 - s falls with the root of that.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/film/core/film.h"
+#include "renderer/film/estimate/channels.h"
+
+namespace helio {
+
+class DisplayLayer {
+ public:
+  // Takes bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
+  DisplayLayer(int width, int height);
+
+  static constexpr std::size_t bytes_per_pixel() { return 2 * sizeof(HalvesPixel) + sizeof(Blend); }
+  std::size_t bytes() const { return filtered_[0].size() * bytes_per_pixel(); }
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  // Made of the film's region anew: begin(), then all parts of each sweep in any order and on any thread, and
+  // finish_sweep(). The film is only read. Its pixels need samples in both halves for a filter to have something to go
+  // by; others are filled from their neighbours. Precondition: the film is of the layer's size.
+  void begin(const PixelRect& region);
+  static constexpr int kSweeps = 4;
+  std::size_t parts() const { return windows_.size(); }  // of any sweep
+  void run(const Film& film, int sweep, std::size_t part);
+  void finish_sweep(int sweep);
+
+  bool known() const { return known_; }
+  void forget() { known_ = false; }
+
+  // Fills tile.display and tile.display_error from tile.radiance, where `layer` is known and covers the window; else
+  // (null, or no such picture yet) they are the radiance and the root of its variance, which is +infinity where the
+  // tile has none. Error: estimated root mean square of a pixel's error over its channels, of neighbourhoods of 11x11,
+  // with what reuse may have added. Thread safe.
+  static void resolve(const DisplayLayer* layer, const Film& film, ResolvedTile& tile);
+
+ private:
+  // Between levels, packed as halves, in units of the picture's mean.
+  struct HalvesPixel {
+    std::uint16_t light[kHalves][3] = {};
+    std::uint16_t deviation = 0;  // root of the light's variance
+  };
+  struct Blend {
+    std::uint16_t share = 0, error = 0;  // s | of the blend
+  };
+
+  void add_brightness(const Film& film, std::size_t part);
+  void filter(const Film& film, int level, const PixelRect& window);
+  void blend(const Film& film, const PixelRect& window);
+  std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
+  bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
+
+  int width_, height_;
+  PixelRect region_;
+  std::vector<PixelRect> windows_;
+  std::vector<double> brightness_;  // by window
+  float scale_ = 1;                 // radiance to units of the picture's mean
+  std::vector<HalvesPixel> filtered_[2];  // what a level left
+  std::vector<Blend> blends_;
+  bool known_ = false;
+};
+
+}  // namespace helio

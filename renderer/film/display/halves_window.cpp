@@ -1,0 +1,190 @@
+#include "renderer/film/display/halves_window.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+
+#include "renderer/film/estimate/variance_pool.h"
+#include "renderer/film/history/splat_row.h"
+
+namespace helio {
+namespace {
+
+// Of reflectance: darker surfaces would make noise that is not theirs, as of a coat, too large.
+constexpr float kLeastReflectance = 0.05f, kBlack = 0.02f;
+// Radiance and variance in the reader's units, in which the picture's mean is 1. Beyond it squares would overflow.
+constexpr double kMostRadiance = 1e15;
+constexpr float kMostVariance = 1e30f;
+
+int clamped(int x, int low, int high) {
+  return std::min(std::max(x, low), high - 1);
+}
+
+// Calls visit(index, x, y) for the pixels of `rect` in order, with those outside `roi` moved to its edge.
+template <class Visit>
+void for_each_pixel(const PixelRect& rect, const PixelRect& roi, const Visit& visit) {
+  std::size_t i = 0;
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const int cy = clamped(y, roi.y0, roi.y1);
+    for (int x = rect.x0; x < rect.x1; ++x) visit(i++, clamped(x, roi.x0, roi.x1), cy);
+  }
+}
+
+float larger(float a, float b) {
+  return a > b ? a : b;
+}
+float max3(float a, float b, float c) {
+  return larger(larger(a, b), c);
+}
+float smaller(float a, float b) {
+  return std::fabs(a) < std::fabs(b) ? a : b;
+}
+
+}  // namespace
+
+Rgb filter_reflectance(const PixelFeatures& features) {
+  const float* a = features.albedo;
+  if (!(std::max({a[0], a[1], a[2]}) > kBlack)) return Rgb(1, 1, 1);
+  return {std::max(a[0], kLeastReflectance), std::max(a[1], kLeastReflectance), std::max(a[2], kLeastReflectance)};
+}
+
+// Radiance of both halves; a half without samples has the other's.
+void HalvesReader::read_halves(const PixelRect& rect) {
+  for (auto& half : halves_) {
+    for (std::vector<float>& plane : half) plane.resize(std::size_t(rect.area()));
+  }
+  const PixelRect clip = clipped(rect);
+  const bool splats = film_->splats() != nullptr;
+  thread_local SplatRow splat_rows[kHalves];
+  std::size_t i = 0;
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const int cy = clamped(y, roi_.y0, roi_.y1);
+    for (int h = 0; h < kHalves && splats; ++h) splat_rows[h].look(*film_, h, cy, clip.x0, clip.x1, false);
+    for (int x = rect.x0; x < rect.x1; ++x, ++i) {
+      const int cx = clamped(x, roi_.x0, roi_.x1);
+      for (int h = 0; h < kHalves; ++h) {
+        const int of = film_->half(h, cx, cy).count > 0 ? h : 1 - h;
+        const HalfPixel& half = film_->half(of, cx, cy);
+        const double share = half.count > 0 ? 1.0 / half.count : 0;
+        for (int c = 0; c < 3; ++c) {
+          const double mean = half.sum[c] * share + (splats && half.count > 0 ? splat_rows[of].mean(cx, c) : 0.0);
+          halves_[h][c][i] = float(std::clamp(mean * double(scale_), -kMostRadiance, kMostRadiance));
+        }
+      }
+    }
+  }
+}
+
+void HalvesReader::read_light(HalvesWindow& out) {
+  const PixelRect& r = out.rect;
+  const PixelRect wide{r.x0 - 1, r.y0 - 1, r.x1 + 1, r.y1 + 1};
+  read_halves(wide);
+  for (int c = 0; c < 3; ++c) {
+    out.mean[c].resize(out.plane_size());
+    for (auto& half : out.light) half[c].resize(out.plane_size());
+  }
+  for (std::vector<float>& plane : brightness_) plane.resize(std::size_t(wide.area()));
+  scales_.resize(std::size_t(r.width()));
+  const std::size_t row = std::size_t(wide.width());
+  for (int y = r.y0; y < r.y1; ++y) {
+    const std::size_t from = std::size_t(y - wide.y0) * row + 1, to = out.at(r.x0, y);
+    for (int c = 0; c < 3; ++c) {
+      for (std::size_t x = 0; x < std::size_t(r.width()); ++x)
+        out.mean[c][to + x] = 0.5f * (halves_[0][c][from + x] + halves_[1][c][from + x]);
+    }
+  }
+  for_each_pixel(wide, roi_, [&](std::size_t i, int x, int y) {
+    const Rgb inverse = Rgb(1, 1, 1) / filter_reflectance(film_->features(x, y));
+    for (int h = 0; h < kHalves; ++h) {
+      Rgb light;
+      for (int c = 0; c < 3; ++c) light[c] = halves_[h][c][i] *= inverse[c];
+      brightness_[h][i] = luminance(light);
+    }
+  });
+  for (int y = r.y0; y < r.y1; ++y) {
+    const std::size_t from = std::size_t(y - wide.y0) * row + 1, to = out.at(r.x0, y);
+    for (int h = 0; h < kHalves; ++h) {
+      const float* const own = brightness_[h].data() + from;
+      const float* const other = brightness_[1 - h].data() + from;
+      for (std::size_t x = 0; x < std::size_t(r.width()); ++x) {
+        const float* const a = own + x - row;
+        const float* const b = other + x - row;
+        const float above = max3(max3(a[-1], a[0], a[1]), max3(b[-1], b[0], b[1]), other[x]);
+        const float* const d = own + x + row;
+        const float* const e = other + x + row;
+        const float below = max3(max3(d[-1], d[0], d[1]), max3(e[-1], e[0], e[1]), 0.0f);
+        const float beside = max3(larger(own[x - 1], own[x + 1]), other[x - 1], other[x + 1]);
+        const float most = max3(above, below, beside);
+        scales_[x] = own[x] > most ? most / own[x] : 1.0f;
+      }
+      for (int c = 0; c < 3; ++c) {
+        for (std::size_t x = 0; x < std::size_t(r.width()); ++x)
+          out.light[h][c][to + x] = halves_[h][c][from + x] * scales_[x];
+      }
+    }
+  }
+}
+
+void HalvesReader::read_variance(HalvesWindow& out) {
+  const PixelRect clip = clipped(out.rect);
+  for (std::vector<float>& channel : pooled_) channel.clear();
+  pool_variance(*film_, clip, roi_, [](const PixelRow&) {}, pooled_);
+  out.variance.resize(out.plane_size());
+  out.mean_variance.resize(out.plane_size());
+  const float square = scale_ * scale_;
+  for_each_pixel(out.rect, roi_, [&](std::size_t i, int x, int y) {
+    const std::size_t from = std::size_t(y - clip.y0) * std::size_t(clip.width()) + std::size_t(x - clip.x0);
+    const Rgb reflectance = filter_reflectance(film_->features(x, y));
+    float light = 0, mean = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float variance = std::min(pooled_[c][from] * square, kMostVariance);
+      light += 2 * variance / sqr(reflectance[c]);
+      mean += variance;
+    }
+    out.variance[i] = light;
+    out.mean_variance[i] = mean;
+  });
+}
+
+void HalvesReader::read_guides(HalvesWindow& out) const {
+  for (std::vector<float>* plane : {&out.weight, &out.inverse_depth, &out.slope_x, &out.slope_y})
+    plane->resize(out.plane_size());
+  for (int c = 0; c < 3; ++c) {
+    out.albedo[c].resize(out.plane_size());
+    out.normal[c].resize(out.plane_size());
+  }
+  for_each_pixel(out.rect, roi_, [&](std::size_t i, int x, int y) {
+    const PixelFeatures& f = film_->features(x, y);
+    const bool samples = film_->half(0, x, y).count > 0 || film_->half(1, x, y).count > 0;
+    out.weight[i] = samples ? sqr(luminance(filter_reflectance(f))) : 0.0f;
+    V3f normal(f.normal[0], f.normal[1], f.normal[2]);
+    const float length = std::sqrt(dot(normal, normal));
+    normal = length > 0 ? normal * (1 / length) : V3f(1, 0, 0);
+    for (int c = 0; c < 3; ++c) {
+      out.albedo[c][i] = f.albedo[c];
+      out.normal[c][i] = normal[c];
+    }
+    out.inverse_depth[i] = f.depth > 0 && f.depth < FLT_MAX ? 1 / f.depth : 0.0f;
+  });
+  // The lesser of the changes to either side, which is the surface's own where a border is near.
+  const PixelRect& r = out.rect;
+  const PixelRect inside = clipped(r);
+  const std::ptrdiff_t row = r.width();
+  const auto slope = [&](std::ptrdiff_t i, std::ptrdiff_t step, bool before, bool after) {
+    const float* const z = out.inverse_depth.data() + i;
+    if (!(*z > 0)) return 0.0f;
+    const float backward = before ? z[0] - z[-step] : 0.0f, forward = after ? z[step] - z[0] : 0.0f;
+    return before && after ? smaller(backward, forward) : backward + forward;
+  };
+  std::ptrdiff_t i = 0;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x, ++i) {
+      const bool in_x = x >= inside.x0 && x < inside.x1, in_y = y >= inside.y0 && y < inside.y1;
+      out.slope_x[std::size_t(i)] = in_x ? slope(i, 1, x > inside.x0, x + 1 < inside.x1) : 0.0f;
+      out.slope_y[std::size_t(i)] = in_y ? slope(i, row, y > inside.y0, y + 1 < inside.y1) : 0.0f;
+      if (!in_x || !in_y) out.weight[std::size_t(i)] = 0;
+    }
+  }
+}
+
+}  // namespace helio
