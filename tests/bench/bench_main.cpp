@@ -31,6 +31,7 @@ const Subcommand kSubcommands[] = {
     {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
     {"latency", "view sent to first tile received", run_latency},
     {"drag", "whole pictures, and their age, while a camera is dragged in real time", run_drag, false, false},
+    {"display", "the layer display: error over the film's, the error that it tells, and its time", run_display, true, false},
     {"cancel", "stream given up to the last work done for it", run_cancel},
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
