@@ -79,7 +79,8 @@ Result<DisplayPicture> render(RenderEngine& engine, const ErrorScene& scene, std
   update.view->camera.aspect = 0;
   loop.update(update);
   const FrameEnd end = sink->wait();
-  if (end.reason != FrameEndReason::samples) return Error{ErrorCode::internal, "the frame failed: " + end.message, scene.name};
+  if (end.reason != FrameEndReason::samples)
+    return Error{ErrorCode::internal, "the frame failed: " + end.message, scene.name};
   for (const PassTime& pass : end.passes) {
     picture.all_seconds += pass.seconds;
     if (pass.pass == "display") picture.layer_seconds = pass.seconds;
@@ -98,7 +99,7 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, Figures& figures, 
   const auto add = [&](const Figure& figure, std::optional<double> median_goal = std::nullopt) {
     all.add(figure, median_goal);
     Figure own = figure;
-    own.name = scene.name + "." + figure.name;
+    own.name.insert(0, scene.name + ".");
     figures.add(std::move(own));
   };
   for (const Count& count : kCounts) {
@@ -112,7 +113,8 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, Figures& figures, 
     double told = 0;
     for (const float error : picture->error) told += double(error) * error;
     const double mse = std::max(squared->mse - reference_mse(scene), 0.01 * squared->mse);
-    const std::string at = "." + std::to_string(count.samples);
+    std::string at = ".";
+    at += std::to_string(count.samples);
     add({"relmse_over_film" + at, *display / *film, "x", kWorstGoal, Better::lower}, count.median_goal);
     add({"error_told" + at, std::sqrt(told / double(picture->error.size()) / mse), "x", 1.4, Better::within, 0.7});
     if (count.samples != kCountOfShare) continue;
