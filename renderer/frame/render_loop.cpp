@@ -104,6 +104,17 @@ class Retired {
   std::vector<std::shared_ptr<const void>> kept_;
 };
 
+// Shared, with `count` released after it has been freed.
+template <class T>
+std::shared_ptr<T> counted(std::shared_ptr<const void> count, T&& value) {
+  struct Counted {
+    std::shared_ptr<const void> count;
+    T value;
+  };
+  auto both = std::make_shared<Counted>(Counted{std::move(count), std::move(value)});
+  return {both, &both->value};
+}
+
 // Of another picture that follows this one: what is known of the machine.
 FrameState with_costs_of(const FrameState& before) {
   FrameState state;
@@ -871,35 +882,19 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
 }
 
 std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<const void> count) {
-  struct CountedFilm {
-    std::shared_ptr<const void> count;
-    Film film;
-  };
-  auto counted = std::make_shared<CountedFilm>(
-      CountedFilm{std::move(count), Film(settings.width, settings.height, film_state(settings))});
-  return {counted, &counted->film};
+  return counted(std::move(count), Film(settings.width, settings.height, film_state(settings)));
 }
 
 std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& settings,
                                                      std::shared_ptr<const void> count) {
   if (!(settings.preview.rate > 0)) return nullptr;
-  struct Counted {
-    std::shared_ptr<const void> count;
-    PreviewHistory history;
-  };
-  auto counted = std::make_shared<Counted>(Counted{std::move(count), PreviewHistory(settings.width, settings.height)});
-  return {counted, &counted->history};
+  return counted(std::move(count), PreviewHistory(settings.width, settings.height));
 }
 
 std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,
                                                  std::shared_ptr<const void> count) {
   if (!(channels & kResolveDisplay)) return nullptr;
-  struct Counted {
-    std::shared_ptr<const void> count;
-    DisplayLayer layer;
-  };
-  auto counted = std::make_shared<Counted>(Counted{std::move(count), DisplayLayer(settings.width, settings.height)});
-  return {counted, &counted->layer};
+  return counted(std::move(count), DisplayLayer(settings.width, settings.height));
 }
 
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,

@@ -37,8 +37,8 @@ class HistoryLookup {
 
   PreviewHistory& history_;
   static constexpr int kMostSources = 2;
-  std::vector<Source> sources_;       // the one to prefer first
-  CameraProjection here_;        // of the picture that is made
+  std::vector<Source> sources_;   // the one to prefer first
+  CameraProjection here_;         // of the picture that is made
   V3f corner_, step_x_, step_y_;  // directions of its pixels, of length 1 along the view axis
 };
 

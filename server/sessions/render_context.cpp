@@ -56,32 +56,36 @@ Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::
   return std::make_shared<const Reservation>(std::move(*memory));
 }
 
-Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resources, const RenderSettings& settings) {
-  auto memory = reserve(resources.memory, film_bytes(settings),
-                        fmt::format("a film of {} x {}", settings.width, settings.height));
+// What make(memory) makes once so many bytes are reserved for it; null where it takes none.
+template <class Make>
+auto reserve_for(MemoryAccount& account, std::uint64_t bytes, const std::string& what, const Make& make)
+    -> Result<decltype(make(nullptr))> {
+  if (bytes == 0) return decltype(make(nullptr))();
+  auto memory = reserve(account, bytes, what);
   if (!memory) return memory.error();
-  return make_film(settings, std::move(*memory));
+  return make(std::move(*memory));
 }
 
-// Null where no previews are asked for.
+using Count = std::shared_ptr<const Reservation>;
+
+Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resources, const RenderSettings& settings) {
+  return reserve_for(resources.memory, film_bytes(settings),
+                     fmt::format("a film of {} x {}", settings.width, settings.height),
+                     [&](Count memory) { return make_film(settings, std::move(memory)); });
+}
+
 Result<std::shared_ptr<PreviewHistory>> reserve_previews(const RenderContext::Resources& resources,
                                                          const RenderSettings& settings) {
-  if (!(settings.preview.rate > 0)) return std::shared_ptr<PreviewHistory>();
-  auto memory = reserve(resources.memory, preview_bytes(settings),
-                        fmt::format("previews of {} x {}", settings.width, settings.height));
-  if (!memory) return memory.error();
-  return make_preview_history(settings, std::move(*memory));
+  return reserve_for(resources.memory, preview_bytes(settings),
+                     fmt::format("previews of {} x {}", settings.width, settings.height),
+                     [&](Count memory) { return make_preview_history(settings, std::move(memory)); });
 }
 
-// Null where tiles have no such layer.
 Result<std::shared_ptr<DisplayLayer>> reserve_display(const RenderContext::Resources& resources,
                                                       const RenderSettings& settings, unsigned channels) {
-  const std::uint64_t bytes = display_bytes(settings, channels);
-  if (bytes == 0) return std::shared_ptr<DisplayLayer>();
-  auto memory =
-      reserve(resources.memory, bytes, fmt::format("the layer display of {} x {}", settings.width, settings.height));
-  if (!memory) return memory.error();
-  return make_display_layer(settings, channels, std::move(*memory));
+  return reserve_for(resources.memory, display_bytes(settings, channels),
+                     fmt::format("the layer display of {} x {}", settings.width, settings.height),
+                     [&](Count memory) { return make_display_layer(settings, channels, std::move(memory)); });
 }
 
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
@@ -169,11 +173,14 @@ Status RenderContext::prepare(const RenderSettings& settings, unsigned channels,
     if (!previews) return previews.error();
     update.previews = std::move(*previews);
   }
-  if (!loop_->display_suits(settings, channels)) {
-    auto display = reserve_display(resources_, settings, channels);
-    if (!display) return display.error();
-    update.display = std::move(*display);
-  }
+  return prepare_display(settings, channels, update);
+}
+
+Status RenderContext::prepare_display(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update) {
+  if (loop_->display_suits(settings, channels)) return ok_status();
+  auto display = reserve_display(resources_, settings, channels);
+  if (!display) return display.error();
+  update.display = std::move(*display);
   return ok_status();
 }
 

@@ -50,6 +50,8 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   // Puts into `update` what these settings and channels need of memory that is not there, reserved and allocated beside
   // the present film. Takes as long as create(); one call at a time, and its update comes before the next call.
   Status prepare(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update);
+  // The same for other channels alone, with the newest settings.
+  Status prepare_display(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update);
   // Memory for the queue of a listener, two frames, with room made for it: not to be called with a session's lock.
   // Thread safe. resource_exhausted: max_memory.
   Result<Reservation> reserve_queue(const RenderSettings& settings, const TileFormat& format) const;

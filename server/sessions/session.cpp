@@ -78,7 +78,7 @@ Result<std::uint64_t> Session::update(const Change& change) {
     if (fits.ok() && listened) queue = rendering_->reserve_queue(*update.settings, format);
     lock.lock();
     if (!fits.ok()) return fits.error();
-    // Meanwhile the session may have been closed, have got a newer view, or another listener.
+    // Meanwhile the session may have been closed, have got a newer view, or have lost its listener.
     if (const Status usable = read(change, update); !usable.ok()) return usable.error();
     if (rendering_->publisher().stream()) {
       const Status kept = rendering_->keep_queue(std::move(queue), *update.settings, format_);
@@ -112,11 +112,11 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   const RenderSettings settings = settings_;
   lock.unlock();
   RenderLoop::Update go_on;
-  const Status fits = rendering_->prepare(settings, format.channels, go_on);
+  const Status fits = rendering_->prepare_display(settings, format.channels, go_on);
   auto queue = rendering_->reserve_queue(settings, format);
   lock.lock();
   if (!fits.ok()) return fits.error();
-  // Meanwhile it may have been closed, or have got another size.
+  // Meanwhile it may have been closed; its size stays while this has resize_mutex_.
   if (closed_) return gone();
   if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
   RenderLoop& loop = rendering_->loop();

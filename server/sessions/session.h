@@ -76,7 +76,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const RenderLimits limits_;
   const std::shared_ptr<RenderContext> rendering_;
 
-  std::mutex resize_mutex_;  // one film at a time; taken before mutex_
+  std::mutex resize_mutex_;  // one film or layer is made at a time; taken before mutex_
   mutable std::mutex mutex_;
   RenderSettings settings_;
   Budget budget_;

@@ -18,8 +18,12 @@ struct LoopPicture {
   double seconds = 0;  // view accepted -> end of the frame, whose final tiles are resolved by then
   int width = 0, height = 0;
   std::vector<float> channels[3];  // row-major, top row first
+  std::vector<float> display[3], display_error;  // likewise, where the loop's channels have them
 
   PictureView view() const { return {width, height, {channels[0].data(), channels[1].data(), channels[2].data()}}; }
+  PictureView display_view() const {
+    return {width, height, {display[0].data(), display[1].data(), display[2].data()}};
+  }
 };
 
 namespace detail {
@@ -30,8 +34,12 @@ class LoopPictureSink final : public FrameSink {
 
   void frame_begun(const FrameBegin&) override {}
   void tile_ready(FrameTile tile) override {
-    for (int c = 0; c < 3; ++c)
-      put_rows(tile.pixels.radiance[c], tile.pixels.window, picture_.width, picture_.channels[c]);
+    const PixelRect& window = tile.pixels.window;
+    for (int c = 0; c < 3; ++c) {
+      put_rows(tile.pixels.radiance[c], window, picture_.width, picture_.channels[c]);
+      put_rows(tile.pixels.display[c], window, picture_.width, picture_.display[c]);
+    }
+    put_rows(tile.pixels.display_error, window, picture_.width, picture_.display_error);
   }
   void frame_ended(const FrameEnd& end) override { end_.set_value({end, now_s()}); }
 
@@ -47,13 +55,19 @@ class LoopPictureSink final : public FrameSink {
 // A view to the end of the budget. The loop, and with it the film, is made before the clock starts, as for a resident
 // session.
 inline LoopPicture render_through_loop(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
-                                       const RenderSettings& settings, const Budget& budget, const CameraPose& camera) {
+                                       const RenderSettings& settings, const Budget& budget, const CameraPose& camera,
+                                       const RenderLoopOptions& options = {}) {
   LoopPicture picture;
   picture.width = settings.width;
   picture.height = settings.height;
-  for (auto& channel : picture.channels) channel.assign(picture.view().pixels(), 0.0f);
+  const std::size_t pixels = picture.view().pixels();
+  for (auto& channel : picture.channels) channel.assign(pixels, 0.0f);
+  if (options.channels & kResolveDisplay) {
+    for (auto& channel : picture.display) channel.assign(pixels, 0.0f);
+    picture.display_error.assign(pixels, 0.0f);
+  }
   const auto sink = std::make_shared<detail::LoopPictureSink>(picture);
-  RenderLoop loop(engine, scene, settings, budget, RenderRank::job, sink);
+  RenderLoop loop(engine, scene, settings, budget, RenderRank::job, sink, options);
   View view;
   view.id = 1;
   view.camera = camera;

@@ -15,6 +15,16 @@
 
 namespace helio::test {
 
+// Of a small picture.
+inline RenderSettings loop_settings(int width, int height, RenderMode mode) {
+  RenderSettings settings;
+  settings.width = width;
+  settings.height = height;
+  settings.mode = mode;
+  settings.seed = 5;
+  return settings;
+}
+
 struct ViewPicture {
   FrameEnd end;
   double seconds = 0;  // the update -> the end of the frame, whose final tiles are resolved by then

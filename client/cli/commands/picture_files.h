@@ -42,9 +42,8 @@ void add_layers(const FileNames& names, heliograph::v1::TileFormat& format);
 using Unsampled = std::vector<std::string>;
 
 // Writes what `names` asks for and adds "output", "png", "png_layer", "unsampled" and what write_heat_maps() adds to
-// `json`. The EXR
-// holds float channels, zip, with the picture's window as its data window, and `unsampled` as its comments. The PNG is
-// exposed for the eye; it and the JSON name the layer that it shows, "display" or "radiance".
+// `json`. The EXR holds float channels, zip, with the picture's window as its data window, and `unsampled` as its
+// comments. The PNG is exposed for the eye; it and the JSON name the layer that it shows, "display" or "radiance".
 Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json);
 
 }  // namespace helio::cli

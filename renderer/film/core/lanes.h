@@ -39,7 +39,7 @@ inline void spread_last(const Float16& pixels, Float16& out) {
   out = __builtin_shufflevector(pixels, pixels, 3, 3, 3, 3, 7, 7, 7, 7, 11, 11, 11, 11, 15, 15, 15, 15);
 }
 
-// Of each of four, over its lanes.
+// Four vectors' sums over their lanes.
 inline Float4 lane_sums(const Float4 (&of)[4]) {
   const Float4 low =
       __builtin_shufflevector(of[0], of[1], 0, 4, 1, 5) + __builtin_shufflevector(of[0], of[1], 2, 6, 3, 7);

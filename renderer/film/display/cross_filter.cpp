@@ -9,7 +9,7 @@
 namespace helio {
 namespace {
 
-// Of the squared difference, what counts as none is this share of the variance: k of Rousselle et al.
+// Squared differences are measured in this share of the variance: the square of k of Rousselle et al.
 constexpr float kTolerance = 0.6f * 0.6f;
 // Below these differences of the first hits weights hardly fall: 1 - cosine of normals, albedo, inverse depth of what a
 // plane would have, which grows with the distance.
@@ -21,6 +21,7 @@ constexpr float kTiny = 1e-30f;
 
 using Lanes = Float8;
 constexpr std::size_t kWidth = sizeof(Lanes) / sizeof(float);
+static_assert(kPlaneSlack >= 2 * kWidth, "compare() reads that far beyond a row");
 
 Lanes lanes_at(const float* from) {
   Lanes v;
@@ -115,7 +116,7 @@ void CrossFilter::finish(const HalvesWindow& in, const PixelRect& window, Filter
       float squares = 0;
       for (int h = 0; h < kHalves; ++h) {
         const float weights = weights_[h][at];
-        // Where no tap counts, what lies here is all there is.
+        // A pixel keeps its own light if no tap counts.
         for (int c = 0; c < 3; ++c) out.light[h][c][i] = weights > 0 ? sums_[h][c][at] / weights : in.light[h][c][own];
         squares += weights * weights;
       }

@@ -36,8 +36,8 @@ class CrossFilter {
 
   // Rows of the window are `columns_` apart, which are whole vectors.
   std::size_t columns_ = 0;
-  // Of a row above the window, its rows and one below, by half: what three columns differ by beyond what variance
-  // explains, squared and summed. | Variance, summed over 3x3 pixels, of the input's window.
+  // Squared differences less what variance explains of them, summed over three columns, by half: of the window's rows
+  // and of one above and below. | Variance summed over 3x3 pixels, of the input's window.
   std::vector<float> apart_[kHalves], around_;
   // Sums over taps: weights, weights times light, and squared weights times variance, of both halves together.
   std::vector<float> weights_[kHalves], sums_[kHalves][3], noise_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "renderer/base/check.h"
@@ -9,7 +10,7 @@
 #include "renderer/film/core/film_windows.h"
 #include "renderer/film/display/cross_filter.h"
 #include "renderer/film/display/halves_window.h"
-#include "renderer/film/estimate/resolve.h"
+#include "renderer/film/estimate/pixel_row.h"
 #include "renderer/film/history/film_history.h"
 
 namespace helio {
@@ -18,8 +19,8 @@ namespace {
 constexpr int kWindowWidth = 128, kWindowHeight = 64;
 // Distance of a level's taps.
 constexpr int kSteps[] = {1, 3};
-constexpr int kLevels = 2;
-// Of the neighbourhoods whose errors are told, in pixels beyond the one in the middle.
+constexpr int kLevels = int(std::size(kSteps));
+// Errors are averaged over neighbourhoods of this radius, in pixels.
 constexpr int kBlendRadius = 5;
 constexpr float kBlendPixels = float((2 * kBlendRadius + 1) * (2 * kBlendRadius + 1));
 // Sums of so much from a neighbourhood are floats still.
@@ -33,8 +34,8 @@ PixelRect grown(const PixelRect& r, int by) {
   return {r.x0 - by, r.y0 - by, r.x1 + by, r.y1 + by};
 }
 
-// What a window's blends are made of, summed over channels: once as they are, and once over the square of what is shown
-// there, so that bright pixels do not decide for dark neighbours.
+// Terms of a window's blends, summed over channels: once as they are, and once over the square of what is shown there,
+// so that bright pixels do not decide for dark neighbours.
 struct Evidence {
   // V, (F_A - F_B)^2 / 4, product of residuals, its square, R.
   static constexpr int kTerms = 5;
@@ -145,9 +146,15 @@ void DisplayLayer::finish_sweep(int sweep) {
 
 void DisplayLayer::add_brightness(const Film& film, std::size_t part) {
   const PixelRect& window = windows_[part];
+  thread_local PixelRow row;
+  thread_local std::vector<float> means[3];
   double sum = 0;
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) sum += std::max(luminance(resolve_mean(film, x, y)), 0.0f);
+    for (std::vector<float>& channel : means) channel.clear();
+    row.look(film, y, window.x0, window.x1);
+    row.append_means(window.x0, window.x1, means);
+    for (std::size_t i = 0; i < means[0].size(); ++i)
+      sum += std::max(luminance(Rgb(means[0][i], means[1][i], means[2][i])), 0.0f);
   }
   brightness_[part] = sum;
 }

@@ -143,14 +143,14 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
 }
 
 Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, const std::string& name,
-                                                   RenderEngine& engine) {
+                                                   RenderEngine& engine, std::uint32_t reference_samples) {
   const auto file = find_error_scene(options, name, SceneKind::any);
   if (!file && options.scenes.empty()) {
     note(file.error().to_string() + "; left out");
     return std::optional<ErrorScene>();
   }
   if (!file) return file.error();
-  auto scene = load_error_scene(options, *file, engine, kReferenceSamples);
+  auto scene = load_error_scene(options, *file, engine, reference_samples);
   if (!scene) return scene.error();
   return std::optional<ErrorScene>(std::move(*scene));
 }

@@ -42,9 +42,10 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::file
                                     RenderEngine& engine, std::uint32_t samples,
                                     const std::optional<RenderSettings>& how = std::nullopt);
 
-// The two in one, with references of kReferenceSamples. Nothing, and a note, where a scene that nobody asked for by
+// The two in one. Nothing, and a note, where a scene that nobody asked for by
 // name (options.scenes is empty) is not there.
 Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, const std::string& name,
-                                                   RenderEngine& engine);
+                                                   RenderEngine& engine,
+                                                   std::uint32_t reference_samples = kReferenceSamples);
 
 }  // namespace helio::bench

@@ -9,7 +9,8 @@ using test::LoopPicture;
 
 // As test::render_through_loop. internal: the frame failed or did not end by its samples.
 Result<LoopPicture> render_picture(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
-                                   const RenderSettings& settings, std::uint32_t samples, const CameraPose& camera);
+                                   const RenderSettings& settings, std::uint32_t samples, const CameraPose& camera,
+                                   const RenderLoopOptions& options = {});
 // The scene's first camera.
 Result<LoopPicture> render_picture(RenderEngine& engine, const std::shared_ptr<const RenderScene>& scene,
                                    const RenderSettings& settings, std::uint32_t samples);

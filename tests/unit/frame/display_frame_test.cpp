@@ -1,8 +1,6 @@
 // The display layer through the render loop: with every tile that asks for it, beside a film that does not know of it.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "recording_sink.h"
 #include "renderer/film/display/display_layer.h"
 #include "renderer/frame/render_loop.h"
@@ -16,12 +14,7 @@ constexpr int kWidth = 160, kHeight = 96;
 constexpr unsigned kPlain = kResolveVariance | kResolveSamples, kWithDisplay = kPlain | kResolveDisplay;
 
 RenderSettings settings_of(RenderMode mode) {
-  RenderSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.mode = mode;
-  settings.seed = 5;
-  return settings;
+  return loop_settings(kWidth, kHeight, mode);
 }
 
 CameraPose home() {

@@ -19,12 +19,7 @@ constexpr std::uint32_t kRest = 128;
 using Scene = std::shared_ptr<const RenderScene>;
 
 RenderSettings settings_of(RenderMode mode) {
-  RenderSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.mode = mode;
-  settings.seed = 5;
-  return settings;
+  return loop_settings(kWidth, kHeight, mode);
 }
 
 // What the centres of the pixels meet: instance and material; ~0 and -1: nothing.

@@ -21,11 +21,7 @@ namespace {
 constexpr int kWidth = 160, kHeight = 96;
 
 RenderSettings settings_of(RenderMode mode, double rate) {
-  RenderSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.mode = mode;
-  settings.seed = 5;
+  RenderSettings settings = loop_settings(kWidth, kHeight, mode);
   settings.preview.rate = rate;
   settings.preview.budget_s = 0.005;
   return settings;

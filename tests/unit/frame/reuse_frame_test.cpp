@@ -15,12 +15,7 @@ namespace {
 constexpr int kWidth = 61, kHeight = 45;
 
 RenderSettings settings_of(RenderMode mode) {
-  RenderSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.mode = mode;
-  settings.seed = 5;
-  return settings;
+  return loop_settings(kWidth, kHeight, mode);
 }
 
 CameraPose home() {
