@@ -75,7 +75,8 @@ TEST(PixelFilter, PositionsAreTheInverseOfTheIntegral) {
   filters.push_back({Kind::tent, 1e-300});
   filters.push_back({Kind::gaussian, 1e-300});
   for (const PixelFilter& filter : filters) {
-    for (const auto& [low, high] : kCuts) {
+    for (const auto& cut : kCuts) {
+      const double low = cut.low, high = cut.high;  // clang's lambdas capture no bindings
       double last = -std::numeric_limits<double>::infinity();
       const auto check = [&](double u) {
         const double x = sample_pixel_filter(filter, u, low, high);
