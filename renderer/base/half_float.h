@@ -10,9 +10,9 @@ namespace helio {
 // Largest half.
 inline constexpr float kMostHalf = 65504;
 
-// Rounded to nearest. Finite x; what is negative becomes 0, what is beyond kMostHalf that.
+// Rounded to nearest. What is negative or no number becomes 0, what is beyond kMostHalf that.
 inline std::uint16_t pack_half(float x) {
-  const float scaled = std::min(std::max(x, 0.0f), kMostHalf) * 0x1p-112f;
+  const float scaled = std::min(std::max(0.0f, x), kMostHalf) * 0x1p-112f;
   return std::uint16_t((std::bit_cast<std::uint32_t>(scaled) + 0x1000u) >> 13);
 }
 inline float unpack_half(std::uint16_t half) {

@@ -44,25 +44,28 @@ void add_to(float* sum, const Lanes& value) {
 
 // Fills apart_ for the tap that lies `tap` pixels of the input behind each.
 void CrossFilter::compare(const HalvesWindow& in, const PixelRect& window, std::ptrdiff_t tap) {
-  thread_local std::vector<float> row;
-  row.resize(columns_ + kWidth);
-  for (int h = 0; h < kHalves; ++h) {
-    for (int y = -1; y <= window.height(); ++y) {
-      const std::size_t from = in.at(window.x0 - 1, window.y0 + y);
-      const float* const light[3] = {in.light[h][0].data() + from, in.light[h][1].data() + from,
-                                     in.light[h][2].data() + from};
-      const float* const noise = in.variance.data() + from;
-      for (std::size_t x = 0; x < columns_ + kWidth; x += kWidth) {
-        Lanes square = -(lanes_at(noise + x) + lanes_at(noise + x + tap));
-        for (const float* const channel : light) {
-          const Lanes apart = lanes_at(channel + x) - lanes_at(channel + x + tap);
+  for (std::vector<float>& row : row_) row.resize(columns_ + kWidth);
+  for (int y = -1; y <= window.height(); ++y) {
+    const std::size_t from = in.at(window.x0 - 1, window.y0 + y);
+    const float* const noise = in.variance.data() + from;
+    for (std::size_t x = 0; x < columns_ + kWidth; x += kWidth) {
+      const Lanes own = lanes_at(noise + x), other = lanes_at(noise + x + tap);
+      const Lanes allowed = own + (own < other ? own : other);
+      const Lanes unit = 1 / (9 * kTolerance * (own + other) + kTiny);
+      for (int h = 0; h < kHalves; ++h) {
+        Lanes square = -allowed;
+        for (const std::vector<float>& channel : in.light[h]) {
+          const float* const light = channel.data() + from + x;
+          const Lanes apart = lanes_at(light) - lanes_at(light + tap);
           square += apart * apart;
         }
-        store(square, row.data() + x);
+        store(square * unit, row_[h].data() + x);
       }
+    }
+    for (int h = 0; h < kHalves; ++h) {
       float* const out = apart_[h].data() + std::size_t(y + 1) * columns_;
       for (std::size_t x = 0; x < columns_; x += kWidth) {
-        const float* const d = row.data() + x;
+        const float* const d = row_[h].data() + x;
         store(lanes_at(d) + lanes_at(d + 1) + lanes_at(d + 2), out + x);
       }
     }
@@ -89,12 +92,11 @@ void CrossFilter::add(const HalvesWindow& in, const PixelRect& window, int dx, i
         hits += kAlbedo * (apart * apart);
       }
       hits += kNormals * (1 - cosine);
-      const Lanes explained = 1 / (kTolerance * (here(around_) + there(around_)) + kTiny);
       const Lanes counts = there(in.weight), noise = there(in.variance);
       for (int h = 0; h < kHalves; ++h) {
         const float* const apart = apart_[1 - h].data() + to + x;  // of the other half
         const Lanes differ = lanes_at(apart) + lanes_at(apart + columns_) + lanes_at(apart + 2 * columns_);
-        const Lanes weight = counts * falloff(hits + positive(differ * explained));
+        const Lanes weight = counts * falloff(hits + positive(differ));
         for (int c = 0; c < 3; ++c) add_to(sums_[h][c].data() + to + x, weight * there(in.light[h][c]));
         add_to(weights_[h].data() + to + x, weight);
         add_to(noise_.data() + to + x, weight * weight * noise);
@@ -137,15 +139,7 @@ void CrossFilter::run(const HalvesWindow& in, const PixelRect& window, int step,
     for (std::vector<float>& plane : sums_[h]) plane.assign(size, 0.0f);
   }
   noise_.assign(size, 0.0f);
-  around_.assign(in.variance.size(), 0.0f);
   const std::ptrdiff_t row = in.rect.width();
-  for (int y = in.rect.y0 + 1; y + 1 < in.rect.y1; ++y) {
-    const std::size_t from = in.at(in.rect.x0, y);
-    for (std::size_t x = from + 1; x + 1 < from + std::size_t(row); ++x) {
-      const float* const v = in.variance.data() + x;
-      around_[x] = v[-row - 1] + v[-row] + v[-row + 1] + v[-1] + v[0] + v[1] + v[row - 1] + v[row] + v[row + 1];
-    }
-  }
   for (int dy = -2; dy <= 2; ++dy) {
     for (int dx = -2; dx <= 2; ++dx) {
       compare(in, window, std::ptrdiff_t(dy * step) * row + dx * step);

@@ -38,7 +38,7 @@ class CrossFilter {
   std::size_t columns_ = 0;
   // Squared differences less what variance explains of them, summed over three columns, by half: of the window's rows
   // and of one above and below. | Variance summed over 3x3 pixels, of the input's window.
-  std::vector<float> apart_[kHalves], around_;
+  std::vector<float> apart_[kHalves], row_[kHalves];
   // Sums over taps: weights, weights times light, and squared weights times variance, of both halves together.
   std::vector<float> weights_[kHalves], sums_[kHalves][3], noise_;
 };

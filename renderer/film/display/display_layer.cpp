@@ -8,6 +8,7 @@
 #include "renderer/base/check.h"
 #include "renderer/base/half_float.h"
 #include "renderer/film/core/film_windows.h"
+#include "renderer/film/display/blend_errors.h"
 #include "renderer/film/display/cross_filter.h"
 #include "renderer/film/display/halves_window.h"
 #include "renderer/film/estimate/pixel_row.h"
@@ -20,83 +21,19 @@ constexpr int kWindowWidth = 128, kWindowHeight = 64;
 // Distance of a level's taps.
 constexpr int kSteps[] = {1, 3};
 constexpr int kLevels = int(std::size(kSteps));
-// Errors are averaged over neighbourhoods of this radius, in pixels.
-constexpr int kBlendRadius = 5;
-constexpr float kBlendPixels = float((2 * kBlendRadius + 1) * (2 * kBlendRadius + 1));
-// Sums of so much from a neighbourhood are floats still.
-constexpr float kMostEvidence = 1e35f;
 // Times the mean (F - m)^2 around a pixel, beyond which its own is a stray sample's.
 constexpr float kStray = 4;
-// Luminance, of the picture's mean, below which differences count as if they were as bright.
-constexpr float kDarkest = 1e-3f;
 
-PixelRect grown(const PixelRect& r, int by) {
-  return {r.x0 - by, r.y0 - by, r.x1 + by, r.y1 + by};
+// First hits differ by more than so much in albedo, or in their normals: two surfaces, or a texture.
+constexpr float kOtherAlbedo = 0.03f, kOtherNormal = 0.05f;
+
+bool differ(const PixelFeatures& a, const PixelFeatures& b) {
+  for (int c = 0; c < 3; ++c) {
+    if (std::fabs(a.albedo[c] - b.albedo[c]) > kOtherAlbedo || std::fabs(a.normal[c] - b.normal[c]) > kOtherNormal)
+      return true;
+  }
+  return false;
 }
-
-// Terms of a window's blends, summed over channels: once as they are, and once over the square of what is shown there,
-// so that bright pixels do not decide for dark neighbours.
-struct Evidence {
-  // V, (F_A - F_B)^2 / 4, product of residuals, its square, R.
-  static constexpr int kTerms = 5;
-  std::vector<float> terms[2][kTerms];
-  std::vector<float> own_apart, own_residuals;  // of each pixel alone: (F - m)^2, and the product of its residuals
-  std::vector<float> columns, means;  // sums of columns | of one term
-
-  // Means over the neighbourhoods of the pixels of a rect, which has pixels outside `window` for nothing else.
-  void average(const PixelRect& rect, const PixelRect& window);
-};
-
-void Evidence::average(const PixelRect& rect, const PixelRect& window) {
-  const int left = window.x0 - rect.x0, width = window.width();
-  means.resize(std::size_t(window.area()));
-  // Columns, and zeroes beyond the rect; from the neighbourhood of the window's first pixel on.
-  columns.assign(std::size_t(width + 2 * kBlendRadius), 0.0f);
-  const int begin = kBlendRadius - left;
-  for (auto& kind : terms) {
-    for (std::vector<float>& term : kind) {
-      for (int y = window.y0; y < window.y1; ++y) {
-        const int top = std::max(y - kBlendRadius, rect.y0), bottom = std::min(y + kBlendRadius + 1, rect.y1);
-        std::fill(columns.begin(), columns.end(), 0.0f);
-        for (int ty = top; ty < bottom; ++ty) {
-          const float* const row = term.data() + std::size_t(ty - rect.y0) * std::size_t(rect.width());
-          for (int x = 0; x < rect.width(); ++x) columns[std::size_t(begin + x)] += row[x];
-        }
-        float* const out = means.data() + std::size_t(y - window.y0) * std::size_t(width);
-        std::fill_n(out, width, 0.0f);
-        for (int k = 0; k <= 2 * kBlendRadius; ++k) {
-          for (int x = 0; x < width; ++x) out[x] += columns[std::size_t(k + x)];
-        }
-        for (int x = 0; x < width; ++x) {
-          const int from = std::max(window.x0 + x - kBlendRadius, rect.x0);
-          const int to = std::min(window.x0 + x + kBlendRadius + 1, rect.x1);
-          out[x] *= 1 / float((to - from) * (bottom - top));
-        }
-      }
-      std::copy(means.begin(), means.end(), term.begin());
-    }
-  }
-}
-
-// Of a neighbourhood of `pixels`, as the header has them.
-struct Errors {
-  float raw = 0, filtered = 0, apart = 0;  // V | M | R
-
-  Errors(float v, float noise, float residuals, float residuals_squared, float r, float pixels)
-      : raw(v), filtered(noise), apart(r) {
-    // What is below its own standard error hardly counts: its noise above zero would add up to an error that is not
-    // there.
-    const float uncertain = std::sqrt(residuals_squared / (4 * pixels));
-    if (residuals > 0) filtered += residuals / (1 + sqr(uncertain / residuals));
-  }
-  float best_share() const {
-    return apart > 0 ? std::clamp((raw - filtered + apart) / (2 * apart), 0.0f, 1.0f) : 0.0f;
-  }
-  float of_blend(float share) const {
-    const float covariance = 0.5f * (raw + filtered - apart), rest = 1 - share;
-    return std::max(rest * rest * raw + share * share * filtered + 2 * share * rest * covariance, 0.0f);
-  }
-};
 
 // Kept from window to window, for its memory.
 struct Scratch {
@@ -104,7 +41,10 @@ struct Scratch {
   HalvesWindow in;
   CrossFilter filter;
   FilteredWindow out;
-  Evidence evidence;
+  BlendEvidence evidence;
+  // Of a window's pixels and those of its neighbourhoods:
+  std::vector<std::uint8_t> border;             // its first hits differ from a neighbour's
+  std::vector<float> own_apart, own_residuals;  // (F - m)^2 | product of its residuals
 };
 Scratch& scratch() {
   thread_local Scratch kept;
@@ -190,10 +130,36 @@ void DisplayLayer::filter(const Film& film, int level, const PixelRect& window) 
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       HalvesPixel& pixel = filtered_[level][index(x, y)];
+      if (level == 0) deviation_of_mean(x, y) = pack_half(std::sqrt(s.in.mean_variance[s.in.at(x, y)]));
       for (int h = 0; h < kHalves; ++h) {
         for (int c = 0; c < 3; ++c) pixel.light[h][c] = pack_half(s.out.light[h][c][i]);
       }
-      pixel.deviation = pack_half(std::sqrt(s.out.variance[i]));
+      if (level + 1 < kLevels) pixel.deviation = pack_half(std::sqrt(s.out.variance[i]));
+    }
+  }
+}
+
+bool DisplayLayer::saturated(const HalvesPixel& pixel) {
+  const std::uint16_t most = pack_half(kMostHalf);
+  for (const auto& light : pixel.light) {
+    if (std::max({light[0], light[1], light[2]}) >= most) return true;
+  }
+  return false;
+}
+
+// Of the pixels of `rect`: whether their first hits differ from those beside, above or below.
+void DisplayLayer::find_borders(const Film& film, const PixelRect& rect, std::vector<std::uint8_t>& border) const {
+  border.assign(std::size_t(rect.area()), 0);
+  const PixelRect wide = intersect(grown(rect, 1), region_);
+  const auto mark = [&](int x, int y) {
+    if (x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1)
+      border[std::size_t(y - rect.y0) * std::size_t(rect.width()) + std::size_t(x - rect.x0)] = 1;
+  };
+  for (int y = wide.y0; y < wide.y1; ++y) {
+    for (int x = wide.x0; x < wide.x1; ++x) {
+      const PixelFeatures& own = film.features(x, y);
+      if (x + 1 < wide.x1 && differ(own, film.features(x + 1, y))) mark(x, y), mark(x + 1, y);
+      if (y + 1 < wide.y1 && differ(own, film.features(x, y + 1))) mark(x, y), mark(x, y + 1);
     }
   }
 }
@@ -201,55 +167,47 @@ void DisplayLayer::filter(const Film& film, int level, const PixelRect& window) 
 void DisplayLayer::blend(const Film& film, const PixelRect& window) {
   Scratch& s = scratch();
   s.reader.begin(film, region_, scale_);
-  s.in.rect = intersect(grown(window, kBlendRadius), region_);
+  s.in.rect = intersect(grown(window, BlendEvidence::kRadius), region_);
   s.reader.read_light(s.in);
-  s.reader.read_variance(s.in);
   const PixelRect& rect = s.in.rect;
-  for (auto& kind : s.evidence.terms) {
-    for (std::vector<float>& term : kind) term.resize(std::size_t(rect.area()));
-  }
-  s.evidence.own_apart.resize(std::size_t(rect.area()));
-  s.evidence.own_residuals.resize(std::size_t(rect.area()));
+  const auto pixels = std::size_t(rect.area());
+  s.own_apart.resize(pixels);
+  s.own_residuals.resize(pixels);
+  find_borders(film, rect, s.border);
+  s.evidence.begin(window);
   std::size_t i = 0;
   for (int y = rect.y0; y < rect.y1; ++y) {
     for (int x = rect.x0; x < rect.x1; ++x, ++i) {
       const HalvesPixel& pixel = filtered_[kLevels - 1][index(x, y)];
       const Rgb reflectance = filter_reflectance(film.features(x, y));
-      float noise = 0, residuals = 0, apart = 0, bright = 0;
+      BlendEvidence::Pixel p{sqr(unpack_half(deviation_of_mean(x, y))), 0, 0, 0, 0};
       for (int c = 0; c < 3; ++c) {
         const float a = unpack_half(pixel.light[0][c]), b = unpack_half(pixel.light[1][c]), r = reflectance[c];
         const float filtered = 0.5f * (a + b) * r;
-        noise += sqr(0.5f * (a - b) * r);
-        residuals += (a - s.in.light[0][c][i]) * (b - s.in.light[1][c][i]) * sqr(r);
-        apart += sqr(filtered - s.in.mean[c][i]);
-        bright += filtered;
+        p.noise += sqr(0.5f * (a - b) * r);
+        p.residuals += (a - s.in.light[0][c][i]) * (b - s.in.light[1][c][i]) * sqr(r);
+        p.apart += sqr(filtered - s.in.mean[c][i]);
+        p.brightness += filtered * (1.0f / 3);
       }
-      s.evidence.own_apart[i] = apart;
-      s.evidence.own_residuals[i] = residuals;
-      const float relative = 1 / (sqr(bright / 3) + sqr(kDarkest));
-      for (const int kind : {0, 1}) {
-        const float scale = kind == 0 ? 1.0f : relative;
-        const float terms[] = {s.in.mean_variance[i] * scale, noise * scale, residuals * scale, sqr(residuals * scale),
-                               apart * scale};
-        for (int k = 0; k < Evidence::kTerms; ++k) s.evidence.terms[kind][k][i] = std::min(terms[k], kMostEvidence);
-      }
+      s.own_apart[i] = p.apart;
+      s.own_residuals[i] = p.residuals;
+      if (film.half(0, x, y).count > 0 && film.half(1, x, y).count > 0) s.evidence.add(x, y, s.border[i], p);
     }
   }
-  s.evidence.average(rect, window);
-  i = 0;
+  s.evidence.average();
   for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++i) {
-      const auto errors = [&](int kind) {
-        const auto& terms = s.evidence.terms[kind];
-        return Errors(terms[0][i], terms[1][i], terms[2][i], terms[3][i], terms[4][i], kBlendPixels);
-      };
-      // A pixel that is much farther from F than those around it is a stray sample, unless both halves say the same.
+    for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t own = s.in.at(x, y);
-      const float usual = std::max(kStray * s.evidence.terms[0][4][i], s.evidence.own_residuals[own]);
-      const float apart = s.evidence.own_apart[own];
+      const BlendErrors errors = s.evidence.errors(x, y, s.border[own]);
+      // A pixel that is much farther from F than those around it is a stray sample, unless both halves say the same.
+      const float usual = std::max(kStray * errors.apart, s.own_residuals[own]);
+      const float apart = s.own_apart[own];
       const float kept = apart > usual ? std::sqrt(usual / apart) : 1.0f;
-      const float share = 1 - (1 - errors(1).best_share()) * kept;
-      blends_[index(x, y)] = {pack_half(share), pack_half(std::sqrt(errors(0).of_blend(share) / 3))};
+      float share = 1 - (1 - s.evidence.best_share(x, y, s.border[own])) * kept;
+      const bool samples = film.half(0, x, y).count > 0 || film.half(1, x, y).count > 0;
+      if (!samples) share = 1;
+      if (saturated(filtered_[kLevels - 1][index(x, y)])) share = 0;
+      blends_[index(x, y)] = {pack_half(share), pack_half(std::sqrt(errors.of_share(share) / 3))};
     }
   }
 }

@@ -1,19 +1,9 @@
 // The display layer: the film for the eye. Two levels of an edge-avoiding filter (cross_filter.h) average light over
 // neighbours of the same surface; each pixel is then blended with what the film has there, by the errors that the
-// halves tell of both. It is biased, and becomes the film as samples arrive.
+// halves tell of both (blend_errors.h). It is biased, and becomes the film as samples arrive.
 //
-// Blend and error (James and Stein 1961, with estimated variances). Of raw mean m = (A + B) / 2 and filtered
-// F = (F_A + F_B) / 2 of a neighbourhood, summed over channels:
-//
-//     V = variance of m, pooled (variance_pool.h)            R = mean of (F - m)^2
-//     M = mean of (F_A - F_B)^2 / 4 + b, b = mean of (F_A - A)(F_B - B)
-//
-// M is the error of F: what noise is left, and its bias, squared; the halves are independent, so the product of their
-// residuals has no noise in its expectation. Of a positive b with standard error e, b^3 / (b^2 + e^2 / 4) counts; of others
-// nothing. E[(F - m)^2] = V + M - 2 C gives their covariance C, and m + s (F - m)
-// has the least error at s = (V - M + R) / (2 R), that error being (1 - s)^2 V + s^2 M + 2 s (1 - s) C. Of a pixel whose
-// (F - m)^2 is above 4 R and above the product of its own residuals, which both halves would make large if it were true,
-// 1 - s falls with the root of that.
+// Of a pixel whose (F - m)^2 is above 4 R and above the product of its own residuals, which both halves would make
+// large if it were true, the film's share 1 - s falls with the root of that.
 #pragma once
 
 #include <cstddef>
@@ -57,15 +47,19 @@ class DisplayLayer {
   // Between levels, packed as halves, in units of the picture's mean.
   struct HalvesPixel {
     std::uint16_t light[kHalves][3] = {};
-    std::uint16_t deviation = 0;  // root of the light's variance
+    std::uint16_t deviation = 0;  // root of the light's variance, of the last level: of the film's
   };
+  // Light is more than halves hold.
+  static bool saturated(const HalvesPixel& pixel);
   struct Blend {
     std::uint16_t share = 0, error = 0;  // s | of the blend
   };
 
   void add_brightness(const Film& film, std::size_t part);
   void filter(const Film& film, int level, const PixelRect& window);
+  void find_borders(const Film& film, const PixelRect& rect, std::vector<std::uint8_t>& border) const;
   void blend(const Film& film, const PixelRect& window);
+  std::uint16_t& deviation_of_mean(int x, int y) { return filtered_[1][index(x, y)].deviation; }
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
   bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
 

@@ -15,6 +15,20 @@ constexpr float kLeastReflectance = 0.05f, kBlack = 0.02f;
 // Radiance and variance in the reader's units, in which the picture's mean is 1. Beyond it squares would overflow.
 constexpr double kMostRadiance = 1e15;
 constexpr float kMostVariance = 1e30f;
+// Pixels around a window of which light is read.
+constexpr int kLightBorder = 2;
+// Times the mean of (A - B)^2 / 2 over 3x3 pixels, what pooled variance is at most. So much, for the mean of few is far
+// below its expectation where noise is made of rare events.
+constexpr float kMostOfApart = 16;
+// Albedo of emitters and sky moves by so much, and they are no neighbours of what has a reflectance.
+constexpr float kOtherClass = 10;
+// What a pixel with samples in one half weighs beside others: something where there are no others.
+constexpr float kOneHalf = 1e-3f;
+
+bool is_black(const PixelFeatures& features) {
+  const float* a = features.albedo;
+  return !(std::max({a[0], a[1], a[2]}) > kBlack);
+}
 
 int clamped(int x, int low, int high) {
   return std::min(std::max(x, low), high - 1);
@@ -43,8 +57,8 @@ float smaller(float a, float b) {
 }  // namespace
 
 Rgb filter_reflectance(const PixelFeatures& features) {
+  if (is_black(features)) return Rgb(1, 1, 1);
   const float* a = features.albedo;
-  if (!(std::max({a[0], a[1], a[2]}) > kBlack)) return Rgb(1, 1, 1);
   return {std::max(a[0], kLeastReflectance), std::max(a[1], kLeastReflectance), std::max(a[2], kLeastReflectance)};
 }
 
@@ -77,7 +91,7 @@ void HalvesReader::read_halves(const PixelRect& rect) {
 
 void HalvesReader::read_light(HalvesWindow& out) {
   const PixelRect& r = out.rect;
-  const PixelRect wide{r.x0 - 1, r.y0 - 1, r.x1 + 1, r.y1 + 1};
+  const PixelRect wide = grown(r, kLightBorder);
   read_halves(wide);
   for (int c = 0; c < 3; ++c) {
     out.mean[c].resize(out.plane_size());
@@ -87,7 +101,7 @@ void HalvesReader::read_light(HalvesWindow& out) {
   scales_.resize(std::size_t(r.width()));
   const std::size_t row = std::size_t(wide.width());
   for (int y = r.y0; y < r.y1; ++y) {
-    const std::size_t from = std::size_t(y - wide.y0) * row + 1, to = out.at(r.x0, y);
+    const std::size_t from = std::size_t(y - wide.y0) * row + kLightBorder, to = out.at(r.x0, y);
     for (int c = 0; c < 3; ++c) {
       for (std::size_t x = 0; x < std::size_t(r.width()); ++x)
         out.mean[c][to + x] = 0.5f * (halves_[0][c][from + x] + halves_[1][c][from + x]);
@@ -96,13 +110,12 @@ void HalvesReader::read_light(HalvesWindow& out) {
   for_each_pixel(wide, roi_, [&](std::size_t i, int x, int y) {
     const Rgb inverse = Rgb(1, 1, 1) / filter_reflectance(film_->features(x, y));
     for (int h = 0; h < kHalves; ++h) {
-      Rgb light;
-      for (int c = 0; c < 3; ++c) light[c] = halves_[h][c][i] *= inverse[c];
-      brightness_[h][i] = luminance(light);
+      brightness_[h][i] = luminance(Rgb(halves_[h][0][i], halves_[h][1][i], halves_[h][2][i]));
+      for (int c = 0; c < 3; ++c) halves_[h][c][i] *= inverse[c];
     }
   });
   for (int y = r.y0; y < r.y1; ++y) {
-    const std::size_t from = std::size_t(y - wide.y0) * row + 1, to = out.at(r.x0, y);
+    const std::size_t from = std::size_t(y - wide.y0) * row + kLightBorder, to = out.at(r.x0, y);
     for (int h = 0; h < kHalves; ++h) {
       const float* const own = brightness_[h].data() + from;
       const float* const other = brightness_[1 - h].data() + from;
@@ -125,23 +138,51 @@ void HalvesReader::read_light(HalvesWindow& out) {
   }
 }
 
+// Fills bounds_: of the four 3x3 that have a pixel for a corner the one whose halves are least apart. What is pooled
+// over 7x7 would let a lamp's rim explain that its light differs from the wall's beside it.
+void HalvesReader::bound_variance(const PixelRect& rect) {
+  const PixelRect wide = grown(rect, kLightBorder);
+  apart_.resize(std::size_t(wide.area()));
+  for_each_pixel(wide, roi_, [&](std::size_t i, int x, int y) {
+    float square = 0;
+    for (int c = 0; c < 3; ++c) square += sqr(halves_[0][c][i] - halves_[1][c][i]);
+    apart_[i] = film_->half(0, x, y).count > 0 && film_->half(1, x, y).count > 0 ? 0.5f * square : kMostVariance;
+  });
+  const int row = wide.width(), box_row = row - 2;
+  boxes_.resize(std::size_t(box_row) * std::size_t(wide.height() - 2));
+  std::size_t i = 0;
+  for (int y = 0; y + 2 < wide.height(); ++y) {
+    const float *const a = apart_.data() + y * row, *const b = a + row, *const c = b + row;
+    for (int x = 0; x < box_row; ++x, ++i)
+      boxes_[i] = a[x] + a[x + 1] + a[x + 2] + b[x] + b[x + 1] + b[x + 2] + c[x] + c[x + 1] + c[x + 2];
+  }
+  bounds_.resize(std::size_t(rect.area()));
+  i = 0;
+  for (int y = 0; y < rect.height(); ++y) {
+    const float *const above = boxes_.data() + y * box_row, *const below = above + 2 * box_row;
+    for (int x = 0; x < rect.width(); ++x, ++i)
+      bounds_[i] = kMostOfApart / 9 * std::min(std::min(above[x], above[x + 2]), std::min(below[x], below[x + 2]));
+  }
+}
+
 void HalvesReader::read_variance(HalvesWindow& out) {
   const PixelRect clip = clipped(out.rect);
   for (std::vector<float>& channel : pooled_) channel.clear();
   pool_variance(*film_, clip, roi_, [](const PixelRow&) {}, pooled_);
   out.variance.resize(out.plane_size());
   out.mean_variance.resize(out.plane_size());
-  const float square = scale_ * scale_;
+  const double square = double(scale_) * scale_;
+  bound_variance(out.rect);
   for_each_pixel(out.rect, roi_, [&](std::size_t i, int x, int y) {
     const std::size_t from = std::size_t(y - clip.y0) * std::size_t(clip.width()) + std::size_t(x - clip.x0);
     const Rgb reflectance = filter_reflectance(film_->features(x, y));
     float light = 0, mean = 0;
     for (int c = 0; c < 3; ++c) {
-      const float variance = std::min(pooled_[c][from] * square, kMostVariance);
+      const float variance = float(std::min(pooled_[c][from] * square, double(kMostVariance)));
       light += 2 * variance / sqr(reflectance[c]);
       mean += variance;
     }
-    out.variance[i] = light;
+    out.variance[i] = std::min(light, bounds_[i]);
     out.mean_variance[i] = mean;
   });
 }
@@ -155,13 +196,14 @@ void HalvesReader::read_guides(HalvesWindow& out) const {
   }
   for_each_pixel(out.rect, roi_, [&](std::size_t i, int x, int y) {
     const PixelFeatures& f = film_->features(x, y);
-    const bool samples = film_->half(0, x, y).count > 0 || film_->half(1, x, y).count > 0;
-    out.weight[i] = samples ? sqr(luminance(filter_reflectance(f))) : 0.0f;
+    const int halves = (film_->half(0, x, y).count > 0) + (film_->half(1, x, y).count > 0);
+    const float counts[] = {0, kOneHalf, 1};
+    out.weight[i] = counts[halves] * sqr(luminance(filter_reflectance(f)));
     V3f normal(f.normal[0], f.normal[1], f.normal[2]);
     const float length = std::sqrt(dot(normal, normal));
     normal = length > 0 ? normal * (1 / length) : V3f(1, 0, 0);
     for (int c = 0; c < 3; ++c) {
-      out.albedo[c][i] = f.albedo[c];
+      out.albedo[c][i] = is_black(f) ? -kOtherClass : f.albedo[c];
       out.normal[c][i] = normal[c];
     }
     out.inverse_depth[i] = f.depth > 0 && f.depth < FLT_MAX ? 1 / f.depth : 0.0f;

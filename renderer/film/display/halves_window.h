@@ -9,12 +9,16 @@
 
 namespace helio {
 
+inline PixelRect grown(const PixelRect& r, int by) {
+  return {r.x0 - by, r.y0 - by, r.x1 + by, r.y1 + by};
+}
+
 // What light is divided by before it is filtered and multiplied with afterwards, so that filters blur light and not
 // textures: the mean albedo of the pixel's first hits, at least 0.05; 1 where that is black, as the environment's is.
 Rgb filter_reflectance(const PixelFeatures& features);
 
-// Planes are row-major, all of `rect`, and kPlaneSlack longer, so that whole vectors can be read from any pixel. Outside
-// the picture its edge is repeated. Radiance in units of the reader.
+// Planes are row-major, all of `rect`, and kPlaneSlack longer, so that whole vectors can be read from any pixel.
+// Outside the picture its edge is repeated. Radiance in units of the reader.
 inline constexpr std::size_t kPlaneSlack = 16;
 
 struct HalvesWindow {
@@ -48,21 +52,24 @@ class HalvesReader {
 
   // Each fills its planes of out.rect.
   //
-  // Light is clamped: a half's pixel is no brighter than the brightest of its eight neighbours and of the nine pixels
-  // there of the other half. One sample in thousands that found a lamp by chance would be a blot of the filter's size.
+  // Light is clamped: a half's pixel is no brighter, as the picture has it, than the brightest of its eight neighbours
+  // and of the nine pixels there of the other half. One sample in thousands that found a lamp by chance would be a blot
+  // of the filter's size.
   void read_light(HalvesWindow& out);     // light, mean
-  void read_variance(HalvesWindow& out);  // variance, mean_variance
+  void read_variance(HalvesWindow& out);  // variance, mean_variance; after read_light() of the same rect
   void read_guides(HalvesWindow& out) const;  // weight, albedo, normal, inverse_depth, slopes
 
  private:
   void read_halves(const PixelRect& rect);
+  void bound_variance(const PixelRect& rect);
   PixelRect clipped(const PixelRect& rect) const { return intersect(rect, roi_); }
 
   const Film* film_ = nullptr;
   PixelRect roi_;
   float scale_ = 1;
-  std::vector<float> halves_[kHalves][3], brightness_[kHalves];  // of a window with a border of one pixel
-  std::vector<float> scales_, pooled_[3];
+  // Of a window with a border; light of the halves, before it is clamped.
+  std::vector<float> halves_[kHalves][3], brightness_[kHalves];
+  std::vector<float> scales_, pooled_[3], apart_, boxes_, bounds_;
 };
 
 }  // namespace helio

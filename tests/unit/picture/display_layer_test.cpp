@@ -90,8 +90,8 @@ TEST(DisplayLayer, TakesNoiseOffASurfaceAndKnowsWhatIsLeft) {
     const Truth even = [](int, int) { return 2.0f; };
     const Errors e = errors(display_of(noisy_film(even, samples)), even);
     EXPECT_LT(e.display, 0.35 * e.raw) << samples;
-    EXPECT_GT(e.told, 0.6 * e.display) << samples;
-    EXPECT_LT(e.told, 1.7 * e.display) << samples;
+    EXPECT_GT(e.told, 0.7 * e.display) << samples;
+    EXPECT_LT(e.told, 1.65 * e.display) << samples;  // of a bias that is not there
   }
 }
 
@@ -100,15 +100,16 @@ TEST(DisplayLayer, IsNoWorseThanTheFilmWhereNothingIsSmooth) {
   const Truth rough = [](int x, int y) { return 0.2f + float((x * 7919 + y * 104729) % 97) / 40; };
   for (const int samples : {2, 8, 32, 512, 1 << 14}) {
     const Errors e = errors(display_of(noisy_film(rough, samples)), rough);
-    EXPECT_LT(e.display, 1.05 * e.raw) << samples;
+    EXPECT_LT(e.display, 1.01 * e.raw) << samples;
     EXPECT_GT(e.told, 0.6 * e.display) << samples;
-    EXPECT_LT(e.told, 1.7 * e.display) << samples;
+    EXPECT_LT(e.told, 1.4 * e.display) << samples;
   }
 }
 
 TEST(DisplayLayer, KeepsBordersThatTheFirstHitsTell) {
-  const Truth step = [](int x, int) { return x < 75 ? 1.0f : 10.0f; };
-  for (const int what : {0, 1, 2}) {
+  // So little apart that patches of noise do not tell.
+  const Truth step = [](int x, int) { return x < 75 ? 1.0f : 1.3f; };
+  for (const int what : {0, 1, 2, 3}) {
     Film film = noisy_film(step, 4);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 75; x < kWidth; ++x) {
@@ -116,16 +117,115 @@ TEST(DisplayLayer, KeepsBordersThatTheFirstHitsTell) {
         if (what == 0) f.depth = 2;
         if (what == 1) f.normal[0] = 1, f.normal[2] = 0;
         if (what == 2) f.albedo[0] = f.albedo[1] = f.albedo[2] = 0.3f;
+        if (what == 3) f.albedo[0] = f.albedo[1] = f.albedo[2] = 0;
       }
     }
     const ResolvedTile tile = display_of(film);
-    double left = 0, right = 0;
+    // Of the columns beside the border, over what those far from it have; their noise is averaged in both.
+    const auto column = [&](int x) {
+      double sum = 0;
+      for (int y = 0; y < kHeight; ++y) sum += tile.display[0][std::size_t(y * kWidth + x)];
+      return sum / kHeight;
+    };
+    EXPECT_NEAR(column(74), 1, 0.07) << what;
+    EXPECT_NEAR(column(75), 1.3, 0.09) << what;
+  }
+}
+
+// Lamps of 3x3 pixels, thousands of times as bright as the wall that they hang on: the middle is all lamp, half of the
+// rest. Albedo is the mean over the samples of half A, as a film has it.
+struct LampFilm {
+  static constexpr float kLamp = 4000, kAlbedo = 0.4f;
+  Film film{kWidth, kHeight};
+
+  // Pixels to the middle of the next lamp, the larger of both ways.
+  static int distance(int x, int y) { return std::max(std::abs(x % 25 - 12), std::abs(y % 23 - 11)); }
+  static float lamp_share(int x, int y) {
+    const int d = distance(x, y);
+    return d == 0 ? 1.0f : d == 1 ? 0.5f : 0.0f;
+  }
+  LampFilm(int samples_of_half, std::uint64_t seed) {
+    Random random(seed);
     for (int y = 0; y < kHeight; ++y) {
-      left += tile.display[0][std::size_t(y * kWidth + 74)] / kHeight;
-      right += tile.display[0][std::size_t(y * kWidth + 75)] / kHeight;
+      for (int x = 0; x < kWidth; ++x) {
+        for (int h = 0; h < kHalves; ++h) {
+          for (int k = 0; k < samples_of_half; ++k) {
+            const bool lamp = random.next_double() < lamp_share(x, y);
+            film.half(h, x, y).add(Rgb(lamp ? kLamp : exponential(1, random)));
+            if (h == 0) film.features(x, y).add(Rgb(lamp ? 0 : kAlbedo), V3f(0, 0, 1), true);
+          }
+        }
+        film.features(x, y).depth = 1;
+      }
     }
-    EXPECT_NEAR(left, 1, 0.15) << what;
-    EXPECT_NEAR(right, 10, 1) << what;
+  }
+};
+
+// Where both samples of a half miss all of a rim that the other half's found, nothing tells that it is no wall.
+TEST(DisplayLayer, LampsHardlyLeakOnTheWallBesideThem) {
+  struct Case {
+    int samples;
+    double leaks, brightness;  // at most: share of the pixels beside lamps, over the film's
+  };
+  for (const auto& [samples, most_leaks, most_brightness] : {Case{2, 0.1, 7}, Case{8, 0.015, 1.3}, Case{32, 0, 1.05}}) {
+    double shown = 0, film = 0;
+    int leaks = 0, pixels = 0;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      const LampFilm lamps(samples, seed);
+      const ResolvedTile tile = display_of(lamps.film);
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const auto i = std::size_t(y * kWidth + x);
+          if (LampFilm::distance(x, y) != 2) continue;
+          ++pixels;
+          leaks += tile.display[0][i] > std::max(tile.radiance[0][i], 5.0f);
+          shown += tile.display[0][i];
+          film += tile.radiance[0][i];
+        }
+      }
+    }
+    EXPECT_LE(leaks, most_leaks * pixels) << samples;
+    EXPECT_LT(shown, most_brightness * film) << samples;
+  }
+}
+
+TEST(DisplayLayer, RimsOfLampsAreAsBrightAsTheFilmHasThem) {
+  double shown = 0, film = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const LampFilm lamps(2, seed);
+    const ResolvedTile tile = display_of(lamps.film);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const auto i = std::size_t(y * kWidth + x);
+        if (LampFilm::distance(x, y) > 1) continue;
+        shown += tile.display[0][i];
+        film += tile.radiance[0][i];
+      }
+    }
+  }
+  EXPECT_NEAR(shown / film, 1, 0.06);
+}
+
+// Squares of the errors differ by a factor of a thousand.
+TEST(DisplayLayer, ErrorIsToldWhereItIs) {
+  double told[2] = {}, found[2] = {};  // at the lamps' rims | on the wall
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const LampFilm lamps(4, seed);
+    const ResolvedTile tile = display_of(lamps.film);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const auto i = std::size_t(y * kWidth + x);
+        const int d = LampFilm::distance(x, y);
+        if (d == 2) continue;  // beside them
+        const double share = LampFilm::lamp_share(x, y), truth = share * LampFilm::kLamp + (1 - share);
+        told[d > 2] += std::pow(double(tile.display_error[i]), 2);
+        found[d > 2] += std::pow(double(tile.display[0][i]) - truth, 2);
+      }
+    }
+  }
+  for (const int where : {0, 1}) {
+    EXPECT_GT(told[where], found[where] / 4) << where;
+    EXPECT_LT(told[where], found[where] * 30) << where;
   }
 }
 
@@ -150,6 +250,27 @@ TEST(DisplayLayer, FillsWhatHasNoSamples) {
   const ResolvedTile tile = display_of(film);
   EXPECT_NEAR(tile.display[0][std::size_t(30 * kWidth + 40)], 2, 0.4);
   EXPECT_NEAR(tile.display[0][std::size_t(30 * kWidth + 60)], 2, 0.4);
+}
+
+TEST(DisplayLayer, AHoleDoesNotBlurItsNeighbours) {
+  // Each pixel has a radiance of its own, so that none is to be filtered.
+  const Truth rough = [](int x, int y) { return 0.2f + float((x * 7919 + y * 104729) % 97) / 40; };
+  const auto around_hole = [&](int halves) {
+    Film film = noisy_film(rough, 512);
+    for (int h = 0; h < halves; ++h) film.half(h, 40, 30) = HalfPixel();
+    const ResolvedTile tile = display_of(film);
+    double square = 0;
+    for (int y = 25; y <= 35; ++y) {
+      for (int x = 35; x <= 45; ++x) {
+        if (x != 40 || y != 30)
+          square += std::pow(double(tile.display[0][std::size_t(y * kWidth + x)]) - rough(x, y), 2);
+      }
+    }
+    return std::sqrt(square);
+  };
+  const double whole = around_hole(0);
+  EXPECT_LT(around_hole(1), 1.05 * whole);
+  EXPECT_LT(around_hole(2), 1.05 * whole);
 }
 
 TEST(DisplayLayer, BitsDoNotDependOnTheOrderOfParts) {
@@ -183,6 +304,30 @@ TEST(DisplayLayer, IsTheSameInAnyUnit) {
       ASSERT_NEAR(other.display[0][i] / unit, one.display[0][i], 2e-3 * one.display[0][i]) << unit << ' ' << i;
       ASSERT_NEAR(other.display_error[i] / unit, one.display_error[i], 2e-2 * one.display_error[i]) << unit << ' ' << i;
     }
+  }
+}
+
+TEST(DisplayLayer, IsFiniteInExtremeUnits) {
+  for (const double unit : {0x1p-120, 0x1p-80, 0x1p80, 0x1p120}) {
+    Film film = noisy_film([](int x, int y) { return float(1 + x % 9 + y % 5); }, 3);
+    double mean = 0;
+    for (int h = 0; h < kHalves; ++h) {
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          HalfPixel& half = film.half(h, x, y);
+          for (double& sum : half.sum) sum *= unit;
+          for (float& deviation : half.deviations) deviation = float(std::min(deviation * unit * unit, 0x1p127));
+          mean += half.sum[0] / (2 * 3 * kWidth * kHeight);
+        }
+      }
+    }
+    const ResolvedTile tile = display_of(film);
+    double shown = 0;
+    for (std::size_t i = 0; i < tile.display_error.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(tile.display[0][i]) && !std::isnan(tile.display_error[i])) << unit << ' ' << i;
+      shown += double(tile.display[0][i]) / double(tile.display_error.size());
+    }
+    EXPECT_NEAR(shown / mean, 1, 0.05) << unit;
   }
 }
 
