@@ -23,7 +23,8 @@ constexpr double kRoundMargin = 1.02;
 // Of the first rounds n^-8, n^-4 and n^-2: all that is beyond the even counts of the pilot goes to the few noisy pixels.
 constexpr double kFirstRoundDecay = 8;
 
-// Of the time between publications that are not at powers of two, what filtering them for the eye may take.
+// Of the time since a publication, what filtering the next for the eye may take. The first and the last of a frame are
+// filtered whatever it takes.
 constexpr double kDisplayShare = 0.1;
 // Of a time budget, what choosing between techniques may take.
 constexpr double kChoiceShare = 0.25;
@@ -41,8 +42,8 @@ std::uint32_t FrameScheduler::sample_limit() const {
 // Measuring and showing the result belong to the time asked for, unless they would eat more than half of it.
 double FrameScheduler::deadline_s(const FrameState& state) const {
   if (!budget_.time_s) return std::numeric_limits<double>::infinity();
-  const double display = state.display_due ? state.display_seconds : 0;
-  const double reserve = std::min(state.measure_seconds + display + state.publish_seconds, *budget_.time_s / 2);
+  const double reserve =
+      std::min(state.measure_seconds + state.display_seconds + state.publish_seconds, *budget_.time_s / 2);
   return state.begun_s + *budget_.time_s - reserve;
 }
 
@@ -86,9 +87,9 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   const double since = now_s - state.published_s;
   if (budget_.bytes_per_second && since < state.publish_bytes / *budget_.bytes_per_second) return false;
   if (backlog >= state.tiles) return false;  // a whole picture waits already: the newest state comes after it
-  if (std::has_single_bit(state.told()) && backlog == 0) return true;
+  const double display = state.display_due && state.displayed > 0 ? state.display_seconds / kDisplayShare : 0;
+  if (std::has_single_bit(state.told()) && backlog == 0) return since >= display;
   const double waiting_pictures = double(backlog) / double(std::max<std::size_t>(state.tiles, 1));
-  const double display = state.display_due ? state.display_seconds / kDisplayShare : 0;
   return since >= std::max(interval_s(view_age_s), display) * (1 + 3 * waiting_pictures);
 }
 

@@ -172,6 +172,7 @@ struct RenderLoop::Impl final : PieceSource {
   void begin_picture(bool reuse, Retired& retired);
   void advance(std::size_t backlog);
   double mean_of_tiles() const;
+  StageContext stage_context();
   void note_finished_plan(double now);
   // These allocate nothing.
   void end_frame(FrameEndReason reason, std::string message) noexcept;
@@ -180,6 +181,7 @@ struct RenderLoop::Impl final : PieceSource {
   void give_up(std::string reason) noexcept;
   FrameProgress progress_at(double now) const;
   bool anything_to_show() const;
+  bool display_due() const;
   std::optional<Piece> take(std::size_t backlog, Retired& retired);
   void run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired);
 
@@ -622,6 +624,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   if (next_film) retired.add(std::exchange(film, std::move(next_film)));
   if (next_display) retired.add(std::exchange(display, std::move(next_display)));
   if (!(channels & kResolveDisplay)) retired.add(std::exchange(display, nullptr));
+  if (!display) picture.state.display_seconds = 0;
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
   film_scene = scene;
   film_camera = frame->begin.camera;
@@ -669,8 +672,9 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     plan.revision = revision;
     plan.publish = Publish::round;
     plan.final = true;
+    if (display_due()) plan.after.push_back(StageId::display);
     plan.end = last_reason;
-    pipeline.start(plan, *film);
+    pipeline.start(plan, *film, make_stages(plan, stage_context()));
     planned = true;
   }
 }
@@ -697,6 +701,27 @@ void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   // A picture that is drawn on keeps them until it has become a source (stages/history_transfer.h).
   if (film->splats() && !(reuse && history.film_usable())) film->splats()->clear();
   if (lights) retired.add(lights->set_aside());
+}
+
+StageContext RenderLoop::Impl::stage_context() {
+  return {scene,
+          frame->begin.settings,
+          frame->begin.camera,
+          token,
+          *film,
+          pipeline.grid().region(),
+          history,
+          reuses(settings.mode) ? &techniques : nullptr,
+          display.get(),
+          picture};
+}
+
+// What is published next is to be filtered for the eye first. Before both halves have samples there is nothing to
+// filter by.
+bool RenderLoop::Impl::display_due() const {
+  const FrameState& state = picture.state;
+  const bool both_halves = state.round.number > 0 || std::min(state.done[0], state.done[1]) > 0;
+  return display && both_halves && !(display->known() && state.displayed == picture.samples);
 }
 
 void RenderLoop::Impl::note_finished_plan(double now) {
@@ -754,21 +779,9 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   state.tiles_alone = !film->splats() && !lights;
   state.centres_due = !state.reproject_due && history.film_usable() && !history.centres_known() &&
                       can_reproject(history.film_pose(), settings.filter);
-  const bool both_halves = state.round.number > 0 || std::min(state.done[0], state.done[1]) > 0;
-  state.display_due = display && both_halves && !(display->known() && state.displayed == picture.samples);
+  state.display_due = display_due();
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
-  const PixelRect& region = pipeline.grid().region();
-  const StageContext context{scene,
-                             frame->begin.settings,
-                             frame->begin.camera,
-                             token,
-                             *film,
-                             region,
-                             history,
-                             reuses(settings.mode) ? &techniques : nullptr,
-                             display.get(),
-                             picture};
-  FrameStages stages = make_stages(plan, context);
+  FrameStages stages = make_stages(plan, stage_context());
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
     lights->aim(camera, token, *film);

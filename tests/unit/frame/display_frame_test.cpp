@@ -1,6 +1,9 @@
 // The display layer through the render loop: with every tile that asks for it, beside a film that does not know of it.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "recording_sink.h"
 #include "renderer/film/display/display_layer.h"
 #include "renderer/frame/render_loop.h"
@@ -115,6 +118,37 @@ TEST_F(DisplayFrame, ShowsTheSameAgainWithoutFilteringAgain) {
   loop.republish();
   ASSERT_TRUE(sink->wait([&] { return sink->ends.size() > ends; }));
   EXPECT_EQ(seconds_of(sink->ends.back(), "display"), 0);
+  EXPECT_TRUE(filtered(sink->pixels.back()));
+}
+
+TEST_F(DisplayFrame, FiltersAnewWhatIsShownAgainAfterACancel) {
+  RenderLoopOptions quiet = options(kWithDisplay);
+  quiet.publish_passes = false;
+  RenderLoop loop(engine, room, settings_of(RenderMode::pt), {}, RenderRank::interactive, sink, quiet);
+  loop.update(view_of(1, 1 << 20));
+  while (loop.progress().trace.paths < 4u * kWidth * kHeight) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  loop.cancel();
+  ASSERT_TRUE(sink->wait([&] { return !sink->ends.empty(); }));
+  const std::size_t ends = sink->read([&] { return sink->ends.size(); });
+  loop.republish();
+  ASSERT_TRUE(sink->wait([&] { return sink->ends.size() > ends; }));
+  EXPECT_GT(seconds_of(sink->ends.back(), "display"), 0);
+  EXPECT_TRUE(filtered(sink->pixels.back()));
+}
+
+TEST_F(DisplayFrame, ADragShowsEachViewFilteredByItself) {
+  RenderLoop loop(engine, room, settings_of(RenderMode::combined), {}, RenderRank::interactive, sink,
+                  options(kWithDisplay));
+  std::optional<FrameEnd> end;
+  for (std::uint64_t id = 1; id <= 6; ++id) {
+    RenderLoop::Update update = view_of(id, 8);
+    update.view->camera = camera_at({0.1 + 0.02 * double(id), 0.1, 0.9}, {0, -0.2, -1}, 60);
+    const std::uint64_t revision = loop.update(update);
+    if (id % 2 == 0) end = sink->wait_for_end(revision);  // others are overtaken
+  }
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->reason, FrameEndReason::samples);
+  EXPECT_GT(seconds_of(*end, "display"), 0);
   EXPECT_TRUE(filtered(sink->pixels.back()));
 }
 

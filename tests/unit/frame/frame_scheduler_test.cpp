@@ -315,10 +315,30 @@ TEST(FrameScheduler, FilteringTakesATenthOfTheTimeBetweenPublications) {
   state.display_due = true;
   state.display_seconds = 0.1;
   const FrameScheduler scheduler({}, {true, 0.25});
-  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 100.9).publish, Publish::none);
-  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 101.1).publish, Publish::round);
+  const auto shows_at = [&](double now_s) { return scheduler.plan_next(state, 1, 0, now_s).publish == Publish::round; };
+  EXPECT_TRUE(shows_at(100.3));  // the first is filtered as early as another would be
+  state.displayed = 8;
+  for (const std::uint32_t samples : {5u, 8u}) {  // 16 is a power of two
+    state.done[0] = state.done[1] = samples;
+    EXPECT_FALSE(shows_at(100.9)) << samples;
+    EXPECT_TRUE(shows_at(101.1)) << samples;
+  }
   state.display_due = false;
-  EXPECT_EQ(scheduler.plan_next(state, 1, 0, 100.3).publish, Publish::round);
+  EXPECT_TRUE(shows_at(100.3));
+}
+
+TEST(FrameScheduler, ATimeBudgetHoldsTheFilterOfItsLastPicture) {
+  Budget budget;
+  budget.time_s = 2;
+  FrameState state = at(5, 5);
+  state.published_samples = 10;
+  const auto ends_at = [&](double now_s) {
+    return FrameScheduler(budget, {}).plan_next(state, 0, 0, now_s).end.has_value();
+  };
+  EXPECT_FALSE(ends_at(1.6));
+  state.display_seconds = 0.5;  // though there is nothing to filter yet
+  EXPECT_FALSE(ends_at(1.4));
+  EXPECT_TRUE(ends_at(1.6));
 }
 
 TEST(FrameScheduler, PlansLastAboutTheInterval) {
