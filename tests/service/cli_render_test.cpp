@@ -55,6 +55,7 @@ TEST_F(CliRender, ThePngShowsTheLayerDisplayOrTheFilmAsItIs) {
   auto json = heliograph_json(line);
   EXPECT_EQ(json["png_layer"], "display");
   const std::string filtered = read_file(folder_ / "q.png");
+  EXPECT_NE(filtered.find("display"), std::string::npos);  // its description
   const auto picture = read_exr(folder_ / "q.exr", kMaxPixels);
   ASSERT_TRUE(picture) << picture.error().to_string();
   for (const char* name : {"display.R", "display.G", "display.B", "display.error"}) {
@@ -66,7 +67,10 @@ TEST_F(CliRender, ThePngShowsTheLayerDisplayOrTheFilmAsItIs) {
   as_it_is.push_back("--raw");
   json = heliograph_json(as_it_is);
   EXPECT_EQ(json["png_layer"], "radiance");
-  EXPECT_NE(read_file(folder_ / "q.png"), filtered);
+  const std::string unfiltered = read_file(folder_ / "q.png");
+  EXPECT_NE(unfiltered, filtered);
+  EXPECT_EQ(unfiltered.find("display"), std::string::npos);
+  EXPECT_NE(unfiltered.find("radiance"), std::string::npos);
   const auto raw = read_exr(folder_ / "q.exr", kMaxPixels);
   ASSERT_TRUE(raw) << raw.error().to_string();
   EXPECT_FALSE(raw->find("display.R"));

@@ -20,8 +20,10 @@ struct Count {
 };
 constexpr Count kCounts[] = {{4, 0.25}, {64, 0.6}};
 constexpr double kWorstGoal = 1.02;
-// At this count the layer's share of the film's time is told.
+// At this count the layer's share of the film's time is told, of a picture that is shown while it is made.
 constexpr std::uint32_t kCountOfShare = 64;
+// 60 ms at 640x360 on two cores.
+constexpr double kNanosecondsGoal = 521;
 // Of references that are made here. Their noise is taken off.
 constexpr std::uint32_t kReference = 1024;
 
@@ -52,6 +54,8 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, Figures& figures, 
   RenderLoopOptions loop_options;
   loop_options.channels |= kResolveDisplay;
   for (const Count& count : kCounts) {
+    const bool passes = count.samples == kCountOfShare;  // otherwise it is filtered once
+    loop_options.publish_passes = passes;
     const auto picture = render_picture(engine, scene.scene, settings, count.samples, scene.view, loop_options);
     if (!picture) return picture.error();
     std::string at = ".";
@@ -72,14 +76,14 @@ Status measure(RenderEngine& engine, const ErrorScene& scene, Figures& figures, 
     } else {
       note(scene.name + at + ": " + mse.error().to_string());
     }
-    if (count.samples != kCountOfShare) continue;
     double layer_seconds = 0, all_seconds = 0;  // of processor time
     for (const PassTime& pass : picture->end.passes) {
       all_seconds += pass.seconds;
       if (pass.pass == "display") layer_seconds = pass.seconds;
     }
-    add({"nanoseconds_a_pixel", 1e9 * layer_seconds / double(picture->display_error.size()), "ns", std::nullopt});
-    add({"share_of_time" + at, layer_seconds / all_seconds, "", 0.1, Better::lower});
+    const double nanoseconds = 1e9 * layer_seconds / double(picture->display_error.size());
+    if (!passes) add({"nanoseconds_a_pixel" + at, nanoseconds, "ns", kNanosecondsGoal, Better::lower});
+    if (passes) add({"share_of_time" + at, layer_seconds / all_seconds, "", 0.1, Better::lower});
   }
   return ok_status();
 }
