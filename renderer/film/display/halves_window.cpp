@@ -15,6 +15,9 @@ constexpr float kLeastReflectance = 0.05f, kBlack = 0.02f;
 // Radiance and variance in the reader's units, in which the picture's mean is 1. Beyond it squares would overflow.
 constexpr double kMostRadiance = 1e15;
 constexpr float kMostVariance = 1e30f;
+// Times the brightest around it, what a half's pixel is at most. By 1 the mean of four samples of Sponza was 14 %
+// darker than the film's, by 2 it is 8 %; by more, blots come back.
+constexpr float kMostLight = 2;
 // Pixels around a window of which light is read.
 constexpr int kLightBorder = 2;
 // Times the mean of (A - B)^2 / 2 over 3x3 pixels, what pooled variance is at most. So much, for the mean of few is far
@@ -128,7 +131,7 @@ void HalvesReader::read_light(HalvesWindow& out) {
         const float below = max3(max3(d[-1], d[0], d[1]), max3(e[-1], e[0], e[1]), 0.0f);
         const float beside = max3(larger(own[x - 1], own[x + 1]), other[x - 1], other[x + 1]);
         const float most = max3(above, below, beside);
-        scales_[x] = own[x] > most ? most / own[x] : 1.0f;
+        scales_[x] = own[x] > kMostLight * most ? kMostLight * most / own[x] : 1.0f;
       }
       for (int c = 0; c < 3; ++c) {
         for (std::size_t x = 0; x < std::size_t(r.width()); ++x)

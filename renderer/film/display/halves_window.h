@@ -52,9 +52,9 @@ class HalvesReader {
 
   // Each fills its planes of out.rect.
   //
-  // Light is clamped: a half's pixel is no brighter, as the picture has it, than the brightest of its eight neighbours
-  // and of the nine pixels there of the other half. One sample in thousands that found a lamp by chance would be a blot
-  // of the filter's size.
+  // Light is clamped: a half's pixel is at most twice as bright, as the picture has it, as the brightest of its eight
+  // neighbours and of the nine pixels there of the other half. One sample in thousands that found a lamp by chance
+  // would be a blot of the filter's size.
   void read_light(HalvesWindow& out);     // light, mean
   void read_variance(HalvesWindow& out);  // variance, mean_variance; after read_light() of the same rect
   void read_guides(HalvesWindow& out) const;  // weight, albedo, normal, inverse_depth, slopes

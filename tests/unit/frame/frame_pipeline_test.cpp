@@ -25,16 +25,16 @@ class NotedStage final : public FrameStage {
   int sweeps() const override { return 2; }
   std::size_t parts() const override { return sweep_ == 0 ? 3 : 0; }
   void run(int sweep, std::size_t part, TraceStats&) override {
-    note(std::to_string(sweep) + "." + std::to_string(part));
+    write_down(std::to_string(sweep) + "." + std::to_string(part));
   }
   void finish_sweep(int sweep) override {
     sweep_ = sweep + 1;
-    note(std::to_string(sweep) + "/");
+    write_down(std::to_string(sweep) + "/");
   }
-  void finished(TileGrid&) override { note("!"); }
+  void finished(TileGrid&) override { write_down("!"); }
 
  private:
-  void note(const std::string& what) { course_ += std::string(" ") + *to_string(id()) + what; }
+  void write_down(const std::string& what) { course_ += std::string(" ") + *to_string(id()) + what; }
 
   std::string& course_;
   int sweep_ = 0;
