@@ -227,7 +227,8 @@ TEST_F(FramePipelineTest, RunsStagesInTheOrderOfThePlan) {
   plan.after = {StageId::choose};
   plan.target[0] = 1;
   FrameStages stages;
-  for (const StageRequest& request : plan.before) stages.before.push_back(std::make_shared<NotedStage>(request.id, noted));
+  for (const StageRequest& request : plan.before)
+    stages.before.push_back(std::make_shared<NotedStage>(request.id, noted));
   stages.after = {std::make_shared<NotedStage>(StageId::choose, noted)};
   pipeline.start(plan, film, stages);
   EXPECT_EQ(course(), "aric");
