@@ -16,6 +16,9 @@ constexpr float kTolerance = 0.6f * 0.6f;
 constexpr float kNormals = 10;                        // times 1 - cosine
 constexpr float kAlbedo = 1 / (0.3f * 0.3f);          // times squared distance
 constexpr float kDepth = 0.05f, kDepthGrowth = 0.1f;  // of the depth, and a pixel
+// Where a tap's variance is so many times the pixel's, it weighs less, as the inverse of its variance: half of a lamp's
+// rim that one half missed would be spread over the wall beside it. Nearer to 1 this darkens, for noise is skewed.
+constexpr float kCalmer = 64;
 // Keeps zero over zero apart from a difference over none.
 constexpr float kTiny = 1e-30f;
 
@@ -92,7 +95,9 @@ void CrossFilter::add(const HalvesWindow& in, const PixelRect& window, int dx, i
         hits += kAlbedo * (apart * apart);
       }
       hits += kNormals * (1 - cosine);
-      const Lanes counts = there(in.weight), noise = there(in.variance);
+      const Lanes own_noise = here(in.variance), noise = there(in.variance);
+      const Lanes calm = (kCalmer * own_noise + kTiny) / (own_noise + noise + kTiny);
+      const Lanes counts = there(in.weight) * (calm < 1.0f ? calm : Lanes{} + 1.0f);
       for (int h = 0; h < kHalves; ++h) {
         const float* const apart = apart_[1 - h].data() + to + x;  // of the other half
         const Lanes differ = lanes_at(apart) + lanes_at(apart + columns_) + lanes_at(apart + 2 * columns_);
