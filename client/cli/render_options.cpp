@@ -31,7 +31,7 @@ struct FieldOption {
 constexpr FieldOption kFieldOptions[] = {
     {"mode", "--mode", "MODE",
      "Rendering mode: {}. adaptive chooses sample counts by noise and cost; reproject reuses samples of earlier views; "
-     "combined does both. Default: pt"},
+     "combined does both. Default: pt; of move: combined"},
     {"variant", "--variant", "VARIANT",
      "Method of every --mode but pt: bounded, or paper for the published method (Schalk 2018), biased and without an "
      "error bound. Default: bounded"},

@@ -70,8 +70,8 @@ TEST_F(CliInterrupt, AKilledDaemonIsOneLineAndLeavesThePicture) {
 TEST_F(CliInterrupt, AKilledDaemonLeavesTheViewsSoFar) {
   write_file(folder_ / "path.json", R"({"views": [{"samples": 2}, {"samples": 1000000000}]})");
   DaemonProcess daemon({"--render-threads", "1"});
-  const auto process = start({"move", "quad.gltf", "--environment", "0,0,0", "--size", "64x64", "--path", "path.json",
-                              "--output", "v.#.exr", "--json", "--server", daemon.address()},
+  const auto process = start({"move", "quad.gltf", "--environment", "0,0,0", "--mode", "pt", "--size", "64x64",
+                              "--path", "path.json", "--output", "v.#.exr", "--json", "--server", daemon.address()},
                              "view 1: ");
   daemon.signal(SIGKILL);
   const ProcessResult result = process->wait(20);

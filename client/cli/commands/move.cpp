@@ -65,13 +65,14 @@ constexpr const char* kHelp =
     "--play shows the path as a mouse drag is seen: views leave at fixed moments, the budget is the command's, and "
     "the\n"
     "last view's film is written, no preview. Previews are whole pictures for the eye, biased, and never part of the\n"
-    "film. Default --mode: combined, where it goes with the other options. The JSON then has play: {views,\n"
+    "film. The JSON then has play: {views,\n"
     "views_with_a_tile, whole_pictures (while moving), whole_share, whole_per_second, skipped_views, previews,\n"
     "age_p50_ms, age_p95_ms (of what is shown, from sending its view), last_preview_whole_ms, "
     "last_film_first_tile_ms,\n"
     "last_film_whole_ms (from sending the last view)}.\n"
-    "--mode reproject carries what is still true of a view into the next one; combined also sends samples where they\n"
-    "are missing.\n"
+    "--mode reproject carries what is still true of a view into the next one; combined, the default where it goes "
+    "with\n"
+    "the other options, also sends samples where they are missing; pt starts over.\n"
     "Ctrl-C keeps the pictures of the views so far, the unfinished one included; a second Ctrl-C ends at once.\n"
     "Example: heliograph move room.glb --orbit 90 --steps 30 --samples 32 --png shot.png\n"
     "Example: heliograph move room.glb --turn 40 --steps 80 --play 20\n\n";
@@ -109,7 +110,7 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
            "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in --compression");
 }
 
-// What playing in real time asks for, unless it was said otherwise.
+// What a camera that moves asks for, unless it was said otherwise.
 struct PlayChoice {
   std::optional<double> rate;  // views a second; none: one picture a view
   std::string notice;          // empty: none
@@ -121,10 +122,10 @@ PlayChoice read_play(const MoveOptions& options, OptionReader& reader, pb::Rende
   choice.rate = reader.number(options.play, {0, 240, false});
   if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);
   if (const auto budget = reader.number(options.preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
-  if (!choice.rate || reader.problems().size() > before) return choice;
-  if (!options.preview_rate.given()) settings.set_preview_rate(20);
+  if (reader.problems().size() > before) return choice;
+  if (choice.rate && !options.preview_rate.given()) settings.set_preview_rate(20);
   if (!choose_combined(settings)) {
-    choice.notice = "--play renders in mode combined by default, which does not go with these settings: mode is pt";
+    choice.notice = "move renders in mode combined by default, which does not go with these settings: mode is pt";
     if (settings.preview_rate() > 0) choice.notice += ", with previews";
   }
   return choice;
