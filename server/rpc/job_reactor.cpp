@@ -12,6 +12,7 @@
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
 #include "server/stream/convert.h"
+#include "server/stream/owned_message.h"
 #include "server/stream/stream_messages.h"
 
 namespace helio {
@@ -120,19 +121,21 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
     job_ = std::move(job);
   }
-  pb::RunJobResponse greeting;
-  greeting.mutable_accepted()->set_job_id(job_id_);
-  *greeting.mutable_accepted()->mutable_settings() = to_message(settings);
-  greeting.mutable_accepted()->set_views(static_cast<std::uint32_t>(job_->views().size()));
+  pb::RunJobResponse::Accepted accepted;
+  accepted.set_job_id(job_id_);
+  *accepted.mutable_settings() = to_message(settings);
+  accepted.set_views(static_cast<std::uint32_t>(job_->views().size()));
   const SceneFeatures& features = job_->rendering().scene().snapshot->features();
   for (std::string& line : unsampled_light(settings.integrator, features)) {
-    greeting.mutable_accepted()->add_unsampled(std::move(line));
+    accepted.add_unsampled(std::move(line));
   }
   std::set<std::string> notices;
   for (const View& view : job_->views()) notices.insert(aspect_notice(view.camera, settings.width, settings.height));
   for (const std::string& line : notices) {
-    if (!line.empty()) greeting.mutable_accepted()->add_notices(line);
+    if (!line.empty()) accepted.add_notices(line);
   }
+  pb::RunJobResponse greeting;
+  greeting.set_allocated_accepted(owned_message(std::move(accepted)));
   stream_->queue().limit_rate(budget.bytes_per_second);
   // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
   RenderContext& rendering_of_job = job_->rendering();

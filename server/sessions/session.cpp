@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "renderer/base/clock.h"
+#include "server/stream/owned_message.h"
 
 namespace helio {
 namespace {
@@ -122,14 +123,15 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   RenderLoop& loop = rendering_->loop();
   const bool has_samples = loop.progress().trace.paths > 0;
 
-  pb::StreamResponse greeting;
-  pb::Opened& opened = *greeting.mutable_opened();
+  pb::Opened opened;
   opened.set_session_id(id_);
   opened.set_revision(loop.revision());
   *opened.mutable_settings() = to_message(settings_);
   *opened.mutable_budget() = to_message(budget_);
   opened.set_resumed(has_samples);
   opened.set_scene_id(rendering_->scene().id);
+  pb::StreamResponse greeting;
+  greeting.set_allocated_opened(owned_message(std::move(opened)));
   stream->queue().limit_rate(budget_.bytes_per_second);
   stream->push(Greeting{greeting.SerializeAsString()});
 

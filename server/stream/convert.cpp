@@ -10,6 +10,7 @@
 #include "renderer/base/check.h"
 #include "renderer/codec/jpeg_file.h"
 #include "server/base/read_enum.h"
+#include "server/stream/owned_message.h"
 
 namespace helio {
 namespace {
@@ -263,11 +264,12 @@ pb::CameraView to_message(const CameraPose& pose) {
   pb::CameraView message;
   write_vector(pose.position, *message.mutable_position());
   const auto q = to_quaternion(pose.right, pose.up, -pose.forward);
-  pb::CameraView::Quaternion& rotation = *message.mutable_rotation();
+  pb::CameraView::Quaternion rotation;
   rotation.set_x(q[0]);
   rotation.set_y(q[1]);
   rotation.set_z(q[2]);
   rotation.set_w(q[3]);
+  message.set_allocated_rotation(owned_message(std::move(rotation)));
   if (pose.projection == Projection::orthographic) {
     message.set_orthographic_half_height(pose.half_height);
   } else {

@@ -6,6 +6,7 @@
 #include "server/base/build_info.h"
 #include "server/base/parse_message.h"
 #include "server/stream/convert.h"
+#include "server/stream/owned_message.h"
 
 namespace helio {
 namespace {
@@ -66,22 +67,22 @@ grpc::ByteBuffer to_stream_response(Outbound message, const std::string& session
   pb::StreamResponse response;
   return std::visit(Overloaded{[](Greeting& greeting) { return raw(greeting.message); },
                                [&](Notice& notice) {
-                                 *response.mutable_notice() = to_message(notice);
+                                 response.set_allocated_notice(owned_message(to_message(notice)));
                                  return to_bytes(response);
                                },
                                [&](FrameBegin& begin) {
-                                 *response.mutable_frame_begin() = to_message(begin, session_id);
+                                 response.set_allocated_frame_begin(owned_message(to_message(begin, session_id)));
                                  return to_bytes(response);
                                },
                                [&](FrameProgress& progress) {
-                                 *response.mutable_progress() = to_message(progress, session_id);
+                                 response.set_allocated_progress(owned_message(to_message(progress, session_id)));
                                  return to_bytes(response);
                                },
                                [&](EncodedTile& tile) {
                                  return tile_message(std::move(tile), pb::StreamResponse::kTileFieldNumber, session_id);
                                },
                                [&](FrameReport& report) {
-                                 *response.mutable_frame_end() = to_message(report, session_id);
+                                 response.set_allocated_frame_end(owned_message(to_message(report, session_id)));
                                  return to_bytes(response);
                                }},
                     message);
@@ -94,7 +95,7 @@ grpc::ByteBuffer to_job_response(Outbound message) {
       Overloaded{[](Greeting& greeting) { return raw(greeting.message); }, [](Notice&) { return grpc::ByteBuffer(); },
                  [](FrameBegin&) { return grpc::ByteBuffer(); },
                  [&](FrameProgress& progress) {
-                   *response.mutable_progress() = to_message(progress, no_session);
+                   response.set_allocated_progress(owned_message(to_message(progress, no_session)));
                    return to_bytes(response);
                  },
                  [&](EncodedTile& tile) {
@@ -107,16 +108,17 @@ grpc::ByteBuffer to_job_response(Outbound message) {
 grpc::ByteBuffer to_job_result(const FrameReport& report, const std::string& job_id, std::uint32_t view, bool over,
                                std::uint64_t invalid_samples) {
   pb::RunJobResponse response;
-  const auto fill = [&](auto& result) {
+  const auto filled = [&](auto result) {
     result.set_job_id(job_id);
     result.set_view(view);
     *result.mutable_end() = to_message(report, "");
+    return owned_message(std::move(result));
   };
   if (over) {
-    fill(*response.mutable_result());
+    response.set_allocated_result(filled(pb::RunJobResponse::Result()));
     response.mutable_result()->set_invalid_samples(invalid_samples);
   } else {
-    fill(*response.mutable_view_result());
+    response.set_allocated_view_result(filled(pb::RunJobResponse::ViewResult()));
   }
   return to_bytes(response);
 }

@@ -157,7 +157,7 @@ TEST(GltfAnimation, ClipsThatMoveNothingAreNotTheFirst) {
   SceneLoadOptions options;
   options.animation = "Take 001";  // the pose at rest
   expect_near(origin_of(file.must_load(options).instances.at(0)), {0, 0, 0});
-  file.root["animations"] = {file.root["animations"][0]};
+  file.root["animations"] = json::array({file.root["animations"][0]});
   scene = file.must_load();
   EXPECT_EQ(scene.animation, "");
   // Those without a name get one.

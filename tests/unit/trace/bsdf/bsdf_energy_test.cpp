@@ -85,7 +85,9 @@ TEST(BsdfEnergy, SmoothGlassLosesNothingInAnySample) {
             const BsdfSample sample = sample_bsdf(params, wo, random.next_float(), random.next_v2f());
             ASSERT_TRUE(sample.valid() && sample.delta);
             const float power = sample.weight.x * (sample.transmitted ? sqr(sample.eta) : 1.0f);
-            ASSERT_NEAR(power, 1, 1e-5) << ior << ' ' << wo.z;
+            // Fresnel's term, of which 1 - F is left at grazing angles, is rounded apart where it is the weight and
+            // where it is the chance.
+            ASSERT_NEAR(power, 1, 5e-5) << ior << ' ' << wo.z;
           }
         }
       }
