@@ -19,6 +19,7 @@
 #include "client/cli/commands/render_report.h"
 #include "client/cli/exit_code.h"
 #include "client/named_paths.h"
+#include "client/server_address.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -28,6 +29,7 @@ namespace pb = heliograph::v1;
 namespace {
 
 constexpr double kDegreesPerStep = 5;
+constexpr std::uint32_t kPreviewQuality = 90;  // JPEG
 constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 
 struct MoveOptions {
@@ -107,7 +109,7 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
   add_text(app, options.preview_budget, "--preview-budget", "MS",
            "Time that a preview may take, milliseconds in [5, 1000]. Default: 45");
   add_text(app, options.preview_jpeg, "--preview-jpeg", "Q",
-           "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in --compression");
+           "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in process and on loopback, 90 otherwise");
 }
 
 // What a camera that moves asks for, unless it was said otherwise.
@@ -334,6 +336,9 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);
+  // Over a network, where compressing a preview as EXR would take longer than making it.
+  const bool far = !context.connection.address.empty() && !is_loopback(context.connection.address);
+  if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);
   if (const auto quality = reader.integer(options.preview_jpeg, 1, 100))
     format.set_preview_jpeg(static_cast<std::uint32_t>(*quality));
   OutputCheck outputs;
