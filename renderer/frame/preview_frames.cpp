@@ -35,7 +35,10 @@ std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>> PreviewFrame
   target.region = begin.region;
   target.until_s = frame.begun_s + begin.settings.preview.budget_s - output_s_;
   const bool fits = rest && rest->film.width() == history_->width() && rest->film.height() == history_->height();
-  if (fits && history_->shows(rest->scene, rest->camera, rest->region)) target.film = &rest->film;
+  if (fits && history_->shows(rest->scene, rest->camera, rest->region)) {
+    target.film = &rest->film;
+    target.display = rest->display;
+  }
   target.scene = std::move(scene);
   stage_ = std::make_shared<PreviewStage>(history_, std::move(target), std::move(cancel));
 

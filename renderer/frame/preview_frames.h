@@ -18,6 +18,7 @@ namespace helio {
 // A film of which every pixel of the region is of one view, and to which nobody writes.
 struct RestingFilm {
   const Film& film;
+  const DisplayLayer* display = nullptr;  // null: has none
   const RenderScene* scene = nullptr;
   CameraPose camera;  // fitted()
   PixelRect region;

@@ -590,7 +590,7 @@ void RenderLoop::Impl::open_frame(std::shared_ptr<FrameRecord> record) noexcept 
 // Nothing: not every pixel of the film is of one view. Precondition: no piece is in flight.
 std::optional<RestingFilm> RenderLoop::Impl::resting_film() const {
   if (broken || picture.samples == 0 || picture.state.reproject_due || !pipeline.grid().all_rendered()) return {};
-  return RestingFilm{*film, film_scene.lock().get(), film_camera, pipeline.grid().region()};
+  return RestingFilm{*film, display.get(), film_scene.lock().get(), film_camera, pipeline.grid().region()};
 }
 
 // Precondition: one is due, and no frame and no piece is in flight.

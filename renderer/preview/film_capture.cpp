@@ -12,7 +12,8 @@ constexpr float kMostKept = 8, kFilledKept = 0.5f;
 
 }  // namespace
 
-void capture_film(const Film& film, const PixelRect& window, PreviewHistory& history) {
+void capture_film(const Film& film, const DisplayLayer* display, const PixelRect& window, PreviewHistory& history) {
+  const bool filtered = display && display->covers(window);
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       const std::size_t i = history.index(x, y);
@@ -21,8 +22,9 @@ void capture_film(const Film& film, const PixelRect& window, PreviewHistory& his
       if (pixel.samples == kExactSamples) continue;
       const float samples = float(film.half(0, x, y).count) + float(film.half(1, x, y).count);
       if (!(samples > 0)) continue;
-      const Rgb mean = resolve_mean(film, x, y);
+      Rgb mean = resolve_mean(film, x, y);
       if (!is_finite(mean)) continue;
+      if (filtered) mean = display->shown(film, x, y, mean);
       const Rgb light = mean / unpack_color(history.colors[i]);
       const float kept = pixel.samples > 0 ? std::min(float(pixel.samples), kMostKept) : kFilledKept;
       const float share = samples / (samples + kept);

@@ -77,7 +77,7 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
       history_->colored_scene = target_.scene;
       return;
     case Sweep::capture:
-      return capture_film(*target_.film, windows_[part], *history_);
+      return capture_film(*target_.film, target_.display, windows_[part], *history_);
     case Sweep::surfaces: {
       const bool textured = surface_camera_.pinhole();
       const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);

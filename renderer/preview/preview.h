@@ -17,6 +17,7 @@
 #include "renderer/base/cancel.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/film/core/film.h"
+#include "renderer/film/display/display_layer.h"
 #include "renderer/preview/edge_avoiding_filter.h"
 #include "renderer/preview/history_lookup.h"
 #include "renderer/preview/preview_history.h"
@@ -37,6 +38,7 @@ struct PreviewTarget {
   double until_s = 0;
   // Rests at the view of the newest preview; nobody writes to it until the sweeps are over. Null: none.
   const Film* film = nullptr;
+  const DisplayLayer* display = nullptr;  // of the film, likewise; null: it is shown as it is
 };
 
 // Sweeps and parts as FrameStage has them: all parts of a sweep, in any order and on any worker, then finish_sweep().

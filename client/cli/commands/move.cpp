@@ -336,6 +336,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);
+  // Previews show the film of the last rest as it was shown there.
+  if (playing_as.rate && !patterns.raw) format.set_display(true);
   // Over a network, where compressing a preview as EXR would take longer than making it.
   const bool far = !context.connection.address.empty() && !is_loopback(context.connection.address);
   if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);

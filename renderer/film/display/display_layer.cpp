@@ -60,7 +60,7 @@ DisplayLayer::DisplayLayer(int width, int height) : width_(width), height_(heigh
 }
 
 void DisplayLayer::begin(const PixelRect& region) {
-  known_ = false;
+  if (region != region_) known_ = false;
   region_ = region;
   windows_ = cut_aligned(region, kWindowWidth, kWindowHeight);
   brightness_.assign(windows_.size(), 0.0);
@@ -78,8 +78,12 @@ void DisplayLayer::finish_sweep(int sweep) {
     double sum = 0;
     for (const double of_window : brightness_) sum += of_window;
     const double mean = sum / double(region_.area());
-    // What floats hold of it: a scale of 1 is as good as any for a picture that is black.
-    scale_ = mean > 0 && std::isfinite(mean) ? float(std::clamp(1 / mean, 1e-30, 1e30)) : 1.0f;
+    // What floats hold of it: a scale of 1 is as good as any for a picture that is black. A power of two, so that it
+    // hardly ever changes while a picture gets samples.
+    const bool some = mean > 0 && std::isfinite(mean);
+    const float scale = some ? float(std::exp2(std::round(std::log2(std::clamp(1 / mean, 1e-30, 1e30))))) : 1.0f;
+    if (scale != scale_) known_ = false;
+    scale_ = scale;
   }
   if (sweep + 1 == kSweeps) known_ = true;
 }
@@ -212,6 +216,19 @@ void DisplayLayer::blend(const Film& film, const PixelRect& window) {
   }
 }
 
+Rgb DisplayLayer::shown(const Film& film, int x, int y, const Rgb& radiance) const {
+  const float share = unpack_half(blends_[index(x, y)].share);
+  if (!(share > 0)) return radiance;
+  const HalvesPixel& pixel = filtered_[kLevels - 1][index(x, y)];
+  const Rgb reflectance = filter_reflectance(film.features(x, y));
+  Rgb shown = radiance;
+  for (int c = 0; c < 3; ++c) {
+    const float light = 0.5f * (unpack_half(pixel.light[0][c]) + unpack_half(pixel.light[1][c]));
+    shown[c] += share * (light * reflectance[c] / scale_ - shown[c]);
+  }
+  return shown;
+}
+
 void DisplayLayer::resolve(const DisplayLayer* layer, const Film& film, ResolvedTile& tile) {
   const PixelRect& window = tile.window;
   for (int c = 0; c < 3; ++c) tile.display[c] = tile.radiance[c];
@@ -225,16 +242,9 @@ void DisplayLayer::resolve(const DisplayLayer* layer, const Film& film, Resolved
   std::size_t i = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
-      const HalvesPixel& pixel = layer->filtered_[kLevels - 1][layer->index(x, y)];
-      const Blend& blend = layer->blends_[layer->index(x, y)];
-      const Rgb reflectance = filter_reflectance(film.features(x, y));
-      const float share = unpack_half(blend.share);
-      for (int c = 0; c < 3 && share > 0; ++c) {
-        const float light = 0.5f * (unpack_half(pixel.light[0][c]) + unpack_half(pixel.light[1][c]));
-        float& shown = tile.display[c][i];
-        shown += share * (light * reflectance[c] * unit - shown);
-      }
-      float square = sqr(unpack_half(blend.error) * unit);
+      const Rgb shown = layer->shown(film, x, y, Rgb(tile.radiance[0][i], tile.radiance[1][i], tile.radiance[2][i]));
+      for (int c = 0; c < 3; ++c) tile.display[c][i] = shown[c];
+      float square = sqr(unpack_half(layer->blends_[layer->index(x, y)].error) * unit);
       if (const FilmHistory* history = film.history())
         square += float(std::min(history->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count), 1e30));
       tile.display_error[i] = std::sqrt(square);

@@ -26,7 +26,8 @@ class DisplayLayer {
   int height() const { return height_; }
 
   // Made of the film's region anew: begin(), then all parts of each sweep in any order and on any thread, and
-  // finish_sweep(). The film is only read. Its pixels need samples in both halves for a filter to have something to go
+  // finish_sweep(). The film is only read. Given up in between it stays known if it was, of the same picture with fewer
+  // samples; forget() it for another picture. Its pixels need samples in both halves for a filter to have something to go
   // by; others are filled from their neighbours. Precondition: the film is of the layer's size.
   void begin(const PixelRect& region);
   static constexpr int kSweeps = 4;
@@ -35,7 +36,11 @@ class DisplayLayer {
   void finish_sweep(int sweep);
 
   bool known() const { return known_; }
+  bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
   void forget() { known_ = false; }
+
+  // What is shown for the film's mean radiance there. Precondition: covers() the pixel.
+  Rgb shown(const Film& film, int x, int y, const Rgb& radiance) const;
 
   // Fills tile.display and tile.display_error from tile.radiance, where `layer` is known and covers the window; else
   // (null, or no such picture yet) they are the radiance and the root of its variance, which is +infinity where the
@@ -61,13 +66,12 @@ class DisplayLayer {
   void blend(const Film& film, const PixelRect& window);
   std::uint16_t& deviation_of_mean(int x, int y) { return filtered_[1][index(x, y)].deviation; }
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
-  bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
 
   int width_, height_;
   PixelRect region_;
   std::vector<PixelRect> windows_;
   std::vector<double> brightness_;  // by window
-  float scale_ = 1;                 // radiance to units of the picture's mean
+  float scale_ = 1;                 // radiance to units of about the picture's mean
   std::vector<HalvesPixel> filtered_[2];  // what a level left
   std::vector<Blend> blends_;
   bool known_ = false;

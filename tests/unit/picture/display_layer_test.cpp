@@ -378,6 +378,22 @@ TEST(DisplayLayer, ABlackFilmIsBlack) {
   for (std::size_t i = 0; i < empty.display_error.size(); ++i) ASSERT_EQ(empty.display[0][i], 0);
 }
 
+TEST(DisplayLayer, GivenUpItStaysAsItWas) {
+  const Film few = noisy_film([](int x, int) { return float(1 + x); }, 2);
+  const Film more = noisy_film([](int x, int) { return float(1 + x); }, 8);
+  DisplayLayer layer(kWidth, kHeight);
+  make(layer, few, few.bounds());
+  const std::vector<float> before = shown(&layer, few, few.bounds()).display[0];
+  layer.begin(few.bounds());
+  for (std::size_t i = 0; i < layer.parts(); ++i) layer.run(more, 0, i);
+  layer.finish_sweep(0);
+  layer.run(more, 1, 0);
+  EXPECT_TRUE(layer.known());
+  EXPECT_EQ(shown(&layer, few, few.bounds()).display[0], before);
+  layer.begin({1, 1, 20, 20});
+  EXPECT_FALSE(layer.known());
+}
+
 TEST(DisplayLayer, ShowsTheFilmWhereItHasNoPicture) {
   const Film film = noisy_film([](int x, int) { return float(1 + x); }, 2);
   DisplayLayer layer(kWidth, kHeight);

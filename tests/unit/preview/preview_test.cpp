@@ -31,8 +31,8 @@ class Previews {
 
   // With all the time it could want, or none.
   Picture show(const CameraPose& camera, const Film* film = nullptr, const PixelRect& region = kAll,
-               bool in_time = true, const PathSettings& path = {}) {
-    PreviewTarget target{scene_, camera, path, {}, region, now_s() + (in_time ? 1e3 : -1.0), film};
+               bool in_time = true, const PathSettings& path = {}, const DisplayLayer* display = nullptr) {
+    PreviewTarget target{scene_, camera, path, {}, region, now_s() + (in_time ? 1e3 : -1.0), film, display};
     Preview preview(history_, target, std::make_shared<CancelToken>());
     for (int sweep = 0; sweep < preview.sweeps(); ++sweep) {
       for (std::size_t part = 0; part < preview.parts(); ++part) preview.run(sweep, part, stats);
@@ -177,6 +177,28 @@ TEST(Preview, FollowsTheCameraWithTheLightOfTheFilm) {
     expect_finite(preview);
     EXPECT_LT(relmse(preview, reference), 0.3 * relmse(one, reference));
   }
+}
+
+TEST(Preview, FollowsTheCameraWithTheFilmAsItIsShown) {
+  const auto scene = build(lambert_room());
+  const Film film = render(*scene, kHome, kWidth, kHeight, 4);
+  DisplayLayer layer(kWidth, kHeight);
+  layer.begin(kAll);
+  for (int sweep = 0; sweep < DisplayLayer::kSweeps; ++sweep) {
+    for (std::size_t part = 0; part < layer.parts(); ++part) layer.run(film, sweep, part);
+    layer.finish_sweep(sweep);
+  }
+  const CameraPose moved = turned(1);
+  const Picture reference = picture_of(render(*scene, moved, kWidth, kHeight, 256));
+  const auto error = [&](const DisplayLayer* display) {
+    Previews previews(scene);
+    previews.show(kHome);
+    return relmse(previews.show(moved, &film, kAll, false, {}, display), reference);
+  };
+  const double as_it_is = error(nullptr);
+  EXPECT_LT(error(&layer), 0.7 * as_it_is);
+  layer.forget();
+  EXPECT_EQ(error(&layer), as_it_is);
 }
 
 TEST(Preview, ThousandTinyMovesNeitherBlurNorDrift) {
