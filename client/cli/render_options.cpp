@@ -249,9 +249,10 @@ RenderLimits limits_of(const pb::GetServerInfoResponse& server) {
 
 }  // namespace
 
-pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader) {
+pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader, pb::Mode mode) {
   const std::size_t before = reader.problems().size();
   pb::RenderSettings settings;
+  settings.set_mode(mode);
   if (const auto size = reader.size(options.size)) {
     settings.set_width(size->first);
     settings.set_height(size->second);
@@ -274,17 +275,6 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
   if (const auto rect = reader.rect(options.region)) write_rect(*rect, *settings.mutable_region());
   if (reader.problems().size() == before) check_settings(options, settings, limits_of({}), reader);
   return settings;
-}
-
-bool choose_combined(pb::RenderSettings& settings) {
-  if (settings.mode() != pb::MODE_UNSPECIFIED) return true;
-  pb::RenderSettings combined = settings;
-  combined.set_mode(pb::MODE_COMBINED);
-  Problems problems;
-  static_cast<void>(helio::read_settings(combined, limits_of({}), "", problems));
-  if (!problems.empty()) return false;
-  settings.set_mode(pb::MODE_COMBINED);
-  return true;
 }
 
 // `offered`: the daemon's own; empty: it does not say.

@@ -20,10 +20,9 @@ void add_picture_options(CLI::App& app, SettingsOptions& options);
 // These and all others.
 void add_settings_options(CLI::App& app, SettingsOptions& options);
 // Width and height stay 0 when --size is absent: see set_defaults. Problems are those of the daemon's validator, named
-// by the option that the field comes from.
-heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader);
-// Chooses mode combined where none was chosen. False, with the settings as they were: it does not go with them.
-bool choose_combined(heliograph::v1::RenderSettings& settings);
+// by the option that the field comes from. mode: where --mode is absent.
+heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader,
+                                             heliograph::v1::Mode mode = heliograph::v1::MODE_UNSPECIFIED);
 // Checks settings, which need not be whole, against the daemon's limits, modes and integrators.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,
                           const heliograph::v1::GetServerInfoResponse& server, OptionReader& reader);

@@ -100,7 +100,9 @@ struct FrameState {
 
 struct PublishPolicy {
   bool passes = true;  // false: only the final state (jobs)
-  double interval_s = 0.25;  // between publications that are not at powers of two; grows with the age of the view
+  // Between publications that are not at powers of two; grows with the age of the view. Filtering for the eye makes it
+  // longer, at powers of two as well.
+  double interval_s = 0.25;
 };
 
 class FrameScheduler {

@@ -113,10 +113,10 @@ std::vector<SceneEdit> read_scene_edits(const pb::EditSceneRequest& message, Pro
 }
 
 pb::EditSceneResponse to_edit_response(const LoadedScene& scene, bool already_there) {
-  const pb::LoadSceneResponse loaded = to_load_response(scene, already_there);
+  pb::LoadSceneResponse loaded = to_load_response(scene, already_there);
   pb::EditSceneResponse response;
-  *response.mutable_scene() = loaded.scene();
-  *response.mutable_notices() = loaded.notices();
+  *response.mutable_scene() = std::move(*loaded.mutable_scene());
+  *response.mutable_notices() = std::move(*loaded.mutable_notices());
   response.set_already_there(already_there);
   const EditSummary* edit = scene.snapshot->edit();
   response.set_shares_bvh(!edit || edit->shares_bvh);

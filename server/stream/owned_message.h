@@ -8,10 +8,11 @@
 
 namespace helio {
 
-// Throws std::bad_alloc.
+// Throws std::bad_alloc. Moved, not copied: copies of oneofs have the same flaw.
 template <class Message>
-std::decay_t<Message>* owned_message(Message&& message) {
-  return std::make_unique<std::decay_t<Message>>(std::forward<Message>(message)).release();
+Message* owned_message(Message&& message) {
+  static_assert(!std::is_reference_v<Message>);
+  return std::make_unique<Message>(std::move(message)).release();
 }
 
 }  // namespace helio

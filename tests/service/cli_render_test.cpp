@@ -408,8 +408,23 @@ TEST_F(CliMove, PlayingWhereCombinedDoesNotGoSaysSo) {
   EXPECT_NE((lvc.out + lvc.err).find("which does not go with these settings: mode is pt, with previews"),
             std::string::npos)
       << lvc.out << lvc.err;
+  const ProcessResult still = heliograph({"move", "broken.gltf", "--turn", "5", "--integrator", "lvc"});
+  EXPECT_NE((still.out + still.err).find("mode is pt\n"), std::string::npos) << still.out << still.err;
   const ProcessResult path = heliograph({"move", "broken.gltf", "--turn", "5", "--play", "20"});
   EXPECT_EQ((path.out + path.err).find("mode is pt"), std::string::npos);
+}
+
+TEST_F(CliMove, KeepsWhatIsTrueUnlessToldOtherwise) {
+  std::vector<std::string> line = {"move",     "quad.gltf", "--environment", "0.1,0.1,0.1", "--move",    "0.05,0,0",
+                                   "--steps",  "1",         "--size",        "40x30",       "--samples", "16",
+                                   "--output", "k.#.exr"};
+  EXPECT_GT(heliograph_json(line)["frames"][1]["reuse_share"], 0.1);
+  // Options that go with the mode need not name it.
+  line.insert(line.end(), {"--adaptive-min", "8"});
+  EXPECT_GT(heliograph_json(line)["frames"][1]["reuse_share"], 0.1);
+  line.resize(line.size() - 2);
+  line.insert(line.end(), {"--mode", "pt"});
+  EXPECT_EQ(heliograph_json(line)["frames"][1]["reuse_share"], 0);
 }
 
 TEST_F(CliMove, APathByNameEndsAtTheCamerasOwnView) {

@@ -112,25 +112,29 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
            "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in process and on loopback, 90 otherwise");
 }
 
-// What a camera that moves asks for, unless it was said otherwise.
-struct PlayChoice {
-  std::optional<double> rate;  // views a second; none: one picture a view
-  std::string notice;          // empty: none
-};
+// In mode combined if no mode is asked for and the others go with it; else pt. Problems are those of the mode that has
+// fewer.
+pb::RenderSettings read_moving_settings(const SettingsOptions& options, OptionReader& reader) {
+  const auto mode = options.fields.find("mode");
+  if (mode != options.fields.end() && mode->second.given()) return read_settings(options, reader);
+  Problems of_combined, of_pt;
+  OptionReader combined_reader(of_combined), pt_reader(of_pt);
+  const pb::RenderSettings combined = read_settings(options, combined_reader, pb::MODE_COMBINED);
+  if (of_combined.empty()) return combined;
+  const pb::RenderSettings pt = read_settings(options, pt_reader, pb::MODE_PT);
+  const bool choose_pt = of_pt.size() < of_combined.size();
+  for (const Problems::Item& item : (choose_pt ? of_pt : of_combined).items())
+    reader.problems().add(item.where, item.message);
+  return choose_pt ? pt : combined;
+}
 
-PlayChoice read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
-  PlayChoice choice;
-  const std::size_t before = reader.problems().size();
-  choice.rate = reader.number(options.play, {0, 240, false});
+// What playing in real time asks for, unless it was said otherwise. Returns views a second; none: one picture a view.
+std::optional<double> read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
+  const auto play = reader.number(options.play, {0, 240, false});
   if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);
   if (const auto budget = reader.number(options.preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
-  if (reader.problems().size() > before) return choice;
-  if (choice.rate && !options.preview_rate.given()) settings.set_preview_rate(20);
-  if (!choose_combined(settings)) {
-    choice.notice = "move renders in mode combined by default, which does not go with these settings: mode is pt";
-    if (settings.preview_rate() > 0) choice.notice += ", with previews";
-  }
-  return choice;
+  if (play && !options.preview_rate.given()) settings.set_preview_rate(20);
+  return play;
 }
 
 bool by_name(const MoveOptions& options) {
@@ -329,15 +333,15 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const std::string path_text = read_path_file(options.path, reader);
   const auto pivot = reader.vector(options.pivot);
   pb::CreateSessionRequest request;
-  *request.mutable_settings() = read_settings(options.settings, reader);
+  *request.mutable_settings() = read_moving_settings(options.settings, reader);
   *request.mutable_budget() = read_budget(options.budget, reader);
-  const PlayChoice playing_as = read_play(options, reader, *request.mutable_settings());
+  const auto play_rate = read_play(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   const FileNames patterns =
       read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);
   // Previews show the film of the last rest as it was shown there.
-  if (playing_as.rate && !patterns.raw) format.set_display(true);
+  if (play_rate && !patterns.raw) format.set_display(true);
   // Over a network, where compressing a preview as EXR would take longer than making it.
   const bool far = !context.connection.address.empty() && !is_loopback(context.connection.address);
   if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);
@@ -348,7 +352,12 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return context.refuse();
-  if (!playing_as.notice.empty()) terminal.say("notice: " + playing_as.notice);
+  if (!options.settings.fields.at("mode").given() && request.settings().mode() == pb::MODE_PT) {
+    const bool previews = request.settings().preview_rate() > 0;
+    terminal.say(
+        std::string("notice: move renders in mode combined by default, which does not go with these settings: ") +
+        "mode is pt" + (previews ? ", with previews" : ""));
+  }
 
   CallControl control;
   std::mutex player_mutex;
@@ -385,8 +394,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Json frames = Json::array();
   const double begun = now_s();
   Status played = ok_status();
-  if (playing_as.rate) {
-    const RealTime what{format, *views, patterns, *playing_as.rate, choice.time_s};
+  if (play_rate) {
+    const RealTime what{format, *views, patterns, *play_rate, choice.time_s};
     played = play_and_keep(client, *session, what, interrupt, terminal, json, frames);
   } else {
     MovePlayer player(client, session->session_id(), format, request.budget(), terminal);

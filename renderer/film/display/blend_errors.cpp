@@ -8,14 +8,15 @@ namespace {
 
 // Sums of so much from a neighbourhood are floats still.
 constexpr float kMost = 1e35f;
-// Luminance, of the picture's mean, below which differences count as if they were as bright.
+// Brightness, of the picture's mean, below which differences count as if they were as bright.
 constexpr float kDarkest = 1e-3f;
 
-// b of its estimate and the sum of the squares that it is the mean of. What is below its own standard error hardly
-// counts: its noise above zero would add up to an error that is not there.
+// What counts of the mean of products of residuals, given the mean of their squares. What is below half of its own
+// standard error hardly does: its noise above zero would add up to an error that is not there.
 float bias(float residuals, float squares, float pixels) {
   if (!(residuals > 0)) return 0;
-  return residuals / (1 + squares / (4 * pixels * sqr(residuals)));
+  const float uncertain = std::sqrt(squares / (4 * pixels)) / residuals;
+  return residuals / (1 + sqr(uncertain));
 }
 
 }  // namespace

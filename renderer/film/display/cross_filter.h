@@ -1,6 +1,7 @@
 // One level of the display layer's filter: a weighted mean over 5x5 taps `step` pixels apart. A tap weighs by how far
 // noise explains that 3x3 pixels around it differ from those around the centre (non-local means, Buades et al. 2005,
-// with variances as Rousselle et al. 2012, eq. 4), and by how alike the first hits are. The weights of one half are
+// with variances as Rousselle et al. 2012, eq. 4), by how alike the first hits are, and less where it is far noisier
+// than the centre. The weights of one half are
 // applied to the other (Rousselle et al. 2012, section 5.1): they do not follow the noise that they average, and the
 // two results tell by their difference what noise is left.
 #pragma once
@@ -36,8 +37,8 @@ class CrossFilter {
 
   // Rows of the window are `columns_` apart, which are whole vectors.
   std::size_t columns_ = 0;
-  // Squared differences less what variance explains of them, summed over three columns, by half: of the window's rows
-  // and of one above and below. | Variance summed over 3x3 pixels, of the input's window.
+  // Squared differences less what variance explains of them, over that variance, by half: summed over three columns,
+  // of the window's rows and of one above and below | of a row.
   std::vector<float> apart_[kHalves], row_[kHalves];
   // Sums over taps: weights, weights times light, and squared weights times variance, of both halves together.
   std::vector<float> weights_[kHalves], sums_[kHalves][3], noise_;

@@ -1,6 +1,7 @@
 #include "renderer/film/display/display_layer.h"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -20,7 +21,6 @@ namespace {
 constexpr int kWindowWidth = 128, kWindowHeight = 64;
 // Distance of a level's taps.
 constexpr int kSteps[] = {1, 3};
-constexpr int kLevels = int(std::size(kSteps));
 // Times the mean (F - m)^2 around a pixel, beyond which its own is a stray sample's.
 constexpr float kStray = 4;
 
@@ -52,6 +52,8 @@ Scratch& scratch() {
 }
 
 }  // namespace
+
+static_assert(std::size(kSteps) == DisplayLayer::kLevels);
 
 DisplayLayer::DisplayLayer(int width, int height) : width_(width), height_(height) {
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
@@ -194,8 +196,9 @@ void DisplayLayer::blend(const Film& film, const PixelRect& window) {
         p.brightness += filtered * (1.0f / 3);
       }
       s.own_apart[i] = p.apart;
-      s.own_residuals[i] = p.residuals;
-      if (film.half(0, x, y).count > 0 && film.half(1, x, y).count > 0) s.evidence.add(x, y, s.border[i], p);
+      const bool both = film.half(0, x, y).count > 0 && film.half(1, x, y).count > 0;
+      s.own_residuals[i] = both ? p.residuals : 0;
+      if (both) s.evidence.add(x, y, s.border[i], p);
     }
   }
   s.evidence.average();
@@ -208,10 +211,21 @@ void DisplayLayer::blend(const Film& film, const PixelRect& window) {
       const float apart = s.own_apart[own];
       const float kept = apart > usual ? std::sqrt(usual / apart) : 1.0f;
       float share = 1 - (1 - s.evidence.best_share(x, y, s.border[own])) * kept;
+      float square = errors.of_share(share);
       const bool samples = film.half(0, x, y).count > 0 || film.half(1, x, y).count > 0;
       if (!samples) share = 1;
-      if (saturated(filtered_[kLevels - 1][index(x, y)])) share = 0;
-      blends_[index(x, y)] = {pack_half(share), pack_half(std::sqrt(errors.of_share(share) / 3))};
+      if (!errors.known) {
+        // One half has samples around: nothing tells how far off the filter is. It is shown, for a film of so few
+        // samples is noise, and the error is told as if it was not.
+        share = 1;
+        const float deviation = unpack_half(deviation_of_mean(x, y));
+        square = deviation < kMostHalf ? sqr(deviation) : std::numeric_limits<float>::infinity();
+      }
+      if (saturated(filtered_[kLevels - 1][index(x, y)])) {
+        share = 0;
+        square = errors.known ? errors.of_share(0) : square;
+      }
+      blends_[index(x, y)] = {pack_half(share), pack_half(std::sqrt(square / 3))};
     }
   }
 }
@@ -238,16 +252,18 @@ void DisplayLayer::resolve(const DisplayLayer* layer, const Film& film, Resolved
       tile.display_error[i] = std::sqrt((tile.variance[0][i] + tile.variance[1][i] + tile.variance[2][i]) * (1.0f / 3));
     return;
   }
-  const float unit = 1 / layer->scale_;
+  const double unit = 1 / double(layer->scale_);
   std::size_t i = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       const Rgb shown = layer->shown(film, x, y, Rgb(tile.radiance[0][i], tile.radiance[1][i], tile.radiance[2][i]));
       for (int c = 0; c < 3; ++c) tile.display[c][i] = shown[c];
-      float square = sqr(unpack_half(layer->blends_[layer->index(x, y)].error) * unit);
+      const float error = unpack_half(layer->blends_[layer->index(x, y)].error);
+      double square = error < kMostHalf ? sqr(error * unit) : std::numeric_limits<double>::infinity();
       if (const FilmHistory* history = film.history())
-        square += float(std::min(history->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count), 1e30));
-      tile.display_error[i] = std::sqrt(square);
+        square += history->bias2(x, y, film.half(0, x, y).count, film.half(1, x, y).count);
+      const double root = std::sqrt(square);
+      tile.display_error[i] = root <= FLT_MAX ? float(root) : std::numeric_limits<float>::infinity();
     }
   }
 }

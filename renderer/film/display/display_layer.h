@@ -20,7 +20,7 @@ class DisplayLayer {
   // Takes bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
   DisplayLayer(int width, int height);
 
-  static constexpr std::size_t bytes_per_pixel() { return 2 * sizeof(HalvesPixel) + sizeof(Blend); }
+  static constexpr std::size_t bytes_per_pixel() { return kLevels * sizeof(HalvesPixel) + sizeof(Blend); }
   std::size_t bytes() const { return filtered_[0].size() * bytes_per_pixel(); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -30,7 +30,8 @@ class DisplayLayer {
   // samples; forget() it for another picture. Its pixels need samples in both halves for a filter to have something to go
   // by; others are filled from their neighbours. Precondition: the film is of the layer's size.
   void begin(const PixelRect& region);
-  static constexpr int kSweeps = 4;
+  static constexpr int kLevels = 2;                      // of the filter
+  static constexpr int kSweeps = kLevels + 2;            // brightness before, blend after
   std::size_t parts() const { return windows_.size(); }  // of any sweep
   void run(const Film& film, int sweep, std::size_t part);
   void finish_sweep(int sweep);
@@ -44,8 +45,8 @@ class DisplayLayer {
 
   // Fills tile.display and tile.display_error from tile.radiance, where `layer` is known and covers the window; else
   // (null, or no such picture yet) they are the radiance and the root of its variance, which is +infinity where the
-  // tile has none. Error: estimated root mean square of a pixel's error over its channels, of neighbourhoods of 11x11,
-  // with what reuse may have added. Thread safe.
+  // tile has none. Error: +infinity where no sample tells of it; estimated root mean square of a pixel's error over its
+  // channels, of neighbourhoods of 11x11, with what reuse may have added. Thread safe.
   static void resolve(const DisplayLayer* layer, const Film& film, ResolvedTile& tile);
 
  private:
@@ -64,7 +65,7 @@ class DisplayLayer {
   void filter(const Film& film, int level, const PixelRect& window);
   void find_borders(const Film& film, const PixelRect& rect, std::vector<std::uint8_t>& border) const;
   void blend(const Film& film, const PixelRect& window);
-  std::uint16_t& deviation_of_mean(int x, int y) { return filtered_[1][index(x, y)].deviation; }
+  std::uint16_t& deviation_of_mean(int x, int y) { return filtered_[kLevels - 1][index(x, y)].deviation; }
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
 
   int width_, height_;
@@ -72,7 +73,7 @@ class DisplayLayer {
   std::vector<PixelRect> windows_;
   std::vector<double> brightness_;  // by window
   float scale_ = 1;                 // radiance to units of about the picture's mean
-  std::vector<HalvesPixel> filtered_[2];  // what a level left
+  std::vector<HalvesPixel> filtered_[kLevels];  // what a level left
   std::vector<Blend> blends_;
   bool known_ = false;
 };

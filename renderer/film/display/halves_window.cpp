@@ -101,7 +101,7 @@ void HalvesReader::read_light(HalvesWindow& out) {
     for (auto& half : out.light) half[c].resize(out.plane_size());
   }
   for (std::vector<float>& plane : brightness_) plane.resize(std::size_t(wide.area()));
-  scales_.resize(std::size_t(r.width()));
+  for (std::vector<float>& scales : scales_) scales.resize(std::size_t(r.width()));
   const std::size_t row = std::size_t(wide.width());
   for (int y = r.y0; y < r.y1; ++y) {
     const std::size_t from = std::size_t(y - wide.y0) * row + kLightBorder, to = out.at(r.x0, y);
@@ -113,7 +113,9 @@ void HalvesReader::read_light(HalvesWindow& out) {
   for_each_pixel(wide, roi_, [&](std::size_t i, int x, int y) {
     const Rgb inverse = Rgb(1, 1, 1) / filter_reflectance(film_->features(x, y));
     for (int h = 0; h < kHalves; ++h) {
-      brightness_[h][i] = luminance(Rgb(halves_[h][0][i], halves_[h][1][i], halves_[h][2][i]));
+      // A half without samples has no brightness of its own that the other would be held against.
+      const bool known = film_->half(h, x, y).count > 0;
+      brightness_[h][i] = known ? luminance(Rgb(halves_[h][0][i], halves_[h][1][i], halves_[h][2][i])) : 0.0f;
       for (int c = 0; c < 3; ++c) halves_[h][c][i] *= inverse[c];
     }
   });
@@ -131,11 +133,14 @@ void HalvesReader::read_light(HalvesWindow& out) {
         const float below = max3(max3(d[-1], d[0], d[1]), max3(e[-1], e[0], e[1]), 0.0f);
         const float beside = max3(larger(own[x - 1], own[x + 1]), other[x - 1], other[x + 1]);
         const float most = max3(above, below, beside);
-        scales_[x] = own[x] > kMostLight * most ? kMostLight * most / own[x] : 1.0f;
+        scales_[h][x] = own[x] > kMostLight * most ? kMostLight * most / own[x] : 1.0f;
       }
+    }
+    for (int h = 0; h < kHalves; ++h) {
+      const float* const own = brightness_[h].data() + from;
       for (int c = 0; c < 3; ++c) {
         for (std::size_t x = 0; x < std::size_t(r.width()); ++x)
-          out.light[h][c][to + x] = halves_[h][c][from + x] * scales_[x];
+          out.light[h][c][to + x] = halves_[h][c][from + x] * (own[x] == 0 ? scales_[1 - h][x] : scales_[h][x]);
       }
     }
   }

@@ -69,7 +69,7 @@ class HalvesReader {
   float scale_ = 1;
   // Of a window with a border; light of the halves, before it is clamped.
   std::vector<float> halves_[kHalves][3], brightness_[kHalves];
-  std::vector<float> scales_, pooled_[3], apart_, boxes_, bounds_;
+  std::vector<float> scales_[kHalves], pooled_[3], apart_, boxes_, bounds_;
 };
 
 }  // namespace helio

@@ -126,7 +126,8 @@ TEST_F(DisplayFrame, FiltersAnewWhatIsShownAgainAfterACancel) {
   quiet.publish_passes = false;
   RenderLoop loop(engine, room, settings_of(RenderMode::pt), {}, RenderRank::interactive, sink, quiet);
   loop.update(view_of(1, 1 << 20));
-  while (loop.progress().trace.paths < 4u * kWidth * kHeight) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int tries = 0; tries < 60000 && loop.progress().trace.paths < 4u * kWidth * kHeight; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   loop.cancel();
   ASSERT_TRUE(sink->wait([&] { return !sink->ends.empty(); }));
   const std::size_t ends = sink->read([&] { return sink->ends.size(); });
@@ -136,7 +137,7 @@ TEST_F(DisplayFrame, FiltersAnewWhatIsShownAgainAfterACancel) {
   EXPECT_TRUE(filtered(sink->pixels.back()));
 }
 
-TEST_F(DisplayFrame, ADragShowsEachViewFilteredByItself) {
+TEST_F(DisplayFrame, TheLastViewOfADragIsFiltered) {
   RenderLoop loop(engine, room, settings_of(RenderMode::combined), {}, RenderRank::interactive, sink,
                   options(kWithDisplay));
   std::optional<FrameEnd> end;

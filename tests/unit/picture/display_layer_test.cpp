@@ -270,6 +270,31 @@ TEST(DisplayLayer, FillsWhatHasNoSamples) {
   EXPECT_NEAR(tile.display[0][std::size_t(30 * kWidth + 60)], 2, 0.4);
 }
 
+// As after a move, where what comes into view has had one sample.
+TEST(DisplayLayer, WhereOneHalfHasSamplesItIsFilteredAndTheFilmsErrorIsTold) {
+  const Truth even = [](int, int) { return 2.0f; };
+  Film film = noisy_film(even, 1);
+  const PixelRect lone{40, 20, 90, 60}, inside{52, 32, 78, 48};
+  for (int y = lone.y0; y < lone.y1; ++y) {
+    for (int x = lone.x0; x < lone.x1; ++x) film.half(1, x, y) = HalfPixel();
+  }
+  film.half(0, 65, 40).sum[0] = 4000;  // a stray sample
+  DisplayLayer layer(kWidth, kHeight);
+  make(layer, film, film.bounds());
+  const ResolvedTile tile = shown(&layer, film, inside);
+  double square = 0, raw = 0;
+  for (std::size_t i = 0; i < tile.display_error.size(); ++i) {
+    EXPECT_GT(tile.display_error[i], 0.5f);
+    if (tile.radiance[0][i] > 1000) {
+      EXPECT_LT(tile.display[0][i], 100);
+      continue;
+    }
+    square += std::pow(tile.display[0][i] - 2.0, 2);
+    raw += std::pow(tile.radiance[0][i] - 2.0, 2);
+  }
+  EXPECT_LT(square, 0.3 * raw);
+}
+
 TEST(DisplayLayer, AHoleDoesNotBlurItsNeighbours) {
   // Each pixel has a radiance of its own, so that none is to be filtered.
   const Truth rough = [](int x, int y) { return 0.2f + float((x * 7919 + y * 104729) % 97) / 40; };
@@ -299,6 +324,19 @@ TEST(DisplayLayer, BitsDoNotDependOnTheOrderOfParts) {
   const ResolvedTile a = shown(&forwards, film, film.bounds()), b = shown(&backwards, film, film.bounds());
   for (int c = 0; c < 3; ++c) EXPECT_EQ(a.display[c], b.display[c]);
   EXPECT_EQ(a.display_error, b.display_error);
+}
+
+TEST(DisplayLayer, PicturesMayBeOfAPixelOrAStrip) {
+  for (const PixelRect& region : {PixelRect{0, 0, 1, 1}, PixelRect{0, 0, 150, 1}, PixelRect{149, 0, 150, 70}}) {
+    const Film film = noisy_film([](int x, int) { return float(1 + x % 9); }, 3);
+    DisplayLayer layer(kWidth, kHeight);
+    make(layer, film, region);
+    const ResolvedTile tile = shown(&layer, film, region);
+    for (std::size_t i = 0; i < tile.display_error.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(tile.display[0][i]) && tile.display[0][i] >= 0);
+      ASSERT_TRUE(std::isfinite(tile.display_error[i]));
+    }
+  }
 }
 
 TEST(DisplayLayer, IsTheSameInAnyUnit) {
@@ -375,7 +413,10 @@ TEST(DisplayLayer, ABlackFilmIsBlack) {
   }
   const Film none(kWidth, kHeight);
   const ResolvedTile empty = display_of(none);
-  for (std::size_t i = 0; i < empty.display_error.size(); ++i) ASSERT_EQ(empty.display[0][i], 0);
+  for (std::size_t i = 0; i < empty.display_error.size(); ++i) {
+    ASSERT_EQ(empty.display[0][i], 0);
+    ASSERT_EQ(empty.display_error[i], std::numeric_limits<float>::infinity());
+  }
 }
 
 TEST(DisplayLayer, GivenUpItStaysAsItWas) {
