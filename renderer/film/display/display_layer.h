@@ -27,8 +27,8 @@ class DisplayLayer {
 
   // Made of the film's region anew: begin(), then all parts of each sweep in any order and on any thread, and
   // finish_sweep(). The film is only read. Given up in between it stays known if it was, of the same picture with fewer
-  // samples; forget() it for another picture. Its pixels need samples in both halves for a filter to have something to go
-  // by; others are filled from their neighbours. Precondition: the film is of the layer's size.
+  // samples; forget() it for another picture. Its pixels need samples in both halves for a filter to have something to
+  // go by; others are filled from their neighbours. Precondition: the film is of the layer's size.
   void begin(const PixelRect& region);
   static constexpr int kLevels = 2;                      // of the filter
   static constexpr int kSweeps = kLevels + 2;            // brightness before, blend after
