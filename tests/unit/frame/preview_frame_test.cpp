@@ -113,6 +113,32 @@ TEST_F(PreviewFrame, FilmsHaveTheSameBitsWithAndWithoutPreviews) {
   }
 }
 
+TEST_F(PreviewFrame, AfterARestItShowsTheFilmAsItWasShown) {
+  RenderLoopOptions options;
+  options.channels = kResolveVariance | kResolveSamples | kResolveDisplay;
+  sink->with_display = sink->keep_pixels = true;
+  RenderLoop loop(engine, room, settings_of(RenderMode::pt, 60), {}, RenderRank::interactive, sink, options);
+  ASSERT_TRUE(film_ended(loop.update(view_of(1, 0))));
+  ASSERT_TRUE(film_ended(loop.update(view_of(2, 0.001))));
+  const auto plane = [] { return std::vector<float>(std::size_t(kWidth * kHeight)); };
+  std::vector<float> film = plane(), shown = plane(), preview = plane();
+  for (std::size_t i = 0; i < sink->tiles.size(); ++i) {
+    const ResolvedTile& pixels = sink->pixels[i];
+    if (sink->tiles[i].tag.view_id == 2) {
+      if (sink->tiles[i].preview) put_rows(pixels.display[1], pixels.window, kWidth, preview);
+    } else if (!sink->tiles[i].preview) {
+      put_rows(pixels.radiance[1], pixels.window, kWidth, film);
+      put_rows(pixels.display[1], pixels.window, kWidth, shown);
+    }
+  }
+  double from_film = 0, from_shown = 0;
+  for (std::size_t i = 0; i < preview.size(); ++i) {
+    from_film += double(preview[i] - film[i]) * (preview[i] - film[i]);
+    from_shown += double(preview[i] - shown[i]) * (preview[i] - shown[i]);
+  }
+  EXPECT_LT(from_shown, 0.5 * from_film);
+}
+
 TEST_F(PreviewFrame, AMovingCameraShowsPreviewsAloneAndTheNewestViewAtLast) {
   RenderLoop loop(engine, room, settings_of(RenderMode::combined, 120), {}, RenderRank::interactive, sink);
   ASSERT_TRUE(film_ended(loop.update(view_of(1, 0))));
