@@ -716,7 +716,7 @@ StageContext RenderLoop::Impl::stage_context() {
           picture};
 }
 
-// What is published next is to be filtered for the eye first. Before both halves have samples there is nothing to
+// Whether the next publication is to be filtered for the eye first. Before both halves have samples there is nothing to
 // filter by.
 bool RenderLoop::Impl::display_due() const {
   const FrameState& state = picture.state;

@@ -128,7 +128,8 @@ pb::RenderSettings read_moving_settings(const SettingsOptions& options, OptionRe
   return choose_pt ? pt : combined;
 }
 
-// What playing in real time asks for, unless it was said otherwise. Returns views a second; none: one picture a view.
+// Sets the previews that are asked for, or that playing in real time has by default. Returns views a second; none: one
+// picture a view.
 std::optional<double> read_play(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
   const auto play = reader.number(options.play, {0, 240, false});
   if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);

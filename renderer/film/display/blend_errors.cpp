@@ -11,8 +11,8 @@ constexpr float kMost = 1e35f;
 // Brightness, of the picture's mean, below which differences count as if they were as bright.
 constexpr float kDarkest = 1e-3f;
 
-// What counts of the mean of products of residuals, given the mean of their squares. What is below half of its own
-// standard error hardly does: its noise above zero would add up to an error that is not there.
+// The squared bias that is told by the mean of products of residuals, given the mean of their squares. A mean below
+// half of its own standard error hardly counts: its noise above zero would add up to an error that is not there.
 float bias(float residuals, float squares, float pixels) {
   if (!(residuals > 0)) return 0;
   const float uncertain = std::sqrt(squares / (4 * pixels)) / residuals;

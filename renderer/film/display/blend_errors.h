@@ -1,7 +1,8 @@
-// What the halves tell of the errors of the film and of its filtered picture around a pixel, and how much of the latter
+// Errors of the film and of its filtered picture around a pixel, as the halves tell of them, and how much of the latter
 // to show (James and Stein 1961, with estimated variances).
 //
-// Of raw mean m = (A + B) / 2 and filtered F = (F_A + F_B) / 2 of a neighbourhood of 11x11, summed over channels:
+// The film's mean is m = (A + B) / 2, the filtered F = (F_A + F_B) / 2. Over a neighbourhood of 11x11, summed over
+// channels:
 //
 //     V = variance of m, pooled (variance_pool.h)            R = mean of (F - m)^2
 //     M = mean of (F_A - F_B)^2 / 4 + b, b = mean of (F_A - A)(F_B - B)
@@ -21,37 +22,38 @@
 
 namespace helio {
 
-// Of one neighbourhood.
+// The squared errors in one neighbourhood.
 struct BlendErrors {
   float film = 0, filtered = 0, apart = 0;  // V | M | R
   bool known = false;                       // some pixel of the class has samples in both halves
 
-  float of_share(float share) const;
+  float of_share(float share) const;  // of m + s (F - m)
 };
 
 class BlendEvidence {
  public:
-  // What a pixel adds, summed over channels; only those with samples in both halves.
+  // One pixel's part, summed over channels. Only pixels with samples in both halves have one.
   struct Pixel {
     float variance, noise, residuals, apart;  // V | (F_A - F_B)^2 / 4 | (F_A - A)(F_B - B) | (F - m)^2
     float brightness;                         // of F, in units of the picture's mean
   };
   static constexpr int kRadius = 5;
 
-  // Of the neighbourhoods of a window's pixels.
+  // Clears the sums. Pixels of the window will be asked for.
   void begin(const PixelRect& window);
-  // Of a pixel at most kRadius beyond the window.
+  // The pixel is at most kRadius beyond the window.
   void add(int x, int y, bool border, const Pixel& pixel);
+  // After all pixels, before the questions.
   void average();
 
-  // s: of errors over the square of what is shown, so that bright pixels do not decide for dark neighbours. 0 where
+  // s for errors over the square of what is shown, so that bright pixels do not decide for dark neighbours. 0 where
   // nothing is known.
   float best_share(int x, int y, bool border) const;
   BlendErrors errors(int x, int y, bool border) const;
 
  private:
-  // By class; of errors as they are: V, noise, residuals, their square, R; of relative ones: V - noise + R, residuals,
-  // their square, R; and the number of pixels.
+  // Errors as they are: V, noise, residuals, their square, R; relative ones: V - noise + R, residuals, their square, R;
+  // and the number of pixels.
   enum Term {
     kVariance,
     kNoise,
@@ -74,8 +76,8 @@ class BlendEvidence {
   }
 
   PixelRect window_;
-  std::vector<float> terms_[2][kTerms];  // of pixels, then of neighbourhoods
-  std::vector<float> rows_[3];           // of average()
+  std::vector<float> terms_[2][kTerms];  // by class: of pixels, after average() of neighbourhoods
+  std::vector<float> rows_[3];           // sums of 2, 4 and 8 rows
 };
 
 }  // namespace helio

@@ -35,6 +35,12 @@ bool differ(const PixelFeatures& a, const PixelFeatures& b) {
   return false;
 }
 
+// Of a pixel, by channel, from the root of its packed variance over all; kMostHalf: not known.
+float film_error(std::uint16_t deviation) {
+  const float root = unpack_half(deviation);
+  return root < kMostHalf ? root * std::sqrt(1.0f / 3) : kMostHalf;
+}
+
 // Kept from window to window, for its memory.
 struct Scratch {
   HalvesReader reader;
@@ -42,9 +48,9 @@ struct Scratch {
   CrossFilter filter;
   FilteredWindow out;
   BlendEvidence evidence;
-  // Of a window's pixels and those of its neighbourhoods:
-  std::vector<std::uint8_t> border;             // its first hits differ from a neighbour's
-  std::vector<float> own_apart, own_residuals;  // (F - m)^2 | product of its residuals
+  // A window's pixels and those of its neighbourhoods:
+  std::vector<std::uint8_t> border;             // first hits differ from a neighbour's
+  std::vector<float> own_apart, own_residuals;  // (F - m)^2 | product of the residuals
 };
 Scratch& scratch() {
   thread_local Scratch kept;
@@ -153,7 +159,7 @@ bool DisplayLayer::saturated(const HalvesPixel& pixel) {
   return false;
 }
 
-// Of the pixels of `rect`: whether their first hits differ from those beside, above or below.
+// Notes which pixels of `rect` have other first hits than those beside, above or below.
 void DisplayLayer::find_borders(const Film& film, const PixelRect& rect, std::vector<std::uint8_t>& border) const {
   border.assign(std::size_t(rect.area()), 0);
   const PixelRect wide = intersect(grown(rect, 1), region_);
@@ -211,21 +217,13 @@ void DisplayLayer::blend(const Film& film, const PixelRect& window) {
       const float apart = s.own_apart[own];
       const float kept = apart > usual ? std::sqrt(usual / apart) : 1.0f;
       float share = 1 - (1 - s.evidence.best_share(x, y, s.border[own])) * kept;
-      float square = errors.of_share(share);
       const bool samples = film.half(0, x, y).count > 0 || film.half(1, x, y).count > 0;
-      if (!samples) share = 1;
-      if (!errors.known) {
-        // One half has samples around: nothing tells how far off the filter is. It is shown, for a film of so few
-        // samples is noise, and the error is told as if it was not.
-        share = 1;
-        const float deviation = unpack_half(deviation_of_mean(x, y));
-        square = deviation < kMostHalf ? sqr(deviation) : std::numeric_limits<float>::infinity();
-      }
-      if (saturated(filtered_[kLevels - 1][index(x, y)])) {
-        share = 0;
-        square = errors.known ? errors.of_share(0) : square;
-      }
-      blends_[index(x, y)] = {pack_half(share), pack_half(std::sqrt(square / 3))};
+      // Where one half alone has samples nothing tells how far off the filter is. It is shown, for a film of so few
+      // samples is noise, and the error is the film's.
+      if (!samples || !errors.known) share = 1;
+      if (saturated(filtered_[kLevels - 1][index(x, y)])) share = 0;
+      blends_[index(x, y)] = {pack_half(share), pack_half(errors.known ? std::sqrt(errors.of_share(share) / 3)
+                                                                       : film_error(deviation_of_mean(x, y)))};
     }
   }
 }
