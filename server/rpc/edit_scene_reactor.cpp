@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
@@ -21,8 +22,9 @@ EditSceneReactor::EditSceneReactor(ServiceCore& core, grpc::CallbackServerContex
 
 Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
-  pb::EditSceneRequest request;
-  if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  ArenaMessage<pb::EditSceneRequest> held;
+  const pb::EditSceneRequest& request = *held;
+  if (const Status parsed = parse_message(bytes, *held); !parsed.ok()) return parsed;
   tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);

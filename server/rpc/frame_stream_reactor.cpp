@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
@@ -51,7 +52,8 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     return;
   }
   const Status handled = guarded([&]() -> Status {
-    auto request = std::make_shared<pb::StreamRequest>();
+    const auto held = std::make_shared<ArenaMessage<pb::StreamRequest>>();
+    std::shared_ptr<pb::StreamRequest> request(held, &**held);
     if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
     request_.Clear();
     note_unknown(*request);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/trace/selection/unsampled_light.h"
+#include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
@@ -82,8 +83,9 @@ void JobReactor::start_over() {
 
 Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
-  pb::RunJobRequest request;
-  if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
+  ArenaMessage<pb::RunJobRequest> held;
+  const pb::RunJobRequest& request = *held;
+  if (const Status parsed = parse_message(bytes, *held); !parsed.ok()) return parsed;
   tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);

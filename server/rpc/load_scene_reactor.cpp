@@ -7,6 +7,7 @@
 #include <mutex>
 #include <vector>
 
+#include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
@@ -91,9 +92,11 @@ void LoadSceneReactor::OnReadDone(bool ok) {
   if (!message_due_->stop()) return;
   Status status = ok_status();
   if (ok) {
-    pb::LoadSceneRequest request;
-    status = parse_message(request_, request);
-    if (status.ok()) status = guarded([&] { return handle(request); });
+    status = guarded([&]() -> Status {
+      ArenaMessage<pb::LoadSceneRequest> request;
+      if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
+      return handle(*request);
+    });
     request_.Clear();
     if (status.ok()) return read();
   } else if (!shared_->cancel.cancelled()) {

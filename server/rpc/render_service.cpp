@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/trace/accel/traversal_isa.h"
+#include "server/base/arena_message.h"
 #include "server/base/build_info.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
@@ -32,14 +33,11 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
                                  grpc::ByteBuffer* response, Method&& method) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   grpc::ByteBuffer copy(*bytes);  // shares the slices
-  Request request;
-  if (const Status parsed = parse_message(copy, request); !parsed.ok()) {
-    reactor->Finish(to_grpc_status(parsed));
-    return reactor;
-  }
-  tell_ignored(*context, unknown_fields(request));
   const Status answered = guarded([&]() -> Status {
-    const auto result = method(request);
+    ArenaMessage<Request> request;
+    if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
+    tell_ignored(*context, unknown_fields(*request));
+    const auto result = method(*request);
     if (!result) return result.error();
     *response = to_bytes(*result);
     return ok_status();
@@ -63,7 +61,8 @@ class FilmCall final : public UnaryCall {
            grpc::ByteBuffer* response, Method method)
       : UnaryCall(response) {
     begin([&]() -> Status {
-      auto request = std::make_shared<Request>();
+      const auto held = std::make_shared<ArenaMessage<Request>>();
+      std::shared_ptr<Request> request(held, &**held);
       grpc::ByteBuffer copy(bytes);  // shares the slices
       if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
       tell_ignored(context, unknown_fields(*request));

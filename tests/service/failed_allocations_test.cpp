@@ -9,9 +9,12 @@
 #include <mutex>
 #include <optional>
 
+#include "server/base/arena_message.h"
 #include "server/base/guarded.h"
+#include "server/base/parse_message.h"
 #include "server/sessions/service_core.h"
 #include "server/stream/convert.h"
+#include "server/stream/stream_messages.h"
 #include "tests/support/failing_allocations.h"
 
 namespace helio::test {
@@ -230,6 +233,60 @@ TEST_F(FailedAllocations, EndARequestAndNothingElse) {
   EXPECT_GT(lives, 500);
   EXPECT_GT(failed_requests, lives / 2);
   EXPECT_FALSE(live(0));
+}
+
+// Requests are read and answers written while one allocation after the other fails.
+TEST(FailedAllocationsOfMessages, EndTheMessageAlone) {
+  const auto bytes_of = [](const google::protobuf::MessageLite& message) {
+    const grpc::Slice slice(message.SerializeAsString());
+    return grpc::ByteBuffer(&slice, 1);
+  };
+  const std::string long_name(100, 'n');
+  pb::StreamRequest moved;
+  *moved.mutable_view() = view(1, 0);
+  pb::EditSceneRequest edited;
+  edited.add_edits()->mutable_object()->set_name(long_name);
+  edited.add_edits()->mutable_material()->set_name(long_name);
+  pb::RunJobRequest job;
+  *job.add_views() = view(1, 0).camera();
+  const auto read = [&]<class Request>(const Request& request) {
+    grpc::ByteBuffer bytes = bytes_of(request);
+    std::uint64_t failing = 0;
+    for (bool threw = true; threw && failing < 1000;) {
+      const FailingAllocations allocations(++failing);
+      try {
+        ArenaMessage<Request> message;
+        static_cast<void>(parse_message(bytes, *message));
+      } catch (const std::bad_alloc&) {
+      }
+      threw = allocations.thrown() > 0;
+    }
+    EXPECT_GT(failing, 2u);
+    EXPECT_LT(failing, 1000u);
+  };
+  read(moved);
+  read(edited);
+  read(job);
+
+  FrameBegin begin;
+  begin.notice = long_name;
+  const auto written = [&](const Outbound& outbound) {
+    std::uint64_t failing = 0;
+    for (bool threw = true; threw && failing < 1000;) {
+      Outbound copy = outbound;
+      const FailingAllocations allocations(++failing);
+      try {
+        static_cast<void>(to_stream_response(std::move(copy), long_name));
+      } catch (const std::bad_alloc&) {
+      }
+      threw = allocations.thrown() > 0;
+    }
+    EXPECT_GT(failing, 2u);
+    EXPECT_LT(failing, 1000u);
+  };
+  written(begin);
+  written(FrameProgress());
+  written(Notice{NoticeSeverity::warning, long_name});
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
@@ -28,12 +29,16 @@ bool fails(const void* caller) {
   return true;
 }
 
-// Null: it fails.
+// Null: it fails. While some fail, memory comes filled: who frees a pointer that was never set does not find a null
+// one.
 void* try_allocate(std::size_t bytes, std::size_t alignment, const void* caller) {
+  constexpr std::size_t kFilled = 4096;
   if (fails(caller)) return nullptr;
-  if (alignment == 0) return std::malloc(bytes > 0 ? bytes : 1);
   // aligned_alloc() wants a multiple of the alignment.
-  return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  void* const memory = alignment == 0 ? std::malloc(bytes > 0 ? bytes : 1)
+                                      : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  if (memory && g_active.load(std::memory_order_relaxed)) std::memset(memory, 0xa5, std::min(bytes, kFilled));
+  return memory;
 }
 
 void* allocate(std::size_t bytes, std::size_t alignment, const void* caller) {
