@@ -16,8 +16,9 @@ constexpr float kTolerance = 0.6f * 0.6f;
 constexpr float kNormals = 10;                        // times 1 - cosine
 constexpr float kAlbedo = 1 / (0.3f * 0.3f);          // times squared distance
 constexpr float kDepth = 0.05f, kDepthGrowth = 0.1f;  // of the depth, and a pixel
-// Where a tap's variance is so many times the pixel's, it weighs less, as the inverse of its variance: half of a lamp's
-// rim that one half missed would be spread over the wall beside it. Nearer to 1 this darkens, for noise is skewed.
+// A tap whose variance is more than so many times the pixel's weighs less, as the inverse of its variance: half of a
+// lamp's rim that one half missed would be spread over the wall beside it. Nearer to 1 this darkens, for noise is
+// skewed.
 constexpr float kCalmer = 64;
 // Keeps zero over zero apart from a difference over none.
 constexpr float kTiny = 1e-30f;

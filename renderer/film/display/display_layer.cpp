@@ -35,7 +35,7 @@ bool differ(const PixelFeatures& a, const PixelFeatures& b) {
   return false;
 }
 
-// Of a pixel, by channel, from the root of its packed variance over all; kMostHalf: not known.
+// A pixel's error by channel, from the packed root of its variance over all; kMostHalf: not known.
 float film_error(std::uint16_t deviation) {
   const float root = unpack_half(deviation);
   return root < kMostHalf ? root * std::sqrt(1.0f / 3) : kMostHalf;
@@ -86,8 +86,8 @@ void DisplayLayer::finish_sweep(int sweep) {
     double sum = 0;
     for (const double of_window : brightness_) sum += of_window;
     const double mean = sum / double(region_.area());
-    // What floats hold of it: a scale of 1 is as good as any for a picture that is black. A power of two, so that it
-    // hardly ever changes while a picture gets samples.
+    // The scale is in the range of floats; 1 is as good as any for a picture that is black. It is a power of two, so
+    // that it hardly ever changes while a picture gets samples.
     const bool some = mean > 0 && std::isfinite(mean);
     const float scale = some ? float(std::exp2(std::round(std::log2(std::clamp(1 / mean, 1e-30, 1e30))))) : 1.0f;
     if (scale != scale_) known_ = false;

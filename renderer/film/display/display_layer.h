@@ -40,7 +40,7 @@ class DisplayLayer {
   bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
   void forget() { known_ = false; }
 
-  // What is shown for the film's mean radiance there. Precondition: covers() the pixel.
+  // The radiance that is shown in place of the film's mean there. Precondition: covers() the pixel.
   Rgb shown(const Film& film, int x, int y, const Rgb& radiance) const;
 
   // Fills tile.display and tile.display_error from tile.radiance, where `layer` is known and covers the window; else
