@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/base/check.h"
+#include "renderer/frame/window_order.h"
 
 namespace helio {
 namespace {
@@ -37,7 +38,7 @@ void FramePipeline::start(const FramePlan& plan, const Film& film, FrameStages s
   film_ = &film;
   stages_ = std::move(stages);
   lights_ = std::move(lights);
-  cut_ = false;
+  cut_ = by_tile_ = false;
   seconds_ = {};
   finished_.clear();
   next_stage_ = 0;
@@ -63,13 +64,30 @@ void FramePipeline::end_stage(double now_s) {
   finished_.push_back(stage);
 }
 
+// The stage in hand is done with them.
+void FramePipeline::open_finished_tiles() {
+  WindowOrder* order = plan_.by_tile && phase_ == Phase::before ? runner_.order() : nullptr;
+  if (!order) return;
+  while (const auto tile = order->next_finished_tile()) {
+    if (!by_tile_) begin_samples(true);
+    by_tile_ = true;
+    integrate_.open(*tile, grid_);
+    if (plan_.publish == Publish::early && integrate_.tile_finished(*tile)) resolve_.tile_ready(*tile);
+  }
+}
+
+// closed: no tile gets any before it is opened.
+void FramePipeline::begin_samples(bool closed) {
+  step_ = plan_;
+  integrate_.begin(plan_, grid_, *film_, closed ? IntegratePass::Tiles::closed : IntegratePass::Tiles::open);
+  if (plan_.publish == Publish::early) resolve_.begin(plan_, grid_);
+}
+
 void FramePipeline::begin_integration() {
   if (lights_ && begin_step()) return;
-  step_ = plan_;
-  integrate_.begin(plan_, grid_, *film_);
-  if (plan_.publish == Publish::early) {
-    resolve_.begin(plan_, grid_);
-    for (std::uint32_t t = 0; t < grid_.tiles().size(); ++t) {
+  if (!by_tile_) {
+    begin_samples(false);
+    for (std::uint32_t t = 0; plan_.publish == Publish::early && t < grid_.tiles().size(); ++t) {
       if (integrate_.tile_finished(t)) resolve_.tile_ready(t);
     }
   }
@@ -92,7 +110,7 @@ bool FramePipeline::begin_step() {
 }
 
 void FramePipeline::integrate_step() {
-  integrate_.begin(step_, grid_, *film_, lights_->cache());
+  integrate_.begin(step_, grid_, *film_, IntegratePass::Tiles::open, lights_->cache());
   phase_ = Phase::integrate;
 }
 
@@ -146,7 +164,8 @@ void FramePipeline::go_on(double now_s) {
 }
 
 std::optional<Piece> FramePipeline::take(bool room, double now_s) {
-  if (phase_ == Phase::integrate && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
+  const bool adds_samples = phase_ == Phase::integrate || by_tile_;
+  if (adds_samples && integrate_.any_open() && now_s >= plan_.deadline_s) integrate_.stop();
   if (phase_ == Phase::lights && runner_.parts_open() && now_s >= plan_.deadline_s) runner_.stop();
   if (runs_stages() && runner_.parts_open() && now_s >= requests_of_phase()[next_stage_ - 1].until_s) runner_.stop();
   go_on(now_s);
@@ -154,7 +173,7 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
   std::optional<Piece> piece;
   if (room && resolve_.any_open()) {
     piece = resolve_.next(grid_);
-  } else if (phase_ == Phase::integrate) {
+  } else if (phase_ == Phase::integrate || (adds_samples && integrate_.any_open())) {
     const double seconds = std::min(piece_seconds_, plan_.deadline_s - now_s);
     if (auto next = integrate_.next(grid_, seconds)) piece = *next;
   } else if (runs_stages() || phase_ == Phase::lights) {
@@ -168,6 +187,7 @@ std::optional<Piece> FramePipeline::take(bool room, double now_s) {
 
 bool FramePipeline::may_take(bool room) const {
   if (room && resolve_.any_open()) return true;
+  if (by_tile_ && integrate_.any_open()) return true;
   if (phase_ == Phase::integrate) return integrate_.any_open();
   return (runs_stages() || phase_ == Phase::lights) && runner_.any_open();
 }
@@ -176,11 +196,13 @@ void FramePipeline::finish(const Piece& piece, bool done, double seconds, double
   --in_flight_;
   if (const auto* integrate = std::get_if<IntegratePiece>(&piece)) {
     integrate_.finish(*integrate, done, seconds, grid_);
-    if (phase_ == Phase::integrate && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
+    const bool running = phase_ == Phase::integrate || (by_tile_ && phase_ == Phase::before);
+    if (running && plan_.publish == Publish::early && integrate_.tile_finished(integrate->tile))
       resolve_.tile_ready(integrate->tile);
   } else if (const auto* item = std::get_if<StageItem>(&piece)) {
     runner_.finish(*item, done);
     if (!done) return;  // the owner gives the plan up
+    open_finished_tiles();
   } else {
     resolve_.finish();
   }

@@ -1,6 +1,6 @@
 // Carries out one plan after another: its stages, samples and publication, in this order, each cut into pieces that
 // workers take. Where integrating draws on light vertices, tracing those and integrating take turns, one sample of one
-// half at a time.
+// half at a time. A plan may let samples and publication follow a stage tile by tile (FramePlan::by_tile).
 //
 // Between the pieces the owner decides: it hands in the clock (a plan's deadline stops its integration and drops the
 // rest) and may stop() at any time. Not thread safe: the owner's lock guards everything but the running of a piece.
@@ -37,6 +37,7 @@ class FramePipeline {
   // All of these need in_flight() == 0.
   void set_grid(const PixelRect& region, int tile_size) { grid_ = TileGrid(region, tile_size); }
   void forget_samples() { grid_.clear(); }
+  void mark_prepared() { grid_.mark_prepared(); }
   void begin_frame() { resolve_.begin_frame(grid_.tiles().size()); }
   // lights: the integrator draws on it.
   void start(const FramePlan& plan, const Film& film, FrameStages stages = {},
@@ -80,6 +81,8 @@ class FramePipeline {
   }
   void begin_stage();
   void end_stage(double now_s);
+  void open_finished_tiles();
+  void begin_samples(bool closed);
   void begin_integration();
   bool begin_step();
   void integrate_step();
@@ -102,6 +105,7 @@ class FramePipeline {
   double piece_seconds_;
   Phase phase_ = Phase::over;
   bool cut_ = false;
+  bool by_tile_ = false;  // tiles are opened to samples as the stage in hand is done with them, or all are open by now
   int in_flight_ = 0;
   double began_s_ = 0;  // 0: no piece was taken yet
   PerStage<double> seconds_{};

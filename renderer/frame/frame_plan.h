@@ -29,6 +29,9 @@ struct FramePlan {
   // what the round wants for it. A half that already has as many is left alone, so {0, 0} integrates nothing.
   std::uint32_t target[kHalves] = {0, 0};
   bool round = false;  // counts differ from pixel to pixel
+  // Samples and publication follow the one stage of `before`, whose parts have an order, tile by tile: tiles get them
+  // as soon as the stage is done with them. In a round, as the stage has set the targets.
+  bool by_tile = false;
   // No piece of the integration starts later (now_s() clock); the rest of the plan is then dropped.
   double deadline_s = std::numeric_limits<double>::infinity();
 

@@ -99,8 +99,9 @@ double FrameScheduler::longest_plan_s(double view_age_s) const {
 
 // What was carried over is one, if it is much.
 bool FrameScheduler::pilot_done(const FrameState& state) const {
-  return allocation_ && (state.fill || state.round.number > 0 ||
-                         std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
+  return allocation_ && !state.reproject_due &&
+         (state.fill || state.round.number > 0 ||
+          std::min(state.done[0], state.done[1]) >= allocation_->min_samples / 2);
 }
 
 // Where rounds are iterations: the number of the one that comes next, or is in hand.
@@ -128,7 +129,8 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   if (mean > 0) {
     double growth = 2;
     if (error_usable(state.measured) && state.measured_now()) {
-      const double decay = std::max(1.0, std::ldexp(kFirstRoundDecay, -int(std::min(state.round.number, 8u))));
+      const std::uint32_t before = std::min(state.round.number - state.round.first_samples, 8u);
+      const double decay = std::max(1.0, std::ldexp(kFirstRoundDecay, -int(before)));
       const double wanted = std::pow(variance_over_target(state.measured.error) * kRoundMargin, 1 / decay);
       growth = std::clamp(wanted, 1 + kSmallestErrorStep, growth);
     }
@@ -151,9 +153,10 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
   plan.deadline_s = deadline_s(state);
   const RoundSummary& round = state.round.summary;
   const std::uint32_t top = std::max(round.top[0], round.top[1]);
-  // What is shown first is shown tile by tile, however long it takes.
+  // The first that looks at errors is shown tile by tile, however long it takes.
   const bool first_look = state.fill && !allocation_->iterates && policy_.passes && state.tiles_alone &&
-                          !state.published && state.round.number == 1 && state.round.samples == 0;
+                          state.round.number == 1 + state.round.first_samples &&
+                          state.round.samples == state.round.published;
   std::uint32_t level = top;
   for (int h = 0; h < kHalves; ++h) {
     if (state.done[h] < round.top[h]) level = std::min(level, state.done[h]);
@@ -207,7 +210,11 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   FramePlan plan;
   plan.revision = state.revision;
   plan.deadline_s = deadline_s(state);
-  if (state.reproject_due) plan.before.push_back(StageId::reproject);
+  if (state.reproject_due) {
+    plan.before.push_back(StageId::reproject);
+    // What there is to be carried decides what comes with it.
+    if (!state.transfer_prepared && !(allocation_ && allocation_->iterates)) return plan;
+  }
   if (state.choice_due) {
     // What is chosen decides whether tiles can be shown one by one.
     StageRequest& choose = plan.before.emplace_back(StageId::choose);
@@ -215,11 +222,22 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     return plan;
   }
   if (state.reproject_due) {
-    // What it finds decides what comes next: where counts fill up what is missing, most pixels get nothing at first.
-    if (allocation_) return plan;
-    if (policy_.passes) plan.target[0] = 1;
-    if (policy_.passes) plan.publish = state.tiles_alone ? Publish::early : Publish::round;
-    plan.final = policy_.passes && sample_limit() == 1;
+    // What it finds decides what comes next.
+    if (allocation_ && (allocation_->iterates || !state.tiles_alone)) return plan;
+    if (allocation_ && state.fill) {
+      // Where counts fill up what is missing, most pixels get nothing at first.
+      plan.before.back().first_samples = true;
+      plan.round = plan.by_tile = true;
+      plan.target[0] = 1;
+      plan.mean_samples = 1;
+      if (policy_.passes) plan.publish = Publish::early;
+      return plan;
+    }
+    if (!policy_.passes) return plan;
+    plan.target[0] = 1;
+    plan.by_tile = state.tiles_alone;
+    plan.publish = state.tiles_alone ? Publish::early : Publish::round;
+    plan.final = sample_limit() == 1;
     return plan;
   }
 

@@ -7,8 +7,9 @@
 //
 // Mode adaptive: the pilot follows the course above, up to min_samples. After it come rounds. The first plan of a round
 // computes the counts (stage `allocate`); its other plans integrate them level by level. The mean count doubles from
-// round to round, or grows by less near the end of a budget. Where much was carried over there is no pilot: the first
-// round has as many samples as there are pixels, and its tiles are shown one by one. Of a rule that iterates
+// round to round, or grows by less near the end of a budget. Where much was carried over there is no pilot: a first
+// round gives pixels that carry nothing one sample, tile by tile while the rest is still being reprojected; the next
+// has as many samples as there are pixels. Tiles of both are shown one by one. Of a rule that iterates
 // (AllocationSettings::iterates) a round is an iteration, the pilot being the first ones; where anything was carried
 // over they begin at 0.
 #pragma once
@@ -42,6 +43,8 @@ struct ErrorAtCount {
 // A round of mode adaptive (film/core/sample_targets.h).
 struct RoundState {
   std::uint32_t number = 0;  // 0: all pixels have the same count; none yet, or the pilot's
+  // Of these, rounds that did not look at errors: 1 where the first was of film/allocation/first_samples.h.
+  std::uint32_t first_samples = 0;
   double mean = 0;           // per half, that the round was asked for; 0: of a rule that iterates
   RoundSummary summary;
   std::uint64_t samples = 0;                  // pixel samples of the film, both halves
@@ -57,6 +60,7 @@ struct FrameState {
   std::uint32_t done[kHalves] = {0, 0};
   RoundState round;
   bool reproject_due = false;  // before the first sample, earlier pictures are to be reprojected
+  bool transfer_prepared = false;  // while that is so: what they know is known (`fill`), nothing of it is in the film
   bool centres_due = false;    // the picture has begun without the primary hits of its pixel centres
   bool choice_due = false;     // before the first sample, the tiles that get light paths are to be chosen
   // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.

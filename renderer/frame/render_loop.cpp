@@ -420,7 +420,8 @@ void RenderLoop::Impl::republish() {
 // The film's pixels are of the picture that was asked for last, and say something.
 bool RenderLoop::Impl::anything_to_show() const {
   const auto& transfer = picture.transfer;
-  return picture.samples > 0 || (transfer && transfer->complete() && transfer->stats().carried > 0);
+  if (transfer && !transfer->complete()) return false;
+  return picture.samples > 0 || (transfer && transfer->stats().carried > 0);
 }
 
 // Ends the frame in flight from outside and drops what it had to say.
@@ -613,7 +614,10 @@ void RenderLoop::Impl::begin_preview(Retired& retired) {
 void RenderLoop::Impl::begin_frame(Retired& retired) {
   // The plan that the transfer began may have been cut short after it.
   const auto& transfer = picture.transfer;
-  if (picture.state.reproject_due && transfer && transfer->complete()) transfer->note(picture);
+  if (picture.state.reproject_due && transfer && transfer->complete()) {
+    transfer->note(picture);
+    pipeline.mark_prepared();
+  }
   const bool show_again = next == Next::show_again;
   open_frame(std::move(next_record));
   next = Next::nothing;
@@ -709,7 +713,7 @@ StageContext RenderLoop::Impl::stage_context() {
           frame->begin.camera,
           token,
           *film,
-          pipeline.grid().region(),
+          pipeline.grid(),
           history,
           reuses(settings.mode) ? &techniques : nullptr,
           display.get(),
@@ -731,7 +735,8 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 
   const std::uint64_t added = picture.samples - state.round.samples;
   state.round.samples = picture.samples;
-  if (added > 0 && !pipeline.cut())
+  // Samples that stages ran beside have taken longer.
+  if (added > 0 && !pipeline.cut() && !plan.by_tile)
     blend(state.sample_seconds, pipeline.seconds(StageId::integrate) * double(state.round.pixels) / double(added));
   blend(state.measure_seconds, pipeline.seconds(StageId::measure));
   blend(state.display_seconds, pipeline.seconds(StageId::display));
@@ -751,6 +756,7 @@ void RenderLoop::Impl::note_finished_plan(double now) {
 // Samples per pixel that tiles' densities are relative to; of tiles that are shown one by one those of the whole round.
 double RenderLoop::Impl::mean_of_tiles() const {
   const RoundState& round = picture.state.round;
+  if (planned && pipeline.plan().by_tile && pipeline.plan().round) return 1;  // how many it will be nobody knows
   if (round.number == 0) return 0;
   std::uint64_t samples = picture.samples;
   if (planned && pipeline.plan().publish == Publish::early) {

@@ -17,6 +17,7 @@
 namespace helio {
 
 class TileGrid;
+class WindowOrder;
 struct PictureState;
 struct TraceStats;
 
@@ -49,6 +50,7 @@ struct StageRequest {
   // No part of it begins later (now_s() clock). The rest of it is dropped, and the plan goes on.
   double until_s = std::numeric_limits<double>::infinity();
   AllocationRequest allocation;  // of `allocate` alone
+  bool first_samples = false;    // of `reproject` alone: TemporalReprojection::resume()
 
   bool operator==(const StageRequest&) const = default;
 };
@@ -74,6 +76,9 @@ class FrameStage {
   virtual void run(int sweep, std::size_t part, TraceStats& stats) = 0;
   // After every part of the sweep, on one worker.
   virtual void finish_sweep(int sweep) = 0;
+  // Of the sweep that comes next, where its parts wait for each other: they are handed out as it says, and it is told
+  // when they are done. Null: in any order.
+  virtual WindowOrder* order() { return nullptr; }
   // After the last sweep. `grid`: what the stage has changed about the progress of cells.
   virtual void finished(TileGrid& grid) { (void)grid; }
   // At the end of the plan, when its turn is over: what it has found out about the picture.

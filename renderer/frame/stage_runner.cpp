@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "renderer/base/check.h"
+#include "renderer/frame/window_order.h"
 
 namespace helio {
 
@@ -26,16 +27,25 @@ void StageRunner::begin(std::shared_ptr<FrameStage> stage) {
 void StageRunner::open_sweep() {
   sweeps_ = stage_->sweeps();
   parts_ = sweep_ < sweeps_ ? stage_->parts() : 0;
+  order_ = parts_ > 0 ? stage_->order() : nullptr;
   next_ = done_ = 0;
   ends_ = sweep_ < sweeps_ && parts_ == 0 ? End::due : End::no;
 }
 
+bool StageRunner::parts_open() const {
+  return stage_ && (order_ ? order_->any_open() : next_ < parts_);
+}
+
 std::optional<StageItem> StageRunner::next() {
   if (!any_open()) return std::nullopt;
+  StageItem item{stage_, sweep_, 0, !parts_open()};
+  if (item.ends_sweep) {
+    ends_ = End::taken;
+  } else {
+    item.part = order_ ? *order_->next() : next_++;
+  }
   ++in_flight_;
-  if (parts_open()) return StageItem{stage_, sweep_, next_++, false};
-  ends_ = End::taken;
-  return StageItem{stage_, sweep_, 0, true};
+  return item;
 }
 
 void StageRunner::finish(const StageItem& item, bool done) {
@@ -45,13 +55,15 @@ void StageRunner::finish(const StageItem& item, bool done) {
   if (item.ends_sweep) {
     ++sweep_;
     open_sweep();
-  } else if (++done_ == parts_) {
-    ends_ = End::due;
+  } else {
+    if (order_) order_->finish(item.part);
+    if (++done_ == parts_) ends_ = End::due;
   }
 }
 
 void StageRunner::stop() {
   stage_.reset();
+  order_ = nullptr;
   ends_ = End::no;
   parts_ = next_ = 0;
 }

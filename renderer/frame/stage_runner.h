@@ -28,7 +28,7 @@ class StageRunner {
   std::optional<StageItem> next();
   bool any_open() const { return ends_ == End::due || parts_open(); }
   // Parts of a sweep that nobody has taken; its end does not count.
-  bool parts_open() const { return stage_ && next_ < parts_; }
+  bool parts_open() const;
   // done: the item has run; else the stage is in no defined state and goes no further.
   void finish(const StageItem& item, bool done);
   // Hands out nothing more.
@@ -37,12 +37,15 @@ class StageRunner {
   bool finished() const { return in_flight_ == 0 && (!stage_ || complete()); }
   // All sweeps are done.
   bool complete() const { return stage_ && sweep_ == sweeps_; }
+  // Of the sweep in hand, if its parts wait for each other.
+  WindowOrder* order() const { return order_; }
 
  private:
   enum class End { no, due, taken };
   void open_sweep();
 
   std::shared_ptr<FrameStage> stage_;
+  WindowOrder* order_ = nullptr;  // the stage's
   int sweep_ = 0, sweeps_ = 0;
   std::size_t parts_ = 0, next_ = 0, done_ = 0;  // of the sweep
   End ends_ = End::no;

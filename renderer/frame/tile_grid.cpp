@@ -57,17 +57,24 @@ void TileGrid::mark_prepared() {
   for (Cell& cell : cells_) cell.rendered = true;
 }
 
+void TileGrid::mark_prepared(const Tile& tile) {
+  const auto first = cells_.begin() + std::ptrdiff_t(tile.first_cell);
+  std::for_each_n(first, tile.columns * tile.rows, [](Cell& cell) { cell.rendered = true; });
+}
+
 void TileGrid::begin_round(const SampleTargets& targets) {
-  for (const Tile& tile : tiles_) {
-    for (int row = 0; row < tile.rows; ++row) {
-      for (int column = 0; column < tile.columns; ++column) {
-        const PixelRect pixels = window(tile, column, row, 1);
-        const BlockLevels& levels = targets.block(pixels.x0, pixels.y0);
-        Cell& c = cell(tile, column, row);
-        for (int h = 0; h < kHalves; ++h) {
-          c.done[h] = levels.first[h];
-          c.top[h] = levels.top[h];
-        }
+  for (const Tile& tile : tiles_) begin_round(targets, tile);
+}
+
+void TileGrid::begin_round(const SampleTargets& targets, const Tile& tile) {
+  for (int row = 0; row < tile.rows; ++row) {
+    for (int column = 0; column < tile.columns; ++column) {
+      const PixelRect pixels = window(tile, column, row, 1);
+      const BlockLevels& levels = targets.block(pixels.x0, pixels.y0);
+      Cell& c = cell(tile, column, row);
+      for (int h = 0; h < kHalves; ++h) {
+        c.done[h] = levels.first[h];
+        c.top[h] = levels.top[h];
       }
     }
   }

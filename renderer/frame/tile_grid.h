@@ -54,6 +54,7 @@ class TileGrid {
 
   // The film's pixels are of this picture, whatever they hold. No piece is in flight.
   void mark_prepared();
+  void mark_prepared(const Tile& tile);
 
   // Whether the film's pixels are of this picture, all of them.
   bool all_rendered() const {
@@ -62,6 +63,7 @@ class TileGrid {
 
   // Takes over what a round of sample targets asks of the cells. No piece is in flight.
   void begin_round(const SampleTargets& targets);
+  void begin_round(const SampleTargets& targets, const Tile& tile);
 
   // Levels that every cell has done, per half; cells that have none left do not count unless all are so.
   void done_everywhere(std::uint32_t done[kHalves]) const;

@@ -20,7 +20,7 @@ std::unique_ptr<SampleAllocation> allocation(Film& film, const PixelRect& region
 }
 
 std::shared_ptr<TemporalReprojection> reprojection(const StageContext& c) {
-  return std::make_shared<ForwardTransfer>(c.scene, c.film, c.region, c.history, c.camera, c.settings.filter,
+  return std::make_shared<ForwardTransfer>(c.scene, c.film, c.grid.region(), c.history, c.camera, c.settings.filter,
                                            float(c.settings.reprojection.max_error));
 }
 

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "renderer/base/check.h"
 #include "renderer/base/hash.h"
+#include "renderer/film/allocation/first_samples.h"
 #include "renderer/film/core/film_windows.h"
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/film/splats/splat_buffer.h"
 #include "renderer/frame/picture_state.h"
+#include "renderer/frame/tile_grid.h"
 
 namespace helio {
 namespace {
@@ -15,7 +19,7 @@ namespace {
 constexpr double kEnough = 0.5;
 // The paths that measure what an edit has changed are none of those of the picture.
 constexpr std::uint64_t kOtherPaths = 0x6a09e667f3bcc909;
-// Of a region's pixels, the share that must have been carried for counts to fill up what is missing.
+// Of a region's pixels, the share that must be known for counts to fill up what is missing.
 constexpr double kFillShare = 0.25;
 
 }  // namespace
@@ -92,7 +96,7 @@ void HistoryTransfer::prepare_reprojection() {
     sources.push_back(
         {slot.pose, &film_.history()->source(i), enough, slot.swapped != history_.film_swapped(), slot.edited});
   }
-  sweeps_.push_back(sources.empty() ? Sweep::clear : Sweep::glance);
+  if (!sources.empty()) sweeps_.push_back(Sweep::glance);
   reprojection_ = std::make_unique<Reprojection>(scene_, film_, region_, pose_, filter_, std::move(sources));
 }
 
@@ -103,16 +107,37 @@ void HistoryTransfer::free_scenes() {
 }
 
 std::size_t HistoryTransfer::parts() const {
-  switch (current_ < sweeps() ? sweeps_[std::size_t(current_)] : Sweep::settle) {
+  if (current_ >= sweeps()) return 0;
+  switch (sweeps_[std::size_t(current_)]) {
     case Sweep::compare:
       return 1;
     case Sweep::measure:
       return revision_->measure_parts();
     case Sweep::collect:
       return revision_->collect_parts();
+    case Sweep::carry:
+      return order_->parts();
     default:
       return windows_.size();
   }
+}
+
+WindowOrder* HistoryTransfer::order() {
+  return sweeps_[std::size_t(current_)] == Sweep::carry ? &*order_ : nullptr;
+}
+
+void HistoryTransfer::resume(const TileGrid& grid, bool first_samples) {
+  HELIO_DCHECK(reprojection_ && current_ == sweeps());
+  current_ = 0;
+  if (known_ == 0) {
+    sweeps_ = {Sweep::clear};
+    return;
+  }
+  sweeps_ = {Sweep::carry};
+  first_samples_ = first_samples;
+  std::vector<PixelRect> tiles;
+  for (const Tile& tile : grid.tiles()) tiles.push_back(tile.window);
+  order_.emplace(tiles);
 }
 
 void HistoryTransfer::run(int sweep, std::size_t part, TraceStats&) {
@@ -142,25 +167,35 @@ void HistoryTransfer::run(int sweep, std::size_t part, TraceStats&) {
     case Sweep::revise:
       revision_->revise(windows_[part], stats);
       break;
-    case Sweep::glance:
-      if (reprojection_->glance(windows_[part], stats)) anything_ = true;
+    case Sweep::glance: {
+      const Reprojection::Glance glance = reprojection_->glance(windows_[part], stats);
+      asked_ += glance.asked;
+      known_ += glance.known;
       break;
+    }
     case Sweep::clear:
       if (part == 0) free_scenes();
       reprojection_->clear(windows_[part]);
       return;
     case Sweep::carry:
       if (part == 0) free_scenes();
-      reprojection_->carry(windows_[part], stats);
-      break;
-    case Sweep::find_borders:
-      reprojection_->find_borders(windows_[part], stats);
-      break;
-    case Sweep::settle:
-      reprojection_->settle(windows_[part], stats);
+      carry(part, stats);
       break;
   }
   add_stats(stats);
+}
+
+void HistoryTransfer::carry(std::size_t part, ReprojectionStats& stats) {
+  const auto [sweep, window] = order_->part(part);
+  switch (sweep) {
+    case 0:
+      return reprojection_->carry(window, stats);
+    case 1:
+      return reprojection_->find_borders(window, stats);
+    default:
+      reprojection_->settle(window, stats);
+      if (first_samples_) targets_ += target_first_samples(film_, window);
+  }
 }
 
 void HistoryTransfer::finish_sweep(int sweep) {
@@ -191,22 +226,15 @@ void HistoryTransfer::finish_sweep(int sweep) {
       prepare_reprojection();
       return;
     case Sweep::glance:
-      if (anything_) {
-        sweeps_.insert(sweeps_.end(), {Sweep::carry, Sweep::find_borders, Sweep::settle});
-      } else {
-        sweeps_.push_back(Sweep::clear);
-      }
-      return;
     case Sweep::search:
     case Sweep::search_borders:
     case Sweep::measure:
-    case Sweep::carry:
-    case Sweep::find_borders:
       return;
     case Sweep::clear:
-    case Sweep::settle:
+    case Sweep::carry:
+      if (first_samples_) film_.targets()->round = round_of_first_samples(targets_);
       reprojection_.reset();
-      history_.film_complete(scene_, pose_, sweeps_[std::size_t(sweep)] == Sweep::settle);
+      history_.film_complete(scene_, pose_, sweeps_[std::size_t(sweep)] == Sweep::carry);
       note_complete();
       return;
   }
@@ -214,10 +242,18 @@ void HistoryTransfer::finish_sweep(int sweep) {
 
 void HistoryTransfer::note(PictureState& picture) {
   FrameState& state = picture.state;
-  const double carried = double(stats().carried);
+  if (!complete()) {
+    state.transfer_prepared = true;
+    state.fill = known_ > 0 && double(known_) >= kFillShare * double(asked_);
+    return;
+  }
   state.reproject_due = false;
-  state.carried = carried > 0;
-  state.fill = carried >= kFillShare * double(state.round.pixels);
+  state.carried = stats().carried > 0;
+  if (!first_samples_) return;
+  RoundState& round = state.round;
+  round.number = round.first_samples = 1;
+  round.mean = 0;
+  round.summary = film_.targets()->round;
 }
 
 }  // namespace helio

@@ -1,6 +1,7 @@
 // Stage `reproject`, on a camera move or an edit: (1) the film becomes a source (a stored earlier picture), (2) sources
-// of an older version of the scene are updated (trace/reuse/history_invalidation.h), (3) the sources are reprojected
-// into the film of the new camera (trace/reuse/reprojection.h).
+// of an older version of the scene are updated (trace/reuse/history_invalidation.h), (3) a glance tells how much of the
+// new picture they know, (4) they are reprojected into the film of the new camera (trace/reuse/reprojection.h), tile by
+// tile. The last is a stage of a plan of its own, which follows it with samples.
 //
 // After a jump, and for a session's first picture, nothing is found: such pictures begin without the primary hits of
 // their pixel centres, which are traced once the picture has enough samples (stages/centre_search.h), at the latest
@@ -9,10 +10,12 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "renderer/film/history/film_history.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
+#include "renderer/frame/window_order.h"
 #include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/history_invalidation.h"
 #include "renderer/trace/reuse/reprojection.h"
@@ -82,7 +85,8 @@ class PictureHistory {
 
 // The sweeps of one move or edit: where the film's centres are not known search, search borders, note borders; gather
 // (film to source, unless the film is of no use); where sources are of an earlier scene compare, measure, collect,
-// revise; then glance, and carry, find borders, settle, or clear where nothing is to be found.
+// revise; then glance. After resume(): carry, in an order that makes one tile after the other ready, or clear where
+// nothing is to be found.
 class HistoryTransfer final : public TemporalReprojection {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
@@ -94,7 +98,9 @@ class HistoryTransfer final : public TemporalReprojection {
   int sweeps() const override { return int(sweeps_.size()); }
   void run(int sweep, std::size_t part, TraceStats& stats) override;
   void finish_sweep(int sweep) override;
+  WindowOrder* order() override;
   void note(PictureState& picture) override;
+  void resume(const TileGrid& grid, bool first_samples) override;
 
  private:
   enum class Sweep {
@@ -108,10 +114,9 @@ class HistoryTransfer final : public TemporalReprojection {
     revise,
     glance,
     clear,
-    carry,
-    find_borders,
-    settle
+    carry,  // all three sweeps of Reprojection
   };
+  void carry(std::size_t part, ReprojectionStats& stats);
   void prepare_revision();
   void prepare_reprojection();
   void free_scenes();
@@ -131,7 +136,10 @@ class HistoryTransfer final : public TemporalReprojection {
   std::unique_ptr<HistoryInvalidation> revision_;
   std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;
-  std::atomic<bool> anything_ = false;  // was found at a glance
+  std::atomic<std::uint64_t> asked_ = 0, known_ = 0;  // pixels, at the glance
+  std::optional<WindowOrder> order_;                  // of the sweep `carry`
+  bool first_samples_ = false;
+  std::atomic<std::uint64_t> targets_ = 0;  // samples that first_samples_ asks for
 };
 
 }  // namespace helio

@@ -60,7 +60,8 @@ double IntegratePass::sample_cost(std::size_t tile) const {
   return mean_cost_ > 0 ? mean_cost_ : kFirstCostGuess;
 }
 
-void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film, const LightVertexCache* lights) {
+void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& film, Tiles state,
+                          const LightVertexCache* lights) {
   HELIO_DCHECK(in_flight_ == 0);
   lights_ = lights;
   film_ = &film;
@@ -74,22 +75,33 @@ void IntegratePass::begin(const FramePlan& plan, TileGrid& grid, const Film& fil
   const std::vector<Tile>& tiles = grid.tiles();
   cells_left_.assign(tiles.size(), 0);
   tile_cost_.resize(tiles.size(), 0.0f);
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    for (int row = 0; row < tiles[t].rows; ++row) {
-      for (int column = 0; column < tiles[t].columns; ++column) {
-        const Cell& cell = grid.cell(tiles[t], column, row);
-        SampleRange range;
-        if (!wants(cell, range)) continue;
-        ++cells_left_[t];
-        const auto area = std::uint64_t(grid.window(tiles[t], column, row, 1).area());
-        for (int h = 0; h < kHalves; ++h) {
-          const std::uint32_t end = std::min(target_[h], cell.top[h]);
-          samples_left_ += area * (std::max(end, cell.done[h]) - cell.done[h]);
-        }
+  for (std::uint32_t t = 0; state == Tiles::open && t < tiles.size(); ++t) count_cells(t, grid);
+}
+
+void IntegratePass::open(std::uint32_t tile, TileGrid& grid) {
+  if (targets_) grid.begin_round(*targets_, grid.tiles()[tile]);
+  grid.mark_prepared(grid.tiles()[tile]);
+  count_cells(tile, grid);
+  first_tile_ = std::min<std::size_t>(first_tile_, tile);
+}
+
+// What a tile is to get.
+void IntegratePass::count_cells(std::uint32_t t, const TileGrid& grid) {
+  const Tile& tile = grid.tiles()[t];
+  for (int row = 0; row < tile.rows; ++row) {
+    for (int column = 0; column < tile.columns; ++column) {
+      const Cell& cell = grid.cell(tile, column, row);
+      SampleRange range;
+      if (!wants(cell, range)) continue;
+      ++cells_left_[t];
+      const auto area = std::uint64_t(grid.window(tile, column, row, 1).area());
+      for (int h = 0; h < kHalves; ++h) {
+        const std::uint32_t end = std::min(target_[h], cell.top[h]);
+        samples_left_ += area * (std::max(end, cell.done[h]) - cell.done[h]);
       }
     }
-    open_cells_ += cells_left_[t];
   }
+  if (!stopped_) open_cells_ += cells_left_[t];
 }
 
 std::optional<IntegratePiece> IntegratePass::next(TileGrid& grid, double seconds) {

@@ -38,8 +38,13 @@ class IntegratePass {
 
   // The bookkeeping below is not thread safe: the owner's lock guards it.
 
+  enum class Tiles { open, closed };
   // Precondition: no piece is in flight. The film outlives the plan; with targets, the grid has begun their round.
-  void begin(const FramePlan& plan, TileGrid& grid, const Film& film, const LightVertexCache* lights = nullptr);
+  // Tiles that are closed get nothing until open().
+  void begin(const FramePlan& plan, TileGrid& grid, const Film& film, Tiles tiles = Tiles::open,
+             const LightVertexCache* lights = nullptr);
+  // Of a tile that is closed: the film's pixels are of this picture, and with targets, they hold for it.
+  void open(std::uint32_t tile, TileGrid& grid);
   // A piece of at most about `seconds`, or nothing when every cell that needs work is taken.
   std::optional<IntegratePiece> next(TileGrid& grid, double seconds);
   bool any_open() const { return open_cells_ > 0; }
@@ -55,6 +60,7 @@ class IntegratePass {
   bool tile_finished(std::size_t tile) const { return cells_left_[tile] == 0; }
 
  private:
+  void count_cells(std::uint32_t tile, const TileGrid& grid);
   bool wants(const Cell& cell, SampleRange& range) const;
   std::uint64_t count_samples(const SampleRange& range, const PixelRect& window) const;
   std::uint32_t affordable_levels(const SampleRange& range, const PixelRect& cell, std::uint64_t samples) const;

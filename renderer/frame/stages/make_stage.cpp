@@ -14,13 +14,17 @@
 namespace helio {
 namespace {
 
-std::shared_ptr<FrameStage> make_reprojection(const StageContext& c) {
+std::shared_ptr<FrameStage> make_reprojection(const StageRequest& request, const StageContext& c) {
   const RenderSettings& settings = c.settings;
+  if (c.picture.state.transfer_prepared) {
+    c.picture.transfer->resume(c.grid, request.first_samples);
+    return c.picture.transfer;
+  }
   if (const VariantParts* variant = variant_parts(settings)) {
     c.picture.transfer = variant->reprojection(c);
   } else {
-    const double samples = double(c.picture.left_samples) / double(c.region.area());
-    c.picture.transfer = std::make_shared<HistoryTransfer>(c.scene, c.film, c.region, c.history, c.camera,
+    const double samples = double(c.picture.left_samples) / double(c.grid.region().area());
+    c.picture.transfer = std::make_shared<HistoryTransfer>(c.scene, c.film, c.grid.region(), c.history, c.camera,
                                                            settings.filter, samples, path_settings(settings));
   }
   return c.picture.transfer;
@@ -28,8 +32,8 @@ std::shared_ptr<FrameStage> make_reprojection(const StageContext& c) {
 
 std::shared_ptr<FrameStage> make_allocate(const AllocationRequest& request, const StageContext& c) {
   const VariantParts* variant = variant_parts(c.settings);
-  auto allocation = variant ? variant->allocation(c.film, c.region, c.settings, request)
-                            : make_allocation(c.film, c.region, *allocation_settings(c.settings), request);
+  auto allocation = variant ? variant->allocation(c.film, c.grid.region(), c.settings, request)
+                            : make_allocation(c.film, c.grid.region(), *allocation_settings(c.settings), request);
   return std::make_shared<AllocateSamples>(c.film, request.mean, std::move(allocation));
 }
 
@@ -38,21 +42,21 @@ std::shared_ptr<FrameStage> make_allocate(const AllocationRequest& request, cons
 std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageContext& c) {
   switch (request.id) {
     case StageId::reproject:
-      return make_reprojection(c);
+      return make_reprojection(request, c);
     case StageId::centres:
-      return std::make_shared<CentreSearch>(c.film, c.region, c.history, c.settings.filter);
+      return std::make_shared<CentreSearch>(c.film, c.grid.region(), c.history, c.settings.filter);
     case StageId::choose:
       return std::make_shared<ChooseIntegrators>(c.scene, c.camera, path_settings(c.settings), c.cancel, c.film,
                                                  c.techniques);
     case StageId::allocate:
       return make_allocate(request.allocation, c);
     case StageId::review:
-      return std::make_shared<RejectHistory>(c.film, c.region);
+      return std::make_shared<RejectHistory>(c.film, c.grid.region());
     case StageId::measure:
-      return std::make_shared<EstimateError>(c.film, c.region);
+      return std::make_shared<EstimateError>(c.film, c.grid.region());
     case StageId::display:
       HELIO_CHECK(c.display);
-      return std::make_shared<MakeDisplay>(c.film, c.region, *c.display);
+      return std::make_shared<MakeDisplay>(c.film, c.grid.region(), *c.display);
     case StageId::preview:
     case StageId::trace_lights:
     case StageId::integrate:

@@ -18,7 +18,7 @@ struct StageContext {
   const CameraPose& camera;
   const std::shared_ptr<CancelToken>& cancel;
   Film& film;
-  const PixelRect& region;
+  const TileGrid& grid;
   PictureHistory& history;
   TechniqueHistory* techniques;  // null: the picture may depend on none before
   DisplayLayer* display;         // null: no tile has that layer

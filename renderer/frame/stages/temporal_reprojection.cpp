@@ -5,7 +5,7 @@
 namespace helio {
 
 void TemporalReprojection::finished(TileGrid& grid) {
-  grid.mark_prepared();
+  if (complete_) grid.mark_prepared();
 }
 
 }  // namespace helio

@@ -23,6 +23,13 @@ class TemporalReprojection : public FrameStage {
 
   void finished(TileGrid& grid) override;
 
+  // A stage that has told what is to be expected before it has touched the film (FrameState::transfer_prepared): the
+  // rest is a stage of another plan. first_samples: sample targets ask for one sample where nothing is carried.
+  virtual void resume(const TileGrid& grid, bool first_samples) {
+    (void)grid;
+    (void)first_samples;
+  }
+
   // The film holds all of the new picture's beginning. Thread safe, as is stats().
   bool complete() const { return complete_; }
   // Of what has been done so far.

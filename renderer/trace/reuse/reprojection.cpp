@@ -21,8 +21,6 @@
 namespace helio {
 namespace {
 
-constexpr int kMostReach = 8;
-
 // Of a glance: the side of the squares of which one pixel is looked at, and of a region the pixels at least.
 constexpr int kMostGlanceCell = 8;
 constexpr int kLeastGlances = 64;
@@ -124,7 +122,7 @@ void fill(const HistorySample& lookup, bool swap, Film& film, int x, int y) {
 }  // namespace
 
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter) {
-  return pose.lens_radius == 0 && filter_reach(filter) <= kMostReach;
+  return pose.lens_radius == 0 && filter_reach(filter) <= Reprojection::kMostReach;
 }
 
 void ReprojectionStats::add(const ReprojectionStats& other) {
@@ -252,9 +250,10 @@ class Reprojection::Seeker {
   std::vector<HistoryView> views_;
 };
 
-bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) const {
+Reprojection::Glance Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) const {
+  Glance glance;
   for (const PictureSource& source : sources_) {
-    if (source.pose == centres_.pose()) return true;
+    if (source.pose == centres_.pose()) return {1, 1};
   }
   // A strip of one pixel's width, as high as eight of these cells, is in one of them.
   int cell = kMostGlanceCell;
@@ -270,9 +269,10 @@ bool Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) con
     const CentreHit here = centres.at(x, y);
     Sights sights;
     seeker.see(here, x, y, centres, sights);
-    if (seeker.tell(here, x, y, sights, nullptr).lookup.total() > 0) return true;
+    ++glance.asked;
+    if (seeker.tell(here, x, y, sights, nullptr).lookup.total() > 0) ++glance.known;
   }
-  return false;
+  return glance;
 }
 
 void Reprojection::clear(const PixelRect& window) {

@@ -74,8 +74,9 @@ struct ReprojectionStats {
 bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
 // Three sweeps over windows of a film, to be shared between threads: carry() of every window, then find_borders() of
-// every window, then settle(). Windows are disjoint and lie in the region. The bits do not depend on how it was cut
-// along blocks of the film. Where a glance() at every window found nothing, clear() of every window is enough.
+// every window, then settle(). What a window's sweep needs of the one before lies within kMostReach pixels of it.
+// Windows are disjoint and lie in the region. The bits do not depend on how it was cut along blocks of the film. Where
+// a glance() at every window found nothing, clear() of every window is enough.
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
@@ -84,10 +85,14 @@ class Reprojection {
                const PixelFilter& filter, std::vector<PictureSource> sources);
 
   static constexpr std::size_t kMostSources = 2;
+  static constexpr int kMostReach = 8;  // of filters
 
-  // Whether sources know something of the window, as far as one pixel in 64 tells (more of small films). True where one
-  // may be kept as it is. Changes nothing.
-  bool glance(const PixelRect& window, ReprojectionStats& stats) const;
+  struct Glance {
+    std::uint64_t asked = 0, known = 0;  // pixels
+  };
+  // How much of the window sources know, as far as one pixel in 64 tells (more of small films). All of it where one may
+  // be kept as it is. Changes nothing.
+  Glance glance(const PixelRect& window, ReprojectionStats& stats) const;
   // Nothing is carried into the window, and what its centres meet is not found out (trace/gbuffer/gbuffer_pass.h).
   void clear(const PixelRect& window);
 

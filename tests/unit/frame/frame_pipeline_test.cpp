@@ -6,7 +6,9 @@
 #include <memory>
 #include <string>
 
+#include "renderer/film/core/sample_targets.h"
 #include "renderer/frame/stages/estimate_error.h"
+#include "renderer/frame/window_order.h"
 
 namespace helio {
 namespace {
@@ -52,7 +54,7 @@ class FramePipelineTest : public ::testing::Test {
     if (const auto* p = std::get_if<IntegratePiece>(&piece)) {
       for (int y = p->window.y0; y < p->window.y1; ++y)
         for (int x = p->window.x0; x < p->window.x1; ++x)
-          for (std::uint32_t i = 0; i < p->range.count; ++i) film.half(p->range.half, x, y).add(Rgb(float(x + i)));
+          for (std::uint32_t i = 0; i < p->range.count; ++i) written->half(p->range.half, x, y).add(Rgb(float(x + i)));
     } else if (const auto* item = std::get_if<StageItem>(&piece)) {
       TraceStats stats;
       run(*item, stats);
@@ -83,6 +85,7 @@ class FramePipelineTest : public ::testing::Test {
   }
 
   Film film{128, 64};  // two tiles
+  Film* written = &film;
   std::shared_ptr<EstimateError> estimate;
   FramePipeline pipeline{2, 1e-3};
   FramePlan plan;
@@ -268,6 +271,107 @@ TEST_F(FramePipelineTest, TheEndOfASweepIsAPieceOfItsOwn) {
   EXPECT_EQ(noted, " c0.0 c0.1 c0.2 c0/");
   EXPECT_TRUE(pipeline.over());
   EXPECT_EQ(pipeline.in_flight(), 0);
+}
+
+// A stage whose one sweep makes the tiles ready one after the other. With targets it asks for a sample of every pixel
+// of the second.
+class TiledStage final : public FrameStage {
+ public:
+  TiledStage(const TileGrid& grid, SampleTargets* targets)
+      : FrameStage(StageId::allocate), order_(windows(grid)), second_(grid.tiles()[1].window), targets_(targets) {}
+  int sweeps() const override { return 1; }
+  std::size_t parts() const override { return order_.parts(); }
+  WindowOrder* order() override { return &order_; }
+  void run(int, std::size_t part, TraceStats&) override {
+    const auto [sweep, window] = order_.part(part);
+    if (sweep + 1 < WindowOrder::kSweeps || !targets_) return;
+    const bool asked = second_.contains(window.x0, window.y0);
+    for (int y = window.y0; y < window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) {
+        targets_->set_target(0, x, y, asked);
+        targets_->block(x, y) = {{0, 0}, {asked, 0}};
+      }
+    }
+  }
+  void finish_sweep(int) override {}
+
+ private:
+  static std::vector<PixelRect> windows(const TileGrid& grid) {
+    std::vector<PixelRect> tiles;
+    for (const Tile& tile : grid.tiles()) tiles.push_back(tile.window);
+    return tiles;
+  }
+
+  WindowOrder order_;
+  PixelRect second_;
+  SampleTargets* targets_;
+};
+
+class TileByTile : public FramePipelineTest {
+ protected:
+  TileByTile() {
+    written = &wide;
+    pipeline.set_grid(wide.bounds(), 64);
+    pipeline.begin_frame();
+    plan.before = {StageId::allocate};
+    plan.by_tile = true;
+    plan.target[0] = 1;
+    plan.publish = Publish::early;
+  }
+  void start(bool targets) {
+    plan.round = targets;
+    pipeline.start(plan, wide,
+                   {{std::make_shared<TiledStage>(pipeline.grid(), targets ? wide.targets() : nullptr)}, {}});
+  }
+
+  Film wide{64 * 5, 64, {.targets = true}};  // five tiles
+};
+
+TEST_F(TileByTile, SamplesAndPublicationFollowTheStage) {
+  start(false);
+  EXPECT_EQ(course(), "airairairairaira");
+  std::uint32_t done[kHalves];
+  pipeline.grid().done_everywhere(done);
+  EXPECT_EQ(done[0], 1u);
+  EXPECT_FALSE(pipeline.cut());
+}
+
+TEST_F(TileByTile, InARoundAsTheStageHasSetTheTargets) {
+  start(true);
+  EXPECT_EQ(course(), "arairararara") << "samples of the second tile alone";
+}
+
+TEST_F(TileByTile, PixelsThatTheStagePreparedAreNotCleared) {
+  start(false);
+  while (const auto piece = pipeline.take(true, kNow)) {
+    if (const auto* p = std::get_if<IntegratePiece>(&*piece)) {
+      EXPECT_FALSE(p->clear);
+    }
+    pipeline.finish(*piece, true, 1e-4, kNow);
+  }
+  EXPECT_TRUE(pipeline.over());
+}
+
+// The stage comes to its end, for there is nothing else to show; tiles that lack samples are not shown as if they had
+// them.
+TEST_F(TileByTile, TheDeadlineEndsSamplesButNotTheStage) {
+  plan.deadline_s = kNow + 1;
+  start(true);
+  std::string kinds;
+  while (const auto piece = pipeline.take(true, kNow + 2)) {
+    if (kinds.empty() || kinds.back() != kind(*piece)) kinds += kind(*piece);
+    carry_out(*piece, kNow + 2);
+  }
+  EXPECT_EQ(kinds, "arararara") << "all tiles but the second";
+  EXPECT_TRUE(pipeline.over());
+  EXPECT_TRUE(pipeline.cut());
+}
+
+// A stage that turns out to have no order is waited for.
+TEST_F(TileByTile, WithoutAnOrderAllTilesComeAfterTheStage) {
+  std::string noted;
+  pipeline.start(plan, wide, {{std::make_shared<NotedStage>(StageId::allocate, noted)}, {}});
+  EXPECT_EQ(course(), "aiririririr");
 }
 
 }  // namespace

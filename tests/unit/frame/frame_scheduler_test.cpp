@@ -12,22 +12,24 @@ namespace helio {
 void print(const char* when, const std::vector<StageRequest>& stages, std::ostream& out) {
   const StageRequest none(StageId::reproject);
   for (const StageRequest& stage : stages) {
-    const auto& [id, until_s, allocation] = stage;
+    const auto& [id, until_s, allocation, first_samples] = stage;
     out << " " << when << ":" << to_string(id);
     if (until_s != none.until_s) out << "<" << until_s;
     if (allocation != none.allocation)
       out << "(" << allocation.mean << "," << allocation.iteration << (allocation.fill ? ",fill)" : ")");
+    if (first_samples) out << "(first_samples)";
   }
 }
 
 // Every field that differs from its default. One more field does not compile until it is told here.
 void PrintTo(const FramePlan& plan, std::ostream* out) {
-  const auto& [revision, before, target, round, deadline_s, mean_samples, after, publish, final, end] = plan;
+  const auto& [revision, before, target, round, by_tile, deadline_s, mean_samples, after, publish, final, end] = plan;
   const FramePlan none;
   *out << "A" << target[0] << " B" << target[1];
   if (revision != none.revision) *out << " revision:" << revision;
   print("before", before, *out);
   if (round) *out << " round";
+  if (by_tile) *out << " by_tile";
   if (deadline_s != none.deadline_s) *out << " deadline:" << deadline_s;
   if (mean_samples != none.mean_samples) *out << " mean_samples:" << mean_samples;
   print("after", after, *out);
@@ -104,7 +106,7 @@ TEST(FrameScheduler, TilesThatAreNotDoneAloneAreShownTogether) {
   budget.samples = 1;
   plan.final = true;
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
-  state.reproject_due = true;
+  state.reproject_due = state.transfer_prepared = true;
   plan.before = {StageId::reproject};
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 0), plan);
 }
@@ -114,7 +116,7 @@ TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
   FrameState state;
   state.tiles_alone = false;
   state.choice_due = true;
-  state.reproject_due = true;
+  state.reproject_due = state.transfer_prepared = true;
   FramePlan plan;
   plan.before = {StageId::reproject, StageId::choose};
   EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), plan);
@@ -625,7 +627,7 @@ TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
   const FrameScheduler scheduler(budget, {.passes = true}, pilot_of(16));
   FrameState state = at(0, 0);
   state.reproject_due = true;
-  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), carry()) << "most pixels may have all that they need";
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), carry()) << "what there is decides what comes with it";
   state.reproject_due = false;
   state.carried = true;
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), first_look()) << "nearly nothing was carried";
@@ -660,6 +662,62 @@ TEST(AdaptiveScheduler, OnTopOfHistoryThereIsNoPilot) {
     state.round.published = state.round.samples;
   }
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), of_mean(finish(FrameEndReason::samples), 4));
+}
+
+// Tile by tile, while others are still being reprojected: with their first samples where much is carried, else with
+// the pilot's first.
+TEST(AdaptiveScheduler, WhatIsCarriedIsShownTileByTile) {
+  const FrameScheduler scheduler({}, {.passes = true}, pilot_of(16)), of_job({}, {.passes = false}, pilot_of(16));
+  FrameState state = at(0, 0);
+  state.reproject_due = state.transfer_prepared = true;
+  FramePlan little = first_look();
+  little.before = {StageId::reproject};
+  little.by_tile = true;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), little);
+  EXPECT_EQ(FrameScheduler({}, {}).plan_next(state, 0, 0, 0), little) << "where all pixels get equal counts";
+  EXPECT_EQ(of_job.plan_next(state, 0, 0, 0), carry());
+  state.fill = true;
+  FramePlan much = of_mean(levels(1, false), 1);
+  much.target[1] = 0;
+  much.before = {StageId::reproject};
+  much.before[0].first_samples = true;
+  much.by_tile = true;
+  EXPECT_EQ(of_job.plan_next(state, 0, 0, 0), much);
+  much.publish = Publish::early;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), much);
+  state.tiles_alone = false;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), carry()) << "no tile is ready before all are";
+
+  // The round after it is the first that looks at errors.
+  state = at(1, 0);
+  state.fill = state.carried = true;
+  state.round.number = state.round.first_samples = 1;
+  state.round.samples = state.round.published = 5;
+  state.round.pixels = 100;
+  state.round.summary.top[0] = 1;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), allocate({.mean = 0.5, .fill = true}));
+  state.round.number = 2;
+  state.round.mean = 0.5;
+  state.round.summary.top[0] = state.round.summary.top[1] = 4;
+  FramePlan round = of_mean(levels(4, true), 1);
+  round.publish = Publish::early;
+  EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), round);
+  // A target error is approached as if there had been no round before it.
+  Budget error;
+  error.error = 0.01;
+  for (const std::uint32_t first : {0u, 1u}) {
+    FrameState measured = with_error(at(16, 16), 0.02, 0);
+    measured.round.number = 1 + first;
+    measured.round.first_samples = first;
+    measured.round.mean = 16;
+    measured.round.samples = measured.round.measured = measured.round.published = 3200;
+    measured.round.pixels = 100;
+    measured.measured.samples = 32;
+    measured.measured.error.hidden_rmse = 0;
+    measured.fill = true;
+    const FramePlan plan = FrameScheduler(error, {.passes = true}, pilot_of(16)).plan_next(measured, 0, 0, 0);
+    EXPECT_EQ(plan, allocate({.mean = 16 * std::pow(4 * 1.02, 0.25), .fill = true}));
+  }
 }
 
 TEST(AdaptiveScheduler, OneSampleOnTopOfHistoryIsOneRound) {

@@ -4,8 +4,10 @@
 #include "renderer/film/core/film.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/frame/picture_state.h"
+#include "renderer/frame/stage_runner.h"
 #include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/history_transfer.h"
+#include "renderer/frame/tile_grid.h"
 #include "tests/support/test_scenes.h"
 
 namespace helio::test {
@@ -28,10 +30,22 @@ int leave(PictureHistory& history, double x, double samples) {
 
 void run_all(FrameStage& stage) {
   TraceStats stats;
-  for (int sweep = 0; sweep < stage.sweeps(); ++sweep) {
-    for (std::size_t part = 0; part < stage.parts(); ++part) stage.run(sweep, part, stats);
-    stage.finish_sweep(sweep);
+  StageRunner runner;
+  runner.begin({std::shared_ptr<void>(), &stage});
+  while (const auto item = runner.next()) {
+    run(*item, stats);
+    runner.finish(*item, true);
   }
+  EXPECT_TRUE(runner.complete());
+}
+
+// Both plans of it.
+void run_all(HistoryTransfer& transfer, const PixelRect& region) {
+  run_all(transfer);
+  EXPECT_FALSE(transfer.complete());
+  transfer.resume(TileGrid(region, 16), false);
+  run_all(transfer);
+  EXPECT_TRUE(transfer.complete());
 }
 
 TEST(PictureHistory, APictureOfAQuarterOfItsSamplesReplacesTheAnchor) {
@@ -88,9 +102,12 @@ TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
     HistoryTransfer transfer(scene, film, film.bounds(), history, at(0.01 * move), {}, move == 0 ? 0 : 1,
                              PathSettings());
     run_all(transfer);
+    // What centres of the first picture meet is looked for when it is left; later ones know.
+    EXPECT_EQ(transfer.sweeps(), move == 0 ? 0 : (move == 1 ? 5 : 2));
+    transfer.resume(TileGrid(film.bounds(), 16), false);
+    run_all(transfer);
     EXPECT_TRUE(transfer.complete());
-    // The first picture is but cleared. What its centres meet is looked for when it is left; later ones know.
-    EXPECT_EQ(transfer.sweeps(), move == 0 ? 1 : (move == 1 ? 8 : 5));
+    EXPECT_EQ(transfer.sweeps(), 1);
     EXPECT_EQ(history.centres_known(), move > 0);
     ++history.generation;
     for (int y = 0; y < film.height(); ++y) {
@@ -113,7 +130,7 @@ TEST(CentreSearch, FindsWhatCarryingDoes) {
     Film searched(90, 40, {.history = true}), carried(90, 40, {.history = true});
     PictureHistory history;
     HistoryTransfer first(scene, searched, region, history, at(0.3), {}, 0, PathSettings());
-    run_all(first);
+    run_all(first, region);
     EXPECT_EQ(first.stats().rays, 0u);
     EXPECT_FALSE(history.centres_known());
     searched.half(0, 20, 20).add(Rgb(1, 2, 3));  // it has begun

@@ -313,17 +313,19 @@ TEST(Reprojection, AGlanceFindsNarrowStrips) {
   const auto glance = [&](const CameraPose& pose, ReprojectionStats& stats) {
     Film film(kWidth, kHeight, {.history = true});
     const Reprojection work(scene, film, film.bounds(), pose, {}, {{before, &source, 0, false}});
-    return work.glance(film.bounds(), stats);
+    const Reprojection::Glance told = work.glance(film.bounds(), stats);
+    return double(told.known) / double(told.asked);
   };
   ReprojectionStats none, some;
-  EXPECT_TRUE(glance(before, none));
+  EXPECT_EQ(glance(before, none), 1);
   EXPECT_EQ(none.rays, 0u) << "the same camera";
   for (const int shift : {1, 24, kWidth - 2, 2 - kWidth}) {
     ReprojectionStats stats;
-    EXPECT_TRUE(glance(orthographic_before_wall(shift, 0), stats)) << shift;
-    EXPECT_LE(stats.rays, std::uint64_t(kWidth * kHeight / 16));
+    EXPECT_NEAR(glance(orthographic_before_wall(shift, 0), stats), 1 - std::abs(shift) / double(kWidth), 0.06) << shift;
+    EXPECT_GT(glance(orthographic_before_wall(shift, 0), stats), 0) << shift;
+    EXPECT_EQ(stats.rays, std::uint64_t(2 * kWidth * kHeight / 16));
   }
-  EXPECT_FALSE(glance(orthographic_before_wall(kWidth + 2, 0), some));
+  EXPECT_EQ(glance(orthographic_before_wall(kWidth + 2, 0), some), 0);
   EXPECT_EQ(some.rays, std::uint64_t(kWidth * kHeight / 16)) << "one of 4x4 pixels of so small a film";
 }
 
