@@ -301,11 +301,6 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     plan.publish = Publish::round;
     return plan;
   }
-  // Samples that come after it tell of mixed pixels: which ones must not follow the clock, which cuts rounds.
-  if (state.centres_due && state.total() >= kSamplesBeforeCentres && (state.round.number == 0 || state.round_done())) {
-    plan.before.push_back(StageId::centres);
-    return plan;
-  }
   return plan_integration(state, view_age_s, now_s);
 }
 

@@ -30,9 +30,6 @@ namespace helio {
 inline constexpr std::uint32_t kMaxSamplesPerPixel = 1u << 30;
 // A target error is not believed before this many samples per pixel.
 inline constexpr std::uint32_t kMinSamplesForError = 16;
-// Samples per pixel at which a picture that began without a G-buffer traces it (stage `centres`), which costs about a
-// sixth of a sample.
-inline constexpr std::uint32_t kSamplesBeforeCentres = 16;
 
 // An error estimate and the samples per pixel (both halves) it was made at.
 struct ErrorAtCount {
@@ -61,7 +58,6 @@ struct FrameState {
   RoundState round;
   bool reproject_due = false;  // before the first sample, earlier pictures are to be reprojected
   bool transfer_prepared = false;  // while that is so: what they know is known (`fill`), nothing of it is in the film
-  bool centres_due = false;    // the picture has begun without the primary hits of its pixel centres
   bool choice_due = false;     // before the first sample, the tiles that get light paths are to be chosen
   // A tile's pixels are done once its own samples are in; false: light paths of all the others land there too.
   bool tiles_alone = true;

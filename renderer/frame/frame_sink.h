@@ -55,10 +55,10 @@ enum class FrameEndReason { samples, time, error, superseded, cancelled, failed,
 const char* to_string(FrameEndReason reason);
 
 struct PassTime {
-  std::string pass;  // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
-                     // "allocate" (modes with adaptive counts), "choose" (integrator pt+bdpt), "trace_lights"
-                     // (light vertices), "reproject", "centres", "review" (modes that reuse pictures), "display" (where
-                     // tiles have that layer), "preview"
+  std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
+                       // "allocate" (modes with adaptive counts), "choose" (integrator pt+bdpt), "trace_lights"
+                       // (light vertices), "reproject", "review" (modes that reuse pictures), "display" (where
+                       // tiles have that layer), "preview"
   double seconds = 0;  // of processor time, summed over workers
 };
 

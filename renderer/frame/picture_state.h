@@ -14,7 +14,6 @@ class TemporalReprojection;
 struct PictureState {
   FrameState state;  // as the scheduler has it
   std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
-  std::uint64_t search_rays = 0;                   // of centre searches
   double taken_back = 0;                           // carried samples that stage `review` removed
   TraceStats trace;
   std::uint64_t samples = 0;       // pixel samples in the film

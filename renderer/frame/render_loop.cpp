@@ -81,8 +81,8 @@ std::vector<PassTime> pass_times(const FrameRecord& record) {
   for (const StageId id : {StageId::integrate, StageId::measure, StageId::resolve})
     times.push_back({to_string(id), seconds(id)});
   times.push_back({"publish", record.publish_seconds});
-  for (const StageId id : {StageId::reproject, StageId::centres, StageId::choose, StageId::trace_lights,
-                           StageId::review, StageId::allocate, StageId::display}) {
+  for (const StageId id : {StageId::reproject, StageId::choose, StageId::trace_lights, StageId::review,
+                           StageId::allocate, StageId::display}) {
     if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
   }
   return times;
@@ -494,7 +494,7 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   p.trace = picture.trace;
   if (picture.transfer && !state.reproject_due) {
     const ReprojectionStats stats = picture.transfer->stats();
-    p.verification_rays = stats.rays + picture.search_rays;
+    p.verification_rays = stats.rays;
     const double carried = stats.samples - picture.taken_back - double(picture.trace.dropped);
     if (carried > 0) p.reuse_share = carried / (carried + double(picture.samples));
   }
@@ -783,8 +783,6 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   }
   FrameState& state = picture.state;
   state.tiles_alone = !film->splats() && !lights;
-  state.centres_due = !state.reproject_due && history.film_usable() && !history.centres_known() &&
-                      can_reproject(history.film_pose(), settings.filter);
   state.display_due = display_due();
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FrameStages stages = make_stages(plan, stage_context());

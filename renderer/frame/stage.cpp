@@ -4,7 +4,7 @@ namespace helio {
 
 const char* to_string(StageId id) {
   static constexpr PerStage<const char*> kNames = {
-      "integrate",    "resolve", "measure",  "reproject", "centres", "choose",
+      "integrate",    "resolve", "measure",  "reproject", "choose",
       "trace_lights", "review",  "allocate", "display",   "preview",
   };
   return kNames[std::size_t(id)];

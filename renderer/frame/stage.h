@@ -28,7 +28,6 @@ enum class StageId : std::uint8_t {
   resolve,
   measure,       // stages/estimate_error.h
   reproject,     // stages/history_transfer.h
-  centres,       // stages/centre_search.h
   choose,        // stages/choose_integrators.h
   trace_lights,  // stages/trace_lights.h
   review,        // stages/reject_history.h
@@ -36,7 +35,7 @@ enum class StageId : std::uint8_t {
   display,       // stages/make_display.h
   preview,       // stages/preview.h
 };
-inline constexpr std::size_t kStages = 11;
+inline constexpr std::size_t kStages = 10;
 // The name under which PassTime reports the stage.
 const char* to_string(StageId id);
 // One value a stage, as seconds are.

@@ -14,7 +14,7 @@
 
 #include "renderer/film/history/film_history.h"
 #include "renderer/scene/load/scene_loader.h"
-#include "renderer/trace/gbuffer/gbuffer_pass.h"
+#include "renderer/trace/reuse/reprojection.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/test_scenes.h"
 
@@ -87,7 +87,8 @@ std::vector<bool> wearers(const SceneDescription& scene, const std::string& imag
 std::vector<bool> left_out(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, int width,
                            int height, const std::vector<bool>& wears) {
   Film film(width, height, {.history = true});
-  GbufferPass(scene, film, film.bounds(), pose, {}).find(film.bounds());
+  ReprojectionStats stats;
+  Reprojection(scene, film, film.bounds(), pose, {}, {}).carry(film.bounds(), stats);
   std::vector<bool> out(std::size_t(film.width()) * std::size_t(film.height()), false);
   for (int y = 0; y < film.height(); ++y) {
     for (int x = 0; x < film.width(); ++x) {

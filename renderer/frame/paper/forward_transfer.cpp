@@ -66,7 +66,7 @@ void ForwardTransfer::finish_sweep(int sweep) {
     case Sweep::carry:
     case Sweep::clear:
       left_.pose.reset();
-      history_.film_complete(nullptr, pose_, true);  // edits of the scene begin anew
+      history_.film_complete(nullptr, pose_);  // edits of the scene begin anew
       note_complete();
       return;
   }

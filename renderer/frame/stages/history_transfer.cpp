@@ -61,10 +61,6 @@ HistoryTransfer::HistoryTransfer(std::shared_ptr<const RenderScene> scene, Film&
   windows_ = transfer_windows(region);
   if (history.film_usable() && can_reproject(history.film_pose(), filter)) {
     slot_ = history.take_slot(film_samples);
-    if (!history.centres_known()) {
-      film_centres_ = std::make_unique<GbufferPass>(history.film_scene(), film, region, history.film_pose(), filter);
-      sweeps_ = {Sweep::search, Sweep::search_borders, Sweep::note_borders};
-    }
     sweeps_.push_back(Sweep::gather);
   } else {
     prepare_revision();
@@ -102,7 +98,6 @@ void HistoryTransfer::prepare_reprojection() {
 
 // Where nobody waits: these may be the last that hold a scene.
 void HistoryTransfer::free_scenes() {
-  film_centres_.reset();
   revision_.reset();
 }
 
@@ -129,7 +124,7 @@ WindowOrder* HistoryTransfer::order() {
 void HistoryTransfer::resume(const TileGrid& grid, bool first_samples) {
   HELIO_DCHECK(reprojection_ && current_ == sweeps());
   current_ = 0;
-  if (known_ == 0) {
+  if (!can_reproject(pose_, filter_)) {
     sweeps_ = {Sweep::clear};
     return;
   }
@@ -143,15 +138,6 @@ void HistoryTransfer::resume(const TileGrid& grid, bool first_samples) {
 void HistoryTransfer::run(int sweep, std::size_t part, TraceStats&) {
   ReprojectionStats stats;
   switch (sweeps_[std::size_t(sweep)]) {
-    case Sweep::search:
-      stats.rays = film_centres_->find(windows_[part]);
-      break;
-    case Sweep::search_borders:
-      stats.rays = film_centres_->find_borders(windows_[part]);
-      break;
-    case Sweep::note_borders:
-      film_centres_->settle(windows_[part]);
-      return;
     case Sweep::gather:
       film_.history()->source(slot_).gather(film_, windows_[part], region_);
       return;
@@ -201,9 +187,6 @@ void HistoryTransfer::carry(std::size_t part, ReprojectionStats& stats) {
 void HistoryTransfer::finish_sweep(int sweep) {
   current_ = sweep + 1;
   switch (sweeps_[std::size_t(sweep)]) {
-    case Sweep::note_borders:
-      history_.centres_found();
-      return;
     case Sweep::gather:
       history_.slot_complete(slot_);
       history_.film_overwritten();
@@ -226,15 +209,13 @@ void HistoryTransfer::finish_sweep(int sweep) {
       prepare_reprojection();
       return;
     case Sweep::glance:
-    case Sweep::search:
-    case Sweep::search_borders:
     case Sweep::measure:
       return;
     case Sweep::clear:
     case Sweep::carry:
       if (first_samples_) film_.targets()->round = round_of_first_samples(targets_);
       reprojection_.reset();
-      history_.film_complete(scene_, pose_, sweeps_[std::size_t(sweep)] == Sweep::carry);
+      history_.film_complete(scene_, pose_);
       note_complete();
       return;
   }

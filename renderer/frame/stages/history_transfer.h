@@ -3,9 +3,8 @@
 // new picture they know, (4) they are reprojected into the film of the new camera (trace/reuse/reprojection.h), tile by
 // tile. The last is a stage of a plan of its own, which follows it with samples.
 //
-// After a jump, and for a session's first picture, nothing is found: such pictures begin without the primary hits of
-// their pixel centres, which are traced once the picture has enough samples (stages/centre_search.h), at the latest
-// when it becomes a source itself.
+// After a jump, and for a session's first picture, nothing is found. The primary hits of pixel centres are found all
+// the same, tile by tile before the first sample: whoever leaves the picture again need not wait for them.
 #pragma once
 
 #include <atomic>
@@ -16,7 +15,6 @@
 #include "renderer/film/history/film_history.h"
 #include "renderer/frame/stages/temporal_reprojection.h"
 #include "renderer/frame/window_order.h"
-#include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/history_invalidation.h"
 #include "renderer/trace/reuse/reprojection.h"
 
@@ -43,18 +41,14 @@ class PictureHistory {
   // The film's pixels are of no use to any later picture: other settings, another load. Returns the scenes that were
   // held, which may take long to free.
   std::vector<std::shared_ptr<const RenderScene>> forget();
-  // The film holds a picture of this camera, all of its pixels in a defined state. centres: it knows what those of its
-  // pixels meet (trace/gbuffer/gbuffer_pass.h), or never will.
-  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose, bool centres) {
+  // The film holds a picture of this camera, all of its pixels in a defined state.
+  void film_complete(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose) {
     film_ = {true, scene, pose, 0, film_swapped()};
-    centres_known_ = centres;
   }
-  void centres_found() { centres_known_ = true; }
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
   const std::shared_ptr<const RenderScene>& film_scene() const { return film_.scene; }
-  bool centres_known() const { return centres_known_; }  // of the film, which is usable
 
   // The source to overwrite with the film, which has had so many fresh samples per pixel; that source holds nothing
   // from now on.
@@ -80,13 +74,11 @@ class PictureHistory {
   int anchor_ = 0;
   bool promoted_ = false;  // the slot that was taken last becomes the anchor once it is complete
   Slot slots_[FilmHistory::kSources], film_;
-  bool centres_known_ = false;
 };
 
-// The sweeps of one move or edit: where the film's centres are not known search, search borders, note borders; gather
-// (film to source, unless the film is of no use); where sources are of an earlier scene compare, measure, collect,
-// revise; then glance. After resume(): carry, in an order that makes one tile after the other ready, or clear where
-// nothing is to be found.
+// The sweeps of one move or edit: gather (film to source, unless the film is of no use); where sources are of an
+// earlier scene compare, measure, collect, revise; then glance. After resume(): carry, in an order that makes one tile
+// after the other ready, or clear where pictures of this camera can neither draw on others nor be drawn on.
 class HistoryTransfer final : public TemporalReprojection {
  public:
   // film_samples: fresh ones per pixel, both halves. Film and history outlive this.
@@ -104,9 +96,6 @@ class HistoryTransfer final : public TemporalReprojection {
 
  private:
   enum class Sweep {
-    search,
-    search_borders,
-    note_borders,
     gather,
     compare,
     measure,
@@ -132,7 +121,6 @@ class HistoryTransfer final : public TemporalReprojection {
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;
   std::vector<PixelRect> windows_;
-  std::unique_ptr<GbufferPass> film_centres_;  // of the picture that is left
   std::unique_ptr<HistoryInvalidation> revision_;
   std::vector<int> revised_slots_;  // in the order of its pictures
   std::unique_ptr<Reprojection> reprojection_;

@@ -4,7 +4,6 @@
 
 #include "renderer/base/check.h"
 #include "renderer/frame/stages/allocate.h"
-#include "renderer/frame/stages/centre_search.h"
 #include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/frame/stages/estimate_error.h"
 #include "renderer/frame/stages/make_display.h"
@@ -43,8 +42,6 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
   switch (request.id) {
     case StageId::reproject:
       return make_reprojection(request, c);
-    case StageId::centres:
-      return std::make_shared<CentreSearch>(c.film, c.grid.region(), c.history, c.settings.filter);
     case StageId::choose:
       return std::make_shared<ChooseIntegrators>(c.scene, c.camera, path_settings(c.settings), c.cancel, c.film,
                                                  c.techniques);

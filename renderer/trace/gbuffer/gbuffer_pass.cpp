@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "renderer/base/check.h"
-#include "renderer/film/core/film_windows.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/guard_band.h"
 #include "renderer/trace/gbuffer/primary_hits.h"
@@ -36,18 +35,6 @@ GbufferPass::GbufferPass(std::shared_ptr<const RenderScene> scene, Film& film, c
       reach_(filter_reach(filter)),
       box_(filter.kind == PixelFilterKind::box) {
   HELIO_DCHECK(film.history());
-}
-
-std::uint64_t GbufferPass::find(const PixelRect& window) {
-  PrimaryHits centres(*scene_, camera_, pose_.forward);
-  FilmHistory& history = *film_.history();
-  for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) {
-    centres.trace(block);
-    for (int y = block.y0; y < block.y1; ++y) {
-      for (int x = block.x0; x < block.x1; ++x) history.centre(x, y) = centres.at(x, y);
-    }
-  }
-  return std::uint64_t(window.area());
 }
 
 std::uint64_t GbufferPass::find_borders(const PixelRect& window) {

@@ -1,6 +1,6 @@
 // G-buffer of a film for reprojection: the primary hit of the ray through each pixel's centre, and which pixels may
-// show another surface, too. Pictures made by reprojection have it from the start (trace/reuse/reprojection.h); the
-// others get it later (frame/stages/centre_search.h).
+// show another surface, too. Every picture that later ones may draw on has it from the start
+// (trace/reuse/reprojection.h).
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,15 @@ namespace helio {
 // How far a filter reaches, in pixels from a pixel's centre to the centres of others, at least one.
 int filter_reach(const PixelFilter& filter);
 
-// Three sweeps over windows of a film, to be shared between threads: find() of every window, then find_borders() of
-// every window, then settle(). Windows are disjoint and lie in the region. The first two
-// return the number of rays traced.
+// Over windows of a film whose centres are known (FilmHistory::centre), to be shared between threads: find_borders() of
+// every window, then settle(). Windows are disjoint and lie in the region.
 class GbufferPass {
  public:
   // The film, which must have history with sources, outlives this.
   GbufferPass(std::shared_ptr<const RenderScene> scene, Film& film, const PixelRect& region, const CameraPose& pose,
               const PixelFilter& filter);
 
-  // What centres meet (FilmHistory::centre).
-  std::uint64_t find(const PixelRect& window);
-  // Notes the pixels that border another surface in CarriedPixel::found().
+  // Notes the pixels that border another surface in CarriedPixel::found(). Returns the rays that it traced.
   std::uint64_t find_borders(const PixelRect& window);
   // Copies those notes to CentreHit::border.
   void settle(const PixelRect& window);

@@ -3,8 +3,7 @@
 // (surface_steps.h): another instance, a normal more than 37 degrees off, or a step of more than a pixel's side. One
 // sample that differs is enough, so what covers a share p of a pixel is found by n samples with probability
 // 1 - (1 - p)^n. A sample that differs is traced once more under the centres' chance: a pane that lets every other one
-// through is one surface all the same. What shows in mirrors, behind panes and in shadows is not found, nor is anything
-// by samples from before centres are known (stages/centre_search.h).
+// through is one surface all the same. What shows in mirrors, behind panes and in shadows is not found.
 //
 // What was looked up for a mixed pixel (trace/reuse/reprojection.h) says what the pixel would be without what hides in
 // it. A half drops that with its first sample that differs; until then it has met nothing else, and neither has

@@ -75,8 +75,7 @@ bool can_reproject(const CameraPose& pose, const PixelFilter& filter);
 
 // Three sweeps over windows of a film, to be shared between threads: carry() of every window, then find_borders() of
 // every window, then settle(). What a window's sweep needs of the one before lies within kMostReach pixels of it.
-// Windows are disjoint and lie in the region. The bits do not depend on how it was cut along blocks of the film. Where
-// a glance() at every window found nothing, clear() of every window is enough.
+// Windows are disjoint and lie in the region. The bits do not depend on how it was cut along blocks of the film.
 class Reprojection {
  public:
   // The film, which must have history, and the sources outlive this. Sources come in the order of preference where they
@@ -93,7 +92,7 @@ class Reprojection {
   // How much of the window sources know, as far as one pixel in 64 tells (more of small films). All of it where one may
   // be kept as it is. Changes nothing.
   Glance glance(const PixelRect& window, ReprojectionStats& stats) const;
-  // Nothing is carried into the window, and what its centres meet is not found out (trace/gbuffer/gbuffer_pass.h).
+  // In place of the sweeps where can_reproject() says no: nothing is carried, and what centres meet is not known.
   void clear(const PixelRect& window);
 
   // Clears the window, finds its centre hits, and fills it with what the sources know of them.

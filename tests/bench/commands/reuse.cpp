@@ -156,7 +156,7 @@ FrameCost cost_of(RenderEngine& engine, const MeasuredScene& scene, const Kind& 
   FrameCost cost;
   cost.all = double(std::clock() - began) / CLOCKS_PER_SEC;
   for (const PassTime& pass : picture.end.passes) {
-    for (const char* reuse : {"reproject", "centres", "review", "allocate"}) {
+    for (const char* reuse : {"reproject", "review", "allocate"}) {
       if (pass.pass == reuse) cost.reuse += pass.seconds;
     }
   }

@@ -132,33 +132,6 @@ TEST(FrameScheduler, ChoosesBeforeTheFirstSample) {
   EXPECT_EQ(FrameScheduler(budget, {}).plan_next(state, 0, 0, 100), plan);
 }
 
-TEST(FrameScheduler, LooksForCentresOnceThePictureIsWorthIt) {
-  Budget budget;
-  budget.samples = 64;
-  const FrameScheduler scheduler(budget, {});
-  for (const std::uint32_t half : {0u, 1u, 4u, 7u}) {
-    FrameState state = at(half, half);
-    state.centres_due = true;
-    EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres)) << half;
-  }
-  FrameState state = at(8, 8);
-  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres));
-  state.centres_due = true;
-  FramePlan alone;
-  alone.before = {StageId::centres};
-  EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), alone);
-  state.round.number = state.round.pixels = 1;
-  state.round.samples = state.round.published = 16;
-  EXPECT_TRUE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres));
-  state.round.summary.top[0] = state.round.summary.top[1] = 32;
-  EXPECT_FALSE(scheduler.plan_next(state, 0.1, 0, 1).asks(StageId::centres)) << "within a round";
-  state.round = {};
-  state.published_samples = 8;  // what is seen comes first
-  EXPECT_EQ(scheduler.plan_next(state, 0.1, 0, 1), show());
-  budget.samples = 16;  // nothing comes after the end
-  EXPECT_TRUE(FrameScheduler(budget, {}).plan_next(state, 0.1, 0, 1).end.has_value());
-}
-
 TEST(FrameScheduler, CarriesTheRevision) {
   FrameState state;
   state.revision = 41;

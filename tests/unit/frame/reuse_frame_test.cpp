@@ -120,19 +120,16 @@ TEST_P(ReuseFrame, SingleSamplesAddUpWhileTheCameraMoves) {
 TEST_P(ReuseFrame, AJumpCarriesNothing) {
   constexpr auto kPixels = std::uint64_t(kWidth * kHeight);
   LoopViews views(engine, room, settings_of(GetParam()));
-  EXPECT_EQ(views.render(home(), 16).end.progress.verification_rays, 0u);
-  EXPECT_GE(views.render(home(), 32).end.progress.verification_rays, kPixels) << "the camera may move soon";
+  EXPECT_GE(views.render(home(), 16).end.progress.verification_rays, kPixels) << "the camera may move soon";
   const CameraPose away = turned_and_shifted(home(), 180, 0);
   const ViewPicture& behind = views.render(away, 16);
   EXPECT_EQ(behind.end.progress.reuse_share, 0);
   EXPECT_EQ(behind.end.progress.samples_per_pixel, 16u);
-  EXPECT_GT(behind.end.progress.verification_rays, kPixels / 32) << "they were traced";
-  EXPECT_LT(behind.end.progress.verification_rays, kPixels / 8);
-  EXPECT_GE(views.render(away, 32).end.progress.verification_rays, kPixels);
+  EXPECT_GE(behind.end.progress.verification_rays, kPixels);
 }
 
 TEST_P(ReuseFrame, APictureThatBeganFromNothingIsKeptWhereverItIsLeft) {
-  for (const std::uint32_t samples : {4u, 16u, 32u}) {  // before its centres were looked for, and after
+  for (const std::uint32_t samples : {4u, 16u, 32u}) {
     LoopViews views(engine, room, settings_of(GetParam()));
     views.render(turned_and_shifted(home(), 1, 0), samples);
     const ViewPicture& moved = views.render(home(), 1);

@@ -39,7 +39,7 @@ TEST(ForwardTransfer, GoesOnFromTheCopyUntilItIsForgotten) {
   };
 
   EXPECT_EQ(begin().sweeps(), 1) << "nothing is known: the film is cleared";
-  history.film_complete(nullptr, home, true);
+  history.film_complete(nullptr, home);
   {
     ForwardTransfer interrupted = begin();
     ASSERT_EQ(interrupted.sweeps(), 3);

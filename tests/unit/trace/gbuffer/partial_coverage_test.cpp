@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/gbuffer/gbuffer_pass.h"
 #include "renderer/trace/reuse/reprojection.h"
 #include "tests/support/test_scenes.h"
 
@@ -53,10 +52,11 @@ SceneDescription lamp_before(const Material& of_wall) {
 Film film_before(const std::shared_ptr<const RenderScene>& scene, const CameraPose& pose,
                  const PixelFilter& filter = {}) {
   Film film(kWidth, kHeight, {.history = true});
-  GbufferPass centres(scene, film, film.bounds(), pose, filter);
-  centres.find(film.bounds());
-  centres.find_borders(film.bounds());
-  centres.settle(film.bounds());
+  Reprojection centres(scene, film, film.bounds(), pose, filter, {});
+  ReprojectionStats stats;
+  centres.carry(film.bounds(), stats);
+  centres.find_borders(film.bounds(), stats);
+  centres.settle(film.bounds(), stats);
   return film;
 }
 
