@@ -15,6 +15,7 @@ Status run_load(BenchContext& context, Figures& figures);
 Status run_latency(BenchContext& context, Figures& figures);
 Status run_drag(BenchContext& context, Figures& figures);
 Status run_display(BenchContext& context, Figures& figures);
+Status run_previews(BenchContext& context, Figures& figures);
 Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
 Status run_sessions(BenchContext& context, Figures& figures);

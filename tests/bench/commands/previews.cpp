@@ -1,0 +1,269 @@
+// What previews show of a drag, beside what the same time gives without them: one sample a pixel of the largest picture
+// that it is enough for, enlarged. Error, structural dissimilarity and flicker, against references.
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "renderer/metrics/dssim.h"
+#include "renderer/metrics/error_metrics.h"
+#include "renderer/trace/camera/camera_projection.h"
+#include "tests/bench/scenes/error_scenes.h"
+#include "tests/bench/scenes/over_scenes.h"
+#include "tests/bench/subcommands.h"
+#include "tests/support/loop_views.h"
+
+namespace helio::bench {
+
+namespace {
+
+const char* const kScenes[] = {"cornell", "sponza-dabrovic", "breakfast-room", "courtyard"};
+constexpr std::uint32_t kReference = 256;
+constexpr double kRestSeconds = 2, kDegreesAView = 0.5, kRate = 30, kBudget = 0.028;
+// Views of the drag that are looked at, and the last two of them for the change from one to the next.
+constexpr int kLookedAt[] = {10, 25, 40, 41};
+// What is brighter than so many times the picture's mean is white.
+constexpr float kWhite = 4;
+
+// Radiance of the whole previews, by view.
+class PreviewSink final : public FrameSink {
+ public:
+  PreviewSink(int width, int height) : width_(width), height_(height) {}
+
+  void frame_begun(const FrameBegin& begin) override {
+    const std::lock_guard lock(mutex_);
+    preview_ = begin.preview;
+    view_ = begin.tag.view_id;
+    if (preview_) pictures_[view_] = empty();
+  }
+  void tile_ready(FrameTile tile) override {
+    if (!tile.preview) return;
+    const std::lock_guard lock(mutex_);
+    for (int c = 0; c < 3; ++c)
+      test::put_rows(tile.pixels.display[c], tile.pixels.window, width_, pictures_[view_].channels[c]);
+  }
+  void frame_ended(const FrameEnd& end) override {
+    const std::lock_guard lock(mutex_);
+    if (!preview_) return;
+    LoopPicture& picture = pictures_[view_];
+    picture.seconds = end.progress.seconds;
+    picture.end = end;
+    changed_.notify_all();
+  }
+
+  // Waits for the view's. internal: it failed.
+  Result<LoopPicture> take(std::uint64_t view) {
+    std::unique_lock lock(mutex_);
+    const auto ended = [&] { return pictures_.contains(view) && pictures_[view].seconds > 0; };
+    if (!changed_.wait_for(lock, std::chrono::seconds(30), ended))
+      return Error{ErrorCode::internal, "no preview came", std::to_string(view)};
+    LoopPicture picture = std::move(pictures_[view]);
+    pictures_.erase(view);
+    if (picture.end.reason != FrameEndReason::preview)
+      return Error{ErrorCode::internal, "the preview failed: " + picture.end.message, std::to_string(view)};
+    return picture;
+  }
+
+ private:
+  LoopPicture empty() const {
+    LoopPicture picture;
+    picture.width = width_;
+    picture.height = height_;
+    for (auto& channel : picture.channels) channel.assign(picture.view().pixels(), 0.0f);
+    return picture;
+  }
+
+  int width_, height_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool preview_ = false;
+  std::uint64_t view_ = 0;
+  std::map<std::uint64_t, LoopPicture> pictures_;
+};
+
+struct Drag {
+  std::vector<LoopPicture> previews;  // of kLookedAt
+  std::vector<CameraPose> cameras;
+};
+
+// Every view waits for its preview, so none is skipped.
+Result<Drag> drag(RenderEngine& engine, const ErrorScene& scene) {
+  RenderSettings settings = scene.settings;
+  settings.mode = RenderMode::combined;
+  settings.preview = {.rate = kRate, .budget_s = kBudget};
+  RenderLoopOptions options;
+  options.channels |= kResolveDisplay;
+  const auto sink = std::make_shared<PreviewSink>(settings.width, settings.height);
+  RenderLoop loop(engine, scene.scene, settings, {}, RenderRank::interactive, sink, options);
+  Drag drag;
+  const auto move_to = [&](int view) {
+    RenderLoop::Update update;
+    update.view = View{std::uint64_t(view) + 1, test::turned_and_shifted(scene.view, kDegreesAView * view, 0)};
+    update.view->camera.aspect = 0;
+    loop.update(update);
+    return update.view->camera;
+  };
+  move_to(0);
+  std::this_thread::sleep_for(std::chrono::duration<double>(kRestSeconds));
+  auto due = std::chrono::steady_clock::now();
+  for (int view = 1; view <= *std::rbegin(kLookedAt); ++view) {
+    const CameraPose camera = move_to(view);
+    auto picture = sink->take(std::uint64_t(view) + 1);
+    if (!picture) return picture.error();
+    if (std::ranges::find(kLookedAt, view) != std::end(kLookedAt)) {
+      drag.previews.push_back(std::move(*picture));
+      drag.cameras.push_back(camera);
+    }
+    due += std::chrono::microseconds(std::int64_t(1e6 / kRate));
+    std::this_thread::sleep_until(due);
+  }
+  return drag;
+}
+
+// Bilinearly, between pixels' centres.
+LoopPicture enlarged(const LoopPicture& small, int width, int height) {
+  LoopPicture large;
+  large.width = width;
+  large.height = height;
+  for (int c = 0; c < 3; ++c) {
+    large.channels[c].reserve(large.view().pixels());
+    for (int y = 0; y < height; ++y) {
+      const float v =
+          std::clamp((float(y) + 0.5f) * float(small.height) / float(height) - 0.5f, 0.0f, float(small.height - 1));
+      const int y0 = int(v), y1 = std::min(y0 + 1, small.height - 1);
+      for (int x = 0; x < width; ++x) {
+        const float u =
+            std::clamp((float(x) + 0.5f) * float(small.width) / float(width) - 0.5f, 0.0f, float(small.width - 1));
+        const int x0 = int(u), x1 = std::min(x0 + 1, small.width - 1);
+        const auto at = [&](int px, int py) {
+          return small.channels[c][std::size_t(py) * std::size_t(small.width) + std::size_t(px)];
+        };
+        const float fx = u - float(x0), fy = v - float(y0);
+        large.channels[c].push_back((1 - fy) * ((1 - fx) * at(x0, y0) + fx * at(x1, y0)) +
+                                    fy * ((1 - fx) * at(x0, y1) + fx * at(x1, y1)));
+      }
+    }
+  }
+  return large;
+}
+
+// One sample a pixel of as many pixels as `seconds` are enough for.
+Result<LoopPicture> without_previews(RenderEngine& engine, const ErrorScene& scene, const CameraPose& camera,
+                                     double seconds, std::uint64_t seed) {
+  RenderSettings settings = scene.settings;
+  settings.mode = RenderMode::pt;
+  settings.seed = seed;
+  for (int tries = 0;; ++tries) {
+    const auto picture = render_picture(engine, scene.scene, settings, 1, camera);
+    if (!picture) return picture.error();
+    // Where it took longer than it may, a smaller one; the second is of about the right size.
+    if (tries == 2 || (tries == 0 && picture->seconds <= seconds))
+      return enlarged(*picture, scene.settings.width, scene.settings.height);
+    const double scale = std::min(std::sqrt(seconds / picture->seconds) * settings.width / scene.settings.width, 1.0);
+    settings.width = std::max(int(scene.settings.width * scale), 8);
+    settings.height = std::max(int(scene.settings.height * scale), 8);
+  }
+}
+
+// Mean over pixels and channels of how the error changes from one picture of the drag to the next, where both see the
+// same direction: the camera turns on the spot, so that is the same point. In units of the mean radiance.
+double flicker(const LoopPicture& before, const ErrorScene& before_truth, const LoopPicture& after,
+               const ErrorScene& after_truth) {
+  const int width = before.width, height = before.height;
+  const CameraProjection from(before_truth.view, width, height, V3d(0, 0, 0));
+  const CameraProjection to(after_truth.view, width, height, V3d(0, 0, 0));
+  const float white = kWhite * float(mean_of(after_truth.reference));
+  double sum = 0, count = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const FilmPoint p = from.direction(to.direction_at(x + 0.5, y + 0.5));
+      if (!p.in_front || !(p.x >= 0 && p.y >= 0 && p.x < width && p.y < height)) continue;
+      const std::size_t there = std::size_t(p.y) * std::size_t(width) + std::size_t(p.x);
+      const std::size_t here = std::size_t(y) * std::size_t(width) + std::size_t(x);
+      for (int c = 0; c < 3; ++c) {
+        const auto error = [&](const LoopPicture& picture, const ErrorScene& truth, std::size_t i) {
+          return std::min(picture.channels[c][i], white) - std::min(truth.reference.channels[c][i], white);
+        };
+        sum += std::fabs(error(after, after_truth, here) - error(before, before_truth, there));
+      }
+      count += 3;
+    }
+  }
+  return sum / count / mean_of(after_truth.reference);
+}
+
+Result<double> relmse(const LoopPicture& picture, const ErrorScene& truth) {
+  const auto error = relative_error(picture.view(), truth.reference.view());
+  if (!error) return error.error();
+  return std::max(error->relmse - reference_relmse(truth), 0.0);
+}
+
+Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorScene& scene, Figures& figures,
+               OverScenes& all) {
+  const auto dragged = drag(engine, scene);
+  if (!dragged) return dragged.error();
+  const auto add = [&](const std::string& name, const std::string& view, double ours, double theirs, double goal) {
+    const Figure figure{name, ours / theirs, "x", 1.0, Better::lower};
+    all.add(figure, goal);
+    figures.add({scene.name + "." + name + view, figure.value, "x", 1.0, Better::lower});
+  };
+  ErrorScene before;
+  LoopPicture preview_before, single_before;
+  for (std::size_t i = 0; i < std::size(kLookedAt); ++i) {
+    ErrorScene truth = scene;
+    truth.view = dragged->cameras[i];
+    const auto reference = reference_picture(
+        engine, options.cache, {scene.name, scene.checksum, scene.scene, truth.view, scene.settings, kReference});
+    if (!reference) return reference.error();
+    truth.reference = reference->picture;
+    truth.reference_variance = reference->variance;
+    const LoopPicture& preview = dragged->previews[i];
+    auto single = without_previews(engine, scene, truth.view, std::max(preview.seconds, kBudget), i);
+    if (!single) return single.error();
+    std::string view = ".";
+    view += std::to_string(kLookedAt[i]);
+    if (i + 1 == std::size(kLookedAt)) {
+      add("flicker", view, flicker(preview_before, before, preview, truth),
+          flicker(single_before, before, *single, truth), 0.3);
+    } else {
+      const auto ours = relmse(preview, truth), theirs = relmse(*single, truth);
+      if (!ours || !theirs) return ours ? theirs.error() : ours.error();
+      add("relmse_over_sample", view, *ours, *theirs, 0.3);
+      const double exposure = 0.25 / mean_of(truth.reference);
+      const auto apart = dssim(preview.view(), truth.reference.view(), exposure);
+      const auto single_apart = dssim(single->view(), truth.reference.view(), exposure);
+      if (!apart || !single_apart) return apart ? single_apart.error() : apart.error();
+      add("dssim_over_sample", view, apart->dssim, single_apart->dssim, 0.6);
+      figures.add({scene.name + ".relmse" + view, *ours, "", std::nullopt, Better::lower});
+      figures.add({scene.name + ".milliseconds" + view, 1e3 * preview.seconds, "ms", std::nullopt, Better::lower});
+    }
+    before = std::move(truth);
+    preview_before = preview;
+    single_before = std::move(*single);
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status run_previews(BenchContext& context, Figures& figures) {
+  const BenchOptions& options = context.options();
+  RenderEngine engine(options.threads);
+  OverScenes all;
+  const std::vector<std::string> names =
+      options.scenes.empty() ? std::vector<std::string>(std::begin(kScenes), std::end(kScenes)) : options.scenes;
+  for (const std::string& name : names) {
+    const auto scene = open_error_scene(options, name, engine, 2);
+    if (!scene) return scene.error();
+    if (!*scene) continue;
+    if (const Status measured = measure(engine, options, **scene, figures, all); !measured.ok()) return measured;
+  }
+  all.publish(figures);
+  return ok_status();
+}
+
+}  // namespace helio::bench
