@@ -4,6 +4,8 @@
 
 #include <google/protobuf/arena.h>
 
+#include <memory>
+
 namespace helio {
 
 template <class Message>
@@ -21,5 +23,12 @@ class ArenaMessage {
   google::protobuf::Arena arena_;
   Message* message_;
 };
+
+// For whoever holds it longest. Throws std::bad_alloc.
+template <class Message>
+std::shared_ptr<Message> make_arena_message() {
+  const auto held = std::make_shared<ArenaMessage<Message>>();
+  return {held, &**held};
+}
 
 }  // namespace helio

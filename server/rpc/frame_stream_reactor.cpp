@@ -52,8 +52,7 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     return;
   }
   const Status handled = guarded([&]() -> Status {
-    const auto held = std::make_shared<ArenaMessage<pb::StreamRequest>>();
-    std::shared_ptr<pb::StreamRequest> request(held, &**held);
+    auto request = make_arena_message<pb::StreamRequest>();
     if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
     request_.Clear();
     note_unknown(*request);

@@ -61,8 +61,7 @@ class FilmCall final : public UnaryCall {
            grpc::ByteBuffer* response, Method method)
       : UnaryCall(response) {
     begin([&]() -> Status {
-      const auto held = std::make_shared<ArenaMessage<Request>>();
-      std::shared_ptr<Request> request(held, &**held);
+      const auto request = make_arena_message<Request>();
       grpc::ByteBuffer copy(bytes);  // shares the slices
       if (const Status parsed = parse_message(copy, *request); !parsed.ok()) return parsed;
       tell_ignored(context, unknown_fields(*request));

@@ -182,6 +182,9 @@ int main(int argc, char** argv) {
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     if (subcommand.of_scenes) add_scene_options(*command, options);
     if (std::string(subcommand.name) == "reuse") add_reuse_options(*command, options);
+    if (std::string(subcommand.name) == "previews")
+      command->add_option("--output", options.output,
+                          "Folder for PNGs of previews, beside what they are compared with");
   }
   for (const CurveSubcommand& subcommand : kCurveSubcommands) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
@@ -201,7 +204,9 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  app.add_subcommand("all", "all that give figures but adaptive and reuse")->callback([&] { chosen = "all"; });
+  app.add_subcommand("all", "all that give figures but adaptive, display, drag, previews and reuse")->callback([&] {
+    chosen = "all";
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

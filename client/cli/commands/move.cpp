@@ -112,11 +112,15 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
            "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in process and on loopback, 90 otherwise");
 }
 
+bool asks_for_mode(const SettingsOptions& options) {
+  const auto mode = options.fields.find("mode");
+  return mode != options.fields.end() && mode->second.given();
+}
+
 // In mode combined if no mode is asked for and the others go with it; else pt. Problems are those of the mode that has
 // fewer.
 pb::RenderSettings read_moving_settings(const SettingsOptions& options, OptionReader& reader) {
-  const auto mode = options.fields.find("mode");
-  if (mode != options.fields.end() && mode->second.given()) return read_settings(options, reader);
+  if (asks_for_mode(options)) return read_settings(options, reader);
   Problems of_combined, of_pt;
   OptionReader combined_reader(of_combined), pt_reader(of_pt);
   const pb::RenderSettings combined = read_settings(options, combined_reader, pb::MODE_COMBINED);
@@ -353,7 +357,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return context.refuse();
-  if (!options.settings.fields.at("mode").given() && request.settings().mode() == pb::MODE_PT) {
+  if (!asks_for_mode(options.settings) && request.settings().mode() == pb::MODE_PT) {
     const bool previews = request.settings().preview_rate() > 0;
     terminal.say(
         std::string("notice: move renders in mode combined by default, which does not go with these settings: ") +

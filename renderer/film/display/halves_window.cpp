@@ -147,7 +147,8 @@ void HalvesReader::read_light(HalvesWindow& out) {
 }
 
 // Fills bounds_: of the four 3x3 that have a pixel for a corner the one whose halves are least apart. What is pooled
-// over 7x7 would let a lamp's rim explain that its light differs from the wall's beside it.
+// over 7x7 would let a lamp's rim explain that its light differs from the wall's beside it. One whose halves are not
+// apart at all says nothing: no path has found light there yet, or none that varies.
 void HalvesReader::bound_variance(const PixelRect& rect) {
   const PixelRect wide = grown(rect, kLightBorder);
   apart_.resize(std::size_t(wide.area()));
@@ -161,8 +162,10 @@ void HalvesReader::bound_variance(const PixelRect& rect) {
   std::size_t i = 0;
   for (int y = 0; y + 2 < wide.height(); ++y) {
     const float *const a = apart_.data() + y * row, *const b = a + row, *const c = b + row;
-    for (int x = 0; x < box_row; ++x, ++i)
-      boxes_[i] = a[x] + a[x + 1] + a[x + 2] + b[x] + b[x + 1] + b[x + 2] + c[x] + c[x + 1] + c[x + 2];
+    for (int x = 0; x < box_row; ++x, ++i) {
+      const float sum = a[x] + a[x + 1] + a[x + 2] + b[x] + b[x + 1] + b[x + 2] + c[x] + c[x + 1] + c[x + 2];
+      boxes_[i] = sum > 0 ? sum : kMostVariance;
+    }
   }
   bounds_.resize(std::size_t(rect.area()));
   i = 0;

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "renderer/codec/display_image.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/trace/camera/camera_projection.h"
@@ -202,6 +205,20 @@ Result<double> relmse(const LoopPicture& picture, const ErrorScene& truth) {
   return std::max(error->relmse - reference_relmse(truth), 0.0);
 }
 
+// Side by side, for people.
+Status write_pictures(const BenchOptions& options, const ErrorScene& truth, const std::string& view,
+                      const LoopPicture& preview, const LoopPicture& single) {
+  if (options.output.empty()) return ok_status();
+  const double exposure = auto_exposure(truth.reference.view());
+  const std::pair<const char*, const LoopPicture*> pictures[] = {
+      {".preview.png", &preview}, {".sample.png", &single}, {".reference.png", &truth.reference}};
+  for (const auto& [ending, picture] : pictures) {
+    const std::filesystem::path file = std::filesystem::path(options.output) / (truth.name + view + ending);
+    if (const Status written = write_display_png(file.string(), picture->view(), exposure); !written) return written;
+  }
+  return ok_status();
+}
+
 Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorScene& scene, Figures& figures,
                OverScenes& all) {
   const auto dragged = drag(engine, scene);
@@ -226,6 +243,7 @@ Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorSce
     if (!single) return single.error();
     std::string view = ".";
     view += std::to_string(kLookedAt[i]);
+    if (const Status written = write_pictures(options, truth, view, preview, *single); !written) return written;
     if (i + 1 == std::size(kLookedAt)) {
       add("flicker", view, flicker(preview_before, before, preview, truth),
           flicker(single_before, before, *single, truth), 0.3);
@@ -254,6 +272,7 @@ Status run_previews(BenchContext& context, Figures& figures) {
   const BenchOptions& options = context.options();
   RenderEngine engine(options.threads);
   OverScenes all;
+  if (!options.output.empty()) std::filesystem::create_directories(options.output);
   const std::vector<std::string> names =
       options.scenes.empty() ? std::vector<std::string>(std::begin(kScenes), std::end(kScenes)) : options.scenes;
   for (const std::string& name : names) {

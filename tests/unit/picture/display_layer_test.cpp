@@ -295,6 +295,23 @@ TEST(DisplayLayer, WhereOneHalfHasSamplesItIsFilteredAndTheFilmsErrorIsTold) {
   EXPECT_LT(square, 0.3 * raw);
 }
 
+// Light that one sample in sixteen finds: where nine pixels have found none, they are not known to be black.
+TEST(DisplayLayer, WhatHasFoundNoLightYetIsAsBrightAsAroundIt) {
+  Film film = noisy_film([](int, int) { return 0.0f; }, 1);
+  Random random(3);
+  for (int h = 0; h < kHalves; ++h) {
+    add_samples(film, h, 1, random, [](int, int, int, Random& r) { return r.next_double() < 1.0 / 16 ? 16.0f : 0.0f; });
+  }
+  const ResolvedTile tile = display_of(film);
+  int dark = 0, black = 0;
+  for (std::size_t i = 0; i < tile.display[0].size(); ++i) {
+    dark += tile.display[0][i] < 0.05f;
+    black += tile.radiance[0][i] == 0;
+  }
+  EXPECT_GT(black, 0.8 * kWidth * kHeight) << "of the film";
+  EXPECT_LT(dark, 0.02 * kWidth * kHeight);
+}
+
 TEST(DisplayLayer, AHoleDoesNotBlurItsNeighbours) {
   // Each pixel has a radiance of its own, so that none is to be filtered.
   const Truth rough = [](int x, int y) { return 0.2f + float((x * 7919 + y * 104729) % 97) / 40; };
