@@ -133,7 +133,8 @@ void Preview::plan_rest() {
   if (below.front() > 0) {
     const PreviewCosts& costs = history_->costs;
     const double left = std::max(target_.until_s - now_s(), 0.0);
-    // The filter is worth no more than half of the time that is left: first levels are given up, then pixels.
+    // The filter is worth no more than half of the time that is left: first levels are given up, then pixels. Those
+    // with the fewest samples, and gaps, are wider apart than two levels reach.
     int levels = kMostLevels;
     std::size_t limit = 0;
     const auto filtering = [&] { return levels * costs.filter * double(below[limit]); };
@@ -141,10 +142,11 @@ void Preview::plan_rest() {
       if (levels > 2) {
         levels -= 2;
       } else {
+        levels = kMostLevels;
         ++limit;
       }
     }
-    if (limit + 1 == below.size()) levels = kMostLevels;  // gaps are wider than two levels reach
+    if (limit + 1 == below.size()) levels = kMostLevels;
     if (below[limit] == 0) levels = 0;
     filtered_ = below[limit];
     for (const SampleOrder::Wanted& wanted : wanted_) unsettled_.push_back(wanted.below[limit]);
