@@ -28,6 +28,7 @@ class Previews {
   PreviewHistory& history() { return *history_; }
   void set_scene(std::shared_ptr<const RenderScene> scene) { scene_ = std::move(scene); }
   TraceStats stats;
+  int sweeps = 0;  // of the newest
 
   // With all the time it could want, or none.
   Picture show(const CameraPose& camera, const Film* film = nullptr, const PixelRect& region = kAll,
@@ -38,6 +39,7 @@ class Previews {
       for (std::size_t part = 0; part < preview.parts(); ++part) preview.run(sweep, part, stats);
       preview.finish_sweep(sweep);
     }
+    sweeps = preview.sweeps();
     std::vector<float> planes[3];
     preview.resolve(region, planes);
     Picture picture;
@@ -218,6 +220,26 @@ TEST(Preview, ShowsLampsAndTheEnvironmentExactly) {
   const CameraPose up = camera_at({0, 0, 0}, {0, 1, 0.001}, 20);
   const Picture preview = Previews(scene).show(up, nullptr, kAll, false);
   EXPECT_NEAR(preview[kWidth * kHeight / 2 + kWidth / 2].x, 9.0f, 0.05f);
+}
+
+// Where there is no time to filter all that is noisy, what has come into view is filtered as far as gaps are: with two
+// levels its single samples would stay apart.
+TEST(Preview, FiltersFewSamplesFarBeforeManySamplesAtAll) {
+  const auto scene = build(lambert_room());
+  Film film(kWidth, kHeight);
+  const CancelToken never;
+  TraceStats stats;
+  const Camera camera(kHome, kWidth, kHeight, scene->origin());
+  const PixelRect few{0, 0, kWidth, 8};
+  ASSERT_TRUE(trace_window(*scene, camera, {}, {0, 0, 1}, few, never, film, stats));
+  ASSERT_TRUE(trace_window(*scene, camera, {}, {0, 0, 8}, {0, 8, kWidth, kHeight}, never, film, stats));
+  Previews previews(scene);
+  previews.show(kHome, &film);
+  PreviewHistory& history = previews.history();
+  // Of 1,000 s half may be spent: not on two levels of every pixel, but on four of these few.
+  history.costs = {.sample = 1e9, .filter = 500.0 / (1.5 * kWidth * kHeight)};
+  previews.show(kHome, &film);
+  EXPECT_EQ(previews.sweeps, 2 + 4) << "capture, surfaces, and four levels";
 }
 
 TEST(Preview, KeepsToItsRegion) {
