@@ -45,7 +45,8 @@ struct FrameTile {
   FrameTag tag;
   std::uint32_t pass = 0;               // publication round within the frame
   bool final = false;                   // last publication of this tile in the frame
-  std::uint32_t samples_per_pixel = 0;  // both halves; where counts differ the picture's mean, rounded
+  // Both halves; where counts differ the picture's mean, rounded, and 1 while others are still being reprojected.
+  std::uint32_t samples_per_pixel = 0;
   ResolvedTile pixels;
   bool preview = false;  // FrameBegin::preview: final, of pass 0 and without samples
 };

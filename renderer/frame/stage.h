@@ -54,7 +54,8 @@ struct StageRequest {
   bool operator==(const StageRequest&) const = default;
 };
 
-// Goes over the film in sweeps: all parts of one, in any order and on any worker, before the next begins. The pipeline
+// Goes over the film in sweeps: all parts of one, in any order (or that of order()) and on any worker, before the next
+// begins. The pipeline
 // looks for a cancel between parts; one that takes longer than some 5 ms holds up whoever waits for the machine.
 //
 // A stage that was stopped is never resumed; parts in flight still finish. All calls but run() and finish_sweep() come
@@ -71,7 +72,7 @@ class FrameStage {
   // Both are asked for between sweeps: finish_sweep() may have changed them.
   virtual int sweeps() const = 0;
   virtual std::size_t parts() const = 0;  // of the sweep that comes next
-  // Thread safe for different parts of one sweep. Adds to `stats` what was traced.
+  // Thread safe for parts of one sweep that are handed out together. Adds to `stats` what was traced.
   virtual void run(int sweep, std::size_t part, TraceStats& stats) = 0;
   // After every part of the sweep, on one worker.
   virtual void finish_sweep(int sweep) = 0;

@@ -103,7 +103,6 @@ std::optional<std::size_t> WindowOrder::next() {
 
 void WindowOrder::finish(std::size_t part) {
   HELIO_DCHECK(part < parts());
-  ++finished_;
   const std::size_t count = windows_.size(), window = part % count, sweep = part / count;
   if (sweep + 1 == kSweeps) {
     const std::uint32_t tile = tile_of_[window];

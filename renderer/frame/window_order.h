@@ -43,7 +43,6 @@ class WindowOrder {
   bool any_open() const { return !ready_.empty(); }
   // A part that next() has given is done.
   void finish(std::size_t part);
-  bool all_finished() const { return finished_ == parts(); }
   // Tiles all of whose parts are done, each once; none: no more of them yet.
   std::optional<std::uint32_t> next_finished_tile();
 
@@ -57,7 +56,6 @@ class WindowOrder {
   std::vector<std::uint32_t> rank_;     // by part: which comes how early
   std::vector<std::uint32_t> ranked_;   // the reverse
   std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> ready_;  // ranks
-  std::size_t finished_ = 0;
   std::queue<std::uint32_t> finished_tiles_;
   // Blocks of kReach pixels, row by row from the first: which window they lie in.
   PixelRect blocks_;

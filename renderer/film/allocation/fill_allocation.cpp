@@ -97,7 +97,8 @@ void FillAllocation::find_demand(std::size_t part) {
     Known& known = part_known_[h][part];
     known = {};
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
-                       [&](int x, int y, const PixelDemand& pixel) {
+                       [&](int x, int y, PixelDemand pixel) {
+                         pixel.cost = 1;  // the first samples are of half A alone, and of some blocks
                          const bool usable = pixel.known && pixel.squared > 0;
                          targets.set_demand(h, x, y, usable ? float(log_demand(pixel)) : kUnknown);
                          if (!usable) return;

@@ -1,6 +1,6 @@
-// The first round of a picture that draws on others: one sample of the first half for each pixel that carries nothing,
-// so that every pixel of a tile has something to show as soon as the tile has been reprojected. Which pixels have none
-// is all that it looks at; the rounds that follow weigh errors (fill_allocation.h).
+// Before the first round of a picture that draws on others: one sample of the first half for each pixel that carries
+// nothing, so that every pixel of a tile has something to show as soon as the tile has been reprojected. Which pixels
+// have none is all that it looks at; the rounds weigh errors (fill_allocation.h).
 #pragma once
 
 #include <cstdint>

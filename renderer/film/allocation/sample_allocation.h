@@ -17,12 +17,13 @@
 // where all are equal (a dither of one octave keeps their mean smooth).
 //
 // FillAllocation (with history). Pixels hold N samples of earlier pictures, and get n = l s / sqrt(c) - N, as a power
-// of two; l is what the round can afford. There is no pilot: the first round spends one sample per pixel on average,
-// where history lacks most. A share of the pixels that carry something gets a sample all the same, so that wrong
-// history is noticed: a quarter of the mean count as long as that is below one, the same pixels in both halves; later
-// each gets 1/8 of the mean. s comes from history alone; where nothing is known in 7x7 pixels, s is the geometric mean
-// of the picture's. Once pixels without history have four samples of each half, costs c, and their deviations s, are
-// estimated again from fresh samples, once, because edges between surfaces are noisier than both.
+// of two; l is what the round can afford. There is no pilot: pixels that carry nothing have a sample already
+// (first_samples.h), and the first round spends one sample per pixel on average, where history lacks most. A share of
+// the pixels that carry something gets a sample all the same, so that wrong history is noticed: a quarter of the mean
+// count as long as that is below one, the same pixels in both halves; later each gets 1/8 of the mean. s comes from
+// history alone; where nothing is known in 7x7 pixels, s is the geometric mean of the picture's. Once pixels without
+// history have four samples of each half, costs c, and their deviations s, are estimated again from fresh samples,
+// once, because edges between surfaces are noisier than both.
 #pragma once
 
 #include <cstddef>

@@ -123,6 +123,7 @@ WindowOrder* HistoryTransfer::order() {
 
 void HistoryTransfer::resume(const TileGrid& grid, bool first_samples) {
   HELIO_DCHECK(reprojection_ && current_ == sweeps());
+  history_.film_overwritten();  // who is stopped from here on begins anew
   current_ = 0;
   if (!can_reproject(pose_, filter_)) {
     sweeps_ = {Sweep::clear};

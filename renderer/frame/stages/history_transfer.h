@@ -48,7 +48,6 @@ class PictureHistory {
   bool film_swapped() const { return generation % 2 != 0; }  // of the picture in hand
   bool film_usable() const { return film_.valid; }
   const CameraPose& film_pose() const { return film_.pose; }
-  const std::shared_ptr<const RenderScene>& film_scene() const { return film_.scene; }
 
   // The source to overwrite with the film, which has had so many fresh samples per pixel; that source holds nothing
   // from now on.

@@ -7,7 +7,6 @@
 #include "renderer/base/check.h"
 #include "renderer/film/history/film_history.h"
 #include "renderer/trace/gbuffer/guard_band.h"
-#include "renderer/trace/gbuffer/primary_hits.h"
 #include "renderer/trace/gbuffer/silhouette_coverage.h"
 #include "renderer/trace/scene/scene_data.h"
 

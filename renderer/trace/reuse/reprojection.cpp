@@ -252,8 +252,9 @@ class Reprojection::Seeker {
 
 Reprojection::Glance Reprojection::glance(const PixelRect& window, ReprojectionStats& stats) const {
   Glance glance;
+  std::vector<const HistorySource*> unmoved;  // pixels of which may be kept as they are
   for (const PictureSource& source : sources_) {
-    if (source.pose == centres_.pose()) return {1, 1};
+    if (source.pose == centres_.pose()) unmoved.push_back(source.pixels);
   }
   // A strip of one pixel's width, as high as eight of these cells, is in one of them.
   int cell = kMostGlanceCell;
@@ -264,12 +265,17 @@ Reprojection::Glance Reprojection::glance(const PixelRect& window, ReprojectionS
     const int row = part.y0 / cell, column = part.x0 / cell;
     const int x = std::min(part.x0 + (5 * row + 3) % cell, part.x1 - 1);
     const int y = std::min(part.y0 + (3 * column + 1) % cell, part.y1 - 1);
+    ++glance.asked;
+    if (!unmoved.empty()) {
+      const auto knows = [&](const HistorySource* source) { return !source->pixel(x, y).empty(); };
+      if (std::any_of(unmoved.begin(), unmoved.end(), knows)) ++glance.known;
+      continue;
+    }
     centres.trace({x, y, x + 1, y + 1});
     ++stats.rays;
     const CentreHit here = centres.at(x, y);
     Sights sights;
     seeker.see(here, x, y, centres, sights);
-    ++glance.asked;
     if (seeker.tell(here, x, y, sights, nullptr).lookup.total() > 0) ++glance.known;
   }
   return glance;

@@ -89,8 +89,8 @@ class Reprojection {
   struct Glance {
     std::uint64_t asked = 0, known = 0;  // pixels
   };
-  // How much of the window sources know, as far as one pixel in 64 tells (more of small films). All of it where one may
-  // be kept as it is. Changes nothing.
+  // How much of the window sources know, as far as one pixel in 64 tells (more of small films): what they have there,
+  // if one was seen by the same camera. More than is carried in the end, which borders take back from. Changes nothing.
   Glance glance(const PixelRect& window, ReprojectionStats& stats) const;
   // In place of the sweeps where can_reproject() says no: nothing is carried, and what centres meet is not known.
   void clear(const PixelRect& window);

@@ -79,6 +79,26 @@ TEST(PictureHistory, RemembersWhichLineageAFilmIs) {
   EXPECT_FALSE(history.slot(leave(history, 3, 1)).swapped);
 }
 
+// From its first part on the film is no picture, not even of a camera that none can be drawn from.
+TEST(HistoryTransfer, AFilmThatIsBeingOverwrittenIsNoPicture) {
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  const auto scene = build(description);
+  Film film(20, 16, {.history = true});
+  PictureHistory history;
+  CameraPose lens = at(0);
+  lens.lens_radius = 0.1;
+  history.film_complete(scene, lens);
+  HistoryTransfer transfer(scene, film, film.bounds(), history, at(0), {}, 1, PathSettings());
+  run_all(transfer);
+  EXPECT_TRUE(history.film_usable()) << "nothing has touched it yet";
+  transfer.resume(TileGrid(film.bounds(), 16), false);
+  EXPECT_FALSE(history.film_usable());
+  run_all(transfer);
+  EXPECT_TRUE(history.film_usable());
+}
+
 TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
   SceneDescription description;
   description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};

@@ -269,6 +269,36 @@ TEST_P(ReuseFrame, ViewsInterruptedAnywhereLoseNothing) {
   EXPECT_GT(samples / double(picture.samples.size()), 100);
 }
 
+// Whatever interrupts the reprojection of a picture and keeps its view, no pixel is left without its samples: after a
+// picture that can be a source, and after one that cannot.
+TEST_P(ReuseFrame, BudgetsThatInterruptTheFirstTilesLoseNothing) {
+  CameraPose lens = home();
+  lens.lens_radius = 0.05;
+  for (const CameraPose& before : {turned_and_shifted(home(), 1, 0), lens}) {
+    for (int i = 0; i < 40; ++i) {
+      RenderLoopOptions options;
+      options.publish_passes = true;
+      LoopViews views(engine, room, settings_of(GetParam()), options);
+      views.render(before, 4);
+      RenderLoop::Update update;
+      update.view = View{1000, home()};
+      update.view->camera.aspect = 0;
+      for (std::uint32_t samples : {64u, 63u, 62u}) {
+        update.budget.emplace().samples = samples;
+        views.loop().update(update);
+        const double until = now_s() + 1e-4 * i;
+        while (now_s() < until) {
+        }
+      }
+      const ViewPicture& picture = views.render(home(), 16);
+      EXPECT_EQ(picture.end.reason, FrameEndReason::samples);
+      for (const float n : picture.samples) ASSERT_GE(n, 1) << i;
+      if (GetParam() != RenderMode::reproject) continue;
+      for (const float n : picture.samples) ASSERT_GE(n, 16) << i << ": every pixel gets as many";
+    }
+  }
+}
+
 TEST_P(ReuseFrame, ViewsInterruptedByTheNextLeaveTheAnchor) {
   // Each is left before it has more than its first sample; the picture that they all draw on is that of 256.
   RenderLoopOptions options;

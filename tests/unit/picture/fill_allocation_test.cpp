@@ -182,6 +182,23 @@ Rounds rounds_with_noise(int from, int to) {
   return rounds;
 }
 
+// Samples that pixels without history have had before the first round, of the first half, are no measure of what the
+// second half's cost: blocks that have none would look cheaper.
+TEST(FillAllocation, FirstSamplesDoNotChangeWhatOthersAsk) {
+  Film film(kWidth, kHeight, {.targets = true, .history = true});
+  for (int h = 0; h < kHalves; ++h) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (x > 0 || y > 0) add(film, h, x, y, 8, 0.5f, true);
+      }
+    }
+  }
+  add(film, 0, 0, 0, 1, 0, false);
+  film.add_work(0, 0, 0, 20, 1);
+  allocate(film, 0.5);
+  EXPECT_NEAR(film.targets()->demand(1, 12, 12), film.targets()->demand(1, 40, 12), 0.05);
+}
+
 TEST(FillAllocation, CountsOfAHalfDoNotDependOnItsOwnSamples) {
   // Whatever half 0 has seen, of history or of fresh samples, is the other half's business. (What it has seen of
   // history does reach its second round, by way of how many samples the other half was given in the first.)

@@ -316,7 +316,14 @@ TEST(Reprojection, AGlanceFindsNarrowStrips) {
     const Reprojection::Glance told = work.glance(film.bounds(), stats);
     return double(told.known) / double(told.asked);
   };
+  // Of the same camera, but left before it had a sample.
+  const HistorySource nothing = picture(scene, before, 0, [](const Film&, int, int, int) { return HalfSamples{}; });
+  Film film(kWidth, kHeight, {.history = true});
   ReprojectionStats none, some;
+  EXPECT_EQ(Reprojection(scene, film, film.bounds(), before, {}, {{before, &nothing, 0, false}})
+                .glance(film.bounds(), none)
+                .known,
+            0u);
   EXPECT_EQ(glance(before, none), 1);
   EXPECT_EQ(none.rays, 0u) << "the same camera";
   for (const int shift : {1, 24, kWidth - 2, 2 - kWidth}) {
