@@ -199,10 +199,13 @@ double flicker(const LoopPicture& before, const ErrorScene& before_truth, const 
   return sum / count / mean_of(after_truth.reference);
 }
 
+// Less what the reference's noise adds. failed_precondition: that is more than half of it.
 Result<double> relmse(const LoopPicture& picture, const ErrorScene& truth) {
   const auto error = relative_error(picture.view(), truth.reference.view());
   if (!error) return error.error();
-  return std::max(error->relmse - reference_relmse(truth), 0.0);
+  const double noise = reference_relmse(truth);
+  if (error->relmse < 2 * noise) return Error{ErrorCode::failed_precondition, "the reference is too noisy", truth.name};
+  return error->relmse - noise;
 }
 
 // Side by side, for people.
@@ -249,14 +252,17 @@ Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorSce
           flicker(single_before, before, *single, truth), 0.3);
     } else {
       const auto ours = relmse(preview, truth), theirs = relmse(*single, truth);
-      if (!ours || !theirs) return ours ? theirs.error() : ours.error();
-      add("relmse_over_sample", view, *ours, *theirs, 0.3);
+      if (ours && theirs) {
+        add("relmse_over_sample", view, *ours, *theirs, 0.3);
+        figures.add({scene.name + ".relmse" + view, *ours, "", std::nullopt, Better::lower});
+      } else {
+        note((ours ? theirs : ours).error().to_string());
+      }
       const double exposure = 0.25 / mean_of(truth.reference);
       const auto apart = dssim(preview.view(), truth.reference.view(), exposure);
       const auto single_apart = dssim(single->view(), truth.reference.view(), exposure);
       if (!apart || !single_apart) return apart ? single_apart.error() : apart.error();
       add("dssim_over_sample", view, apart->dssim, single_apart->dssim, 0.6);
-      figures.add({scene.name + ".relmse" + view, *ours, "", std::nullopt, Better::lower});
       figures.add({scene.name + ".milliseconds" + view, 1e3 * preview.seconds, "ms", std::nullopt, Better::lower});
     }
     before = std::move(truth);
