@@ -48,7 +48,7 @@ const std::map<std::string, Rule> kRules = {
     {"renderer/film/display",
      {{"renderer/base", "renderer/film/core", "renderer/film/splats", "renderer/film/history",
        "renderer/film/estimate"},
-      {}}},
+      {"dlfcn.h"}}},
     {"renderer/film", {{"renderer/base", "renderer/film/"}, {}}},
 
     {"renderer/scene/description", {{"renderer/base"}, {}}},
@@ -155,6 +155,7 @@ const std::map<std::string, std::vector<std::string>> kConfined = {
     {"Iex.h", {".cpp", "renderer/codec/exr_streams.h"}},
     {"openexr.h", {".cpp"}},
     {"turbojpeg.h", {"renderer/codec/jpeg_file.cpp"}},
+    {"dlfcn.h", {"renderer/film/display/oidn_library.cpp"}},
 };
 
 bool matches(const std::string& header, const std::string& entry) {

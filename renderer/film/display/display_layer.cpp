@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "renderer/base/check.h"
 #include "renderer/base/half_float.h"
@@ -12,6 +13,7 @@
 #include "renderer/film/display/blend_errors.h"
 #include "renderer/film/display/cross_filter.h"
 #include "renderer/film/display/halves_window.h"
+#include "renderer/film/display/oidn_images.h"
 #include "renderer/film/estimate/pixel_row.h"
 #include "renderer/film/history/film_history.h"
 
@@ -67,21 +69,51 @@ DisplayLayer::DisplayLayer(int width, int height) : width_(width), height_(heigh
   blends_.resize(pixels);
 }
 
+DisplayLayer::DisplayLayer(int width, int height, std::shared_ptr<const OidnLibrary> oidn)
+    : width_(width), height_(height), oidn_(std::make_unique<OidnImages>(std::move(oidn), width, height)) {}
+
+DisplayLayer::~DisplayLayer() = default;
+DisplayLayer::DisplayLayer(DisplayLayer&&) noexcept = default;
+
+std::size_t DisplayLayer::bytes_by_oidn(std::size_t pixels) {
+  return OidnImages::bytes(pixels);
+}
+
+std::size_t DisplayLayer::bytes() const {
+  const std::size_t pixels = std::size_t(width_) * std::size_t(height_);
+  return oidn_ ? bytes_by_oidn(pixels) : pixels * bytes_per_pixel();
+}
+
 void DisplayLayer::begin(const PixelRect& region) {
   if (region != region_) known_ = false;
   region_ = region;
+  next_sweep_ = 0;
+  if (oidn_) oidn_->begin(region);
   windows_ = cut_aligned(region, kWindowWidth, kWindowHeight);
   brightness_.assign(windows_.size(), 0.0);
 }
 
-void DisplayLayer::run(const Film& film, int sweep, std::size_t part) {
+void DisplayLayer::run(const Film& film, int sweep, std::size_t part, const CancelToken* cancel) {
   HELIO_DCHECK(film.width() == width_ && film.height() == height_);
+  if (oidn_ && sweep == 0) return oidn_->copy(film, windows_[part]);
+  if (oidn_) {
+    known_ = false;  // until finish_sweep(): the picture before is overwritten
+    const Status made = oidn_->denoise(cancel);
+    denoised_ = made.ok();
+    if (!made && made.error().code != ErrorCode::cancelled) failure_ = made.error().message;
+    return;
+  }
   if (sweep == 0) return add_brightness(film, part);
   if (sweep <= kLevels) return filter(film, sweep - 1, windows_[part]);
   blend(film, windows_[part]);
 }
 
 void DisplayLayer::finish_sweep(int sweep) {
+  next_sweep_ = sweep + 1;
+  if (oidn_) {
+    if (next_sweep_ == kOidnSweeps) known_ = denoised_;
+    return;
+  }
   if (sweep == 0) {
     double sum = 0;
     for (const double of_window : brightness_) sum += of_window;
@@ -229,6 +261,7 @@ void DisplayLayer::blend(const Film& film, const PixelRect& window) {
 }
 
 Rgb DisplayLayer::shown(const Film& film, int x, int y, const Rgb& radiance) const {
+  if (oidn_) return oidn_->output(x, y);
   const float share = unpack_half(blends_[index(x, y)].share);
   if (!(share > 0)) return radiance;
   const HalvesPixel& pixel = filtered_[kLevels - 1][index(x, y)];
@@ -256,6 +289,7 @@ void DisplayLayer::resolve(const DisplayLayer* layer, const Film& film, Resolved
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       const Rgb shown = layer->shown(film, x, y, Rgb(tile.radiance[0][i], tile.radiance[1][i], tile.radiance[2][i]));
       for (int c = 0; c < 3; ++c) tile.display[c][i] = shown[c];
+      if (layer->by_oidn()) continue;
       const float error = unpack_half(layer->blends_[layer->index(x, y)].error);
       double square = error < kMostHalf ? sqr(error * unit) : std::numeric_limits<double>::infinity();
       if (const FilmHistory* history = film.history())

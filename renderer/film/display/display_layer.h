@@ -4,24 +4,39 @@
 //
 // Of a pixel whose (F - m)^2 is above 4 R and above the product of its own residuals, which both halves would make
 // large if it were true, the film's share 1 - s falls with the root of that.
+//
+// Open Image Denoise may make the picture instead (oidn_images.h), without the film's share and without an error.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "renderer/base/cancel.h"
 #include "renderer/film/core/film.h"
 #include "renderer/film/estimate/channels.h"
 
 namespace helio {
 
+class OidnImages;
+class OidnLibrary;
+
 class DisplayLayer {
  public:
   // Takes bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
   DisplayLayer(int width, int height);
+  // By Open Image Denoise. Takes bytes_by_oidn() of memory, some of it only while it is made. Throws std::bad_alloc.
+  DisplayLayer(int width, int height, std::shared_ptr<const OidnLibrary> oidn);
+  ~DisplayLayer();
+  DisplayLayer(DisplayLayer&&) noexcept;
+  DisplayLayer& operator=(DisplayLayer&&) = delete;
 
   static constexpr std::size_t bytes_per_pixel() { return kLevels * sizeof(HalvesPixel) + sizeof(Blend); }
-  std::size_t bytes() const { return filtered_[0].size() * bytes_per_pixel(); }
+  static std::size_t bytes_by_oidn(std::size_t pixels);
+  std::size_t bytes() const;
+  bool by_oidn() const { return oidn_ != nullptr; }
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -32,13 +47,23 @@ class DisplayLayer {
   void begin(const PixelRect& region);
   static constexpr int kLevels = 2;                      // of the filter
   static constexpr int kSweeps = kLevels + 2;            // brightness before, blend after
-  std::size_t parts() const { return windows_.size(); }  // of any sweep
-  void run(const Film& film, int sweep, std::size_t part);
+  static constexpr int kOidnSweeps = 2;                  // copy, denoise
+  int sweeps() const { return oidn_ ? kOidnSweeps : kSweeps; }
+  std::size_t parts() const { return oidn_ && next_sweep_ == 1 ? 1 : windows_.size(); }  // of the sweep that comes next
+  // Raising `cancel` (null: never) ends a part of Open Image Denoise's early, which takes seconds for millions of
+  // pixels; the layer is unknown then.
+  void run(const Film& film, int sweep, std::size_t part, const CancelToken* cancel = nullptr);
   void finish_sweep(int sweep);
 
   bool known() const { return known_; }
   bool covers(const PixelRect& window) const { return known_ && intersect(window, region_) == window; }
-  void forget() { known_ = false; }
+  void forget() {
+    known_ = false;
+    failure_.clear();
+  }
+  // Why Open Image Denoise could not make the layer of this picture: it is unknown, and making it again would not help.
+  // Empty: it did not fail.
+  const std::string& failure() const { return failure_; }
 
   // The radiance that is shown in place of the film's mean there. Precondition: covers() the pixel.
   Rgb shown(const Film& film, int x, int y, const Rgb& radiance) const;
@@ -46,7 +71,8 @@ class DisplayLayer {
   // Fills tile.display and tile.display_error from tile.radiance, where `layer` is known and covers the window; else
   // (null, or no such picture yet) they are the radiance and the root of its variance, which is +infinity where the
   // tile has none. Error: +infinity where no sample tells of it; estimated root mean square of a pixel's error over its
-  // channels, of neighbourhoods of 11x11, with what reuse may have added. Thread safe.
+  // channels, of neighbourhoods of 11x11, with what reuse may have added; by Open Image Denoise, +infinity. Thread
+  // safe.
   static void resolve(const DisplayLayer* layer, const Film& film, ResolvedTile& tile);
 
  private:
@@ -76,6 +102,10 @@ class DisplayLayer {
   std::vector<HalvesPixel> filtered_[kLevels];  // what a level left
   std::vector<Blend> blends_;
   bool known_ = false;
+  int next_sweep_ = 0;
+  std::unique_ptr<OidnImages> oidn_;  // null: by our own filter, of which the vectors above are
+  bool denoised_ = false;             // by the newest run of it
+  std::string failure_;
 };
 
 }  // namespace helio

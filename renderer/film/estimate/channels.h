@@ -49,6 +49,8 @@ enum ResolveChannels : unsigned {
   kResolveDensity = 128,
   kResolveDisplay = 256,
   kResolveAll = 511,
+  // No channel: beside kResolveDisplay, Open Image Denoise makes the display layer (display/oidn_library.h).
+  kDisplayByOidn = 512,
 };
 
 // How a plane is stored where halves are asked for.
