@@ -64,6 +64,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   config.listen.clear();
   config.render_threads = connection.threads;
   if (!connection.isa.empty()) config.isa = connection.isa;
+  config.oidn_library = connection.oidn_library;
   spdlog::set_level(spdlog::level::off);  // failures come back as statuses, and stdout belongs to the command
   auto server = Server::start(config);
   if (!server) return server.error();

@@ -24,6 +24,7 @@ struct Connection {
   ConnectOptions connect;
   int threads = 0;  // in process: render threads, 0: one per core
   std::string isa;  // in process: instruction set of Embree; empty: automatic
+  std::string oidn_library;  // in process: of Open Image Denoise; empty: none
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -59,9 +59,11 @@ bool suits(const Film& film, const RenderSettings& settings) {
   return film.width() == settings.width && film.height() == settings.height && film.state() == film_state(settings);
 }
 
-bool suits(const std::shared_ptr<DisplayLayer>& layer, const RenderSettings& settings, unsigned channels) {
+bool suits(const std::shared_ptr<DisplayLayer>& layer, const RenderSettings& settings, unsigned channels,
+           const std::shared_ptr<const OidnLibrary>& oidn) {
   return !(channels & kResolveDisplay) ||
-         (layer && layer->width() == settings.width && layer->height() == settings.height);
+         (layer && layer->width() == settings.width && layer->height() == settings.height &&
+          layer->by_oidn() == ((channels & kDisplayByOidn) && oidn));
 }
 
 // Whether paths of both find the same light, so that previews may go on with what they know.
@@ -264,7 +266,9 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
     previews.set(settings.preview.rate, suit ? options.previews : make_preview_history(settings));
   }
   options.previews.reset();
-  display = suits(options.display, settings, channels) ? options.display : make_display_layer(settings, channels);
+  display = suits(options.display, settings, channels, options.oidn)
+                ? options.display
+                : make_display_layer(settings, channels, options.oidn);
   options.display.reset();
   id = engine.add(*this, rank);
 }
@@ -314,15 +318,15 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     const unsigned wanted_channels = update.channels.value_or(channels);
     same_film = suits(next_film ? *next_film : *film, wanted);
     same_previews = !scene || previews.suit(wanted);
-    same_display = suits(next_display ? next_display : display, wanted, wanted_channels);
+    same_display = suits(next_display ? next_display : display, wanted, wanted_channels, options.oidn);
     const bool film_lacks = !same_film && !(fresh && suits(*fresh, wanted));
     const bool previews_lack = !same_previews && !PreviewFrames::suits(fresh_previews, wanted);
-    const bool display_lacks = !same_display && !suits(fresh_display, wanted, wanted_channels);
+    const bool display_lacks = !same_display && !suits(fresh_display, wanted, wanted_channels, options.oidn);
     if (!film_lacks && !previews_lack && !display_lacks) break;
     lock.unlock();  // clearing the memory of a large film takes long
     if (film_lacks) fresh = make_film(wanted);
     if (previews_lack) fresh_previews = make_preview_history(wanted);
-    if (display_lacks) fresh_display = make_display_layer(wanted, wanted_channels);
+    if (display_lacks) fresh_display = make_display_layer(wanted, wanted_channels, options.oidn);
     lock.lock();
   }
   if (same_film) fresh.reset();
@@ -626,7 +630,10 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   broken = false;
   if (next_scratch_count) retired.add(std::exchange(scratch_count, std::move(next_scratch_count)));
   if (next_film) retired.add(std::exchange(film, std::move(next_film)));
-  if (next_display) retired.add(std::exchange(display, std::move(next_display)));
+  if (next_display) {
+    if (display && display->by_oidn() != next_display->by_oidn()) picture.state.display_seconds = 0;
+    retired.add(std::exchange(display, std::move(next_display)));
+  }
   if (!(channels & kResolveDisplay)) retired.add(std::exchange(display, nullptr));
   if (!display) picture.state.display_seconds = 0;
   if (another_grid) pipeline.set_grid(settings.rendered_region(), options.tile_size);
@@ -725,7 +732,8 @@ StageContext RenderLoop::Impl::stage_context() {
 bool RenderLoop::Impl::display_due() const {
   const FrameState& state = picture.state;
   const bool both_halves = state.round.number > 0 || std::min(state.done[0], state.done[1]) > 0;
-  return display && both_halves && !(display->known() && state.displayed == picture.samples);
+  return display && display->failure().empty() && both_halves &&
+         !(display->known() && state.displayed == picture.samples);
 }
 
 void RenderLoop::Impl::note_finished_plan(double now) {
@@ -909,8 +917,11 @@ std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& setti
 }
 
 std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,
+                                                 const std::shared_ptr<const OidnLibrary>& oidn,
                                                  std::shared_ptr<const void> count) {
   if (!(channels & kResolveDisplay)) return nullptr;
+  if ((channels & kDisplayByOidn) && oidn)
+    return counted(std::move(count), DisplayLayer(settings.width, settings.height, oidn));
   return counted(std::move(count), DisplayLayer(settings.width, settings.height));
 }
 
@@ -940,7 +951,7 @@ bool RenderLoop::previews_suit(const RenderSettings& settings) const {
 }
 bool RenderLoop::display_suits(const RenderSettings& settings, unsigned channels) const {
   const std::lock_guard lock(impl_->mutex);
-  return suits(impl_->next_display ? impl_->next_display : impl_->display, settings, channels);
+  return suits(impl_->next_display ? impl_->next_display : impl_->display, settings, channels, impl_->options.oidn);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

@@ -34,10 +34,13 @@ std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& setti
                                                      std::shared_ptr<const void> count = nullptr);
 
 class DisplayLayer;
+class OidnLibrary;
 
 // Of these settings, for tiles with these channels (film/display/display_layer.h); null where they have no such layer.
-// `count` as of make_film(). Throws std::bad_alloc.
+// By `oidn` where the channels have kDisplayByOidn and it is not null, else by our own filter. `count` as of
+// make_film(). Throws std::bad_alloc.
 std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,
+                                                 const std::shared_ptr<const OidnLibrary>& oidn,
                                                  std::shared_ptr<const void> count = nullptr);
 
 class RenderEngine {
@@ -59,6 +62,7 @@ class RenderEngine {
 struct RenderLoopOptions {
   int tile_size = 128;  // pixels, aligned to the film, rounded up to a multiple of kPathGroupSize; >= 1
   unsigned channels = kResolveVariance | kResolveSamples;  // ResolveChannels of the tiles, besides radiance
+  std::shared_ptr<const OidnLibrary> oidn;  // for kDisplayByOidn; null: such channels have our own filter's layer
   // Show the picture while it is made: after 1, 2, 4, ... samples and at most about every publish_interval_s. False:
   // its final state alone. Absent: yes for interactive loops, no for jobs.
   std::optional<bool> publish_passes;

@@ -32,7 +32,8 @@ constexpr double kResultSeconds = 0.5;
 }  // namespace
 
 struct Server::Impl {
-  Impl(const ServerConfig& config, SceneRoots roots) : core(config, std::move(roots)), service(core) {}
+  Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn)
+      : core(config, std::move(roots), std::move(oidn)), service(core) {}
 
   ServiceCore core;
   RenderService service;
@@ -49,10 +50,13 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   auto roots = SceneRoots::open(config.scene_roots);
   if (!roots) return roots.error();
   if (const Status chosen = choose_traversal_isa(config.isa); !chosen) return chosen.error();
+  auto oidn = ServiceCore::load_oidn(config);
+  if (!oidn) return oidn.error();
+  if (*oidn) spdlog::info("Open Image Denoise {} of {}", (*oidn)->version(), config.oidn_library);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
-  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots));
+  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn));
   grpc::ServerBuilder builder;
   builder.RegisterService(&impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);

@@ -14,8 +14,8 @@ namespace helio {
 class Server {
  public:
   // Starts serving. With config.listen empty only in_process_channel() reaches it.
-  // Errors: invalid_argument (scene root, address, isa), unavailable (address in use), failed_precondition (isa, when
-  // this process traces with another already).
+  // Errors: invalid_argument (scene root, address, isa, oidn-library), unavailable (address in use),
+  // failed_precondition (isa, when this process traces with another already).
   static Result<std::unique_ptr<Server>> start(const ServerConfig& config);
   // Ends everything at once (a drain without grace).
   ~Server();

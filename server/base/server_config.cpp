@@ -122,8 +122,8 @@ std::vector<ConfigOption> make_options() {
       {"max-rpc-memory", "bytes that gRPC may hold for messages in transit, at least 16M, suffixes K, M, G, T", false,
        [](Config& c, Text t) { return read_bytes(t, 16 << 20, c.max_rpc_memory); },
        [](const Config& c) { return std::to_string(c.max_rpc_memory); }},
-      {"request-timeout", "seconds to wait for a stream's open and for each message of an upload, [0.001, 86400]", false,
-       [](Config& c, Text t) { return read_number(t, 1e-3, 86400.0, c.request_timeout_s); },
+      {"request-timeout", "seconds to wait for a stream's open and for each message of an upload, [0.001, 86400]",
+       false, [](Config& c, Text t) { return read_number(t, 1e-3, 86400.0, c.request_timeout_s); },
        [](const Config& c) { return fmt::format("{}", c.request_timeout_s); }},
       {"max-memory",
        "bytes of scenes, films and queues together, suffixes K, M, G, T; 0: three quarters of the machine's", false,
@@ -141,6 +141,11 @@ std::vector<ConfigOption> make_options() {
        "instruction set that Embree traces with: auto (the newest of this processor), sse2, sse4.2, avx, avx2 or "
        "avx512",
        false, [](Config& c, Text t) { return c.isa = t, isa_problem(t); }, [](const Config& c) { return c.isa; }},
+      {"oidn-library",
+       "Open Image Denoise 2.x for clients that ask for it: its libOpenImageDenoise.so, a path or a name that the "
+       "dynamic linker finds; empty: none",
+       false, [](Config& c, Text t) { return c.oidn_library = t, std::string(); },
+       [](const Config& c) { return c.oidn_library; }, false, "HELIOGRAPH_OIDN"},
       {"log-level", "trace, debug, info, warn, error or off; the log goes to stderr", false,
        [](Config& c, Text t) {
          return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);
@@ -149,9 +154,10 @@ std::vector<ConfigOption> make_options() {
   };
 }
 
-std::string environment_name(const std::string& option) {
+std::string environment_name(const ConfigOption& option) {
+  if (option.variable) return option.variable;
   std::string name = "HELIOGRAPH_";
-  for (const char c : option) name += c == '-' ? '_' : char(std::toupper(static_cast<unsigned char>(c)));
+  for (const char c : option.name) name += c == '-' ? '_' : char(std::toupper(static_cast<unsigned char>(c)));
   return name;
 }
 
@@ -172,7 +178,7 @@ std::vector<std::string> with_environment(const std::vector<std::string>& argume
   std::vector<std::string> all;
   for (const ConfigOption& option : config_options()) {
     const std::string flag = "--" + option.name;
-    const char* variable = std::getenv(environment_name(option.name).c_str());
+    const char* variable = std::getenv(environment_name(option).c_str());
     const bool given = std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
       return argument == flag || argument.rfind(flag + "=", 0) == 0;
     });
@@ -263,7 +269,7 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
     std::string help = options[i].help;
     if (const std::string text = options[i].get(defaults); !text.empty()) help += " [" + text + "]";
     CLI::Option* option = app.add_option("--" + options[i].name, texts[i], help);
-    option->envname(environment_name(options[i].name))->type_name("");
+    option->envname(environment_name(options[i]))->type_name("");
     option->expected(1)->multi_option_policy(options[i].repeatable ? CLI::MultiOptionPolicy::TakeAll
                                                                    : CLI::MultiOptionPolicy::TakeLast);
     flags.push_back(option);

@@ -32,6 +32,7 @@ struct ServerConfig {
   std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
   bool strict = false;             // every load is
   std::string isa = "auto";        // that Embree builds and traverses with (renderer/base/instruction_set.h)
+  std::string oidn_library;        // Open Image Denoise's, a file or a name for the dynamic linker; empty: none
   std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
 
@@ -44,6 +45,7 @@ struct ConfigOption {
   std::string (*set)(ServerConfig&, const std::string& text) = nullptr;
   std::string (*get)(const ServerConfig&) = nullptr;
   bool flag = false;  // "on" or "off"; without a value "on"
+  const char* variable = nullptr;  // of the environment; null: as above
 };
 const std::vector<ConfigOption>& config_options();
 

@@ -186,7 +186,7 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
 Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
   Problems problems;
   check_id(open.session_id(), "open.session_id", problems);
-  const TileFormat format = read_tile_format(open.format(), "open.format", problems);
+  const TileFormat format = read_tile_format(open.format(), "open.format", problems, core_.oidn != nullptr);
   if (open.credit() > kMaxCredit) {
     problems.add("open.credit", fmt::format("{}; allowed: [1, {}], or 0 for none", open.credit(), kMaxCredit));
   }

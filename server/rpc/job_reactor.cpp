@@ -98,7 +98,7 @@ Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer 
   if (!budget.time_s && !budget.samples && !budget.error) {
     problems.add("budget", "has no end; one of time_s, samples, error is required");
   }
-  const TileFormat format = read_tile_format(request.format(), "format", problems);
+  const TileFormat format = read_tile_format(request.format(), "format", problems, core_.oidn != nullptr);
   auto scene = core_.scenes.acquire(request.scene_id(), "scene_id");
   std::vector<View> views = read_views(request, scene ? &**scene : nullptr, problems);
   if (!problems.empty()) {

@@ -24,7 +24,7 @@ Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
   if (const Status parsed = parse_message(bytes, request); !parsed.ok()) return parsed;
   Problems problems;
   check_id(request.session_id(), "session_id", problems);
-  const TileFormat format = read_tile_format(request.format(), "format", problems);
+  const TileFormat format = read_tile_format(request.format(), "format", problems, core.oidn != nullptr);
   if (!problems.empty()) return problems.to_error();
   auto found = core.sessions.find(request.session_id(), "session_id");
   if (!found) return found.error();

@@ -31,7 +31,9 @@ std::uint64_t preview_bytes(const RenderSettings& settings) {
 }
 
 std::uint64_t display_bytes(const RenderSettings& settings, unsigned channels) {
-  return channels & kResolveDisplay ? pixels(settings) * DisplayLayer::bytes_per_pixel() : 0;
+  if (!(channels & kResolveDisplay)) return 0;
+  return channels & kDisplayByOidn ? DisplayLayer::bytes_by_oidn(pixels(settings))
+                                   : pixels(settings) * DisplayLayer::bytes_per_pixel();
 }
 
 std::uint64_t scratch_bytes(const RenderSettings& settings) {
@@ -84,8 +86,9 @@ Result<std::shared_ptr<PreviewHistory>> reserve_previews(const RenderContext::Re
 Result<std::shared_ptr<DisplayLayer>> reserve_display(const RenderContext::Resources& resources,
                                                       const RenderSettings& settings, unsigned channels) {
   return reserve_for(resources.memory, display_bytes(settings, channels),
-                     fmt::format("the layer display of {} x {}", settings.width, settings.height),
-                     [&](Count memory) { return make_display_layer(settings, channels, std::move(memory)); });
+                     fmt::format("the layer display of {} x {}", settings.width, settings.height), [&](Count memory) {
+                       return make_display_layer(settings, channels, resources.oidn, std::move(memory));
+                     });
 }
 
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
@@ -122,6 +125,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
       });
   RenderLoopOptions options;
   options.channels = channels;
+  options.oidn = resources.oidn;
   options.publish_passes = tiles == FramePublisher::Tiles::all;
   options.film = std::move(*film);
   options.scratch_count = *scratch;

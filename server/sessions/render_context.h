@@ -30,6 +30,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     MemoryAccount& memory;
     TimerQueue& timers;
     Reaper& reaper;
+    std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. resource_exhausted: max_memory.

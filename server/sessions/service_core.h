@@ -2,10 +2,13 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/clock.h"
+#include "renderer/film/display/oidn_library.h"
 #include "renderer/frame/render_loop.h"
 #include "server/base/memory_account.h"
 #include "server/base/reaper.h"
@@ -21,14 +24,16 @@
 namespace helio {
 
 struct ServiceCore {
-  ServiceCore(const ServerConfig& complete_config, SceneRoots roots)
+  ServiceCore(const ServerConfig& complete_config, SceneRoots roots,
+              std::shared_ptr<const OidnLibrary> denoiser = nullptr)
       : config(complete_config),
+        oidn(std::move(denoiser)),
         memory(config.max_memory, &room),
         engine(config.render_threads),
-        scenes(std::move(roots),
-               {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads,
-                config.strict},
-               memory),
+        scenes(
+            std::move(roots),
+            {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads, config.strict},
+            memory),
         sessions(config.max_sessions, timers),
         jobs(config.max_jobs),
         loader(std::size_t(config.max_queued_loads)),
@@ -38,8 +43,16 @@ struct ServiceCore {
   // Timers first: a function in hand may use anything below.
   ~ServiceCore() { timers.stop(); }
 
+  // The library that config.oidn_library names; null: it names none. invalid_argument: it cannot be used.
+  static Result<std::shared_ptr<const OidnLibrary>> load_oidn(const ServerConfig& config) {
+    if (config.oidn_library.empty()) return std::shared_ptr<const OidnLibrary>();
+    auto library = OidnLibrary::load(config.oidn_library, config.render_threads);
+    if (!library) return Error{ErrorCode::invalid_argument, library.error().message, "oidn-library"};
+    return library;
+  }
+
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  RenderContext::Resources resources() { return {engine, memory, timers, reaper}; }
+  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn}; }
   bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const {
@@ -58,6 +71,7 @@ struct ServiceCore {
   static constexpr int kFilmThreads = 4;
 
   const ServerConfig config;
+  const std::shared_ptr<const OidnLibrary> oidn;  // null: there is none
   const double started_s = now_s();
   std::atomic<bool> draining{false};
 

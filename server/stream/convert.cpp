@@ -146,7 +146,8 @@ void check_id(const std::string& id, const std::string& where, Problems& problem
   }
 }
 
-TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems) {
+TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems,
+                            bool has_oidn) {
   TileFormat format;
   const pb::PixelType type = read_enum(*pb::PixelType_descriptor(), message.pixel_type(), pb::PIXEL_TYPE_HALF,
                                        field_path(where, "pixel_type"), problems);
@@ -163,6 +164,19 @@ TileFormat read_tile_format(const pb::TileFormat& message, const std::string& wh
     const auto* field = message.GetDescriptor()->FindFieldByName(name);
     HELIO_CHECK(field);  // the table's names are the protocol's
     if (message.GetReflection()->GetBool(message, field) != channel.by_default) format.channels |= channel.bit;
+  }
+  const std::string of_denoiser = field_path(where, "display_denoiser");
+  const pb::Denoiser denoiser = read_enum(*pb::Denoiser_descriptor(), message.display_denoiser(),
+                                          pb::DENOISER_UNSPECIFIED, of_denoiser, problems);
+  if (denoiser == pb::DENOISER_OIDN) {
+    if (!message.display())
+      problems.add(of_denoiser, "DENOISER_OIDN (1) without display; allowed: beside display alone");
+    if (!has_oidn) {
+      problems.add(of_denoiser,
+                   "DENOISER_OIDN (1), but this daemon has no Open Image Denoise, which its operator provides by "
+                   "--oidn-library or HELIOGRAPH_OIDN; allowed: DENOISER_UNSPECIFIED (0), its own filter");
+    }
+    format.channels |= kDisplayByOidn;
   }
   if (message.preview_jpeg() > std::uint32_t(kLargestJpegQuality)) {
     problems.add(field_path(where, "preview_jpeg"),

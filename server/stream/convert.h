@@ -17,7 +17,9 @@
 
 namespace helio {
 
-TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems);
+// has_oidn: the daemon has Open Image Denoise, without which no format may ask for it.
+TileFormat read_tile_format(const pb::TileFormat& message, const std::string& where, Problems& problems,
+                            bool has_oidn = false);
 // `cameras` are the scene's: a view may name one.
 CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDescription>& cameras,
                        const std::string& where, Problems& problems);

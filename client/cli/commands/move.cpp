@@ -17,6 +17,7 @@
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/commands/play_path.h"
 #include "client/cli/commands/render_report.h"
+#include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
 #include "client/named_paths.h"
 #include "client/server_address.h"
@@ -40,6 +41,7 @@ struct MoveOptions {
   BudgetOptions budget;
   FileOptions files;
   TransportOptions transport;
+  DenoiserOptions denoiser;
   CommonOptions common;
 };
 
@@ -342,11 +344,11 @@ int run(const CLI::App& app, const MoveOptions& options) {
   *request.mutable_budget() = read_budget(options.budget, reader);
   const auto play_rate = read_play(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
-  const FileNames patterns =
-      read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
+  FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);
   // Previews show the film of the last rest as it was shown there.
   if (play_rate && !patterns.raw) format.set_display(true);
+  patterns.denoiser = read_denoiser(options.denoiser, context.connection, format, reader);
   // Over a network, where compressing a preview as EXR would take longer than making it.
   const bool far = !context.connection.address.empty() && !is_loopback(context.connection.address);
   if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);
@@ -440,6 +442,7 @@ Command add_move(CLI::App& root) {
   add_budget_options(*app, options->budget, "each view");
   add_file_options(*app, options->files, true);
   add_transport_options(*app, options->transport);
+  add_denoiser_options(*app, options->denoiser);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }

@@ -98,6 +98,7 @@ Status write_files(const FileNames& names, const Picture& picture, const Unsampl
   if (!written) return written;
   json["output"] = names.exr;
   json["unsampled"] = unsampled;
+  if (picture.find("display.R")) json["denoiser"] = names.denoiser;
 
   const bool filtered = !names.raw && picture.find("display.R");
   const std::string prefix = filtered ? "display." : "";

@@ -25,6 +25,7 @@ struct FileNames {
   std::string heatmap;                   // name of the heat maps, see heat_map_file(); empty: none
   std::vector<HeatMap> heat_maps;        // those that are written
   bool raw = false;                      // the PNG shows the film as it is, not the layer display
+  std::string denoiser = "own";          // that made the layer display
   std::optional<double> exposure_stops;  // none: automatic
 };
 // `default_exr` is used without --output. Folders must exist: nothing is rendered for a file that cannot be written.
@@ -41,9 +42,10 @@ void add_layers(const FileNames& names, heliograph::v1::TileFormat& format);
 // FrameBegin.unsampled.
 using Unsampled = std::vector<std::string>;
 
-// Writes what `names` asks for and adds "output", "png", "png_layer", "unsampled" and what write_heat_maps() adds to
-// `json`. The EXR holds float channels, zip, with the picture's window as its data window, and `unsampled` as its
-// comments. The PNG is exposed for the eye; it and the JSON name the layer that it shows, "display" or "radiance".
+// Writes what `names` asks for and adds "output", "png", "png_layer", "denoiser", "unsampled" and what
+// write_heat_maps() adds to `json`. The EXR holds float channels, zip, with the picture's window as its data window,
+// and `unsampled` as its comments. The PNG is exposed for the eye; it and the JSON name the layer that it shows,
+// "display" or "radiance".
 Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json);
 
 }  // namespace helio::cli

@@ -10,6 +10,7 @@
 #include "client/cli/commands/output_check.h"
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/commands/render_report.h"
+#include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
 #include "client/frame_assembler.h"
 
@@ -25,6 +26,7 @@ struct RenderOptions {
   BudgetOptions budget;
   FileOptions files;
   TransportOptions transport;
+  DenoiserOptions denoiser;
   CommonOptions common;
 };
 
@@ -173,8 +175,9 @@ int run(const CLI::App& app, const RenderOptions& options) {
   *request.mutable_budget() = read_budget(options.budget, reader);
   *request.mutable_format() = read_transport(options.transport, context.connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies
-  const FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
+  FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names, *request.mutable_format());
+  names.denoiser = read_denoiser(options.denoiser, context.connection, *request.mutable_format(), reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);
@@ -225,6 +228,7 @@ Command add_render(CLI::App& root) {
   add_budget_options(*app, options->budget, "the render");
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
+  add_denoiser_options(*app, options->denoiser);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }

@@ -53,7 +53,7 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
       return std::make_shared<EstimateError>(c.film, c.grid.region());
     case StageId::display:
       HELIO_CHECK(c.display);
-      return std::make_shared<MakeDisplay>(c.film, c.grid.region(), *c.display);
+      return std::make_shared<MakeDisplay>(c.film, c.grid.region(), *c.display, c.cancel);
     case StageId::preview:
     case StageId::trace_lights:
     case StageId::integrate:

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -57,7 +58,25 @@ TEST(OidnLibrary, LayersTakeTheirImagesAndTheLibrarysOwnMemory) {
   EXPECT_GT(OidnLibrary::scratch_bytes(8192 * 8192), 1096u << 20);
 }
 
-// With the library:
+TEST(OidnLibrary, OtherVersionsAndDevicesAreRefused) {
+  const std::string allowed = "; allowed: libOpenImageDenoise.so of Open Image Denoise 2.x, with its processor device";
+  const std::string quoted = std::string("'") + HELIO_FAKE_OIDN + "' ";
+  {
+    const FakeOidnDoes other("version=30102");
+    EXPECT_EQ(refusal_of(HELIO_FAKE_OIDN), quoted + "is Open Image Denoise 3.1.2" + allowed);
+  }
+  {
+    const FakeOidnDoes other("type=3");
+    EXPECT_EQ(refusal_of(HELIO_FAKE_OIDN),
+              quoted + "gives a device of type 3 where the processor's is asked for" + allowed);
+  }
+  EXPECT_EQ(refusal_of(HELIO_FAKE_OIDN_1),
+            std::string("'") + HELIO_FAKE_OIDN_1 + "' is Open Image Denoise 1.4.3" + allowed);
+  const auto library = OidnLibrary::load(HELIO_FAKE_OIDN, 1);
+  ASSERT_TRUE(library) << library.error().to_string();
+  EXPECT_EQ((*library)->version(), "2.5.1");
+  EXPECT_EQ((*library)->path(), HELIO_FAKE_OIDN);
+}
 
 constexpr int kWidth = 150, kHeight = 70;
 
@@ -92,6 +111,96 @@ Film noisy_film(int samples_of_half, const PixelRect& region) {
   return film;
 }
 
+void make(DisplayLayer& layer, const Film& film, const PixelRect& region, const CancelToken* cancel = nullptr) {
+  layer.begin(region);
+  for (int sweep = 0; sweep < layer.sweeps(); ++sweep) {
+    const std::size_t parts = layer.parts();
+    for (std::size_t i = 0; i < parts; ++i) layer.run(film, sweep, parts - 1 - i, cancel);
+    layer.finish_sweep(sweep);
+  }
+}
+
+ResolvedTile shown(const DisplayLayer& layer, const Film& film, const PixelRect& window) {
+  ResolvedTile tile = resolve_tile(film, window, film.bounds(), kResolveAll);
+  DisplayLayer::resolve(&layer, film, tile);
+  return tile;
+}
+
+constexpr PixelRect kWhole{0, 0, kWidth, kHeight};
+
+class FakeOidnLayer : public testing::Test {
+ protected:
+  std::shared_ptr<const OidnLibrary> library = OidnLibrary::load(HELIO_FAKE_OIDN, 1).value();
+};
+
+TEST_F(FakeOidnLayer, GetsTheMeanAndTheFeaturesOfTheRegion) {
+  const PixelRect region{21, 3, 149, 69};
+  Film film = noisy_film(2, region);
+  film.half(0, 30, 10) = film.half(1, 30, 10) = HalfPixel();  // no samples
+  film.half(1, 31, 10) = HalfPixel();                         // one half alone
+  film.half(0, 32, 10).add(Rgb(-100.0f, -100.0f, -100.0f));
+  film.features(33, 10).albedo[1] = 7;
+  film.features(34, 10).normal[0] = std::numeric_limits<float>::quiet_NaN();
+  DisplayLayer layer(kWidth, kHeight, library);
+  make(layer, film, region);
+  ASSERT_TRUE(layer.covers(region)) << layer.failure();
+  EXPECT_FALSE(layer.covers(kWhole));
+  const ResolvedTile tile = shown(layer, film, region);
+  std::size_t i = 0;
+  for (int y = region.y0; y < region.y1; ++y) {
+    for (int x = region.x0; x < region.x1; ++x, ++i) {
+      const PixelFeatures& f = film.features(x, y);
+      const bool samples = x != 30 || y != 10;
+      for (int c = 0; c < 3; ++c) {
+        const float albedo = std::min(f.albedo[c], 1.0f), normal = std::isnan(f.normal[c]) ? 0 : std::fabs(f.normal[c]);
+        const float expected = samples ? std::max(tile.radiance[c][i], 0.0f) / 2 + albedo / 4 + normal / 8 : 0;
+        ASSERT_EQ(tile.display[c][i], expected) << x << ' ' << y << ' ' << c;
+        ASSERT_EQ(layer.shown(film, x, y, Rgb(9.0f, 9.0f, 9.0f))[c], expected);
+      }
+      ASSERT_EQ(tile.display_error[i], std::numeric_limits<float>::infinity());
+    }
+  }
+}
+
+TEST_F(FakeOidnLayer, AFailureShowsTheFilmUntilAnotherPicture) {
+  const Film film = noisy_film(2, kWhole);
+  DisplayLayer layer(kWidth, kHeight, library);
+  make(layer, film, kWhole);
+  EXPECT_TRUE(layer.known());
+  {
+    const FakeOidnDoes fail("fail");
+    make(layer, film, kWhole);
+  }
+  EXPECT_FALSE(layer.known());
+  EXPECT_EQ(layer.failure(), "Open Image Denoise: a failure by request");
+  const ResolvedTile tile = shown(layer, film, kWhole);
+  EXPECT_EQ(tile.display[2], tile.radiance[2]);
+  layer.forget();
+  EXPECT_EQ(layer.failure(), "");
+  make(layer, film, kWhole);
+  EXPECT_TRUE(layer.known());
+}
+
+TEST_F(FakeOidnLayer, ACancelIsNoFailure) {
+  const Film film = noisy_film(2, kWhole);
+  DisplayLayer layer(kWidth, kHeight, library);
+  make(layer, film, kWhole);
+  const FakeOidnDoes slow("slow");
+  CancelToken raised;
+  std::thread another([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    raised.cancel();
+  });
+  const double began = now_s();
+  make(layer, film, kWhole, &raised);
+  another.join();
+  EXPECT_LT(now_s() - began, 5);
+  EXPECT_FALSE(layer.known());  // half of the picture before is overwritten
+  EXPECT_EQ(layer.failure(), "");
+}
+
+// With the library:
+
 class OidnLayer : public testing::Test {
  protected:
   void SetUp() override {
@@ -101,20 +210,6 @@ class OidnLayer : public testing::Test {
     library = *loaded;
   }
 
-  static void make(DisplayLayer& layer, const Film& film, const PixelRect& region,
-                   const CancelToken* cancel = nullptr) {
-    layer.begin(region);
-    for (int sweep = 0; sweep < layer.sweeps(); ++sweep) {
-      const std::size_t parts = layer.parts();
-      for (std::size_t i = 0; i < parts; ++i) layer.run(film, sweep, parts - 1 - i, cancel);
-      layer.finish_sweep(sweep);
-    }
-  }
-  static ResolvedTile shown(const DisplayLayer& layer, const Film& film, const PixelRect& window) {
-    ResolvedTile tile = resolve_tile(film, window, film.bounds(), kResolveAll);
-    DisplayLayer::resolve(&layer, film, tile);
-    return tile;
-  }
   // Root mean squares of the radiance's error and of the display's.
   static std::pair<double, double> errors(const ResolvedTile& tile) {
     double raw = 0, display = 0;
@@ -137,14 +232,13 @@ class OidnLayer : public testing::Test {
 TEST_F(OidnLayer, BringsANoisyFilmNearerToItsTruthAndTellsNoError) {
   EXPECT_EQ(library->version()[0], '2');
   for (const int samples : {1, 4, 16}) {
-    const PixelRect whole{0, 0, kWidth, kHeight};
-    const Film film = noisy_film(samples, whole);
+    const Film film = noisy_film(samples, kWhole);
     DisplayLayer layer(kWidth, kHeight, library);
     EXPECT_TRUE(layer.by_oidn());
     EXPECT_EQ(layer.bytes(), DisplayLayer::bytes_by_oidn(kWidth * kHeight));
-    make(layer, film, whole);
+    make(layer, film, kWhole);
     ASSERT_TRUE(layer.known()) << layer.failure();
-    const ResolvedTile tile = shown(layer, film, whole);
+    const ResolvedTile tile = shown(layer, film, kWhole);
     const auto [raw, display] = errors(tile);
     EXPECT_LT(display, 0.5 * raw) << samples;
     for (const float error : tile.display_error) ASSERT_EQ(error, std::numeric_limits<float>::infinity());
@@ -154,12 +248,12 @@ TEST_F(OidnLayer, BringsANoisyFilmNearerToItsTruthAndTellsNoError) {
 }
 
 TEST_F(OidnLayer, ARegionIsAPictureOfItsOwn) {
-  const PixelRect region{21, 13, 140, 65}, whole{0, 0, kWidth, kHeight};
+  const PixelRect region{21, 13, 140, 65};
   Film inside = noisy_film(4, region);
   DisplayLayer layer(kWidth, kHeight, library);
   make(layer, inside, region);
   ASSERT_TRUE(layer.covers(region)) << layer.failure();
-  EXPECT_FALSE(layer.covers(whole));
+  EXPECT_FALSE(layer.covers(kWhole));
   const ResolvedTile tile = shown(layer, inside, region);
   const auto [raw, display] = errors(tile);
   EXPECT_LT(display, 0.7 * raw);
@@ -172,13 +266,12 @@ TEST_F(OidnLayer, ARegionIsAPictureOfItsOwn) {
   make(again, inside, region);
   EXPECT_EQ(shown(again, inside, region).display[1], tile.display[1]);
   // The layer of another region is another.
-  make(layer, noisy_film(4, whole), whole);
-  EXPECT_TRUE(layer.covers(whole));
+  make(layer, noisy_film(4, kWhole), kWhole);
+  EXPECT_TRUE(layer.covers(kWhole));
 }
 
 TEST_F(OidnLayer, SamplesOutsideTheRangesOfTheNetworkAreTakenIn) {
-  const PixelRect whole{0, 0, kWidth, kHeight};
-  Film film = noisy_film(1, whole);
+  Film film = noisy_film(1, kWhole);
   for (int h = 0; h < kHalves; ++h) {
     film.half(h, 10, 10).add(Rgb(-5.0f, -5.0f, -5.0f));
     film.half(h, 20, 10).add(Rgb(3e38f, 3e38f, 3e38f));
@@ -186,9 +279,9 @@ TEST_F(OidnLayer, SamplesOutsideTheRangesOfTheNetworkAreTakenIn) {
   film.features(30, 10).albedo[1] = 7;
   film.features(31, 10).normal[0] = std::numeric_limits<float>::quiet_NaN();
   DisplayLayer layer(kWidth, kHeight, library);
-  make(layer, film, whole);
+  make(layer, film, kWhole);
   ASSERT_TRUE(layer.known()) << layer.failure();
-  const ResolvedTile tile = shown(layer, film, whole);
+  const ResolvedTile tile = shown(layer, film, kWhole);
   for (const auto& plane : tile.display) {
     for (const float value : plane) ASSERT_TRUE(value >= 0 && std::isfinite(value)) << value;
   }
