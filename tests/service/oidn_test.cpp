@@ -1,5 +1,6 @@
 // The layer display by Open Image Denoise, from the flag to the tiles: with a fake of the library, and with the real
 // one where HELIOGRAPH_OIDN names it.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -299,10 +300,11 @@ TEST(OidnRoom, FullTierComesNearerToItsTruthThanTheFilm) {
     return decode_tile({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, 1 << 20).value();
   };
   const DecodedTile truth = render("512", "truth.exr"), noisy = render("8", "noisy.exr");
+  // Of what a screen shows: the edge of the lamp, of radiance 17, would count for more than all of the room.
   const auto error = [&](const char* channel) {
     const std::vector<float>&a = *noisy.find(channel), &b = *truth.find("G");
     double sum = 0;
-    for (std::size_t i = 0; i < b.size(); ++i) sum += std::pow(double(a[i]) - b[i], 2);
+    for (std::size_t i = 0; i < b.size(); ++i) sum += std::pow(std::min(a[i], 1.0f) - std::min(b[i], 1.0f), 2);
     return std::sqrt(sum / double(b.size()));
   };
   EXPECT_LT(error("display.G"), 0.5 * error("G"));
