@@ -6,10 +6,10 @@
 #include <map>
 #include <optional>
 
-#include "cli_test.h"
 #include "renderer/codec/tile_codec.h"
 #include "server/base/server_config.h"
 #include "server/stream/convert.h"
+#include "tests/service/cli_test.h"
 #include "tests/support/oidn.h"
 
 namespace helio::test {
