@@ -181,12 +181,14 @@ TEST_F(OidnService, TheLayersMemoryIsRefusedBeyondTheLimit) {
   StreamClient client(stub());
   client.send(open(session, pb::DENOISER_OIDN));
   client.start_reading();
+  client.send(view(1));
+  client.half_close();
   expect_status(client.status(), StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "the layer display of 256 x 256"});
   StreamClient own(stub());
   own.send(open(session, pb::DENOISER_UNSPECIFIED));
   own.start_reading();
-  own.send(view(1));
-  EXPECT_TRUE(own.reader().wait_for_frame_end(1));
+  own.send(view(2));
+  EXPECT_TRUE(own.reader().wait_for_frame_end(2));
 }
 
 class OidnCli : public CliTest {
