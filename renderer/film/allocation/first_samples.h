@@ -14,7 +14,7 @@ namespace helio {
 // sample there. Thread safe for disjoint windows.
 std::uint64_t target_first_samples(Film& film, const PixelRect& window);
 
-// Of that round, of so many samples in all.
+// Sums of that round, which has so many samples in all.
 RoundSummary round_of_first_samples(std::uint64_t samples);
 
 }  // namespace helio
