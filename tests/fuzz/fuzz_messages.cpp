@@ -53,7 +53,9 @@ void read(const pb::Budget& message) {
 void read(const pb::TileFormat& message) {
   Problems problems;
   const TileFormat format = read_tile_format(message, "format", problems);
-  demand((format.channels & ~unsigned(kResolveAll)) == 0);
+  demand((format.channels & ~unsigned(kResolveAll | kDisplayByOidn)) == 0);
+  // Without the library nobody gets that far.
+  demand(!problems.empty() || !(format.channels & kDisplayByOidn));
 }
 
 // A scene with one of each thing that can be edited.
