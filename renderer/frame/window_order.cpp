@@ -23,38 +23,23 @@ PixelRect blocks_of(const PixelRect& pixels) {
 
 WindowOrder::WindowOrder(const std::vector<PixelRect>& tiles) {
   left_.resize(tiles.size());
-  PixelRect whole;
   for (std::uint32_t t = 0; t < tiles.size(); ++t) {
-    const PixelRect& tile = tiles[t];
-    for (const PixelRect& window : cut_aligned(tile, kWindow, kWindow)) {
+    for (const PixelRect& window : cut_aligned(tiles[t], kWindow, kWindow)) {
       windows_.push_back(window);
       tile_of_.push_back(t);
       ++left_[t];
     }
-    whole = t == 0 ? tile
-                   : PixelRect{std::min(whole.x0, tile.x0), std::min(whole.y0, tile.y0), std::max(whole.x1, tile.x1),
-                               std::max(whole.y1, tile.y1)};
     if (left_[t] == 0) finished_tiles_.push(t);
   }
   if (windows_.empty()) return;
-  blocks_ = blocks_of(whole);
-  window_of_.assign(std::size_t(blocks_.area()), kNone);
-  for (std::uint32_t w = 0; w < windows_.size(); ++w) {
-    const PixelRect blocks = blocks_of(windows_[w]);
-    for (int y = blocks.y0; y < blocks.y1; ++y) {
-      for (int x = blocks.x0; x < blocks.x1; ++x)
-        window_of_[std::size_t(y - blocks_.y0) * std::size_t(blocks_.width()) + std::size_t(x - blocks_.x0)] = w;
-    }
-  }
+  find_neighbours();
 
   const std::size_t count = windows_.size();
   waits_.resize(kSweeps * count);
   rank_.assign(kSweeps * count, kNone);
-  std::vector<std::vector<std::uint32_t>> neighbours(count);
   for (std::size_t w = 0; w < count; ++w) {
-    neighbours[w] = around(w);
     for (int sweep = 1; sweep < kSweeps; ++sweep)
-      waits_[std::size_t(sweep) * count + w] = std::uint8_t(neighbours[w].size());
+      waits_[std::size_t(sweep) * count + w] = std::uint8_t(neighbours_[w].size());
   }
   const auto rank = [&](int sweep, std::uint32_t window) {
     std::uint32_t& own = rank_[std::size_t(sweep) * count + window];
@@ -66,12 +51,12 @@ WindowOrder::WindowOrder(const std::vector<PixelRect>& tiles) {
     std::uint32_t end = first;
     while (end < count && tile_of_[end] == tile_of_[first]) ++end;
     for (std::uint32_t w = first; w < end; ++w) {
-      for (const std::uint32_t near : neighbours[w]) {
-        for (const std::uint32_t far : neighbours[near]) rank(0, far);
+      for (const std::uint32_t near : neighbours_[w]) {
+        for (const std::uint32_t far : neighbours_[near]) rank(0, far);
       }
     }
     for (std::uint32_t w = first; w < end; ++w) {
-      for (const std::uint32_t near : neighbours[w]) rank(1, near);
+      for (const std::uint32_t near : neighbours_[w]) rank(1, near);
     }
     for (std::uint32_t w = first; w < end; ++w) rank(2, w);
     first = end;
@@ -79,19 +64,35 @@ WindowOrder::WindowOrder(const std::vector<PixelRect>& tiles) {
   for (std::size_t w = 0; w < count; ++w) ready_.push(rank_[w]);
 }
 
-std::vector<std::uint32_t> WindowOrder::around(std::size_t window) const {
-  const PixelRect& w = windows_[window];
-  const PixelRect blocks = intersect(
-      blocks_of({std::max(w.x0 - kReach, 0), std::max(w.y0 - kReach, 0), w.x1 + kReach, w.y1 + kReach}), blocks_);
-  std::vector<std::uint32_t> found;
-  for (int y = blocks.y0; y < blocks.y1; ++y) {
-    for (int x = blocks.x0; x < blocks.x1; ++x) {
-      const std::uint32_t near =
-          window_of_[std::size_t(y - blocks_.y0) * std::size_t(blocks_.width()) + std::size_t(x - blocks_.x0)];
-      if (near != kNone && std::find(found.begin(), found.end(), near) == found.end()) found.push_back(near);
+void WindowOrder::find_neighbours() {
+  PixelRect blocks = blocks_of(windows_.front());
+  for (const PixelRect& window : windows_) {
+    const PixelRect own = blocks_of(window);
+    blocks = {std::min(blocks.x0, own.x0), std::min(blocks.y0, own.y0), std::max(blocks.x1, own.x1),
+              std::max(blocks.y1, own.y1)};
+  }
+  std::vector<std::uint32_t> window_of(std::size_t(blocks.area()), kNone);
+  const auto at = [&](int x, int y) -> std::uint32_t& {
+    return window_of[std::size_t(y - blocks.y0) * std::size_t(blocks.width()) + std::size_t(x - blocks.x0)];
+  };
+  for (std::uint32_t w = 0; w < windows_.size(); ++w) {
+    const PixelRect own = blocks_of(windows_[w]);
+    for (int y = own.y0; y < own.y1; ++y) {
+      for (int x = own.x0; x < own.x1; ++x) at(x, y) = w;
     }
   }
-  return found;
+  neighbours_.resize(windows_.size());
+  for (std::size_t w = 0; w < windows_.size(); ++w) {
+    std::vector<std::uint32_t>& found = neighbours_[w];
+    const PixelRect own = blocks_of(windows_[w]);
+    const PixelRect around = intersect({own.x0 - 1, own.y0 - 1, own.x1 + 1, own.y1 + 1}, blocks);
+    for (int y = around.y0; y < around.y1; ++y) {
+      for (int x = around.x0; x < around.x1; ++x) {
+        const std::uint32_t near = at(x, y);
+        if (near != kNone && std::find(found.begin(), found.end(), near) == found.end()) found.push_back(near);
+      }
+    }
+  }
 }
 
 std::optional<std::size_t> WindowOrder::next() {
@@ -109,7 +110,7 @@ void WindowOrder::finish(std::size_t part) {
     if (--left_[tile] == 0) finished_tiles_.push(tile);
     return;
   }
-  for (const std::uint32_t near : around(window)) {
+  for (const std::uint32_t near : neighbours_[window]) {
     const std::size_t after = (sweep + 1) * count + near;
     if (--waits_[after] == 0) ready_.push(rank_[after]);
   }

@@ -47,19 +47,17 @@ class WindowOrder {
   std::optional<std::uint32_t> next_finished_tile();
 
  private:
-  std::vector<std::uint32_t> around(std::size_t window) const;  // and itself
+  void find_neighbours();
 
   std::vector<PixelRect> windows_;
-  std::vector<std::uint32_t> tile_of_;  // by window
+  std::vector<std::vector<std::uint32_t>> neighbours_;  // by window: those around it, and itself
+  std::vector<std::uint32_t> tile_of_;                  // by window
   std::vector<std::uint32_t> left_;     // by tile: windows whose last part is not done
   std::vector<std::uint8_t> waits_;     // by part: parts of the sweep before that are not done
   std::vector<std::uint32_t> rank_;     // by part: which comes how early
   std::vector<std::uint32_t> ranked_;   // the reverse
   std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> ready_;  // ranks
   std::queue<std::uint32_t> finished_tiles_;
-  // Blocks of kReach pixels, row by row from the first: which window they lie in.
-  PixelRect blocks_;
-  std::vector<std::uint32_t> window_of_;
 };
 
 }  // namespace helio

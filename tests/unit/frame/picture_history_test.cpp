@@ -16,6 +16,14 @@ CameraPose at(double x) {
   return camera_at({x, 0, 4}, {x, 0, 0});
 }
 
+// The same everywhere.
+std::shared_ptr<const RenderScene> wide_wall() {
+  SceneDescription description;
+  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
+  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
+  return build(description);
+}
+
 // The film shows at(x), gets `samples`, and is left.
 int leave(PictureHistory& history, double x, double samples) {
   history.film_complete(nullptr, at(x));
@@ -81,10 +89,7 @@ TEST(PictureHistory, RemembersWhichLineageAFilmIs) {
 
 // From its first part on the film is no picture, not even of a camera that none can be drawn from.
 TEST(HistoryTransfer, AFilmThatIsBeingOverwrittenIsNoPicture) {
-  SceneDescription description;
-  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
-  const auto scene = build(description);
+  const auto scene = wide_wall();
   Film film(20, 16, {.history = true});
   PictureHistory history;
   CameraPose lens = at(0);
@@ -100,15 +105,12 @@ TEST(HistoryTransfer, AFilmThatIsBeingOverwrittenIsNoPicture) {
 }
 
 TEST(HistoryTransfer, SamplesOfTheFirstHalfFeedBothWhileTheCameraMoves) {
-  SceneDescription description;
-  description.materials = {lambert(Rgb(0.5f, 0.5f, 0.5f))};
-  add_mesh(description, quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 0));
-  const auto scene = build(description);
+  const auto scene = wide_wall();
   Film film(20, 16, {.history = true});
   PictureHistory history;
   constexpr int kMoves = 9;
   for (int move = 0; move < kMoves; ++move) {
-    // A wall that is the same everywhere: nothing is lost on the way.
+    // Nothing is lost on the way.
     HistoryTransfer transfer(scene, film, film.bounds(), history, at(0.01 * move), {}, move == 0 ? 0 : 1,
                              PathSettings());
     run_all(transfer);
