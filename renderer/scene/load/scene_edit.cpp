@@ -166,14 +166,10 @@ class Resolver {
     }
     if (!index) return;
     const MaterialModel model = scene_.materials[*index].model;
-    if (edit.base_color && (model == MaterialModel::conductor || model == MaterialModel::blend)) {
-      refuse(where + ".base_color", model);
-    }
-    if (edit.emission && model == MaterialModel::unlit) refuse(where + ".emission", model);
-    if (edit.roughness &&
-        (model == MaterialModel::pane || model == MaterialModel::unlit || model == MaterialModel::blend)) {
-      refuse(where + ".roughness", model);
-    }
+    const EditableValues has = editable_values(model);
+    if (edit.base_color && !has.base_color) refuse(where + ".base_color", model);
+    if (edit.emission && !has.emission) refuse(where + ".emission", model);
+    if (edit.roughness && !has.roughness) refuse(where + ".roughness", model);
     const MaterialValues now = material_values(scene_.materials[*index]);
     MaterialValues& to = changes_.materials.try_emplace(*index, Changed<MaterialValues>{now, now}).first->second.to;
     if (edit.base_color) to.base_color = *edit.base_color;
@@ -182,11 +178,7 @@ class Resolver {
   }
 
   void refuse(const std::string& where, MaterialModel model) {
-    const char* name = model == MaterialModel::conductor ? "conductor"
-                       : model == MaterialModel::pane    ? "pane"
-                       : model == MaterialModel::unlit   ? "unlit"
-                                                         : "blend";
-    problems_.add(where, fmt::format("a material of model {} has none; allowed: absent", name));
+    problems_.add(where, fmt::format("a material of model {} has none; allowed: absent", to_string(model)));
   }
 
   void apply(const LightEdit& edit, const std::string& edit_where) {
@@ -249,6 +241,33 @@ void merge(std::map<std::uint32_t, Changed<T>>& into, const std::map<std::uint32
 }
 
 }  // namespace
+
+EditableValues editable_values(MaterialModel model) {
+  const bool blend = model == MaterialModel::blend, unlit = model == MaterialModel::unlit;
+  return {model != MaterialModel::conductor && !blend, !unlit, model != MaterialModel::pane && !unlit && !blend};
+}
+
+const char* to_string(MaterialModel model) {
+  switch (model) {
+    case MaterialModel::metallic_roughness:
+      return "metallic_roughness";
+    case MaterialModel::specular_glossiness:
+      return "specular_glossiness";
+    case MaterialModel::unlit:
+      return "unlit";
+    case MaterialModel::conductor:
+      return "conductor";
+    case MaterialModel::plastic:
+      return "plastic";
+    case MaterialModel::pane:
+      return "pane";
+    case MaterialModel::principled:
+      return "principled";
+    case MaterialModel::blend:
+      return "blend";
+  }
+  return "";
+}
 
 MaterialValues material_values(const Material& material) {
   const bool glossy = material.model == MaterialModel::specular_glossiness;

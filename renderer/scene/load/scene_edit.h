@@ -56,6 +56,13 @@ struct MaterialValues {
   float roughness = 1;
   bool operator==(const MaterialValues&) const = default;
 };
+// Which of them materials of a model have.
+struct EditableValues {
+  bool base_color = true, emission = true, roughness = true;
+};
+EditableValues editable_values(MaterialModel model);
+const char* to_string(MaterialModel model);  // "metallic_roughness", as the enumerator
+
 MaterialValues material_values(const Material& material);
 void set_material_values(const MaterialValues& values, Material& material);
 
