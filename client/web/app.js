@@ -1,0 +1,690 @@
+// The page: joins connection, scene, camera, pictures and panels, and keeps the state that they share.
+
+import { announce, banner, say } from './messages.js';
+import { Camera } from './camera/camera.js';
+import { CameraPanel } from './panels/camera_panel.js';
+import { listenToCamera } from './camera/camera_input.js';
+import { channelById } from './picture/channels.js';
+import { ComparePanel } from './panels/compare_panel.js';
+import { Connection } from './protocol/connection.js';
+import { ConvergencePlot } from './panels/convergence_plot.js';
+import { find, make, short } from './dom.js';
+import { Inspector } from './panels/inspector.js';
+import { Link, LinkPanel } from './panels/link_panel.js';
+import { listenToKeys } from './keys.js';
+import { OpenPanel } from './panels/open_panel.js';
+import { drawOverlay } from './picture/overlay.js';
+import { Compare } from './picture/compare.js';
+import { newLook, PicturePanel } from './panels/picture_panel.js';
+import { RenderPanel } from './panels/render_panel.js';
+import { savePicture } from './picture/save.js';
+import { ScenePanel } from './panels/scene_panel.js';
+import { Scenes } from './protocol/scenes.js';
+import { statusLine } from './panels/status_line.js';
+import { exposeForTests } from './test_access.js';
+import { RegionTool, SplitTool } from './tools.js';
+import { address, readState, takeToken, writeState } from './url_state.js';
+import { Viewport } from './viewport.js';
+
+const MOST_PIXELS = 1280 * 720; // of a film that follows the window
+const RESIZE_MS = 250;
+const HISTOGRAM_MS = 700;
+const DEPTH_MS = 8000;
+const INSPECT_MS = 350;
+
+class App {
+  #resizeTimer = 0;
+  #measured = 0;
+  #measureTimer = 0;
+  #clipped = 0;
+  #hoverTimer = 0;
+
+  constructor() {
+    this.look = newLook();
+    this.camera = new Camera();
+    this.counters = { views: 0, whole: 0, previews: 0, previewTiles: 0, filmTiles: 0 };
+    this.viewports = [];
+    this.wanted = {
+      mode: 0,
+      integrator: 0,
+      seed: 0,
+      max_segments: 0,
+      preview_rate: 20,
+      preview_budget_ms: 0,
+      region: null,
+      size: 'window',
+    };
+    this.budget = { samples: 1024, time_s: 0, error: 0 };
+    this.link = new Link(() => this.#linkChanged());
+    this.paused = false;
+    this.tool = null;
+    this.splitTool = new SplitTool(this);
+    this.info = {};
+    this.say = say;
+    this.drawOverlay = (viewport) => drawOverlay(this, viewport);
+    this.connection = new Connection(takeToken(), (state, sentence) => this.#connected(state, sentence));
+    this.scenes = new Scenes(this.connection);
+    this.state = readState();
+  }
+
+  get main() {
+    return this.viewports[0];
+  }
+  get second() {
+    return this.viewports[1];
+  }
+  get active() {
+    return this.main;
+  }
+
+  async start() {
+    const connecting = this.connection.start(); // answers later than what follows here
+    try {
+      this.viewports.push(new Viewport(this, find('stage-a')));
+    } catch (error) {
+      banner(
+        error.message === 'WebGL2'
+          ? 'This browser has no WebGL 2, which draws the picture. Enable graphics acceleration or use another browser.'
+          : error.message,
+      );
+      this.connection.stop();
+      return;
+    }
+    this.#listen(this.main);
+    await connecting;
+  }
+
+  async #connected(state, sentence) {
+    find('connection').dataset.state = state;
+    find('connection').textContent = {
+      connecting: 'connecting',
+      open: location.host,
+      lost: 'connection lost',
+      refused: 'refused',
+    }[state];
+    if (state !== 'open') {
+      banner(sentence);
+      return;
+    }
+    banner('');
+    try {
+      this.info = await this.connection.call('get_server_info');
+    } catch (error) {
+      if (!error.lost) banner(error.message);
+      return;
+    }
+    find('connection').title = `heliographd ${this.info.version}, ${this.info.threads} threads, ${this.info.isa}`;
+    if (this.info.draining) banner('The daemon is stopping: it takes no new sessions.');
+    if (!this.panels) this.#build();
+    if (this.scenes.current) {
+      say('Connected again.', 'good');
+      if (!this.paused && !document.hidden) for (const viewport of this.viewports) viewport.session.run();
+    } else {
+      this.#openFromState();
+    }
+  }
+
+  #build() {
+    const { codec } = this.connection,
+      { state } = this;
+    this.wanted.mode = codec.enum('Mode').MODE_COMBINED;
+    this.wanted.integrator = codec.enum('Integrator').INTEGRATOR_PATH;
+    for (const name of Object.keys(this.wanted)) {
+      if (state[name] !== undefined && state[name] !== null) this.wanted[name] = state[name];
+    }
+    for (const name of ['samples', 'time_s', 'error']) if (state[name] !== undefined) this.budget[name] = state[name];
+    if (state.channel) this.look.channel = channelById(state.channel).id;
+    if (state.exposure !== undefined) this.look.exposure = Math.min(64, Math.max(-64, state.exposure));
+    if (state.tone !== undefined) this.look.toneMap = state.tone;
+    const range = state.range?.split(',').map(Number);
+    if (range?.length === 2 && range.every(Number.isFinite)) Object.assign(this.look, { range, autoRange: false });
+    if (state.linear) this.look.logarithmic = false;
+    const render = new RenderPanel(this, this.info);
+    this.panels = {
+      picture: new PicturePanel(this),
+      render,
+      plot: new ConvergencePlot(this),
+      compare: new ComparePanel(this, render),
+      scene: new ScenePanel(this),
+      camera: new CameraPanel(this),
+      link: new LinkPanel(this),
+      open: new OpenPanel(this),
+    };
+    this.inspector = new Inspector(this);
+    this.sceneName = make('span', { id: 'scene-name' });
+    const { picture, plot, compare, scene, camera, link, open } = this.panels;
+    find('panel').append(
+      make('div', { class: 'brand' }, make('b', { text: 'Heliograph' }), this.sceneName),
+      ...[picture, render, plot, compare, camera, scene, open, link].map((panel) => panel.element),
+    );
+    listenToKeys(this);
+    find('pause').addEventListener('click', () => this.pause(!this.paused));
+    find('panel-toggle').addEventListener('click', () => this.togglePanel());
+    document.addEventListener('visibilitychange', () => this.#visible());
+    addEventListener('pagehide', () => this.viewports.forEach((viewport) => viewport.session.close()));
+    addEventListener('pageshow', (event) => event.persisted && this.#visible());
+    addEventListener('hashchange', () => this.#followLink());
+    this.#showPause();
+    exposeForTests(this);
+  }
+
+  async #openFromState() {
+    const { state } = this;
+    this.panels.open.place(true);
+    if (!state.scene && !state.id) return;
+    try {
+      await this.openScene(async () => {
+        const answer = state.scene
+          ? await this.scenes.openPath(state.scene, state.environment ?? '')
+          : await this.scenes.openId(state.id);
+        if (state.edits.length) await this.scenes.setEdits(state.edits);
+        return answer;
+      }, state.camera);
+    } catch (error) {
+      say(error.message, 'error');
+      find('open-note').textContent = error.message;
+    }
+  }
+
+  // load: makes the scene that scenes.js then has. camera: as text; absent: the scene's own.
+  async openScene(load, camera = '') {
+    const before = this.scenes.current;
+    const answer = await load();
+    for (const text of answer.warnings.slice(0, 3)) say(text, 'info');
+    for (const text of answer.notices.slice(0, 3)) say(text, 'info');
+    const { current } = this.scenes;
+    this.camera.start(this.scenes.loaded);
+    if (camera) this.camera.fromText(camera);
+    if (before) this.wanted.region = null;
+    this.unpin();
+    const name = this.scenes.source.path?.split('/').pop() ?? this.scenes.source.main ?? current.name;
+    this.sceneName.textContent = name;
+    this.sceneName.title = this.scenes.source.path ?? name;
+    document.title = `${name} · Heliograph`;
+    this.panels.open.place(false);
+    this.panels.scene.opened();
+    this.panels.camera.opened();
+    this.panels.picture.refresh();
+    for (const viewport of this.viewports) this.#startSession(viewport, before !== null);
+    this.main.overlay.focus({ preventScroll: true });
+    this.#save();
+    announce(`${name} is open.`);
+  }
+
+  #startSession(viewport, runs) {
+    const { session } = viewport;
+    session.settings = this.#settings(viewport);
+    session.budget = this.#budget();
+    session.format = viewport.format();
+    session.exposure = this.look.exposure;
+    if (runs && session.attached) {
+      session.switchScene();
+      this.moved(performance.now());
+      return;
+    }
+    session.view = this.camera.message();
+    viewport.meter.sent(1, performance.now());
+    this.counters.views++;
+    session.run();
+  }
+
+  #size(viewport) {
+    const { size } = this.wanted,
+      fixed = /^(\d+)x(\d+)$/.exec(size);
+    if (fixed) return [Number(fixed[1]), Number(fixed[2])];
+    const { clientWidth, clientHeight } = viewport.stage;
+    const scale = Math.min(size === 'half' ? 0.5 : 1, Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    return [clientWidth, clientHeight].map((side) => Math.max(16, Math.round(side * scale)));
+  }
+
+  #settings(viewport) {
+    const { size, region, ...rest } = this.wanted;
+    const [width, height] = this.#size(viewport);
+    const box =
+      region && region[2] <= width && region[3] <= height
+        ? { region: { x0: region[0], y0: region[1], x1: region[2], y1: region[3] } }
+        : {};
+    return { ...rest, width, height, ...box, ...(viewport === this.second ? this.panels.compare.settings() : {}) };
+  }
+
+  #budget() {
+    return { ...this.budget, bytes_per_second: this.link.limit };
+  }
+
+  setSettings(changes) {
+    Object.assign(this.wanted, changes);
+    for (const viewport of this.viewports) viewport.session.setSettings(this.#settings(viewport));
+    this.panels.render.refresh();
+    this.panels.compare.refresh();
+    this.#save();
+  }
+
+  secondSettings() {
+    this.second?.session.setSettings(this.#settings(this.second));
+    this.panels.compare.refresh();
+  }
+
+  setSize(size) {
+    this.setSettings({ size, region: null });
+  }
+
+  setBudget(changes) {
+    Object.assign(this.budget, changes);
+    for (const viewport of this.viewports) viewport.session.setBudget(this.#budget());
+    this.panels.render.refresh();
+    this.panels.plot.refresh();
+    this.#save();
+  }
+
+  // The daemon refused settings: those before are in force again.
+  refused(viewport, settings, budget) {
+    if (viewport !== this.main) return;
+    const { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms = 0 } = settings;
+    Object.assign(this.wanted, { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms });
+    const { samples = 0, time_s = 0, error = 0 } = budget;
+    this.budget = { samples, time_s, error };
+    this.panels.render.refresh();
+  }
+
+  setChannel(id) {
+    this.look.channel = id;
+    const channel = channelById(id);
+    this.look.logarithmic = !!channel.log;
+    if (channel.range) Object.assign(this.look, { range: [...channel.range], autoRange: false });
+    else this.look.autoRange = true;
+    for (const viewport of this.viewports) viewport.refreshFormat();
+    this.panels.picture.refresh();
+    this.panels.picture.measure();
+    this.#save();
+  }
+
+  setExposure(stops) {
+    this.look.exposure = Math.min(64, Math.max(-64, Math.round(stops * 10) / 10));
+    this.panels.picture.refresh();
+    this.inspector.refresh();
+    for (const { session } of this.viewports) session.exposure = this.look.exposure;
+    this.#save();
+  }
+
+  // The camera has changed, by an event of this time.
+  moved(time) {
+    this.counters.views++;
+    for (const viewport of this.viewports) viewport.sendView(time);
+    this.inspector.refresh();
+    this.panels.camera.refresh();
+    this.#save();
+  }
+
+  resetCamera() {
+    this.camera.reset();
+    this.moved(performance.now());
+  }
+
+  async edit(key, edit) {
+    try {
+      if (key === null) await this.scenes.setEdits([]);
+      else await this.scenes.edit(key, edit);
+      for (const { session } of this.viewports) session.switchScene();
+      this.#save();
+    } catch (error) {
+      say(error.message, 'error');
+    }
+  }
+
+  redraw() {
+    for (const viewport of this.viewports) viewport.invalidate();
+  }
+
+  zoom(factor) {
+    this.active.zoomBy(factor, this.active.stage.clientWidth / 2, this.active.stage.clientHeight / 2);
+  }
+
+  // The comparison that a viewport really shows.
+  comparing(viewport = this.active) {
+    return viewport?.picture.comparable ? this.look.compare : Compare.NONE;
+  }
+
+  pin() {
+    const { picture, progress } = this.main;
+    if (!picture.film || !picture.whole) {
+      say('There is no whole picture to pin yet.', 'info');
+      return;
+    }
+    for (const viewport of this.viewports) viewport.picture.pin();
+    const error = progress?.error?.known ? short(progress.error.rmse, 3) : 'unknown';
+    this.pinnedAs = `${progress?.samples_per_pixel ?? 0} samples, error ${error}`;
+    this.panels.plot.pin();
+    if (this.look.compare === Compare.NONE) this.setCompare(Compare.SPLIT);
+    this.panels.compare.refresh();
+    say('Pinned. Drag the line to wipe, hold X to flip.', 'info');
+  }
+
+  unpin() {
+    for (const viewport of this.viewports) viewport.picture.unpin();
+    this.setCompare(Compare.NONE);
+    this.panels.plot.unpin();
+  }
+
+  setCompare(way) {
+    this.look.compare = way;
+    this.panels.compare.refresh();
+    this.panels.picture.refresh();
+    this.panels.picture.measure();
+  }
+
+  // X is held: the pinned picture instead of the present one.
+  flip(on) {
+    if (!this.main.picture.reference || on === (this.keptCompare !== undefined)) return;
+    if (on) this.keptCompare = this.look.compare;
+    this.setCompare(on ? Compare.REFERENCE : this.keptCompare);
+    if (!on) this.keptCompare = undefined;
+  }
+
+  moveSplit(by) {
+    this.look.split = Math.min(Math.max(this.look.split + by, 0), 1);
+    this.redraw();
+  }
+
+  sideBySide(on) {
+    if (on === !!this.second) return;
+    find('stage-b').hidden = !on;
+    if (on) {
+      this.secondView ??= new Viewport(this, find('stage-b'));
+      this.viewports.push(this.secondView);
+      if (!this.secondView.listening) this.#listen(this.secondView);
+      this.#startSession(this.second, false);
+    } else {
+      this.second.session.close();
+      this.viewports.pop();
+    }
+    this.panels.compare.refresh();
+    this.panels.plot.begin(true);
+  }
+
+  pause(on) {
+    this.paused = on;
+    for (const { session } of this.viewports) {
+      if (on) session.rest();
+      else session.run();
+    }
+    this.#showPause();
+    announce(on ? 'Paused.' : 'Rendering.');
+  }
+
+  #showPause() {
+    const path = this.paused ? 'M5 3.500v9l7-4.500z' : 'M5 3.500v9M11 3.500v9';
+    const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+    for (const [name, value] of [
+      ['viewBox', '0 0 16 16'],
+      ['width', 16],
+      ['height', 16],
+      ['aria-hidden', true],
+    ])
+      svg.setAttribute(name, value);
+    const line = document.createElementNS('http://www.w3.org/2000/svg', 'path');
+    line.setAttribute('d', path);
+    svg.append(line);
+    find('pause').replaceChildren(svg);
+    find('pause').setAttribute('aria-label', this.paused ? 'Go on' : 'Pause');
+    this.#status();
+  }
+
+  // A move of the camera ends a pause. True: the session starts, with the newest view.
+  resume(viewport) {
+    if (!this.scenes.current) return true;
+    viewport.session.view = this.camera.message();
+    this.paused = false;
+    viewport.session.run();
+    this.#showPause();
+    return true;
+  }
+
+  #visible() {
+    if (!this.scenes.current) return;
+    for (const { session } of this.viewports) {
+      if (document.hidden) session.rest();
+      else if (!this.paused) session.run();
+    }
+  }
+
+  togglePanel() {
+    const open = find('app').dataset.panel === 'closed';
+    find('app').dataset.panel = open ? 'open' : 'closed';
+    find('panel-toggle').setAttribute('aria-expanded', String(open));
+    this.panels.plot.refresh();
+  }
+
+  regionTool() {
+    this.tool = new RegionTool(this);
+    for (const { overlay } of this.viewports) overlay.dataset.tool = 'region';
+    announce('Draw the box to be rendered.');
+  }
+
+  hover(viewport, x, y) {
+    this.inspector?.hover(viewport, x, y);
+    this.pointer = { viewport, x, y };
+    clearTimeout(this.#hoverTimer);
+    this.#hoverTimer = setTimeout(() => this.#inspects(viewport), INSPECT_MS);
+  }
+
+  // The pointer rests on a picture: modes that carry pictures over tell of it from now on.
+  #inspects(viewport) {
+    const { MODE_COMBINED, MODE_REPROJECT } = this.connection.codec.enum('Mode');
+    const carries = [MODE_COMBINED, MODE_REPROJECT].includes(viewport.session.settings.mode);
+    if (!carries || !this.inspector.at || viewport.extra.has('history')) return;
+    if (viewport.moving) {
+      this.#hoverTimer = setTimeout(() => this.#inspects(viewport), INSPECT_MS);
+      return;
+    }
+    viewport.extra.add('history');
+    viewport.refreshFormat();
+  }
+
+  // Distance to what the pixel shows; undefined: it was not to be had.
+  async depthAt(viewport, x, y) {
+    const read = () => {
+      const { picture } = viewport,
+        depth = picture.film?.planes.get('Z');
+      return depth?.stamp === picture.revision && picture.validAt(x, y) && !picture.under
+        ? picture.film.at('Z', x, y)
+        : undefined;
+    };
+    const view = viewport.session.viewId;
+    if (read() === undefined) {
+      viewport.extra.add('depth');
+      viewport.refreshFormat();
+      const end = performance.now() + DEPTH_MS;
+      while (read() === undefined && performance.now() < end) await new Promise((resume) => setTimeout(resume, 30));
+    }
+    return viewport.session.viewId - view <= 1 ? read() : undefined;
+  }
+
+  async #pick(viewport, x, y) {
+    const [px, py] = viewport.filmAt(x, y).map(Math.floor),
+      [u, v] = viewport.uvAt(x, y);
+    if (!(Math.abs(u) <= 1 && Math.abs(v) <= 1)) return null;
+    const before = this.camera.save();
+    viewport.mark = { x, y, time: performance.now() };
+    viewport.invalidate();
+    const depth = await this.depthAt(viewport, px, py);
+    if (!Number.isFinite(depth)) {
+      say(depth === undefined ? 'The depth there is not known yet.' : 'There is nothing at this point.', 'info');
+      return null;
+    }
+    const now = this.camera.save();
+    if (JSON.stringify(now.position) !== JSON.stringify(before.position)) return null;
+    return this.camera.pointAt(u, v, viewport.aspect, depth);
+  }
+
+  async pickPivot(viewport, x, y) {
+    const point = await this.#pick(viewport, x, y);
+    if (!point) return;
+    this.camera.pivot = point;
+    announce('The camera orbits around this point now.');
+    this.#save();
+  }
+
+  // Focuses the lens under the pointer, or on the centre of the picture.
+  async pickFocus(centre = false) {
+    const { viewport = this.main, x, y } = (centre ? null : this.pointer) ?? {};
+    const stage = viewport.stage;
+    const point = await this.#pick(
+      viewport,
+      Number.isFinite(x) ? x : stage.clientWidth / 2,
+      Number.isFinite(y) ? y : stage.clientHeight / 2,
+    );
+    if (!point) return;
+    this.camera.focus(point);
+    this.moved(performance.now());
+    say(
+      `Focused at ${short(this.camera.optics.focus_distance)}, lens radius ${short(this.camera.optics.lens_radius)}.`,
+      'info',
+    );
+  }
+
+  lens(factor) {
+    const radius = this.camera.optics.lens_radius || 0;
+    if (!radius && factor < 1) return;
+    this.camera.set({ lens_radius: radius * factor || this.camera.distance / 400 });
+    this.moved(performance.now());
+  }
+
+  pinhole() {
+    this.camera.set({ lens_radius: 0 });
+    this.moved(performance.now());
+  }
+
+  onResize(viewport) {
+    clearTimeout(this.#resizeTimer);
+    this.#resizeTimer = setTimeout(() => {
+      if (!this.scenes.current || /\d/.test(this.wanted.size)) return;
+      for (const each of this.viewports) each.session.setSettings(this.#settings(each));
+    }, RESIZE_MS);
+    if (viewport === this.main) this.panels?.plot.refresh();
+  }
+
+  #linkChanged() {
+    for (const viewport of this.viewports) {
+      viewport.refreshFormat();
+      viewport.session.setBudget(this.#budget());
+    }
+    this.panels?.link.refresh();
+  }
+
+  async save(kind) {
+    const name = (this.sceneName.textContent || 'picture').replace(/\.\w+$/, '');
+    if (!(await savePicture(this.active.picture, kind, name))) say('There is no whole picture to save yet.', 'info');
+  }
+
+  async copyLink() {
+    history.replaceState(null, '', address(this.#address()));
+    try {
+      await navigator.clipboard.writeText(location.href);
+      say('The link is on the clipboard.', 'good');
+    } catch {
+      say('The link is in the address bar.', 'info');
+    }
+  }
+
+  async copyPixel() {
+    const text = this.inspector.text();
+    if (!text) return;
+    try {
+      await navigator.clipboard.writeText(text);
+      say('The pixel is on the clipboard.', 'good');
+    } catch {
+      say('The browser does not let the page write to the clipboard.', 'error');
+    }
+  }
+
+  #address() {
+    const { look, wanted, budget, scenes } = this,
+      { path, environment } = scenes.source;
+    return {
+      scene: path,
+      id: path ? '' : scenes.loaded.scene_id,
+      environment,
+      edits: scenes.editEntries(),
+      camera: this.camera.exact ? '' : this.camera.toText(),
+      size: wanted.size === 'window' ? '' : wanted.size,
+      mode: wanted.mode,
+      integrator: wanted.integrator,
+      seed: wanted.seed || '',
+      max_segments: wanted.max_segments || '',
+      preview_rate: wanted.preview_rate,
+      preview_budget_ms: wanted.preview_budget_ms || '',
+      region: wanted.region?.join(','),
+      samples: budget.samples,
+      time_s: budget.time_s || '',
+      error: budget.error || '',
+      channel: look.channel,
+      exposure: look.exposure || '',
+      tone: look.toneMap || '',
+      range: look.autoRange ? '' : look.range.map((v) => short(v)).join(','),
+      linear: look.logarithmic ? '' : 1,
+    };
+  }
+
+  #save() {
+    if (this.scenes.current) writeState(() => this.#address());
+  }
+
+  // Somebody changed the fragment, or went back: a link to another state is followed by loading the page again.
+  #followLink() {
+    const token = takeToken();
+    if (token) this.connection.token = token;
+    location.reload();
+  }
+
+  #listen(viewport) {
+    viewport.listening = true;
+    listenToCamera(this, viewport);
+    const second = viewport.stage.id === 'stage-b';
+    viewport.listeners.add((what) => {
+      if (!this.panels) return;
+      if (what === 'begin') {
+        this.panels.plot.begin(second);
+        if (!second) this.panels.render.refresh();
+      } else if (what === 'progress' || what === 'end') {
+        this.panels.plot.add(viewport.progress, second);
+        if (!second) this.#status();
+        if (what === 'end' && !second) announce(statusLine(this));
+      } else if (what === 'tile' || what === 'whole') {
+        if (!second) this.#measure();
+        if (viewport === this.inspector.viewport) this.#clip();
+      }
+    });
+  }
+
+  // Inspector: at most ten times a second.
+  #clip() {
+    this.#clipped ||= setTimeout(() => {
+      this.#clipped = 0;
+      this.inspector.refresh();
+    }, 100);
+  }
+
+  // Histogram and range: while the camera rests, and not often.
+  #measure() {
+    const wait = this.#measured + HISTOGRAM_MS - performance.now();
+    this.#measureTimer ||= setTimeout(
+      () => {
+        this.#measureTimer = 0;
+        if (this.main.moving || this.main.picture.under) return;
+        this.#measured = performance.now();
+        this.panels.picture.measure();
+      },
+      Math.max(wait, 60),
+    );
+  }
+
+  #status() {
+    const { progress, end } = this.main ?? {};
+    find('status-text').textContent = statusLine(this);
+    const used = end ? 1 : (progress?.budget_used ?? 0);
+    find('progress').setAttribute('aria-valuenow', String(Math.round(100 * used)));
+    find('progress').firstChild.style.width = `${100 * used}%`;
+  }
+}
+
+new App().start();

@@ -1,0 +1,98 @@
+// The pixel under the pointer: value and standard error of each channel, samples, history, and what else is at hand.
+
+import { find, make, short } from '../dom.js';
+
+export class Inspector {
+  constructor(app) {
+    this.app = app;
+    this.element = find('inspector');
+    this.viewport = null;
+    this.at = null;
+    this.shown = true;
+  }
+
+  hover(viewport, x, y) {
+    const pixel = Number.isNaN(x) ? null : viewport.filmAt(x, y).map(Math.floor);
+    const inside =
+      pixel &&
+      pixel[0] >= 0 &&
+      pixel[1] >= 0 &&
+      pixel[0] < viewport.picture.width &&
+      pixel[1] < viewport.picture.height;
+    this.viewport = viewport;
+    this.at = inside ? pixel : null;
+    this.refresh();
+  }
+
+  // { x, y, value: { name: number }, standardError: [r, g, b] or null, ... } of a pixel; null: nothing is known.
+  read(viewport, x, y) {
+    const values = viewport.picture.pixel(x, y);
+    if (!values) return null;
+    const variance = ['variance.R', 'variance.G', 'variance.B'].map((name) => values[name]);
+    const weight = values['history.weight'];
+    return {
+      x,
+      y,
+      values,
+      rgb: [values.R, values.G, values.B],
+      standardError: variance.every((v) => v !== undefined) ? variance.map((v) => Math.sqrt(v)) : null,
+      samples: values.samples,
+      historyWeight: weight,
+      historyAge: weight > 0 ? values['history.age'] / weight : weight === undefined ? undefined : 0,
+      bound: values['bias.bound'],
+    };
+  }
+
+  refresh() {
+    const pixel = this.at && this.viewport && this.read(this.viewport, ...this.at);
+    this.current = pixel || null;
+    this.element.hidden = !pixel || !this.shown;
+    find('pixel-text').textContent = this.at ? `${this.at[0]}, ${this.at[1]}` : '';
+    if (!pixel || !this.shown) return;
+    const swatch = make('i');
+    const gain = 2 ** this.app.look.exposure;
+    const encode = (v) => Math.round(255 * Math.min(1, Math.max(0, v * gain)) ** (1 / 2.2));
+    swatch.style.background = `rgb(${pixel.rgb.map(encode).join(' ')})`;
+    const rows = ['R', 'G', 'B'].flatMap((name, i) => [
+      make('span', { text: name }),
+      make('span', { text: short(pixel.rgb[i]) }),
+      make('span', { text: pixel.standardError ? `± ${short(pixel.standardError[i], 3)}` : '' }),
+    ]);
+    const list = [];
+    const add = (name, value, digits = 4) =>
+      value !== undefined && list.push(make('dt', { text: name }), make('dd', { text: short(value, digits) }));
+    const { values } = pixel;
+    const three = (name, keys) =>
+      values[keys[0]] !== undefined &&
+      list.push(make('dt', { text: name }), make('dd', { text: keys.map((key) => short(values[key], 3)).join('  ') }));
+    add('samples', pixel.samples);
+    three('display', ['display.R', 'display.G', 'display.B']);
+    add('display error', values['display.error'], 3);
+    add('history weight', pixel.historyWeight, 3);
+    add('history age', pixel.historyAge, 3);
+    add('bias bound', pixel.bound, 3);
+    add('density', values['samples.density'], 3);
+    add('depth', values.Z);
+    three('normal', ['N.x', 'N.y', 'N.z']);
+    three('albedo', ['albedo.r', 'albedo.g', 'albedo.b']);
+    this.element.replaceChildren(
+      make('h2', {}, `${pixel.x}, ${pixel.y}`, swatch),
+      make('div', { class: 'rgb' }, ...rows),
+      make('dl', {}, ...list),
+    );
+  }
+
+  // As text for the clipboard: a line for each number.
+  text() {
+    const { current } = this;
+    if (!current) return '';
+    const error = (i) => (current.standardError ? ` +- ${current.standardError[i]}` : '');
+    return [
+      `pixel ${current.x} ${current.y}`,
+      ...['R', 'G', 'B'].map((name, i) => `${name} ${current.rgb[i]}${error(i)}`),
+      ...Object.entries(current.values)
+        .filter(([name]) => !/^[RGB]$/.test(name))
+        .map(([name, value]) => `${name} ${value}`),
+    ].join('\n');
+  }
+}

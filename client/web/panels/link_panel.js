@@ -1,0 +1,157 @@
+// The link to the daemon: its limit in bytes a second, given or measured; how previews are coded; and the figures of
+// the head-up display.
+
+import { canInflate, loadInflate } from '../picture/exr.js';
+import { bytes, check, field, find, make, ms, number, section, select, short } from '../dom.js';
+
+const SLOW = 4e6; // bytes a second below which previews come as JPEG
+const SLOW_IN_A_ROW = 3;
+const LOOPBACK = /^(localhost|127\..*|\[::1\])$/; // never slow: a late preview there means a busy processor
+const LIMITS = [
+  ['auto', 'Measured'],
+  ['0', 'None'],
+  ['10e6', '10 MB/s'],
+  ['3e6', '3 MB/s'],
+  ['1e6', '1 MB/s'],
+  ['3e5', '300 kB/s'],
+];
+
+const time = (seconds) => (seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `${short(seconds, 3)} s`);
+
+// Of the link, as the viewports need it.
+export class Link {
+  #slowCount = 0;
+
+  constructor(onChange) {
+    this.choice = 'auto';
+    this.coding = 'auto'; // of previews: auto, exr, jpeg
+    this.jpegQuality = 75;
+    this.rate = 0; // measured, bytes a second; 0: fast enough
+    this.onChange = onChange;
+  }
+
+  // Budget.bytes_per_second
+  get limit() {
+    return this.choice === 'auto' ? (this.rate ? 0.9 * this.rate : 0) : Number(this.choice);
+  }
+  get slow() {
+    return this.limit > 0 && this.limit < SLOW;
+  }
+  get jpeg() {
+    return this.coding === 'jpeg' || (this.coding === 'auto' && this.slow);
+  }
+
+  // Compressed tiles are asked for once they can be read.
+  get zip() {
+    return this.slow && canInflate();
+  }
+
+  #changed() {
+    this.onChange();
+    if (this.slow && !canInflate()) loadInflate().then(this.onChange);
+  }
+
+  // A preview of so many bytes took so long from its first to its last byte.
+  measured(size, milliseconds) {
+    if (this.choice !== 'auto' || size < 100000 || LOOPBACK.test(location.hostname)) return;
+    const rate = size / Math.max(milliseconds / 1000, 1e-3);
+    this.#slowCount = rate < SLOW ? this.#slowCount + 1 : 0;
+    if (this.rate || this.#slowCount < SLOW_IN_A_ROW) return;
+    this.rate = rate;
+    this.#changed();
+  }
+
+  set(values) {
+    Object.assign(this, values);
+    if (values.choice) this.rate = this.#slowCount = 0;
+    this.#changed();
+  }
+}
+
+export class LinkPanel {
+  constructor(app) {
+    this.app = app;
+    const { link } = app;
+    this.limit = select('link-limit', LIMITS, link.choice, (choice) => link.set({ choice }));
+    this.coding = select(
+      'preview-coding',
+      [
+        ['auto', 'Automatic'],
+        ['exr', 'EXR, half'],
+        ['jpeg', 'JPEG'],
+      ],
+      link.coding,
+      (coding) => link.set({ coding }),
+    );
+    this.quality = number(
+      'jpeg-quality',
+      link.jpegQuality,
+      (value) => link.set({ jpegQuality: Math.min(100, Math.max(1, Number(value) || 75)) }),
+      { min: 1, max: 100 },
+    );
+    this.note = make('p', { class: 'note', id: 'link-note' });
+    this.hud = check('hud-shown', 'Latency and rates over the picture (I)', false, (on) => this.showHud(on));
+    this.element = section(
+      'section-link',
+      'Link',
+      false,
+      field('Limit', 'link-limit', this.limit),
+      field('Previews', 'preview-coding', this.coding),
+      field('JPEG quality', 'jpeg-quality', this.quality),
+      this.hud,
+      this.note,
+    );
+    setInterval(() => this.refresh(), 500);
+  }
+
+  showHud(on) {
+    find('hud').hidden = !on;
+    this.hud.firstChild.checked = on;
+    this.refresh();
+  }
+
+  // Figures of a viewport; also window.heliograph's.
+  figures(viewport) {
+    const { meter, progress } = viewport,
+      { bytes: rate, pictures } = meter.rates();
+    return {
+      preview: meter.median('preview'),
+      film: meter.median('film'),
+      whole: meter.median('whole'),
+      pictures,
+      bytesPerSecond: rate,
+      skipped: meter.skipped,
+      samplesPerSecond: progress?.samples_per_second ?? 0,
+      reuse: progress?.reuse_share ?? 0,
+      passes: meter.passes.map(({ pass, seconds }) => [pass, seconds]),
+      previewPasses: meter.previewPasses.map(({ pass, seconds }) => [pass, seconds]),
+    };
+  }
+
+  refresh() {
+    const { link } = this.app;
+    this.note.textContent = link.rate
+      ? `Measured: ${bytes(link.rate)}/s. Previews are JPEG, and tiles come without variance while the camera moves.`
+      : link.slow
+        ? 'Previews are JPEG, and tiles come without variance while the camera moves.'
+        : '';
+    const hud = find('hud');
+    if (hud.hidden || document.hidden) return;
+    const f = this.figures(this.app.active);
+    const rows = [
+      ['input to preview', ms(f.preview)],
+      ['to film tile', ms(f.film)],
+      ['to whole picture', ms(f.whole)],
+      ['pictures / s', f.pictures],
+      ['received / s', bytes(f.bytesPerSecond)],
+      ['skipped views', f.skipped],
+      ['samples / s', f.samplesPerSecond ? `${short(f.samplesPerSecond / 1e6, 3)} M` : '–'],
+      ['carried over', `${Math.round(100 * f.reuse)} %`],
+      ...f.passes.map(([pass, seconds]) => [pass.replace('_', ' '), time(seconds)]),
+      ...f.previewPasses.map(([pass, seconds]) => [`${pass === 'preview' ? '' : 'preview '}${pass}`, time(seconds)]),
+    ];
+    hud.replaceChildren(
+      make('dl', {}, ...rows.flatMap(([name, value]) => [make('dt', { text: name }), make('dd', { text: value })])),
+    );
+  }
+}

@@ -1,0 +1,144 @@
+// How the daemon renders: mode, integrator, budget, size, region, seed, previews.
+
+import { button, field, make, number, section, select, short } from '../dom.js';
+
+const MODES = {
+  MODE_COMBINED: 'Combined',
+  MODE_REPROJECT: 'Reproject',
+  MODE_ADAPTIVE: 'Adaptive',
+  MODE_PT: 'Path tracing',
+};
+const INTEGRATORS = {
+  INTEGRATOR_PATH: 'Path',
+  INTEGRATOR_BDPT: 'Bidirectional',
+  INTEGRATOR_PT_BDPT: 'Path or bidirectional',
+  INTEGRATOR_LVC: 'Light vertex cache',
+  INTEGRATOR_VCM: 'Vertex merging',
+  INTEGRATOR_PHOTON: 'Photon mapping',
+  INTEGRATOR_LIGHT: 'Light tracing',
+};
+const SIZES = [
+  ['window', 'Window'],
+  ['half', 'Window, half'],
+  ['640x360', '640 × 360'],
+  ['960x540', '960 × 540'],
+  ['1280x720', '1280 × 720'],
+  ['1920x1080', '1920 × 1080'],
+  ['custom', 'Other …'],
+];
+
+export const modeName = (codec, mode) => MODES[codec.nameOf('Mode', mode)] ?? codec.nameOf('Mode', mode);
+export const integratorName = (codec, value) => INTEGRATORS[codec.nameOf('Integrator', value)] ?? 'Path';
+
+// What the daemon has of an enum: [[number, name], ...].
+function offered(codec, name, words, known) {
+  const numbers = codec.enum(name);
+  return Object.entries(words)
+    .filter(([key]) => key in numbers && (!known.length || known.includes(numbers[key])))
+    .map(([key, text]) => [String(numbers[key]), text]);
+}
+
+export class RenderPanel {
+  // info: GetServerInfoResponse
+  constructor(app, info) {
+    this.app = app;
+    const { codec } = app.connection,
+      { wanted } = app;
+    const change = (name) => (value) => app.setSettings({ [name]: Number(value) });
+    const budget = (name) => (value) => app.setBudget({ [name]: Math.max(0, Number(value) || 0) });
+    this.modes = offered(codec, 'Mode', MODES, info.modes);
+    this.mode = select('mode', this.modes, String(wanted.mode), change('mode'));
+    this.integrators = offered(codec, 'Integrator', INTEGRATORS, info.integrators);
+    this.integrator = select('integrator', this.integrators, String(wanted.integrator), change('integrator'));
+    this.samples = number('budget-samples', '', budget('samples'), {
+      min: 0,
+      step: 1,
+      placeholder: '∞',
+      title: 'Samples a pixel',
+    });
+    this.time = number('budget-time', '', budget('time_s'), {
+      min: 0,
+      step: 'any',
+      placeholder: '∞',
+      title: 'Seconds',
+    });
+    this.error = number('budget-error', '', budget('error'), {
+      min: 0,
+      step: 'any',
+      placeholder: 'none',
+      title: 'Standard error, radiance',
+    });
+    this.size = select('size', SIZES, wanted.size, (value) => app.setSize(value));
+    this.custom = make('input', {
+      id: 'size-custom',
+      type: 'text',
+      placeholder: '800x600',
+      'aria-label': 'Width x height',
+      on: { change: () => /^\d+x\d+$/.test(this.custom.value) && app.setSize(this.custom.value) },
+    });
+    this.seed = number(
+      'seed',
+      wanted.seed,
+      (value) => app.setSettings({ seed: Math.max(0, Math.floor(Number(value) || 0)) }),
+      { min: 0, step: 1 },
+    );
+    this.segments = number('max-segments', '', (value) => app.setSettings({ max_segments: Number(value) || 0 }), {
+      min: 1,
+      max: 65535,
+      step: 1,
+    });
+    this.rate = number('preview-rate', wanted.preview_rate, change('preview_rate'), { min: 0, max: 120, step: 1 });
+    this.previewBudget = number('preview-budget', '', change('preview_budget_ms'), { min: 5, max: 1000, step: 5 });
+    this.previewBudget.placeholder = '45';
+    this.region = button('region', 'Region', () => app.regionTool(), { title: 'Draw the box to be rendered (B)' });
+    this.clear = button('region-clear', 'Whole film', () => app.setSettings({ region: null }));
+    this.notes = make('p', { class: 'note', id: 'render-notes' });
+    this.element = section(
+      'section-render',
+      'Render',
+      true,
+      field('Mode', 'mode', this.mode),
+      field('Integrator', 'integrator', this.integrator),
+      field('Size', 'size', this.size),
+      (this.customRow = field('', 'size-custom', this.custom)),
+      field('Samples', 'budget-samples', this.samples),
+      field('Seconds', 'budget-time', this.time),
+      field('Target error', 'budget-error', this.error),
+      make('div', { class: 'row' }, this.region, this.clear),
+      make(
+        'details',
+        { id: 'render-more', class: 'more' },
+        make('summary', { text: 'More' }),
+        make(
+          'div',
+          { class: 'group' },
+          field('Segments', 'max-segments', this.segments),
+          field('Seed', 'seed', this.seed),
+          field('Previews / s', 'preview-rate', this.rate),
+          field('Preview, ms', 'preview-budget', this.previewBudget),
+        ),
+      ),
+      this.notes,
+    );
+    this.refresh();
+  }
+
+  refresh() {
+    const { wanted, budget } = this.app;
+    this.mode.value = String(wanted.mode);
+    this.integrator.value = String(wanted.integrator);
+    this.samples.value = budget.samples || '';
+    this.time.value = budget.time_s || '';
+    this.error.value = budget.error ? short(budget.error, 3) : '';
+    this.seed.value = wanted.seed;
+    this.segments.value = wanted.max_segments || '';
+    this.segments.placeholder = String(this.app.main?.settings?.max_segments ?? 10);
+    this.rate.value = wanted.preview_rate;
+    this.previewBudget.value = wanted.preview_budget_ms || '';
+    this.size.value = SIZES.some(([value]) => value === wanted.size) ? wanted.size : 'custom';
+    this.customRow.hidden = this.size.value !== 'custom';
+    if (!this.customRow.hidden && /\d/.test(wanted.size)) this.custom.value = wanted.size;
+    this.clear.disabled = !wanted.region;
+    this.notes.textContent = (this.app.main?.unsampled ?? []).join(' ');
+  }
+}

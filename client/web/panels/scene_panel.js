@@ -1,0 +1,246 @@
+// Edits of the scene: materials, lights, objects and the environment, from lists of what the daemon can edit.
+
+import { button, field, make, number, section, short } from '../dom.js';
+import { fromMessage, toMessage } from '../camera/vectors.js';
+
+const DELAY_MS = 120; // between the edits of one that is dragged
+
+const toSrgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
+const toLinear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+const hex = (rgb) =>
+  `#${rgb
+    .map((v) =>
+      Math.round(255 * toSrgb(Math.min(1, Math.max(0, v))))
+        .toString(16)
+        .padStart(2, '0'),
+    )
+    .join('')}`;
+const unhex = (text) => [1, 3, 5].map((i) => toLinear(parseInt(text.slice(i, i + 2), 16) / 255));
+
+export class ScenePanel {
+  #timer = 0;
+  #queue = Promise.resolve();
+
+  constructor(app) {
+    this.app = app;
+    this.lists = make('div', { id: 'scene-lists', class: 'group' });
+    this.facts = make('p', { class: 'note', id: 'scene-facts' });
+    this.undo = button('edits-reset', 'Undo all edits', () => this.#reset());
+    this.element = section(
+      'section-scene',
+      'Scene',
+      false,
+      this.facts,
+      this.lists,
+      make('div', { class: 'row' }, this.undo),
+    );
+    this.element.addEventListener('toggle', () => this.#fill());
+    this.filledFor = '';
+  }
+
+  // A scene was opened.
+  opened() {
+    this.filledFor = '';
+    const { current } = this.app.scenes;
+    this.facts.textContent =
+      `${current.triangles.toLocaleString('en')} triangles, ${current.materials} materials, ` +
+      `${current.lights} lights, ${current.instances} objects.`;
+    this.#fill();
+  }
+
+  async #fill() {
+    const { scenes } = this.app;
+    this.undo.disabled = !scenes.edits.length;
+    if (!this.element.open || !scenes.loaded || this.filledFor === scenes.loaded.scene_id) return;
+    this.filledFor = scenes.loaded.scene_id;
+    try {
+      const found = await this.app.connection.call('describe_scene', { scene_id: scenes.loaded.scene_id });
+      this.#show(found);
+    } catch (error) {
+      this.filledFor = '';
+      this.lists.replaceChildren(
+        make('p', { class: 'note', text: `The daemon tells nothing to edit: ${error.message}` }),
+      );
+    }
+  }
+
+  #show(found) {
+    const group = (title, id, total, rows) =>
+      rows.length
+        ? [
+            make('div', { class: 'label note', text: `${title} (${total})` }),
+            make('div', { class: 'list', id }, ...rows),
+          ]
+        : [];
+    const materials = found.materials.map((m, i) => this.#material(m, i));
+    const lights = found.lights.map((l, i) => this.#light(l, i));
+    const objects = found.objects.map((o, i) => this.#object(o, i));
+    const environment = found.environment ? [this.#environment(found.environment)] : [];
+    this.lists.replaceChildren(
+      ...group('Materials', 'materials', found.material_total, materials),
+      ...group('Lights', 'lights', found.light_total, lights),
+      ...group('Objects', 'objects', found.object_total, objects),
+      ...group('Environment', 'environment', 1, environment),
+    );
+  }
+
+  // A row that opens. current(): the edit as it stands, without its target.
+  #row(id, title, kind, target, build) {
+    const key = `${kind}:${target?.index ?? ''}`;
+    const body = make('div');
+    const row = make('details', { id }, make('summary', { text: title, title }), body);
+    const stored = () => this.app.scenes.editOf(key)?.[kind] ?? {};
+    const change = (values) => {
+      row.classList.add('edited');
+      this.#later(key, { [kind]: { ...(target ?? {}), ...stored(), ...this.pending?.[key], ...values } }, values);
+    };
+    row.classList.toggle('edited', !!this.app.scenes.editOf(key));
+    row.addEventListener(
+      'toggle',
+      () => row.open && !body.childNodes.length && body.append(...build(change, stored())),
+      { once: true },
+    );
+    return row;
+  }
+
+  #later(key, edit, values) {
+    this.pending ??= {};
+    this.pending[key] = { ...this.pending[key], ...values };
+    this.waiting ??= new Map();
+    this.waiting.set(key, edit);
+    this.#timer ||= setTimeout(() => {
+      this.#timer = 0;
+      const edits = [...this.waiting];
+      this.waiting.clear();
+      this.#queue = this.#queue.then(async () => {
+        for (const [name, one] of edits) {
+          await this.app.edit(name, one);
+          if (this.pending[name] && !this.waiting.has(name)) delete this.pending[name];
+        }
+        this.undo.disabled = !this.app.scenes.edits.length;
+      });
+    }, DELAY_MS);
+  }
+
+  // A colour and how strong it is; strongest: 1 for reflectances.
+  #colour(id, label, rgb, change, limited) {
+    const peak = limited ? 1 : Math.max(...rgb, 0);
+    const strength = number(`${id}-strength`, short(peak, 4), () => say(), {
+      min: 0,
+      step: 'any',
+      'aria-label': `${label}: strength`,
+    });
+    const colour = make('input', {
+      id,
+      type: 'color',
+      value: hex(peak > 0 ? rgb.map((v) => v / peak) : [1, 1, 1]),
+      on: { input: () => say() },
+    });
+    const say = () =>
+      change(toMessage(unhex(colour.value).map((v) => v * (limited ? 1 : Math.max(0, Number(strength.value) || 0)))));
+    return limited ? field(label, id, colour) : field(label, id, colour, strength);
+  }
+
+  #material(m, i) {
+    return this.#row(`material-${i}`, m.name || `material ${i}`, 'material', { index: i }, (change, now) => {
+      const rows = [make('p', { class: 'note', text: m.model.replaceAll('_', ' ') })];
+      const colour = now.base_color ?? m.base_color,
+        emission = now.emission ?? m.emission,
+        roughness = now.roughness ?? m.roughness;
+      if (colour)
+        rows.push(
+          this.#colour(
+            `material-${i}-color`,
+            'Colour',
+            fromMessage(colour),
+            (base_color) => change({ base_color }),
+            true,
+          ),
+        );
+      if (emission)
+        rows.push(
+          this.#colour(`material-${i}-emission`, 'Emission', fromMessage(emission), (value) =>
+            change({ emission: value }),
+          ),
+        );
+      if (roughness !== undefined) {
+        const slider = make('input', {
+          id: `material-${i}-roughness`,
+          type: 'range',
+          min: 0,
+          max: 1,
+          step: 0.01,
+          value: roughness,
+          on: { input: () => change({ roughness: Number(slider.value) }) },
+        });
+        rows.push(field('Roughness', slider.id, slider));
+      }
+      if (rows.length === 1) rows.push(make('p', { class: 'note', text: 'Nothing of it can be edited.' }));
+      return rows;
+    });
+  }
+
+  #light(l, i) {
+    return this.#row(`light-${i}`, `${l.name || `light ${i}`} · ${l.kind}`, 'light', { index: i }, (change, now) => [
+      this.#colour(`light-${i}-intensity`, 'Intensity', fromMessage(now.intensity ?? l.intensity ?? {}), (intensity) =>
+        change({ intensity }),
+      ),
+    ]);
+  }
+
+  #environment(radiance) {
+    return this.#row('environment-edit', 'Environment', 'environment', null, (change, now) => [
+      this.#colour('environment-radiance', 'Radiance', fromMessage(now.radiance ?? radiance), (value) =>
+        change({ radiance: value }),
+      ),
+    ]);
+  }
+
+  // Place, turn about the vertical and size, on top of the object's transform in the file.
+  #object(o, i) {
+    return this.#row(`object-${i}`, o.name || `object ${i}`, 'object', { index: i }, (change) => {
+      const base = o.transform.length === 12 ? o.transform : [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+      const inputs = ['x', 'y', 'z'].map((axis, k) =>
+        number(`object-${i}-${axis}`, short(base[4 * k + 3], 6), () => say(), { step: 'any', 'aria-label': axis }),
+      );
+      const turn = make('input', {
+        id: `object-${i}-turn`,
+        type: 'range',
+        min: -180,
+        max: 180,
+        step: 1,
+        value: 0,
+        on: { input: () => say() },
+      });
+      const size = number(`object-${i}-size`, 1, () => say(), { min: 0.001, step: 'any' });
+      const say = () => {
+        const angle = (Number(turn.value) * Math.PI) / 180,
+          s = Math.max(1e-3, Number(size.value) || 1);
+        const [c, n] = [Math.cos(angle) * s, Math.sin(angle) * s];
+        const about = [
+          [c, 0, n],
+          [0, s, 0],
+          [-n, 0, c],
+        ];
+        const transform = [0, 1, 2].flatMap((r) => [
+          ...[0, 1, 2].map((k) => about[r][0] * base[k] + about[r][1] * base[4 + k] + about[r][2] * base[8 + k]),
+          Number(inputs[r].value) || 0,
+        ]);
+        change({ transform });
+      };
+      return [
+        make('p', { class: 'note', text: `${o.triangles.toLocaleString('en')} triangles` }),
+        field('Position', inputs[0].id, ...inputs),
+        field('Turn', turn.id, turn),
+        field('Size', size.id, size),
+      ];
+    });
+  }
+
+  async #reset() {
+    await this.#queue;
+    await this.app.edit(null, null);
+    this.filledFor = '';
+    this.#fill();
+  }
+}

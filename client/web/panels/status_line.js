@@ -1,0 +1,32 @@
+// The state of the main picture in a line.
+
+import { short } from '../dom.js';
+
+const ENDS = {
+  END_REASON_SAMPLES: 'all samples taken',
+  END_REASON_TIME: 'time is up',
+  END_REASON_ERROR: 'target error reached',
+  END_REASON_CANCELLED: 'cancelled',
+  END_REASON_FAILED: 'failed',
+};
+
+export function statusLine(app) {
+  const { progress, end, settings } = app.main ?? {};
+  if (!app.scenes.current) return '';
+  const parts = [];
+  if (app.paused) parts.push('paused');
+  else if (end) parts.push(ENDS[app.connection.codec.nameOf('EndReason', end.reason)] ?? 'done');
+  else if (!progress) parts.push('rendering');
+  if (settings) parts.push(`${settings.width} × ${settings.height}`);
+  if (!progress) return parts.join(' · ');
+  parts.push(`${progress.samples_per_pixel.toLocaleString('en')} samples`);
+  const { error } = progress;
+  if (error?.all_black) parts.push('all black so far');
+  else if (error?.known) parts.push(`error ${short(error.rmse, 3)}`);
+  if (progress.samples_per_second) parts.push(`${short(progress.samples_per_second / 1e6, 3)} M samples/s`);
+  if (progress.reuse_share > 0.005) parts.push(`${Math.round(100 * progress.reuse_share)} % carried over`);
+  if (error?.unproven > 0.001) parts.push(`${short(100 * error.unproven, 2)} % unproven`);
+  if (progress.invalid_samples) parts.push(`${progress.invalid_samples} invalid samples`);
+  parts.push(`${short(progress.seconds, 3)} s`);
+  return parts.join(' · ');
+}

@@ -1,0 +1,154 @@
+// The scene that is shown: where it came from and what was edited, so that it can be made again on another daemon.
+
+import { Code } from './connection.js';
+
+const CHUNK = 1 << 20;
+const WAITING = 8 << 20; // bytes of an upload that may wait in the socket
+
+export class Scenes {
+  #edits = new Map(); // by target: the whole edit of it
+
+  constructor(connection) {
+    this.connection = connection;
+    this.current = null; // SceneInfo
+    this.loaded = null; // the one that was loaded, before any edit
+    this.source = null; // { path, environment } or { files, main, environment }
+  }
+
+  get edits() {
+    return [...this.#edits.values()];
+  }
+
+  // Loads from one of the daemon's roots.
+  async openPath(path, environment = '') {
+    const answer = await this.#load([{ begin: { path, environment } }]);
+    this.#take(answer, { path, environment });
+    return answer;
+  }
+
+  // Takes a scene that the daemon holds already.
+  async openId(sceneId) {
+    const answer = await this.connection.call('list_scenes', { scene_id: sceneId });
+    if (!answer.scenes.length) throw new Error('The daemon does not hold this scene any more.');
+    this.#take({ scene: answer.scenes[0] }, { id: sceneId });
+    return { scene: answer.scenes[0], warnings: [], notices: [], unread: [] };
+  }
+
+  // files: [{ name, file }]; progress(bytes sent, of); signal: an AbortSignal.
+  async upload(files, main, progress, signal) {
+    const hashed = [];
+    const total = files.reduce((sum, { file }) => sum + file.size, 0);
+    for (const { name, file } of files) {
+      const digest = await crypto.subtle.digest('SHA-256', await file.arrayBuffer());
+      hashed.push({ name, file, sha256: new Uint8Array(digest) });
+      signal?.throwIfAborted();
+    }
+    const source = { files, main };
+    const self = this;
+    async function* requests() {
+      let sent = 0;
+      yield { begin: { main_file: main, total_bytes: total } };
+      for (const { name, file, sha256 } of hashed) {
+        yield { begin_file: { name, bytes: file.size, sha256 } };
+        for (let start = 0; start < file.size; start += CHUNK) {
+          while (self.connection.waiting > WAITING) await new Promise((resume) => setTimeout(resume, 20));
+          signal?.throwIfAborted();
+          const data = new Uint8Array(await file.slice(start, start + CHUNK).arrayBuffer());
+          yield { data };
+          sent += data.length;
+          progress?.(sent, total);
+        }
+      }
+    }
+    const answer = await this.#load(requests(), signal);
+    this.#take(answer, source);
+    return answer;
+  }
+
+  #take(answer, source) {
+    this.current = answer.scene;
+    this.loaded = answer.scene;
+    this.source = source;
+    this.#edits.clear();
+  }
+
+  async #load(requests, signal) {
+    return new Promise((resolve, reject) => {
+      let answer = null;
+      const call = this.connection.stream('load_scene', {
+        message: (message) => {
+          answer = message;
+        },
+        end: (status) =>
+          status.code === Code.OK && answer
+            ? resolve(answer)
+            : reject(Object.assign(new Error(status.message), { code: status.code })),
+      });
+      signal?.addEventListener('abort', () => {
+        call.cancel();
+        reject(new DOMException('The upload was cancelled.', 'AbortError'));
+      });
+      (async () => {
+        for await (const request of requests) {
+          if (!call.live) return;
+          call.send(request);
+        }
+        call.end();
+      })().catch((error) => {
+        call.cancel();
+        reject(error);
+      });
+    });
+  }
+
+  // Applies an edit to the loaded scene together with all before. key: of the target; edit: a SceneEdit that says all
+  // that was ever changed of it, or null: as it was loaded.
+  async edit(key, edit) {
+    const before = new Map(this.#edits);
+    if (edit) this.#edits.set(key, edit);
+    else this.#edits.delete(key);
+    try {
+      return await this.#apply();
+    } catch (error) {
+      this.#edits = before;
+      throw error;
+    }
+  }
+
+  async setEdits(edits) {
+    this.#edits = new Map(edits);
+    return this.#apply();
+  }
+
+  editEntries() {
+    return [...this.#edits];
+  }
+  editOf(key) {
+    return this.#edits.get(key);
+  }
+
+  async #apply() {
+    if (!this.#edits.size) {
+      this.current = this.loaded;
+      return this.current;
+    }
+    const answer = await this.connection.call('edit_scene', { scene_id: this.loaded.scene_id, edits: this.edits });
+    this.current = answer.scene;
+    return this.current;
+  }
+
+  describe(first = {}) {
+    return this.connection.call('describe_scene', { scene_id: this.current.scene_id, ...first });
+  }
+
+  // Makes sure that the daemon holds the scene: loads it again, and edits it again.
+  async ensure() {
+    const edits = this.editEntries(),
+      { source } = this;
+    if (source.path !== undefined) await this.openPath(source.path, source.environment);
+    else if (source.files) await this.upload(source.files, source.main);
+    else await this.openId(source.id);
+    if (edits.length) await this.setEdits(edits);
+    return this.current;
+  }
+}

@@ -1,0 +1,280 @@
+// One picture on the page: a session, what it shows, and the canvas with its overlay. Draws once a display frame at
+// most, and returns credit for the tiles that it drew.
+
+import { channelById, tileFormat } from './picture/channels.js';
+import { Meter } from './meter.js';
+import { Picture } from './picture/picture.js';
+import { Session } from './protocol/session.js';
+
+export class Viewport {
+  #pending = 0; // tiles that were taken and not drawn yet
+  #frame = 0;
+  #previewFrames = new Set();
+  #lastDrawn = { preview: 0, film: 0, whole: 0 };
+  #newWhole = false;
+  #moveTimer = 0;
+
+  // stage: the element that holds the canvases. app: look, camera, link, callbacks.
+  constructor(app, stage) {
+    this.app = app;
+    this.stage = stage;
+    this.canvas = stage.querySelector('.picture');
+    this.overlay = stage.querySelector('.overlay');
+    this.meter = new Meter();
+    this.extra = new Set(); // parts of TileFormat that were asked for besides the shown channel
+    this.moving = false;
+    this.progress = null;
+    this.end = null;
+    this.unsampled = [];
+    this.settings = null; // in force
+    this.told = new Set(); // notices of pictures, each told once
+    this.fit = true;
+    this.listeners = new Set(); // called with (what): 'begin', 'progress', 'end', 'whole', 'drawn', 'tile'
+    this.picture = new Picture(this.canvas, app.look, (lost) => {
+      app.say(
+        lost
+          ? 'The graphics context was lost; the picture comes back when the browser gives it back.'
+          : 'The graphics context is back.',
+        lost ? 'error' : 'good',
+      );
+      this.invalidate();
+    });
+    this.session = new Session(app.connection, app.scenes, {
+      opened: () => {
+        this.#pending = 0;
+      },
+      frameBegin: (begin) => this.#begin(begin),
+      tile: (tile, bytes) => this.#tile(tile, bytes),
+      frameEnd: (end) => this.#end(end),
+      progress: (progress) => {
+        this.progress = progress;
+        this.#tell('progress');
+      },
+      notice: (severity, text) => app.say(text, severity >= 2 ? 'error' : 'info'),
+      problem: (sentence, kind) => app.say(sentence, kind),
+      settings: (settings, budget) => app.refused(this, settings, budget),
+    });
+    new ResizeObserver(() => this.resize()).observe(stage);
+    this.resize();
+  }
+
+  #tell(what) {
+    for (const listener of this.listeners) listener(what);
+  }
+
+  resize() {
+    const ratio = devicePixelRatio,
+      { clientWidth, clientHeight } = this.stage;
+    this.ratio = ratio;
+    this.overlay.width = Math.max(1, Math.round(clientWidth * ratio));
+    this.overlay.height = Math.max(1, Math.round(clientHeight * ratio));
+    this.#place();
+    this.app.onResize?.(this);
+  }
+
+  // Puts a fitted picture into the middle. Whole pixels where it is shown 1:1.
+  #place() {
+    const { picture, overlay } = this;
+    if (this.fit && picture.width) {
+      let zoom = Math.min(overlay.width / picture.width, overlay.height / picture.height);
+      if (Math.abs(zoom - 1) < 0.02 && zoom >= 1) zoom = 1;
+      picture.zoom = zoom;
+      picture.origin = [
+        Math.round((overlay.width - picture.width * zoom) / 2),
+        Math.round((overlay.height - picture.height * zoom) / 2),
+      ];
+    }
+    this.invalidate();
+  }
+
+  // A picture that is enlarged as a whole is drawn a pixel for each of its own, and the browser enlarges it: that takes
+  // a fraction of the time, which counts where no graphics card draws. Otherwise the canvas is as large as the stage.
+  #sizeCanvas() {
+    const { picture, canvas, overlay, ratio } = this;
+    const enlarged = this.fit && picture.width > 0 && picture.zoom >= 1;
+    const [x, y] = enlarged ? picture.origin : [0, 0];
+    const [width, height] = enlarged ? [picture.width, picture.height] : [overlay.width, overlay.height];
+    const zoom = enlarged ? picture.zoom : 1;
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
+    const style = {
+      left: `${x / ratio}px`,
+      top: `${y / ratio}px`,
+      width: `${(width * zoom) / ratio}px`,
+      height: `${(height * zoom) / ratio}px`,
+      imageRendering: enlarged && !picture.smooth(zoom) ? 'pixelated' : 'auto',
+    };
+    for (const [name, value] of Object.entries(style)) if (canvas.style[name] !== value) canvas.style[name] = value;
+    return enlarged;
+  }
+
+  showFit() {
+    this.fit = true;
+    this.#place();
+  }
+
+  // Zooms by a factor around a point of the canvas, CSS pixels from its corner.
+  zoomBy(factor, x, y) {
+    const { picture, ratio } = this;
+    const zoom = Math.min(Math.max(picture.zoom * factor, 0.05), 256);
+    const scale = zoom / picture.zoom,
+      at = [x * ratio, y * ratio];
+    picture.origin = picture.origin.map((o, i) => at[i] - (at[i] - o) * scale);
+    picture.zoom = zoom;
+    this.fit = false;
+    this.invalidate();
+  }
+
+  showOneToOne() {
+    this.zoomBy(1 / this.picture.zoom, this.stage.clientWidth / 2, this.stage.clientHeight / 2);
+    this.picture.origin = this.picture.origin.map(Math.round);
+  }
+
+  shift(dx, dy) {
+    this.picture.origin = [this.picture.origin[0] + dx * this.ratio, this.picture.origin[1] + dy * this.ratio];
+    this.fit = false;
+    this.invalidate();
+  }
+
+  // Film coordinates of a point of the stage in CSS pixels.
+  filmAt(x, y) {
+    const { picture, ratio } = this;
+    return [(x * ratio - picture.origin[0]) / picture.zoom, (y * ratio - picture.origin[1]) / picture.zoom];
+  }
+
+  // The same as [-1, 1], v up.
+  uvAt(x, y) {
+    const [fx, fy] = this.filmAt(x, y);
+    return [(2 * fx) / this.picture.width - 1, 1 - (2 * fy) / this.picture.height];
+  }
+
+  get aspect() {
+    return this.picture.width / this.picture.height || 1;
+  }
+
+  format() {
+    const { link } = this.app;
+    const needs = new Set(['variance', 'samples', ...channelById(this.app.look.channel).needs, ...this.extra]);
+    if (link.slow && this.moving) needs.delete('variance');
+    const { COMPRESSION_ZIP } = this.app.connection.codec.enum('Compression');
+    return tileFormat(needs, {
+      preview_jpeg: link.jpeg ? link.jpegQuality : 0,
+      compression: link.zip ? COMPRESSION_ZIP : 0,
+    });
+  }
+
+  refreshFormat() {
+    this.session.setFormat(this.format());
+  }
+
+  // The camera moved by an input event of this time (performance.now()).
+  sendView(inputTime) {
+    this.setMoving();
+    if (!this.session.wanted && !document.hidden && this.app.resume(this)) return;
+    const id = this.session.setView(this.app.camera.message(), this.app.look.exposure);
+    if (id) this.meter.sent(id, inputTime);
+  }
+
+  setMoving() {
+    if (!this.moving) {
+      this.moving = true;
+      if (this.app.link.slow) this.refreshFormat();
+    }
+    clearTimeout(this.#moveTimer);
+    this.#moveTimer = setTimeout(() => {
+      this.moving = false;
+      if (this.app.link.slow) this.refreshFormat();
+    }, 400);
+  }
+
+  #begin(begin) {
+    if (begin.preview) {
+      this.#previewFrames.add(begin.tag.frame);
+      this.picture.beginPreview(begin);
+      this.previewBytes = 0;
+      this.previewStart = performance.now();
+    } else {
+      this.settings = begin.settings;
+      this.unsampled = begin.unsampled;
+      this.end = null;
+      this.progress = null;
+      const { width, height } = this.picture;
+      this.picture.beginFilm(begin);
+      if (this.picture.width !== width || this.picture.height !== height) this.#place();
+      for (const text of begin.notices) {
+        if (!this.told.has(text)) this.app.say(text, 'info');
+        this.told.add(text);
+      }
+      this.#tell('begin');
+    }
+    this.app.onSize?.(this);
+  }
+
+  #tile(tile, bytes) {
+    this.#pending++;
+    this.meter.received(bytes, tile.preview);
+    try {
+      if (tile.preview) {
+        this.previewBytes += bytes;
+        this.picture.addPreviewTile(tile);
+        this.app.counters.previewTiles++;
+        return; // shown, and its credit returned, with the whole preview
+      } else {
+        this.app.counters.filmTiles++;
+        if (this.picture.addTile(tile)) this.#newWhole = true;
+        this.#lastDrawn.film = tile.tag.view_id;
+        this.#tell('tile');
+      }
+    } catch (error) {
+      this.app.say(`A tile could not be read: ${error.message}.`, 'error');
+    }
+    this.invalidate();
+  }
+
+  async #end(end) {
+    if (this.#previewFrames.delete(end.tag.frame)) {
+      const { END_REASON_PREVIEW } = this.app.connection.codec.enum('EndReason');
+      if (end.reason !== END_REASON_PREVIEW) {
+        this.invalidate();
+        return;
+      }
+      this.app.link.measured(this.previewBytes, performance.now() - this.previewStart);
+      this.meter.previewPasses = end.passes;
+      await this.picture.showPreview(end.tag, 2 ** this.session.exposure);
+      this.#lastDrawn.preview = end.tag.view_id;
+      this.app.counters.previews++;
+      this.#place();
+      return;
+    }
+    this.end = end;
+    this.progress = end.totals ?? this.progress;
+    this.meter.passes = end.passes;
+    this.#tell('end');
+    const { END_REASON_FAILED } = this.app.connection.codec.enum('EndReason');
+    if (end.reason === END_REASON_FAILED) this.app.say(`The picture failed: ${end.message}`, 'error');
+  }
+
+  invalidate() {
+    this.#frame ||= requestAnimationFrame(() => this.#draw());
+  }
+
+  #draw() {
+    this.#frame = 0;
+    this.picture.draw(this.#sizeCanvas());
+    this.app.drawOverlay?.(this);
+    this.session.drawn(this.#pending);
+    this.#pending = 0;
+    const now = performance.now();
+    const { preview, film } = this.#lastDrawn;
+    if (preview) this.meter.shown('preview', preview, now);
+    if (film) this.meter.shown('film', film, now);
+    this.#lastDrawn.preview = this.#lastDrawn.film = 0;
+    if (this.#newWhole) {
+      this.#newWhole = false;
+      this.app.counters.whole++;
+      this.meter.shown('whole', this.picture.viewId, now);
+      this.#tell('whole');
+    }
+    this.#tell('drawn');
+  }
+}
