@@ -15,14 +15,14 @@ packages=(
   # tools
   ca-certificates ccache cmake g++ ninja-build protobuf-compiler protobuf-compiler-grpc python3
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
-  libabsl-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
+  libabsl-dev libboost-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev libturbojpeg0-dev
   nlohmann-json3-dev zlib1g-dev
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13
   openimageio-tools
 )
-# The tests read our files with exrheader and oiiotool, and our manuals with groff.
-test_packages=(groff-base libgtest-dev openexr)
+# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser.
+test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev openexr python3-selenium)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)

@@ -82,8 +82,15 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
       return kCouldNotServe;
     }
   }
-  std::printf(request->json ? "{\"listening\": \"%s\"}\n" : "heliographd listening on %s\n",
-              (*server)->address().c_str());
+  const std::string& address = (*server)->address();
+  const std::string& http = (*server)->http_address();
+  if (request->json) {
+    std::printf(http.empty() ? "{\"listening\": \"%s\"}\n" : "{\"listening\": \"%s\", \"http\": \"%s\"}\n",
+                address.c_str(), http.c_str());
+  } else {
+    std::printf("heliographd listening on %s\n", address.c_str());
+    if (!http.empty()) std::printf("viewer at http://%s/\n", http.c_str());
+  }
   std::fflush(stdout);
 
   int signal = 0;

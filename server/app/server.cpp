@@ -16,6 +16,7 @@
 #include "renderer/trace/accel/traversal_isa.h"
 #include "server/base/listen_address.h"
 #include "server/rpc/render_service.h"
+#include "server/web/web_server.h"
 
 namespace helio {
 namespace {
@@ -32,12 +33,13 @@ constexpr double kResultSeconds = 0.5;
 }  // namespace
 
 struct Server::Impl {
-  Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn)
-      : core(config, std::move(roots), std::move(oidn)), service(core) {}
+  Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn, AccessTokens tokens)
+      : core(config, std::move(roots), std::move(oidn), std::move(tokens)), service(core) {}
 
   ServiceCore core;
   RenderService service;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<WebServer> web;  // null: none
   std::string address;
   std::mutex draining;
   bool drained = false;
@@ -53,10 +55,18 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   auto oidn = ServiceCore::load_oidn(config);
   if (!oidn) return oidn.error();
   if (*oidn) spdlog::info("Open Image Denoise {} of {}", (*oidn)->version(), config.oidn_library);
+  auto tokens = ServiceCore::read_tokens(config);
+  if (!tokens) return tokens.error();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
-  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn));
+  auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn), std::move(*tokens));
+  if (!config.http.empty()) {
+    auto web = WebServer::listen({config.http, config.http_hosts, config.max_http_connections, impl->core.tokens});
+    if (!web) return web.error();
+    impl->web = std::move(*web);
+    impl->core.http_address = impl->web->address();
+  }
   grpc::ServerBuilder builder;
   builder.RegisterService(&impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
@@ -91,6 +101,10 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
           impl->address);
     }
   }
+  if (impl->web) {
+    impl->web->serve(impl->server->InProcessChannel(grpc::ChannelArguments()),
+                     [&core = impl->core] { return !core.draining; });
+  }
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 
@@ -99,6 +113,10 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() {
   drain(0);
   impl_->stopper.join();
+}
+
+const std::string& Server::http_address() const {
+  return impl_->core.http_address;
 }
 
 const std::string& Server::address() const {
@@ -131,6 +149,7 @@ bool Server::drain(double grace_s) {
   const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {
     impl_->server->Shutdown(last_calls);
+    impl_->web.reset();
     impl_->stop_promise.set_value();
   });
   return idle(deadline - now_s() + kOvertimeSeconds);

@@ -14,7 +14,7 @@ namespace helio {
 class Server {
  public:
   // Starts serving. With config.listen empty only in_process_channel() reaches it.
-  // Errors: invalid_argument (scene root, address, isa, oidn-library), unavailable (address in use),
+  // Errors: invalid_argument (scene root, address, isa, oidn-library, http, token-file), unavailable (address in use),
   // failed_precondition (isa, when this process traces with another already).
   static Result<std::unique_ptr<Server>> start(const ServerConfig& config);
   // Ends everything at once (a drain without grace).
@@ -24,6 +24,8 @@ class Server {
 
   // "127.0.0.1:40123" as bound; empty when in-process only.
   const std::string& address() const;
+  // The same of the viewer's page; empty: there is none.
+  const std::string& http_address() const;
   // The same service without a socket. Valid as long as the server lives.
   std::shared_ptr<grpc::Channel> in_process_channel();
 

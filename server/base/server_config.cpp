@@ -75,6 +75,28 @@ std::vector<ConfigOption> make_options() {
          return c.listen = t, address ? std::string() : address.error().message;
        },
        [](const Config& c) { return c.listen; }},
+      {"http", "HOST:PORT to serve the viewer's page on, port 0: any free one; empty: no page", false,
+       [](Config& c, Text t) {
+         const auto address = parse_listen_address(t);
+         return c.http = t, t.empty() || address ? std::string() : address.error().message;
+       },
+       [](const Config& c) { return c.http; }},
+      {"http-host", "name by which browsers may call the page, beside localhost, 127.0.0.1 and [::1]; repeatable", true,
+       [](Config& c, Text t) {
+         c.http_hosts.push_back(t);
+         const bool fits = !t.empty() && t.size() <= 253 && t.find_first_of(" \t/@") == std::string::npos;
+         return fits ? std::string() : "'" + t + "'; allowed: a host's name or address, without scheme, port and path";
+       },
+       [](const Config&) { return std::string(); }},
+      {"max-http-connections", "connections of browsers at a time, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_http_connections); },
+       [](const Config& c) { return std::to_string(c.max_http_connections); }},
+      {"token-file",
+       "file with a token a line, 16 to 256 characters: callers must name one, by gRPC (authorization: Bearer TOKEN) "
+       "and "
+       "in the page; empty: everyone may call",
+       false, [](Config& c, Text t) { return c.token_file = t, std::string(); },
+       [](const Config& c) { return c.token_file; }},
       {"port-file", "write the bound port number to this file once serving", false,
        [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
       {"scene-root",

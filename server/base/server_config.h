@@ -13,6 +13,11 @@ namespace helio {
 // Defaults are those of a daemon on a person's own machine. Sizes in bytes, times in seconds.
 struct ServerConfig {
   std::string listen = "127.0.0.1:0";    // HOST:PORT, port 0: any free one; empty: in-process only
+  std::string http;                      // HOST:PORT of the viewer's page; empty: none
+  std::vector<std::string> http_hosts;   // names that browsers may call it by, beside loopback's
+  int max_http_connections = 64;
+  std::string token_file;                // whoever names a line of it may use the daemon; empty: everyone
+  std::string token;                     // the same, of programs that run a daemon in their own process; empty: none
   std::string port_file;                 // written with the bound port; empty: none
   std::vector<std::string> scene_roots;  // LoadScene paths are served from these directories only
   int render_threads = 0;                // 0: one per core

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/trace/accel/traversal_isa.h"
+#include "server/base/access_tokens.h"
 #include "server/base/arena_message.h"
 #include "server/base/build_info.h"
 #include "server/base/grpc_status.h"
@@ -16,6 +17,7 @@
 #include "server/rpc/load_scene_reactor.h"
 #include "server/rpc/replay_reactor.h"
 #include "server/rpc/scene_messages.h"
+#include "server/rpc/scene_parts.h"
 #include "server/rpc/unary_call.h"
 #include "server/rpc/watch_reactor.h"
 #include "server/stream/convert.h"
@@ -45,6 +47,17 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
   reactor->Finish(to_grpc_status(answered));
   return reactor;
 }
+
+// Of a call without a token that the daemon knows. Deletes itself when the call is over.
+template <class Reactor>
+class Refused final : public Reactor {
+ public:
+  Refused() {
+    this->Finish({grpc::StatusCode::UNAUTHENTICATED,
+                  "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"});
+  }
+  void OnDone() override { delete this; }
+};
 
 bool may_allocate_film(const pb::CreateSessionRequest&) {
   return true;
@@ -193,13 +206,22 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   response.set_threads(core.engine.threads());
   response.set_draining(core.draining);
   response.set_uptime_s(now_s() - core.started_s);
+  response.set_http_address(core.http_address);
   return response;
 }
 
 }  // namespace
 
+bool RenderService::allowed(const grpc::CallbackServerContext& context) const {
+  if (core_.tokens.empty()) return true;
+  const auto named = context.client_metadata().find(kAuthorizationKey);
+  if (named == context.client_metadata().end()) return false;
+  return core_.tokens.allow_header({named->second.data(), named->second.size()});
+}
+
 grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::GetServerInfoRequest>(context, request, response, [this](const auto&) {
     return Result<pb::GetServerInfoResponse>(server_info(core_));
   });
@@ -207,17 +229,20 @@ grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerConte
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,
                                                                     grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>();
   return new LoadSceneReactor(core_, *context, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::ListScenesRequest>(
       context, request, response, [this](const pb::ListScenesRequest& which) { return list_scenes(core_, which); });
 }
 
 grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::UnloadSceneRequest>(
       context, request, response, [this](const pb::UnloadSceneRequest& unload) -> Result<pb::UnloadSceneResponse> {
         Problems problems;
@@ -228,8 +253,34 @@ grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext
       });
 }
 
+grpc::ServerUnaryReactor* RenderService::DescribeScene(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  return answer<pb::DescribeSceneRequest>(
+      context, request, response, [this](const pb::DescribeSceneRequest& which) -> Result<pb::DescribeSceneResponse> {
+        Problems problems;
+        check_id(which.scene_id(), "scene_id", problems);
+        if (!problems.empty()) return problems.to_error();
+        const auto scene = core_.scenes.find(which.scene_id(), "scene_id");
+        if (!scene) return scene.error();
+        return to_scene_parts(**scene, which);
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::ListFiles(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  return answer<pb::ListFilesRequest>(context, request, response,
+                                      [this](const pb::ListFilesRequest& which) -> Result<pb::ListFilesResponse> {
+                                        const auto found = core_.scenes.roots().list(which.folder(), "folder");
+                                        if (!found) return found.error();
+                                        return to_list(*found);
+                                      });
+}
+
 grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer_later<pb::CreateSessionRequest>(
       core_, context, request, response,
       [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
@@ -237,6 +288,7 @@ grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerConte
 
 grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::CloseSessionRequest>(
       context, request, response, [this](const pb::CloseSessionRequest& close) -> Result<pb::CloseSessionResponse> {
         Problems problems;
@@ -251,6 +303,7 @@ grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContex
 
 grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::ListSessionsRequest>(context, request, response, [this](const auto&) {
     pb::ListSessionsResponse list;
     for (const auto& session : core_.sessions.list()) *list.add_sessions() = session->info();
@@ -258,29 +311,35 @@ grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::StreamFrames(grpc::CallbackServerContext*) {
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::StreamFrames(
+    grpc::CallbackServerContext* context) {
+  if (!allowed(*context)) return new Refused<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>();
   return new FrameStreamReactor(core_);
 }
 
 grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer_later<pb::UpdateSessionRequest>(
       core_, context, request, response,
       [this](const pb::UpdateSessionRequest& update) { return update_session(core_, update); });
 }
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext* context,
                                                                        const grpc::ByteBuffer* request) {
+  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
   return new WatchReactor(core_, *request);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext* context,
                                                                   const grpc::ByteBuffer* request) {
+  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
   return new JobReactor(core_, *context, *request);
 }
 
 grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer<pb::CancelJobRequest>(
       context, request, response, [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
         Problems problems;
@@ -293,11 +352,13 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
 
 grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return new ReplayReactor(core_, *context, *request, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return new EditSceneReactor(core_, *context, *request, response);
 }
 

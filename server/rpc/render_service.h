@@ -18,7 +18,8 @@ using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<
                 Rpcs::WithRawCallbackMethod_StreamFrames<Rpcs::WithRawCallbackMethod_UpdateSession<
                     Rpcs::WithRawCallbackMethod_WatchFrames<Rpcs::WithRawCallbackMethod_RunJob<
                         Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
-                            Rpcs::WithRawCallbackMethod_EditScene<Rpcs::Service>>>>>>>>>>>>>>;
+                            Rpcs::WithRawCallbackMethod_EditScene<Rpcs::WithRawCallbackMethod_DescribeScene<
+                                Rpcs::WithRawCallbackMethod_ListFiles<Rpcs::Service>>>>>>>>>>>>>>>>;
 
 }  // namespace raw
 
@@ -55,7 +56,15 @@ class RenderService final : public raw::Service {
   grpc::ServerUnaryReactor* EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                       grpc::ByteBuffer* response) override;
 
+  grpc::ServerUnaryReactor* DescribeScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListFiles(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+
  private:
+  // Whether the call names one of the daemon's tokens.
+  bool allowed(const grpc::CallbackServerContext& context) const;
+
   ServiceCore& core_;
 };
 

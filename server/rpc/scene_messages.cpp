@@ -12,22 +12,6 @@ constexpr int kMaxCameras = 256;
 constexpr int kMaxAnimations = 256;
 constexpr int kMaxLines = 256;
 constexpr std::size_t kMaxLine = 1000;
-constexpr std::size_t kMaxName = 256;
-
-// At most `size` bytes, UTF-8 kept whole; bytes that are not UTF-8 would not travel in a string field.
-std::string printable(const std::string& text, std::size_t size) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size() && out.size() < size;) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
-    const bool whole = length > 0 && i + length <= text.size() &&
-                       std::all_of(text.begin() + i + 1, text.begin() + i + length,
-                                   [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; });
-    out += whole ? text.substr(i, length) : "?";
-    i += whole ? length : 1;
-  }
-  return out;
-}
 
 // Returns how many lines there are, `more` counting those that the report itself leaves out.
 std::uint32_t add_lines(const std::vector<std::string>& lines, std::size_t more,
@@ -42,13 +26,21 @@ std::uint32_t add_lines(const std::vector<std::string>& lines, std::size_t more,
   return std::uint32_t(total);
 }
 
-void write_point(const V3d& point, pb::Vec3& message) {
-  message.set_x(point.x);
-  message.set_y(point.y);
-  message.set_z(point.z);
-}
-
 }  // namespace
+
+std::string printable(const std::string& text, std::size_t size) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size() && out.size() < size;) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+    const bool whole = length > 0 && i + length <= text.size() &&
+                       std::all_of(text.begin() + i + 1, text.begin() + i + length,
+                                   [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; });
+    out += whole ? text.substr(i, length) : "?";
+    i += whole ? length : 1;
+  }
+  return out;
+}
 
 pb::SceneInfo to_scene_info(const LoadedScene& scene, std::size_t first_camera) {
   const SceneDescription& description = scene.snapshot->description();
@@ -92,8 +84,8 @@ pb::SceneInfo to_scene_info(const LoadedScene& scene, std::size_t first_camera) 
   info.set_own_bytes(stats.own_bytes);
   info.set_edited_from(scene.edited_from);
   if (const Box3d bounds = scene.snapshot->world_bounds(); !bounds.isEmpty()) {
-    write_point(bounds.min, *info.mutable_bounds_min());
-    write_point(bounds.max, *info.mutable_bounds_max());
+    write_vector(bounds.min, *info.mutable_bounds_min());
+    write_vector(bounds.max, *info.mutable_bounds_max());
   }
   info.set_references(std::uint32_t(std::max(0, scene.references.load())));
   info.set_load_seconds(scene.load_seconds);

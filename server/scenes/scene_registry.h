@@ -101,6 +101,8 @@ class SceneRegistry {
   SceneRegistry(SceneRoots roots, const SceneLimits& limits, MemoryAccount& memory)
       : roots_(std::move(roots)), limits_(limits), memory_(memory) {}
 
+  const SceneRoots& roots() const { return roots_; }
+
   struct Outcome {
     std::shared_ptr<const LoadedScene> scene;
     bool already_loaded = false;

@@ -1,6 +1,10 @@
 #include "server/scenes/scene_roots.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <map>
+#include <optional>
 
 namespace helio {
 namespace fs = std::filesystem;
@@ -11,6 +15,15 @@ constexpr std::size_t kMaxPath = 4096;
 bool is_below(const fs::path& path, const fs::path& root) {
   const fs::path relative = path.lexically_relative(root);
   return !relative.empty() && *relative.begin() != ".." && relative != ".";
+}
+
+// Nothing: neither a scene nor an environment map.
+std::optional<bool> is_environment(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".gltf" || ending == ".glb" || ending == ".xml") return false;
+  if (ending == ".exr" || ending == ".hdr") return true;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -53,6 +66,55 @@ Result<SceneRoots::Location> SceneRoots::find(std::string_view path, const std::
   }
   if (!inside) return Error{ErrorCode::permission_denied, shown + " is outside the scene roots", where};
   return Error{ErrorCode::not_found, "there is no file " + shown + " below the scene roots", where};
+}
+
+Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::string& where) const {
+  if (folder.size() > kMaxPath || folder.find('\0') != std::string_view::npos) {
+    return Error{
+        ErrorCode::invalid_argument,
+        "a path of " + std::to_string(folder.size()) + " bytes; allowed: at most 4096 bytes, none of them zero", where};
+  }
+  const std::string shown = "'" + std::string(folder.substr(0, 256)) + "'";
+  if (roots_.empty()) {
+    return Error{ErrorCode::permission_denied, "this daemon serves no paths (no --scene-root was given)", where};
+  }
+  std::map<std::string, Entry> found;  // a path of several roots is that of the first
+  bool inside = false, there = false;
+  for (const std::string& root : roots_) {
+    std::error_code error;
+    const fs::path real =
+        folder.empty() ? fs::path(root) : fs::weakly_canonical(fs::path(root) / fs::path(folder), error);
+    if (error || (real != root && !is_below(real, root))) continue;
+    inside = true;
+    if (!fs::is_directory(real, error)) continue;
+    there = true;
+    for (auto entry = fs::directory_iterator(real, fs::directory_options::skip_permission_denied, error);
+         !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      if (entry->path().filename().string().starts_with('.')) continue;
+      std::error_code unreadable;
+      const fs::path target = fs::weakly_canonical(entry->path(), unreadable);
+      if (unreadable || !is_below(target, root)) continue;
+      Entry listed{entry->path().lexically_relative(root).generic_string(), fs::is_directory(target, unreadable)};
+      if (!listed.folder) {
+        const std::optional<bool> environment = is_environment(listed.path);
+        if (!environment || !fs::is_regular_file(target, unreadable)) continue;
+        listed.environment = *environment;
+        listed.bytes = fs::file_size(target, unreadable);
+        if (unreadable) continue;
+      }
+      found.emplace(listed.path, listed);
+    }
+    if (!folder.empty()) break;
+  }
+  if (!inside) return Error{ErrorCode::permission_denied, shown + " is outside the scene roots", where};
+  if (!there) return Error{ErrorCode::not_found, "there is no folder " + shown + " below the scene roots", where};
+  List list{{}, found.size()};
+  for (const bool folders : {true, false}) {
+    for (const auto& [path, entry] : found) {
+      if (entry.folder == folders && list.entries.size() < kMaxListed) list.entries.push_back(entry);
+    }
+  }
+  return list;
 }
 
 }  // namespace helio

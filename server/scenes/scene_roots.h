@@ -1,6 +1,7 @@
 // The directories that LoadScene may read from.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,21 @@ class SceneRoots {
   // A regular file below a root, given relative to one (the first that has it wins) or absolute. permission_denied when
   // `..` or a link leads outside, whether or not something exists there; not_found when there is no such file.
   Result<Location> find(std::string_view path, const std::string& where) const;
+
+  struct Entry {
+    std::string path;  // for find() and list()
+    bool folder = false;
+    std::uint64_t bytes = 0;   // of a file
+    bool environment = false;  // a map; false: a scene, or a folder
+  };
+  struct List {
+    std::vector<Entry> entries;  // folders first, then by path; the first kMaxListed
+    std::size_t total = 0;
+  };
+  static constexpr std::size_t kMaxListed = 4096;
+  // What loads may name in a folder: folders, scenes and environment maps, by their names' endings. "": the folders and
+  // files of all roots. Hidden ones, and links that lead outside, are left out. Errors: those of find().
+  Result<List> list(std::string_view folder, const std::string& where) const;
 
  private:
   std::vector<std::string> roots_;

@@ -10,6 +10,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/film/display/oidn_library.h"
 #include "renderer/frame/render_loop.h"
+#include "server/base/access_tokens.h"
 #include "server/base/memory_account.h"
 #include "server/base/reaper.h"
 #include "server/base/retry.h"
@@ -25,9 +26,10 @@ namespace helio {
 
 struct ServiceCore {
   ServiceCore(const ServerConfig& complete_config, SceneRoots roots,
-              std::shared_ptr<const OidnLibrary> denoiser = nullptr)
+              std::shared_ptr<const OidnLibrary> denoiser = nullptr, AccessTokens access_tokens = {})
       : config(complete_config),
         oidn(std::move(denoiser)),
+        tokens(std::move(access_tokens)),
         memory(config.max_memory, &room),
         engine(config.render_threads),
         scenes(
@@ -51,6 +53,13 @@ struct ServiceCore {
     return library;
   }
 
+  // Of config.token_file and config.token; none: everyone may call. invalid_argument names the file and its line.
+  static Result<AccessTokens> read_tokens(const ServerConfig& config) {
+    if (!config.token.empty()) return AccessTokens::of(config.token);
+    if (config.token_file.empty()) return AccessTokens();
+    return AccessTokens::read(config.token_file);
+  }
+
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
   RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn}; }
   bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
@@ -72,6 +81,8 @@ struct ServiceCore {
 
   const ServerConfig config;
   const std::shared_ptr<const OidnLibrary> oidn;  // null: there is none
+  const AccessTokens tokens;
+  std::string http_address;  // of the page, set before anything is served; empty: there is none
   const double started_s = now_s();
   std::atomic<bool> draining{false};
 

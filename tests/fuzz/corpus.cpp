@@ -1,5 +1,5 @@
-// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages, DIR/mitsuba and DIR/tile, each a few hundred
-// bytes. tests/fuzz/corpus holds what it wrote; what fuzzing found since lies beside it.
+// Writes the files that the fuzzers start from: DIR/gltf, DIR/messages, DIR/mitsuba, DIR/tile and DIR/web, each a few
+// hundred bytes. tests/fuzz/corpus holds what it wrote; what fuzzing found since lies beside it.
 //
 // usage: helio_fuzz_corpus DIR
 #include <zlib.h>
@@ -14,6 +14,7 @@
 #include "heliograph/v1/job.pb.h"
 #include "heliograph/v1/render_service.pb.h"
 #include "heliograph/v1/types.pb.h"
+#include "heliograph/v1/web.pb.h"
 #include "renderer/codec/tile_codec.h"
 
 namespace {
@@ -261,6 +262,48 @@ void write_tiles(const std::filesystem::path& folder) {
   }
 }
 
+// ---- the page's server ---------------------------------------------------------------------------------------------
+
+// The first byte: fuzz_web.cpp.
+void write_web(const std::filesystem::path& folder) {
+  write(folder / "get", std::string(1, '\0') +
+                            "GET /index.html?a HTTP/1.1\r\nHost: [::1]:80\r\nAccept-Encoding: gzip\r\n\r\n"
+                            "HEAD /healthz HTTP/1.0\r\n\r\n");
+  write(folder / "upgrade",
+        std::string(1, '\0') +
+            "GET /ws HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\n"
+            "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: heliograph.v1\r\n\r\n");
+  // A ping, a message in two pieces, a close; masks of zeros.
+  write(folder / "frames",
+        std::string("\1\x89\x81\0\0\0\0p\x02\x81\0\0\0\0a\x80\x81\0\0\0\0b\x88\x82\0\0\0\0\x03\xe8", 30));
+  std::string calls = "\2";
+  const auto add = [&calls](const pb::WebRequest& request) {
+    const std::string bytes = request.SerializeAsString();
+    calls += char(bytes.size()) + bytes;
+  };
+  pb::WebRequest request;
+  request.set_id(1);
+  request.mutable_get_server_info();
+  add(request);
+  request.set_id(2);
+  request.mutable_load_scene()->mutable_begin()->set_main_file("a.gltf");
+  request.mutable_load_scene()->mutable_begin()->set_total_bytes(2);
+  add(request);
+  request.mutable_load_scene()->mutable_begin_file()->set_name("a.gltf");
+  add(request);
+  request.mutable_load_scene()->set_data("{}");
+  add(request);
+  request.mutable_end();
+  add(request);
+  request.set_id(3);
+  request.mutable_stream_frames()->mutable_open()->set_session_id("s");
+  add(request);
+  request.mutable_cancel();
+  add(request);
+  write(folder / "calls", calls);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -273,5 +316,6 @@ int main(int argc, char** argv) {
   write_messages(folder / "messages");
   write_mitsuba(folder / "mitsuba");
   write_tiles(folder / "tile");
+  write_web(folder / "web");
   return 0;
 }

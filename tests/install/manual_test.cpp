@@ -108,14 +108,17 @@ TEST_F(Manual, TheExampleConfigurationIsRead) {
   std::string example = run_program(HELIO_DAEMON, {"--example-config"}, folder_.path()).out;
   EXPECT_EQ(example, example_config());
   example = std::regex_replace(example, std::regex("\n#([a-z])"), "\n$1");
-  example = std::regex_replace(example, std::regex("\n(scene-root|port-file|oidn-library) =(?=\n)"), "\n$1 = /tmp/there");
+  example = std::regex_replace(
+      example, std::regex("\n(scene-root|port-file|oidn-library|token-file|http-host) =(?=\n)"), "\n$1 = there");
+  example = std::regex_replace(example, std::regex("\nhttp =(?=\n)"), "\nhttp = 127.0.0.1:0");
   write_file(folder_ / "example.conf", example);
   const auto request = parse_server_config("heliographd", {"--config", folder_ / "example.conf"});
   ASSERT_TRUE(request.ok()) << request.error().to_string();
   EXPECT_EQ(request->config.listen, "127.0.0.1:50051");
   for (const ConfigOption& option : config_options()) {
     EXPECT_NE(example.find("\n" + option.name + " = "), std::string::npos) << option.name;
-    if (option.name == "listen" || option.name == "port-file" || option.name == "oidn-library") continue;
+    static const std::set<std::string> kSet{"listen", "http", "port-file", "oidn-library", "token-file"};
+    if (kSet.contains(option.name)) continue;
     EXPECT_EQ(option.get(request->config), option.get(ServerConfig())) << option.name;
   }
 }

@@ -1,0 +1,161 @@
+#include "server/web/http_connection.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+
+#include "server/web/web_socket.h"
+
+namespace helio {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+
+constexpr std::uint32_t kMaxHeader = 8 << 10;
+constexpr const char kSecurityPolicy[] =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
+    "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string_view view(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+bool is_head(const http::request<http::empty_body>& request) {
+  return request.method() == http::verb::head;
+}
+
+template <class Response>
+void set_headers(Response& response) {
+  response.set(http::field::server, "heliographd");
+  response.set("Content-Security-Policy", kSecurityPolicy);
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  response.set(http::field::cache_control, "no-cache");
+}
+
+}  // namespace
+
+HttpConnection::HttpConnection(boost::asio::ip::tcp::socket socket, const WebSite& site, std::shared_ptr<void> gone)
+    : stream_(std::move(socket)), site_(site), gone_(std::move(gone)), incoming_(kMaxHeader) {}
+
+void HttpConnection::read() {
+  parser_.emplace();
+  parser_->header_limit(kMaxHeader);
+  parser_->body_limit(0);
+  stream_.expires_after(site_.patience);
+  http::async_read(stream_, incoming_, *parser_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+    if (!error) return self->answer(self->parser_->release());
+    if (error == http::error::end_of_stream ||
+        error.category() != make_error_code(http::error::end_of_stream).category()) {
+      return self->finish();
+    }
+    Request request = self->parser_->release();
+    request.keep_alive(false);
+    const bool large = error == http::error::header_limit || error == http::error::buffer_overflow;
+    self->send_text(
+        request, large ? http::status::request_header_fields_too_large : http::status::bad_request,
+        large
+            ? fmt::format("a request above {} bytes; allowed: requests without a body, of at most so many", kMaxHeader)
+            : "not a well-formed request without a body: " + error.message());
+  });
+}
+
+void HttpConnection::answer(Request request) {
+  const std::string_view target = view(request.target());
+  const std::string_view path = target.substr(0, target.find('?'));
+  if (request.method() != http::verb::get && !is_head(request)) {
+    return send_text(request, http::status::method_not_allowed, "allowed: GET and HEAD");
+  }
+  // Probes call the daemon by whatever address they know; these two tell nothing else.
+  if (path == "/healthz") return send_text(request, http::status::ok, "ok");
+  if (path == "/readyz") {
+    return site_.ready() ? send_text(request, http::status::ok, "ok")
+                         : send_text(request, http::status::service_unavailable, "the daemon is draining");
+  }
+  const std::string_view host = view(request[http::field::host]);
+  if (!site_.access.allows_host(host)) {
+    return send_text(request, http::status::forbidden,
+                     fmt::format("Host '{}' is not a name of this daemon; allowed: localhost, 127.0.0.1, [::1], and "
+                                 "those given to heliographd by --http-host",
+                                 host.substr(0, 256)));
+  }
+  if (path == "/ws") return upgrade(std::move(request));
+  if (path.starts_with('/')) {
+    if (const PageFile* file = site_.files.find(path.substr(1))) return send_file(request, *file);
+  }
+  send_text(request, http::status::not_found, "there is no such page; the viewer is at /");
+}
+
+void HttpConnection::send_file(const Request& request, const PageFile& file) {
+  const bool known = view(request[http::field::if_none_match]) == file.tag;
+  const bool packed =
+      !file.gzip.empty() && view(request[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
+  const std::string_view bytes = packed ? std::string_view(file.gzip) : file.bytes;
+  http::response<http::span_body<const char>> response(known ? http::status::not_modified : http::status::ok,
+                                                       request.version());
+  set_headers(response);
+  response.set(http::field::content_type, beast::string_view(file.type.data(), file.type.size()));
+  response.set(http::field::etag, file.tag);
+  response.set(http::field::vary, "Accept-Encoding");
+  if (packed) response.set(http::field::content_encoding, "gzip");
+  if (!known && !is_head(request)) response.body() = beast::span<const char>(bytes.data(), bytes.size());
+  if (!known) response.content_length(bytes.size());
+  response.keep_alive(request.keep_alive());
+  send(std::move(response));
+}
+
+void HttpConnection::send_text(const Request& request, http::status status, std::string text) {
+  http::response<http::string_body> response(status, request.version());
+  set_headers(response);
+  response.set(http::field::content_type, "text/plain; charset=utf-8");
+  if (status == http::status::method_not_allowed) response.set(http::field::allow, "GET, HEAD");
+  text += '\n';
+  response.content_length(text.size());
+  if (!is_head(request)) response.body() = std::move(text);
+  response.keep_alive(request.keep_alive());
+  send(std::move(response));
+}
+
+template <class Body>
+void HttpConnection::send(http::response<Body> response) {
+  const auto held = std::make_shared<http::response<Body>>(std::move(response));
+  stream_.expires_after(site_.patience);
+  http::async_write(stream_, *held, [self = shared_from_this(), held](beast::error_code error, std::size_t) {
+    if (error || held->need_eof()) return self->finish();
+    self->read();
+  });
+}
+
+void HttpConnection::upgrade(Request request) {
+  if (!beast::websocket::is_upgrade(request)) {
+    request.keep_alive(false);
+    return send_text(request, http::status::upgrade_required, "/ws speaks WebSocket alone");
+  }
+  if (site_.stopping) return send_text(request, http::status::service_unavailable, "the daemon has ended");
+  const std::string_view host = view(request[http::field::host]), origin = view(request[http::field::origin]);
+  if (!WebAccess::allows_origin(origin, host)) {
+    return send_text(
+        request, http::status::forbidden,
+        fmt::format("Origin '{}' is not the page of this daemon at '{}'", origin.substr(0, 256), host.substr(0, 256)));
+  }
+  if (view(request[http::field::sec_websocket_protocol]) != kWebSubprotocol) {
+    return send_text(request, http::status::bad_request,
+                     fmt::format("Sec-WebSocket-Protocol '{}'; allowed: {}",
+                                 view(request[http::field::sec_websocket_protocol]).substr(0, 256), kWebSubprotocol));
+  }
+  const auto socket = std::make_shared<WebSocket>(std::move(stream_), site_, std::move(gone_));
+  site_.opened(socket);
+  socket->accept(std::move(request));
+}
+
+void HttpConnection::finish() {
+  beast::error_code ignored;
+  stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+}
+
+}  // namespace helio

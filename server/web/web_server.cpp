@@ -1,0 +1,187 @@
+#include "server/web/web_server.h"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <thread>
+
+#include "server/base/listen_address.h"
+#include "server/web/http_connection.h"
+#include "server/web/web_socket.h"
+
+namespace helio {
+namespace {
+
+namespace asio = boost::asio;
+using boost::asio::ip::tcp;
+
+constexpr std::string_view kFull =
+    "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: text/plain\r\nRetry-After: 5\r\n\r\n"
+    "all connections of this daemon are in use (--max-http-connections)\n";
+// When there are no file descriptors left, accepting fails at once, again and again.
+constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
+
+std::vector<std::string> names(const WebServer::Options& options, const ListenAddress& listen) {
+  std::vector<std::string> hosts = options.hosts;
+  hosts.push_back(listen.host.find(':') == std::string::npos ? listen.host : "[" + listen.host + "]");
+  return hosts;
+}
+
+}  // namespace
+
+class WebServer::Impl {
+ public:
+  Impl(const Options& options, const ListenAddress& listen)
+      : max_connections_(options.max_connections),
+        access_(names(options, listen)),
+        tokens_(options.tokens),
+        calls_(io_),
+        site_{files_,
+              access_,
+              tokens_,
+              calls_,
+              std::chrono::milliseconds(std::int64_t(options.patience_s * 1000)),
+              {},
+              stopping_,
+              [this](const std::weak_ptr<WebSocket>& socket) { add(socket); }},
+        acceptor_(io_),
+        again_(io_) {}
+
+  ~Impl() {
+    if (!thread_.joinable()) return;
+    asio::post(io_, [this] {
+      stopping_ = true;
+      acceptor_.close();
+      again_.cancel();
+      for (const auto& weak : sockets_) {
+        if (const auto socket = weak.lock()) socket->close(1001, "the daemon has ended");
+      }
+    });
+    calls_.wait_until_empty();
+    // The closing handshakes that are still under way are not waited for.
+    asio::post(io_, [this] { io_.stop(); });
+    thread_.join();
+  }
+
+  Status listen(const ListenAddress& listen) {
+    boost::system::error_code error;
+    tcp::resolver resolver(io_);
+    const auto found = resolver.resolve(listen.host, std::to_string(listen.port),
+                                        tcp::resolver::passive | tcp::resolver::numeric_service, error);
+    if (!error && !found.empty()) {
+      const tcp::endpoint endpoint = *found.begin();
+      acceptor_.open(endpoint.protocol(), error);
+      if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
+      if (!error) acceptor_.bind(endpoint, error);
+      if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    }
+    if (error || found.empty()) {
+      return Error{ErrorCode::unavailable,
+                   fmt::format("cannot listen on {}:{}: {}", listen.host, listen.port, error.message()), "http"};
+    }
+    const bool ipv6 = listen.host.find(':') != std::string::npos;
+    address_ = fmt::format("{}:{}", ipv6 ? "[" + listen.host + "]" : listen.host, acceptor_.local_endpoint().port());
+    return ok_status();
+  }
+
+  void serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
+    calls_.set_channel(std::move(channel));
+    site_.ready = std::move(ready);
+    accept();
+    thread_ = std::thread([this] {
+      pthread_setname_np(pthread_self(), "http");
+      run();
+    });
+  }
+
+  const std::string& address() const { return address_; }
+
+ private:
+  // What a connection throws ends it (its handler is gone), not the daemon.
+  void run() {
+    for (;;) {
+      try {
+        io_.run();
+        return;
+      } catch (const std::exception& exception) {
+        spdlog::error("http: {}", exception.what());
+      }
+    }
+  }
+
+  void accept() {
+    acceptor_.async_accept([this](boost::system::error_code error, tcp::socket socket) {
+      if (!acceptor_.is_open()) return;
+      if (error) {
+        again_.expires_after(kAcceptAgain);
+        again_.async_wait([this](boost::system::error_code cancelled) {
+          if (!cancelled) accept();
+        });
+        return;
+      }
+      boost::system::error_code ignored;
+      if (connections_.use_count() > max_connections_) {
+        socket.non_blocking(true, ignored);
+        socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
+      } else {
+        socket.set_option(tcp::no_delay(true), ignored);
+        std::make_shared<HttpConnection>(std::move(socket), site_, connections_)->read();
+      }
+      accept();
+    });
+  }
+
+  void add(const std::weak_ptr<WebSocket>& socket) {
+    sockets_.erase(std::remove_if(sockets_.begin(), sockets_.end(), [](const auto& weak) { return weak.expired(); }),
+                   sockets_.end());
+    sockets_.push_back(socket);
+  }
+
+  // In this order: handlers that were never run are destroyed with io_, and use what comes before it.
+  const int max_connections_;
+  const PageFiles files_;
+  const WebAccess access_;
+  const AccessTokens tokens_;
+  const std::shared_ptr<void> connections_ = std::make_shared<int>(0);  // counts them
+  bool stopping_ = false;                                               // of the thread
+  asio::io_context io_{1};
+  BridgedCalls calls_;
+  WebSite site_;
+  std::vector<std::weak_ptr<WebSocket>> sockets_;
+  tcp::acceptor acceptor_;
+  asio::steady_timer again_;
+  std::string address_;
+  std::thread thread_;
+};
+
+Result<std::unique_ptr<WebServer>> WebServer::listen(const Options& options) {
+  const auto listen = parse_listen_address(options.listen);
+  if (!listen) return Error{ErrorCode::invalid_argument, listen.error().message, "http"};
+  if (!listen->loopback && options.tokens.empty()) {
+    return Error{ErrorCode::invalid_argument,
+                 "'" + options.listen + "' without --token-file; allowed: an address of loopback, or any with tokens",
+                 "http"};
+  }
+  auto impl = std::make_unique<Impl>(options, *listen);
+  if (const Status listening = impl->listen(*listen); !listening.ok()) return listening.error();
+  return std::unique_ptr<WebServer>(new WebServer(std::move(impl)));
+}
+
+WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+WebServer::~WebServer() = default;
+
+void WebServer::serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
+  impl_->serve(std::move(channel), std::move(ready));
+}
+
+const std::string& WebServer::address() const {
+  return impl_->address();
+}
+
+}  // namespace helio
