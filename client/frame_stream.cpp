@@ -74,10 +74,11 @@ struct FrameStream::Impl {
 };
 
 FrameStream::FrameStream(pb::RenderService::StubInterface& stub, std::string peer, const pb::StreamRequest::Open& open,
-                         FrameCallbacks callbacks)
+                         FrameCallbacks callbacks, const std::function<void(grpc::ClientContext&)>& prepare)
     : impl_(std::make_unique<Impl>()) {
   impl_->peer = std::move(peer);
   impl_->callbacks = std::move(callbacks);
+  prepare(impl_->context);
   impl_->call = stub.StreamFrames(&impl_->context);
   pb::StreamRequest request;
   *request.mutable_open() = open;

@@ -35,7 +35,8 @@ void dispatch(heliograph::v1::StreamResponse& response, const FrameCallbacks& ca
 class FrameStream {
  public:
   FrameStream(heliograph::v1::RenderService::StubInterface& stub, std::string peer,
-              const heliograph::v1::StreamRequest::Open& open, FrameCallbacks callbacks);
+              const heliograph::v1::StreamRequest::Open& open, FrameCallbacks callbacks,
+              const std::function<void(grpc::ClientContext&)>& prepare);
   ~FrameStream();  // cancels when the stream is still open; the session lives on
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;

@@ -81,6 +81,7 @@ template <class Request, class Response>
 Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                     const Request& request, CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   context.set_deadline(deadline_in(options_.call_timeout_s));
   const CallControl::Scope scope(control, context);
   Response response;
@@ -88,6 +89,10 @@ Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientCon
   if (!status.ok()) return to_error(status, peer_);
   tell_ignored(context);
   return response;
+}
+
+void RenderClient::authorize(grpc::ClientContext& context) const {
+  if (!options_.token.empty()) context.AddMetadata("authorization", "Bearer " + options_.token);
 }
 
 void RenderClient::tell_ignored(const grpc::ClientContext& context) const {
@@ -104,6 +109,7 @@ Result<pb::GetServerInfoResponse> RenderClient::server_info() {
 Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene, const SceneLoadRequest& request,
                                                          CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   const CallControl::Scope scope(control, context);
   pb::LoadSceneResponse response;
   const auto call = stub_->LoadScene(&context, &response);
@@ -123,6 +129,7 @@ Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene
 Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string& path, const std::string& environment,
                                                               const SceneLoadRequest& request, CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   const CallControl::Scope scope(control, context);
   pb::LoadSceneResponse response;
   const auto call = stub_->LoadScene(&context, &response);
@@ -166,6 +173,7 @@ Status RenderClient::unload_scene(const std::string& scene_id) {
 
 Result<pb::EditSceneResponse> RenderClient::edit_scene(const pb::EditSceneRequest& request, CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   const CallControl::Scope scope(control, context);
   pb::EditSceneResponse response;
   const grpc::Status status = stub_->EditScene(&context, request, &response);
@@ -196,12 +204,14 @@ Result<std::uint64_t> RenderClient::update_session(const pb::UpdateSessionReques
 
 std::unique_ptr<FrameStream> RenderClient::stream_frames(const pb::StreamRequest::Open& open,
                                                          FrameCallbacks callbacks) {
-  return std::make_unique<FrameStream>(*stub_, peer_, open, std::move(callbacks));
+  return std::make_unique<FrameStream>(*stub_, peer_, open, std::move(callbacks),
+                                       [this](grpc::ClientContext& context) { authorize(context); });
 }
 
 Status RenderClient::watch_frames(const pb::WatchFramesRequest& request, const FrameCallbacks& callbacks,
                                   CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   const CallControl::Scope scope(control, context);
   const auto call = stub_->WatchFrames(&context, request);
   pb::StreamResponse response;
@@ -214,6 +224,7 @@ Status RenderClient::watch_frames(const pb::WatchFramesRequest& request, const F
 Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, const JobCallbacks& callbacks,
                                            CallControl* control) {
   grpc::ClientContext context;
+  authorize(context);
   const CallControl::Scope scope(control, context);
   const auto call = stub_->RunJob(&context, request);
   std::optional<pb::FrameEnd> end;

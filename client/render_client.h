@@ -30,6 +30,7 @@ struct ConnectOptions {
   double timeout_s = 10;  // for the connection, > 0
   bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
   double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams and jobs), > 0
+  std::string token;           // a line of the daemon's token file; empty: none. Travels unencrypted
   // Told on the thread of a call when the server is older than this client and ignored some of its request's fields.
   std::function<void(const std::string& text)> notice;
 };
@@ -62,6 +63,7 @@ class RenderClient {
   RenderClient(std::shared_ptr<grpc::Channel> channel, std::string peer, const ConnectOptions& options = {});
 
   const std::string& peer() const { return peer_; }
+  const std::string& token() const { return options_.token; }
 
   Result<heliograph::v1::GetServerInfoResponse> server_info();
 
@@ -106,6 +108,7 @@ class RenderClient {
                                                                                             const Request&, Response*),
                         const Request& request, CallControl* control = nullptr);
   void tell_ignored(const grpc::ClientContext& context) const;
+  void authorize(grpc::ClientContext& context) const;
 
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<heliograph::v1::RenderService::StubInterface> stub_;

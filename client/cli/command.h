@@ -17,6 +17,7 @@ struct Command {
 Command add_serve(CLI::App& root);
 Command add_render(CLI::App& root);
 Command add_move(CLI::App& root);
+Command add_view(CLI::App& root);
 Command add_info(CLI::App& root);
 Command add_scene(CLI::App& root);
 Command add_replay(CLI::App& root);

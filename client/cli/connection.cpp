@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
+#include <fstream>
+
 #include "client/server_address.h"
 #include "renderer/base/instruction_set.h"
 #include "server/app/server.h"
@@ -13,12 +16,29 @@ void add_connection_options(CLI::App& app, ConnectionOptions& options) {
            "Daemon to use: HOST:PORT or unix:PATH. Default: render in this process");
   add_text(app, options.wait, "--wait", "SECONDS",
            "Keep trying to reach the daemon for so long, (0, 3600]. Default: a refused connection is final");
+  add_text(app, options.token_file, "--token-file", "FILE",
+           "The daemon's token: the first line of FILE that is neither empty nor begins with #. Only with --server; "
+           "default: the variable HELIOGRAPH_TOKEN_FILE, or none");
   add_text(app, options.threads, "--threads", "N",
            "Render threads, [1, 1024]; only without --server. Default: one per core");
   add_text(app, options.isa, "--isa", "NAME",
            "Instruction set that Embree traces with: auto, sse2, sse4.2, avx, avx2, avx512; only without --server. "
            "Default: auto, the newest of this processor");
 }
+
+namespace {
+
+Result<std::string> read_token(const std::string& file) {
+  std::ifstream in(file);
+  if (!in) return Error{ErrorCode::not_found, "'" + file + "' cannot be read", {}};
+  for (std::string line; std::getline(in, line);) {
+    line.erase(line.find_last_not_of(" \t\r") + 1);
+    if (!line.empty() && line.front() != '#') return line;
+  }
+  return Error{ErrorCode::invalid_argument, "'" + file + "' holds no token", {}};
+}
+
+}  // namespace
 
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader) {
   Connection connection;
@@ -28,8 +48,16 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
     if (!valid) reader.problem(options.server, valid.error().message);
     if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
     if (options.isa.given()) reader.problem(options.isa, "does not go with --server: the daemon has its own");
-  } else if (options.wait.given()) {
-    reader.problem(options.wait, "is only valid with --server");
+    const char* variable = std::getenv("HELIOGRAPH_TOKEN_FILE");
+    const std::string file = reader.text(options.token_file).value_or(variable ? variable : "");
+    if (!file.empty()) {
+      auto token = read_token(file);
+      if (!token) reader.problem(options.token_file, token.error().message);
+      if (token) connection.connect.token = std::move(*token);
+    }
+  } else {
+    if (options.wait.given()) reader.problem(options.wait, "is only valid with --server");
+    if (options.token_file.given()) reader.problem(options.token_file, "is only valid with --server");
   }
   if (const auto wait = reader.number(options.wait, {0, 3600, false})) {
     connection.connect.retry = true;
@@ -52,6 +80,11 @@ Renderer& Renderer::operator=(Renderer&& other) noexcept {
   return *this;
 }
 
+const std::string& Renderer::http_address() const {
+  static const std::string none;
+  return server_ ? server_->http_address() : none;
+}
+
 Result<Renderer> Renderer::open(const Connection& connection) {
   Renderer renderer;
   if (!connection.address.empty()) {
@@ -65,6 +98,9 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   config.render_threads = connection.threads;
   if (!connection.isa.empty()) config.isa = connection.isa;
   config.oidn_library = connection.oidn_library;
+  config.http = connection.http;
+  config.scene_roots = connection.scene_roots;
+  config.token = connection.connect.token;
   spdlog::set_level(spdlog::level::off);  // failures come back as statuses, and stdout belongs to the command
   auto server = Server::start(config);
   if (!server) return server.error();

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/cli/options.h"
 #include "client/render_client.h"
@@ -15,7 +16,7 @@ class Server;
 namespace helio::cli {
 
 struct ConnectionOptions {
-  TextOption server, wait, threads, isa;
+  TextOption server, wait, token_file, threads, isa;
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);
 
@@ -25,6 +26,9 @@ struct Connection {
   int threads = 0;  // in process: render threads, 0: one per core
   std::string isa;  // in process: instruction set of Embree; empty: automatic
   std::string oidn_library;  // in process: of Open Image Denoise; empty: none
+  // In process: the viewer's page, HOST:PORT; empty: none. Who wants it names connect.token.
+  std::string http;
+  std::vector<std::string> scene_roots;  // in process
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 
@@ -38,6 +42,7 @@ class Renderer {
 
   RenderClient& client() { return *client_; }
   bool in_process() const { return server_ != nullptr; }
+  const std::string& http_address() const;  // in process: of the viewer's page; empty: there is none
 
  private:
   Renderer();

@@ -1,0 +1,160 @@
+// heliograph view: the scene in a browser, by the page that a daemon serves.
+#include <spawn.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <condition_variable>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+
+#include "client/cli/command.h"
+#include "client/cli/command_context.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/scene_options.h"
+#include "client/server_address.h"
+#include "server/base/access_tokens.h"
+#include "server/base/listen_address.h"
+
+extern char** environ;
+
+namespace helio::cli {
+
+namespace {
+
+constexpr const char* kDefaultPage = "127.0.0.1:7780";
+constexpr int kTriedPorts = 20;
+
+struct ViewOptions {
+  SceneOptions scene;
+  TextOption http;
+  bool no_browser = false;
+  CommonOptions common;
+};
+
+constexpr const char* kHelp =
+    "Without --server a daemon runs in this process until Ctrl-C; its page is for whoever has the address that is\n"
+    "printed, which names a token of this run. With --server the scene is loaded there, and the page is that daemon's\n"
+    "(heliographd --http); the command ends once it has printed the address.\n";
+
+std::string with_brackets(const std::string& host) {
+  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+}
+
+// In process, at the first port from the one wanted that is free.
+Result<Renderer> open_page(Connection connection, const ListenAddress& wanted, Terminal& terminal) {
+  auto token = AccessTokens::make_random();
+  if (!token) return token.error();
+  connection.connect.token = std::move(*token);
+  const int last = wanted.port == 0 ? 0 : std::min(wanted.port + kTriedPorts, 65535);
+  for (int port = wanted.port;; ++port) {
+    connection.http = fmt::format("{}:{}", with_brackets(wanted.host), port);
+    auto renderer = Renderer::open(connection);
+    if (renderer) {
+      if (port != wanted.port) terminal.say(fmt::format("port {} is in use: {} instead", wanted.port, port));
+      return renderer;
+    }
+    if (renderer.error().code != ErrorCode::unavailable || renderer.error().where != "http" || port == last)
+      return renderer;
+  }
+}
+
+bool has_desktop() {
+  return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+}
+
+void open_browser(const std::string& url, Terminal& terminal) {
+  std::string program = "xdg-open", argument = url;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t process = 0;
+  if (posix_spawnp(&process, "xdg-open", nullptr, nullptr, arguments, environ) != 0) {
+    terminal.warn("no browser was opened (xdg-open is missing)");
+  }
+}
+
+// Where a browser finds the page of a daemon: one that serves on all addresses is called as this client calls it.
+std::string page_host(const std::string& http_address, const std::string& server) {
+  const auto page = parse_listen_address(http_address);
+  if (!page || (page->host != "0.0.0.0" && page->host != "::") || server.rfind("unix:", 0) == 0) return http_address;
+  return server.substr(0, server.rfind(':')) + ":" + std::to_string(page->port);
+}
+
+int run(const CLI::App& app, const ViewOptions& options) {
+  CommandContext context(app, options.common);
+  Terminal& terminal = context.terminal;
+  OptionReader& reader = context.reader;
+  const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
+  const bool here = context.connection.address.empty();
+  const std::string http = reader.text(options.http).value_or(kDefaultPage);
+  const auto listen = parse_listen_address(http);
+  if (!listen) reader.problem(options.http, listen.error().message);
+  if (options.http.given() && !here) reader.problem(options.http, "does not go with --server: the daemon has its own");
+  if (!context.problems.empty()) return context.refuse();
+
+  CallControl control;
+  std::mutex mutex;
+  std::condition_variable ended;
+  bool over = false;
+  const Interrupt interrupt([&] {
+    control.cancel();
+    const std::lock_guard lock(mutex);
+    over = true;
+    ended.notify_all();
+  });
+  if (here) {
+    context.connection.scene_roots = {std::filesystem::absolute(choice.file).parent_path().string()};
+    std::error_code missing;
+    if (!std::filesystem::is_directory(context.connection.scene_roots.front(), missing))
+      context.connection.scene_roots.clear();
+  }
+  Result<Renderer> renderer =
+      here ? open_page(context.connection, *listen, terminal) : Renderer::open(context.connection);
+  if (!renderer) return context.fail(renderer.error());
+  RenderClient& client = renderer->client();
+  const auto info = client.server_info();
+  if (!info) return context.fail(info.error());
+  if (info->http_address().empty()) {
+    return context.fail({ErrorCode::failed_precondition,
+                         "the daemon at " + client.peer() + " serves no page; start it with --http HOST:PORT",
+                         {}});
+  }
+  const LoadOutcome loaded = load_scene(client, choice, terminal, &control);
+  if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), "interrupted while loading");
+  if (loaded.failure) return terminal.fail(loaded.failure->exit_code, loaded.failure->error.to_string());
+
+  const std::string& scene_id = loaded.scene->response.scene().scene_id();
+  // Behind the #: neither logs nor other pages see it.
+  std::string url =
+      fmt::format("http://{}/#id={}", page_host(info->http_address(), context.connection.address), scene_id);
+  if (!client.token().empty()) url += "&token=" + client.token();
+  terminal.say(url);
+  if (here) terminal.say("Ctrl-C ends");
+  Json json;
+  json["url"] = url;
+  json["scene_id"] = scene_id;
+  terminal.result(json);
+  std::fflush(stdout);
+  if (!options.no_browser && !terminal.json() && has_desktop()) open_browser(url, terminal);
+  if (!here) return kOk;
+  std::unique_lock lock(mutex);
+  ended.wait(lock, [&] { return over; });
+  return kOk;
+}
+
+}  // namespace
+
+Command add_view(CLI::App& root) {
+  CLI::App* app = add_command(root, "view", "Show a scene in a browser: move the camera, edit, compare",
+                              std::string(kHelp) + kExitCodesHelp);
+  auto options = std::make_shared<ViewOptions>();
+  add_scene_options(*app, options->scene);
+  add_text(*app, options->http, "--http", "HOST:PORT",
+           fmt::format("Where the page is served; a port in use: the next one that is free; 0: any. Default: {}",
+                       kDefaultPage));
+  add_flag(*app, options->no_browser, "--no-browser", "Do not open a browser where there is a desktop");
+  add_common_options(*app, options->common, "One JSON object on stdout, once the page is there");
+  return {app, [app, options] { return run(*app, *options); }};
+}
+
+}  // namespace helio::cli
