@@ -31,6 +31,7 @@ const Subcommand kSubcommands[] = {
     {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
     {"latency", "view sent to first tile received", run_latency},
     {"drag", "whole pictures, and their age, while a camera is dragged in real time", run_drag, false, false},
+    {"viewer", "what a person at the viewer waits for, in Chromium on this machine", run_viewer, false, false},
     {"display", "the layer display: error over the film's, the error that it tells, and its time", run_display, true,
      false},
     {"previews", "previews of a drag over one sample a pixel in the same time: error and flicker", run_previews, true,
