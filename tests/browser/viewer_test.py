@@ -295,6 +295,19 @@ class ViewerTest(unittest.TestCase):
             "s.onopen = () => done('open'); s.onclose = () => done('closed')", f"ws://{self.daemon.http}/ws")
         self.assertEqual(outcome, "closed")
 
+    def test_a_daemon_answers_to_its_own_names_alone(self):
+        foreign = browser.Page(self.options.screenshots, ("--host-resolver-rules=MAP evil.example 127.0.0.1",))
+        self.addCleanup(foreign.close)
+        foreign.driver.get(f"http://evil.example:{self.daemon.port}/")
+        self.assertIn("is not a name of this daemon", foreign.run("return document.body.textContent"))
+
+    def test_a_browser_without_webgl_is_told(self):
+        plain = browser.Page(self.options.screenshots, ("--disable-3d-apis",))
+        self.addCleanup(plain.close)
+        plain.open(address(self.daemon))
+        text = plain.wait("!document.getElementById('banner').hidden && document.getElementById('banner').textContent")
+        self.assertIn("WebGL 2", text)
+
     def test_says_what_is_wrong_with_an_address(self):
         self.expected_errors = ()
         self.page.open(address(self.daemon, "no/such/file.gltf"))

@@ -386,6 +386,9 @@ TEST_F(WebServerTest, CarriesAnUploadASessionAndItsTiles) {
     const auto first = other.read();
     ASSERT_TRUE(first && first->stream_frames().has_opened());
     EXPECT_TRUE(first->stream_frames().opened().resumed());
+    // When it goes, nothing is on its way to it.
+    EXPECT_TRUE(comes_to_rest(session));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
   }
   EXPECT_TRUE(eventually([&] { return !session_info(session).attached(); }));
   EXPECT_EQ(session_info(session).session_id(), session);

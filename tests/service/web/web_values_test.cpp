@@ -97,6 +97,10 @@ TEST(ProtocolTable, HasEveryFieldThatThePageMayMeet) {
   const nlohmann::json stream = {26, "stream_frames", 11, 0, "heliograph.v1.StreamRequest", "request"};
   EXPECT_NE(std::find(request.begin(), request.end(), stream), request.end());
   EXPECT_EQ(table["enums"]["heliograph.v1.Mode"]["MODE_COMBINED"], 4);
+  // Fields that tell whether they are there.
+  for (const auto& field : table["messages"]["heliograph.v1.MaterialEdit"]) {
+    EXPECT_EQ(field[5].is_null(), field[1] != "roughness" && field[1] != "name" && field[1] != "index") << field;
+  }
   // Whatever a field names is there.
   for (const auto& [name, fields] : table["messages"].items()) {
     for (const auto& field : fields) {
