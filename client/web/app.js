@@ -643,7 +643,7 @@ class App {
     viewport.listeners.add((what) => {
       if (!this.panels) return;
       if (what === 'begin') {
-        this.panels.plot.begin(second);
+        if (!viewport.continued) this.panels.plot.begin(second);
         if (!second) this.panels.render.refresh();
       } else if (what === 'progress' || what === 'end') {
         this.panels.plot.add(viewport.progress, second);

@@ -13,6 +13,8 @@ export class Viewport {
   #lastDrawn = { preview: 0, film: 0, whole: 0 };
   #newWhole = false;
   #moveTimer = 0;
+  #picture = ''; // what the film shows and how, as text
+  #secondsBefore = 0; // of frames that went on with it
 
   // stage: the element that holds the canvases. app: look, camera, link, callbacks.
   constructor(app, stage) {
@@ -47,7 +49,7 @@ export class Viewport {
       tile: (tile, bytes) => this.#tile(tile, bytes),
       frameEnd: (end) => this.#end(end),
       progress: (progress) => {
-        this.progress = progress;
+        this.progress = this.#inAll(progress);
         this.#tell('progress');
       },
       notice: (severity, text) => app.say(text, severity >= 2 ? 'error' : 'info'),
@@ -187,6 +189,20 @@ export class Viewport {
     }, 400);
   }
 
+  // Another stream, as for another channel, is another frame, but its film goes on where it was: so does its time.
+  #goOn(begin) {
+    const plain = (name, value) => (typeof value === 'bigint' ? String(value) : value);
+    const picture = JSON.stringify([begin.settings, this.session.view, this.app.scenes.current?.scene_id], plain);
+    this.continued = picture === this.#picture;
+    this.#picture = picture;
+    this.#secondsBefore = this.continued ? (this.progress?.seconds ?? this.#secondsBefore) : 0;
+  }
+
+  #inAll(progress) {
+    progress.seconds += this.#secondsBefore;
+    return progress;
+  }
+
   #begin(begin) {
     if (begin.preview) {
       this.#previewFrames.add(begin.tag.frame);
@@ -194,6 +210,7 @@ export class Viewport {
       this.previewBytes = 0;
       this.previewStart = performance.now();
     } else {
+      this.#goOn(begin);
       this.settings = begin.settings;
       this.unsampled = begin.unsampled;
       this.end = null;
@@ -247,7 +264,7 @@ export class Viewport {
       return;
     }
     this.end = end;
-    this.progress = end.totals ?? this.progress;
+    if (end.totals) this.progress = this.#inAll(end.totals);
     this.meter.passes = end.passes;
     this.#tell('end');
     const { END_REASON_FAILED } = this.app.connection.codec.enum('EndReason');
