@@ -195,14 +195,11 @@ Status run_adaptive(BenchContext& context, Figures& figures) {
   const BenchOptions& options = context.options();
   RenderEngine engine(options.threads);
   OverScenes over_scenes;
-  for (const std::string& name : options.scenes.empty() ? default_mode_scenes() : options.scenes) {
-    const auto scene = open_error_scene(options, name, engine);
-    if (!scene) return scene.error();
-    if (!*scene) continue;
-    if (const Status done = measure(engine, **scene, options, figures, over_scenes); !done) return done;
-  }
-  over_scenes.publish(figures);
-  return ok_status();
+  const Status done = measure_error_scenes(
+      options, default_mode_scenes(), engine, kReferenceSamples,
+      [&](const ErrorScene& scene) { return measure(engine, scene, options, figures, over_scenes); });
+  if (done.ok()) over_scenes.publish(figures);
+  return done;
 }
 
 }  // namespace helio::bench

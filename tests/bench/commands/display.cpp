@@ -94,16 +94,11 @@ Status run_display(BenchContext& context, Figures& figures) {
   const BenchOptions& options = context.options();
   RenderEngine engine(options.threads);
   OverScenes all;
-  const std::vector<std::string> names =
-      options.scenes.empty() ? std::vector<std::string>(std::begin(kScenes), std::end(kScenes)) : options.scenes;
-  for (const std::string& name : names) {
-    const auto scene = open_error_scene(options, name, engine, kReference);
-    if (!scene) return scene.error();
-    if (!*scene) continue;
-    if (const Status measured = measure(engine, **scene, figures, all); !measured.ok()) return measured;
-  }
-  all.publish(figures);
-  return ok_status();
+  const Status done =
+      measure_error_scenes(options, {std::begin(kScenes), std::end(kScenes)}, engine, kReference,
+                           [&](const ErrorScene& scene) { return measure(engine, scene, figures, all); });
+  if (done.ok()) all.publish(figures);
+  return done;
 }
 
 }  // namespace helio::bench

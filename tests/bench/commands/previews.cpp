@@ -279,16 +279,11 @@ Status run_previews(BenchContext& context, Figures& figures) {
   RenderEngine engine(options.threads);
   OverScenes all;
   if (!options.output.empty()) std::filesystem::create_directories(options.output);
-  const std::vector<std::string> names =
-      options.scenes.empty() ? std::vector<std::string>(std::begin(kScenes), std::end(kScenes)) : options.scenes;
-  for (const std::string& name : names) {
-    const auto scene = open_error_scene(options, name, engine, 2);
-    if (!scene) return scene.error();
-    if (!*scene) continue;
-    if (const Status measured = measure(engine, options, **scene, figures, all); !measured.ok()) return measured;
-  }
-  all.publish(figures);
-  return ok_status();
+  const Status done =
+      measure_error_scenes(options, {std::begin(kScenes), std::end(kScenes)}, engine, 2,
+                           [&](const ErrorScene& scene) { return measure(engine, options, scene, figures, all); });
+  if (done.ok()) all.publish(figures);
+  return done;
 }
 
 }  // namespace helio::bench

@@ -269,23 +269,20 @@ Status run_reuse(BenchContext& context, Figures& figures) {
                                                                   : options.motions;
   RenderEngine engine(options.threads);
   OverScenes over_scenes;
-  for (const std::string& name : options.scenes.empty() ? default_mode_scenes() : options.scenes) {
-    const auto opened = open_error_scene(options, name, engine);
-    if (!opened) return opened.error();
-    const std::optional<ErrorScene>& scene = *opened;
-    if (!scene) continue;
-    const auto depth = scene_depth(*scene->scene, scene->view);
+  const auto measure_motions = [&](const ErrorScene& scene) -> Status {
+    const auto depth = scene_depth(*scene.scene, scene.view);
     if (!depth) return depth.error();
     std::vector<ReuseMotion> motions;
     for (const std::string& motion : names) {
-      auto made = reuse_motion(motion, scene->view, *depth);
+      auto made = reuse_motion(motion, scene.view, *depth);
       if (!made) return made.error();
       motions.push_back(std::move(*made));
     }
-    if (const Status done = measure(engine, *scene, motions, options, figures, over_scenes); !done) return done;
-  }
-  over_scenes.publish(figures);
-  return ok_status();
+    return measure(engine, scene, motions, options, figures, over_scenes);
+  };
+  const Status done = measure_error_scenes(options, default_mode_scenes(), engine, kReferenceSamples, measure_motions);
+  if (done.ok()) over_scenes.publish(figures);
+  return done;
 }
 
 }  // namespace helio::bench

@@ -155,4 +155,15 @@ Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, 
   return std::optional<ErrorScene>(std::move(*scene));
 }
 
+Status measure_error_scenes(const BenchOptions& options, const std::vector<std::string>& defaults, RenderEngine& engine,
+                            std::uint32_t reference_samples, const std::function<Status(const ErrorScene&)>& measure) {
+  for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
+    const auto scene = open_error_scene(options, name, engine, reference_samples);
+    if (!scene) return scene.error();
+    if (!*scene) continue;
+    if (const Status measured = measure(**scene); !measured) return measured;
+  }
+  return ok_status();
+}
+
 }  // namespace helio::bench

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tests/bench/bench_context.h"
 #include "tests/bench/scenes/reference_pictures.h"
@@ -47,5 +49,10 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::file
 Result<std::optional<ErrorScene>> open_error_scene(const BenchOptions& options, const std::string& name,
                                                    RenderEngine& engine,
                                                    std::uint32_t reference_samples = kReferenceSamples);
+
+// Opens and measures the scenes of options.scenes or, where that is empty, those of `defaults`, one after the
+// other. Ends with the first error.
+Status measure_error_scenes(const BenchOptions& options, const std::vector<std::string>& defaults, RenderEngine& engine,
+                            std::uint32_t reference_samples, const std::function<Status(const ErrorScene&)>& measure);
 
 }  // namespace helio::bench
