@@ -34,6 +34,8 @@ const Subcommand kSubcommands[] = {
     {"viewer", "what a person at the viewer waits for, in Chromium on this machine", run_viewer, false, false},
     {"display", "the layer display: error over the film's, the error that it tells, and its time", run_display, true,
      false},
+    {"denoisers", "the layer display and Open Image Denoise over the film at equal processor time", run_denoisers, true,
+     false},
     {"previews", "previews of a drag over one sample a pixel in the same time: error and flicker", run_previews, true,
      false},
     {"cancel", "stream given up to the last work done for it", run_cancel},
@@ -149,6 +151,7 @@ int main(int argc, char** argv) {
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
   options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
+  options.oidn_library = from_environment("HELIOGRAPH_OIDN", "");
   options.cache = from_environment("HELIO_BENCH_CACHE", cache_folder());
   bool as_json = false;
 
@@ -183,6 +186,10 @@ int main(int argc, char** argv) {
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     if (subcommand.of_scenes) add_scene_options(*command, options);
     if (std::string(subcommand.name) == "reuse") add_reuse_options(*command, options);
+    if (std::string(subcommand.name) == "denoisers")
+      command->add_option("--oidn-library", options.oidn_library,
+                          "Open Image Denoise 2.x, a path or a name for the dynamic linker; also HELIOGRAPH_OIDN. Its "
+                          "figures are left out without it");
     if (std::string(subcommand.name) == "previews")
       command->add_option("--output", options.output,
                           "Folder for PNGs of previews, beside what they are compared with");
@@ -205,9 +212,8 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  app.add_subcommand("all", "all that give figures but adaptive, display, drag, previews and reuse")->callback([&] {
-    chosen = "all";
-  });
+  app.add_subcommand("all", "all that give figures but adaptive, denoisers, display, drag, previews and reuse")
+      ->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -26,6 +26,7 @@ struct BenchOptions {
   std::string shared;          // folder with scenes/bench
   std::string mitsuba_python;  // Python with Mitsuba 3.9.1 and numpy; empty: none
   std::string blender;         // Blender, whose Cycles is a peer; by default from PATH
+  std::string oidn_library;    // Open Image Denoise 2.x; empty: none
   std::string daemon;          // heliographd
 };
 

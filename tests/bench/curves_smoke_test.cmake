@@ -1,5 +1,5 @@
 # That `modes` measures a small scene of our own and writes its three files.
-# usage: cmake -DBENCH=PROGRAM -DFOLDER=FOLDER -P curves_smoke_test.cmake
+# usage: cmake -DBENCH=PROGRAM -DFOLDER=FOLDER -DFAKE_OIDN=LIBRARY -P curves_smoke_test.cmake
 file(REMOVE_RECURSE ${FOLDER})
 execute_process(COMMAND ${BENCH} modes cornell-box --samples 4 --seeds 2 --size 16 --cache ${FOLDER}/cache
                         --output ${FOLDER} --json
@@ -53,6 +53,24 @@ foreach(metric relmse mse)
     endif()
   endforeach()
 endforeach()
+# And that `denoisers` compares both filters with the film. The stand-in for Open Image Denoise takes no time, and its
+# picture is far off whatever the samples.
+execute_process(COMMAND ${BENCH} denoisers cornell-box --size 32 --cache ${FOLDER}/cache --oidn-library ${FAKE_OIDN}
+                        --json
+  OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "denoisers: exit code ${code}: ${notes}")
+endif()
+foreach(name raw.relmse raw.seconds own.relmse own.seconds oidn.relmse oidn.seconds)
+  string(JSON ${name} GET "${json}" figures cornell-box.${name}.4 value)
+endforeach()
+string(JSON gain GET "${json}" figures cornell-box.own.relmse_over_raw.4 value)
+string(JSON as_long GET "${json}" figures cornell-box.oidn.raw_samples.4 value)
+string(JSON stand_in GET "${json}" figures cornell-box.oidn.relmse.256 value)
+if(NOT raw.relmse GREATER ${own.relmse} OR NOT own.seconds GREATER ${raw.seconds} OR NOT gain LESS 1
+    OR NOT as_long EQUAL 4 OR NOT stand_in GREATER 0.1)
+  message(FATAL_ERROR "denoisers: ${json}")
+endif()
 # And that `study` compares every setting with plain path tracing.
 execute_process(COMMAND ${BENCH} study box-area --samples 16 --seeds 1 --size 16 --cache ${FOLDER}/cache
                         --output ${FOLDER} --json

@@ -16,6 +16,7 @@ Status run_latency(BenchContext& context, Figures& figures);
 Status run_drag(BenchContext& context, Figures& figures);
 Status run_viewer(BenchContext& context, Figures& figures);
 Status run_display(BenchContext& context, Figures& figures);
+Status run_denoisers(BenchContext& context, Figures& figures);
 Status run_previews(BenchContext& context, Figures& figures);
 Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "renderer/metrics/error_metrics.h"
+#include "tests/bench/commands/display_scenes.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/over_scenes.h"
 #include "tests/bench/subcommands.h"
@@ -24,11 +25,6 @@ constexpr double kWorstGoal = 1.02;
 constexpr std::uint32_t kCountOfShare = 64;
 // 60 ms at 640x360 on two cores.
 constexpr double kNanosecondsGoal = 521;
-// Of references that are made here. Their noise is taken off.
-constexpr std::uint32_t kReference = 1024;
-
-const char* const kScenes[] = {"cornell",         "covered",   "glass",          "cornell-glossy-boxes",
-                               "cornell-teapot",  "veach-mis", "sponza-dabrovic", "breakfast-room"};
 
 // Less what the reference's noise adds. failed_precondition: that is more than half of it, and so the rest not known.
 Result<double> without_noise(double error, double noise, const ErrorScene& scene) {
@@ -95,7 +91,7 @@ Status run_display(BenchContext& context, Figures& figures) {
   RenderEngine engine(options.threads);
   OverScenes all;
   const Status done =
-      measure_error_scenes(options, {std::begin(kScenes), std::end(kScenes)}, engine, kReference,
+      measure_error_scenes(options, display_scenes(), engine, kDisplayReference,
                            [&](const ErrorScene& scene) { return measure(engine, scene, figures, all); });
   if (done.ok()) all.publish(figures);
   return done;
