@@ -25,26 +25,26 @@ constexpr std::uint32_t kCounts[] = {4, 16, 64, 256};
 // Of an error: its own standard error, from the reference's noise, is at most this share of it.
 constexpr double kMostUncertain = 0.25;
 
-// relMSE against the reference's expectation: (x - r)^2 less the variance of r is the product of the differences to the
-// two halves that r is the mean of. failed_precondition: the reference is too noisy for it.
+// relMSE against the reference's expectation: of r, the mean of a and b, (x - r)^2 - ((a - b) / 2)^2 is the product of
+// x - a and x - b. Variances of 3x3 pixels in its place take off too much beside fireflies. failed_precondition: the
+// reference is too noisy.
 Result<double> relmse(const PictureView& picture, const ErrorScene& scene) {
-  const auto error = relative_error(picture, scene.reference.view());
-  if (!error) return error.error();
   const double mean = mean_of(scene.reference), epsilon = RelativeEpsilon::image_mean().value * mean * mean;
+  double products = 0;
   double squares = 0;  // of the pixels' standard errors; channels of one are taken to be off together
   for (std::size_t i = 0; i < picture.pixels(); ++i) {
     double off = 0;
     for (int c = 0; c < 3; ++c) {
       const double r = scene.reference.channels[c][i], v = scene.reference_variance.channels[c][i];
       const double d = double(picture.channels[c][i]) - r;
+      products += (d * d - double(scene.reference_noise.channels[c][i])) / (r * r + epsilon);
       off += std::sqrt(std::max(0.0, 4 * d * d * v - 2 * v * v)) / (r * r + epsilon);
     }
     squares += off * off;
   }
-  const double value = error->relmse - reference_relmse(scene);
-  if (!(std::sqrt(squares) / (3.0 * double(picture.pixels())) <= kMostUncertain * value))
+  if (!(std::sqrt(squares) <= kMostUncertain * products))
     return Error{ErrorCode::failed_precondition, "the reference is too noisy", scene.name};
-  return value;
+  return products / (3.0 * double(picture.pixels()));
 }
 
 // Of the frame's passes.

@@ -49,10 +49,12 @@ Result<bool> find_reference(ErrorScene& scene) {
       scene.reference = std::move(*picture);
       scene.reference_variance = scene.reference;
       for (auto& channel : scene.reference_variance.channels) std::fill(channel.begin(), channel.end(), 0.0f);
+      scene.reference_noise = scene.reference_variance;
       if (!fs::exists(variance)) return true;
       auto of_mean = read_picture(variance);
       if (!of_mean) return of_mean.error();
       scene.reference_variance = std::move(*of_mean);
+      scene.reference_noise = scene.reference_variance;
       return true;
     }
   }
@@ -137,6 +139,7 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   if (!made) return made.error();
   scene.reference = std::move(made->picture);
   scene.reference_variance = std::move(made->variance);
+  scene.reference_noise = std::move(made->noise);
   scene.settings.width = settings.width;
   scene.settings.height = settings.height;
   return scene;

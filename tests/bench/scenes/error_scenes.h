@@ -22,6 +22,7 @@ struct ErrorScene {
   RenderSettings settings;     // as the file says (scene_settings.h), of the reference's size
   LoopPicture reference;       // of that view
   LoopPicture reference_variance;  // of its values; zeroes: not known
+  LoopPicture reference_noise;     // Reference::noise; the variance where another renderer made the reference
 };
 
 // What the reference's own noise adds to errors against it, in expectation: to the mean squared error, and to relMSE as

@@ -116,9 +116,10 @@ Result<Reference> reference_picture(RenderEngine& engine, const fs::path& folder
   }
   auto picture = read_picture(file);
   if (!picture) return picture.error();
-  const auto variance = read_picture(file, "variance.");
-  if (!variance) return variance.error();
-  return Reference{std::move(*picture), smoothed(*variance)};
+  auto noise = read_picture(file, "variance.");
+  if (!noise) return noise.error();
+  LoopPicture variance = smoothed(*noise);
+  return Reference{std::move(*picture), std::move(variance), std::move(*noise)};
 }
 
 Result<LoopPicture> read_picture(const fs::path& file, const std::string& prefix) {

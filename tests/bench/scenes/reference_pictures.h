@@ -25,6 +25,7 @@ struct ReferenceRequest {
 struct Reference {
   LoopPicture picture;
   LoopPicture variance;  // of the picture's values
+  LoopPicture noise;     // ((a - b) / 2)^2 of the two pictures, of each value by itself
 };
 
 // Where it is kept: in `folder`, by the scene's name, size, samples and a checksum of all that makes the picture. Who

@@ -52,6 +52,14 @@ TEST_F(ReferencePictures, AreRenderedOnceAndThenRead) {
   for (int c = 0; c < 3; ++c) {
     EXPECT_EQ(read->picture.channels[c], made->picture.channels[c]);
     EXPECT_EQ(read->variance.channels[c], made->variance.channels[c]);
+    // Pixel (1, 1)'s variance is the mean of the noise there and around.
+    const auto width = std::size_t(read->picture.width);
+    double noise = 0;
+    for (std::size_t y = 0; y < 3; ++y) {
+      for (std::size_t x = 0; x < 3; ++x) noise += double(read->noise.channels[c][y * width + x]) / 9;
+    }
+    const double variance = read->variance.channels[c][width + 1];
+    EXPECT_NEAR(noise, variance, 1e-6 * variance);
   }
 }
 
