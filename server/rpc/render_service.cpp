@@ -59,19 +59,29 @@ class Refused final : public Reactor {
   void OnDone() override { delete this; }
 };
 
-bool may_allocate_film(const pb::CreateSessionRequest&) {
-  return true;
+// Of requests that take long: who has a thread for them, and what is answered when too many wait. No thread: such a
+// request is answered at once.
+struct Later {
+  TaskThread* thread = nullptr;
+  Error (ServiceCore::*full)() const = nullptr;
+};
+Later later(ServiceCore& core, const pb::CreateSessionRequest&) {
+  return {&core.films, &ServiceCore::too_many_waiting};
 }
-bool may_allocate_film(const pb::UpdateSessionRequest& request) {
-  return request.has_settings();
+Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
+  if (!request.has_settings()) return {};  // no film is allocated
+  return {&core.films, &ServiceCore::too_many_waiting};
+}
+Later later(ServiceCore& core, const pb::ListFilesRequest&) {
+  return {&core.lister, &ServiceCore::too_many_lists};
 }
 
-// As answer(); requests that may allocate a film on a thread that can take the time.
+// As answer(), on a thread that can take the time.
 template <class Request, class Method>
-class FilmCall final : public UnaryCall {
+class LaterCall final : public UnaryCall {
  public:
-  FilmCall(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes,
-           grpc::ByteBuffer* response, Method method)
+  LaterCall(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes,
+            grpc::ByteBuffer* response, Method method)
       : UnaryCall(response) {
     begin([&]() -> Status {
       const auto request = make_arena_message<Request>();
@@ -87,12 +97,13 @@ class FilmCall final : public UnaryCall {
           outcome->fail(to_grpc_status(result.error()));
         }
       };
-      if (!may_allocate_film(*request)) {
+      const Later where = later(core, *request);
+      if (!where.thread) {
         answer();
         return ok_status();
       }
-      if (core.films.submit(answer)) return ok_status();
-      return core.too_many_waiting();
+      if (where.thread->submit(answer)) return ok_status();
+      return (core.*where.full)();
     });
   }
 };
@@ -100,7 +111,7 @@ class FilmCall final : public UnaryCall {
 template <class Request, class Method>
 grpc::ServerUnaryReactor* answer_later(ServiceCore& core, grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response, Method method) {
-  return new FilmCall<Request, Method>(core, *context, *bytes, response, std::move(method));
+  return new LaterCall<Request, Method>(core, *context, *bytes, response, std::move(method));
 }
 
 Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
@@ -270,12 +281,12 @@ grpc::ServerUnaryReactor* RenderService::DescribeScene(grpc::CallbackServerConte
 grpc::ServerUnaryReactor* RenderService::ListFiles(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
-  return answer<pb::ListFilesRequest>(context, request, response,
-                                      [this](const pb::ListFilesRequest& which) -> Result<pb::ListFilesResponse> {
-                                        const auto found = core_.scenes.roots().list(which.folder(), "folder");
-                                        if (!found) return found.error();
-                                        return to_list(*found);
-                                      });
+  return answer_later<pb::ListFilesRequest>(core_, context, request, response,
+                                            [this](const pb::ListFilesRequest& which) -> Result<pb::ListFilesResponse> {
+                                              const auto found = core_.scenes.roots().list(which.folder(), "folder");
+                                              if (!found) return found.error();
+                                              return to_list(*found);
+                                            });
 }
 
 grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,

@@ -90,8 +90,9 @@ Result<pb::DescribeSceneResponse> to_scene_parts(const LoadedScene& loaded, cons
 pb::ListFilesResponse to_list(const SceneRoots::List& list) {
   pb::ListFilesResponse message;
   for (const SceneRoots::Entry& entry : list.entries) {
+    if (printable(entry.path, entry.path.size()) != entry.path) continue;  // no string of protobuf's could name it
     pb::ListFilesResponse::Entry& told = *message.add_entries();
-    told.set_path(printable(entry.path, 4096));
+    told.set_path(entry.path);
     told.set_folder(entry.folder);
     told.set_bytes(entry.bytes);
     told.set_environment(entry.environment);

@@ -11,6 +11,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMaxPath = 4096;
+constexpr std::size_t kMaxScanned = 100000;       // entries of a folder that a list looks at
+constexpr std::size_t kMaxListedBytes = 1 << 20;  // of paths
 
 bool is_below(const fs::path& path, const fs::path& root) {
   const fs::path relative = path.lexically_relative(root);
@@ -80,6 +82,7 @@ Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::st
   }
   std::map<std::string, Entry> found;  // a path of several roots is that of the first
   bool inside = false, there = false;
+  std::size_t scanned = 0;
   for (const std::string& root : roots_) {
     std::error_code error;
     const fs::path real =
@@ -89,29 +92,32 @@ Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::st
     if (!fs::is_directory(real, error)) continue;
     there = true;
     for (auto entry = fs::directory_iterator(real, fs::directory_options::skip_permission_denied, error);
-         !error && entry != fs::directory_iterator(); entry.increment(error)) {
-      if (entry->path().filename().string().starts_with('.')) continue;
+         !error && entry != fs::directory_iterator() && scanned < kMaxScanned; entry.increment(error), ++scanned) {
+      Entry listed{entry->path().lexically_relative(root).generic_string()};
+      if (entry->path().filename().string().starts_with('.') || found.contains(listed.path)) continue;
+      const std::optional<bool> environment = is_environment(listed.path);
       std::error_code unreadable;
-      const fs::path target = fs::weakly_canonical(entry->path(), unreadable);
-      if (unreadable || !is_below(target, root)) continue;
-      Entry listed{entry->path().lexically_relative(root).generic_string(), fs::is_directory(target, unreadable)};
+      listed.folder = entry->is_directory(unreadable);
+      if (unreadable || !(listed.folder || environment)) continue;
+      // What is no link lies below the root, since its folder does.
+      if (entry->is_symlink(unreadable) && !is_below(fs::weakly_canonical(entry->path(), unreadable), root)) continue;
       if (!listed.folder) {
-        const std::optional<bool> environment = is_environment(listed.path);
-        if (!environment || !fs::is_regular_file(target, unreadable)) continue;
         listed.environment = *environment;
-        listed.bytes = fs::file_size(target, unreadable);
-        if (unreadable) continue;
+        listed.bytes = entry->is_regular_file(unreadable) ? entry->file_size(unreadable) : 0;
+        if (unreadable || !entry->is_regular_file(unreadable)) continue;
       }
       found.emplace(listed.path, listed);
     }
-    if (!folder.empty()) break;
   }
   if (!inside) return Error{ErrorCode::permission_denied, shown + " is outside the scene roots", where};
   if (!there) return Error{ErrorCode::not_found, "there is no folder " + shown + " below the scene roots", where};
   List list{{}, found.size()};
+  std::size_t bytes = 0;
   for (const bool folders : {true, false}) {
     for (const auto& [path, entry] : found) {
-      if (entry.folder == folders && list.entries.size() < kMaxListed) list.entries.push_back(entry);
+      if (entry.folder != folders || list.entries.size() == kMaxListed || bytes > kMaxListedBytes) continue;
+      bytes += entry.path.size();
+      list.entries.push_back(entry);
     }
   }
   return list;

@@ -34,8 +34,9 @@ class SceneRoots {
     std::size_t total = 0;
   };
   static constexpr std::size_t kMaxListed = 4096;
-  // What loads may name in a folder: folders, scenes and environment maps, by their names' endings. "": the folders and
-  // files of all roots. Hidden ones, and links that lead outside, are left out. Errors: those of find().
+  // What loads may name in a folder of the roots (those that more than one has: of all together): folders, scenes and
+  // environment maps, by their names' endings. "": the roots themselves. Hidden ones, and links that lead outside, are
+  // left out. Takes as long as the disk does. Errors: those of find().
   Result<List> list(std::string_view folder, const std::string& where) const;
 
  private:

@@ -41,6 +41,7 @@ struct ServiceCore {
         loader(std::size_t(config.max_queued_loads)),
         editor(std::size_t(config.max_queued_loads)),
         replayer(std::size_t(config.max_queued_loads)),
+        lister(kMaxWaitingLists),
         films(kMaxWaitingFilms, kFilmThreads) {}
   // Timers first: a function in hand may use anything below.
   ~ServiceCore() { timers.stop(); }
@@ -62,14 +63,11 @@ struct ServiceCore {
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
   RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn}; }
-  bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || films.busy(); }
+  bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || lister.busy() || films.busy(); }
   // After films.submit() gave false.
-  Error too_many_waiting() const {
-    if (draining) return check_accepting().error();
-    return {ErrorCode::resource_exhausted,
-            "the daemon: " + std::to_string(kMaxWaitingFilms) + " requests wait for their films already", {},
-            kRetrySeconds};
-  }
+  Error too_many_waiting() const { return queue_full(kMaxWaitingFilms, "requests wait for their films"); }
+  // After lister.submit() did.
+  Error too_many_lists() const { return queue_full(kMaxWaitingLists, "folders wait to be listed"); }
   Status check_accepting() const {
     if (!draining) return ok_status();
     return Error{ErrorCode::unavailable, "the daemon is draining", {}};
@@ -78,6 +76,7 @@ struct ServiceCore {
   // For requests that may allocate a film: a few that take seconds do not hold up small ones.
   static constexpr std::size_t kMaxWaitingFilms = 4096;
   static constexpr int kFilmThreads = 4;
+  static constexpr std::size_t kMaxWaitingLists = 64;
 
   const ServerConfig config;
   const std::shared_ptr<const OidnLibrary> oidn;  // null: there is none
@@ -97,7 +96,17 @@ struct ServiceCore {
   JobStore jobs;
   // A thread each, so that an edit or a replay, which someone waits for at the screen, never waits for a load.
   TaskThread loader, editor, replayer;
+  TaskThread lister;  // of folders, on disks that may be slow
   TaskThread films;
+
+ private:
+  Error queue_full(std::size_t count, const char* what) const {
+    if (draining) return check_accepting().error();
+    return {ErrorCode::resource_exhausted,
+            "the daemon: " + std::to_string(count) + " " + what + " already",
+            {},
+            kRetrySeconds};
+  }
 };
 
 }  // namespace helio

@@ -9,6 +9,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <future>
 #include <thread>
 
 #include "server/base/listen_address.h"
@@ -55,14 +56,17 @@ class WebServer::Impl {
 
   ~Impl() {
     if (!thread_.joinable()) return;
-    asio::post(io_, [this] {
+    std::promise<void> closed;
+    asio::post(io_, [this, &closed] {
       stopping_ = true;
       acceptor_.close();
       again_.cancel();
       for (const auto& weak : sockets_) {
         if (const auto socket = weak.lock()) socket->close(1001, "the daemon has ended");
       }
+      closed.set_value();
     });
+    closed.get_future().wait();  // from here on no call begins
     calls_.wait_until_empty();
     // The closing handshakes that are still under way are not waited for.
     asio::post(io_, [this] { io_.stop(); });

@@ -22,6 +22,8 @@ constexpr std::size_t kMaxMessage = (4 << 20) + 64;
 // Requests that wait for the service: beyond this nothing more is read.
 constexpr std::size_t kMaxUntaken = 8 << 20;
 constexpr std::size_t kMaxCalls = 64;
+// Answers that wait for a page that sends and does not read: beyond this nothing more is read.
+constexpr std::size_t kMaxSmall = 256;
 
 pb::WebRequest::RequestCase kind_of(const Envelope& envelope) {
   return static_cast<pb::WebRequest::RequestCase>(envelope.field);
@@ -85,7 +87,7 @@ void WebSocket::drop() {
 }
 
 void WebSocket::read() {
-  if (reading_ || closed_ || untaken_bytes_ > kMaxUntaken) return;
+  if (reading_ || closed_ || untaken_bytes_ > kMaxUntaken || small_.size() > kMaxSmall) return;
   reading_ = true;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     self->reading_ = false;
@@ -232,6 +234,7 @@ void WebSocket::wrote(bool ok) {
   slices_.clear();
   if (!ok) return drop();
   write();
+  read();
 }
 
 }  // namespace helio

@@ -143,7 +143,7 @@ const std::map<std::string, Rule> kRules = {
     {"client/cli/commands",
      {{"renderer/base", "renderer/codec", "client", "client/cli", "server/base", "server/app", "proto"},
       {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "CLI/CLI.hpp", "spdlog/fmt/fmt.h",
-       "spawn.h", "sys/stat.h"}}},
+       "spawn.h", "sys/stat.h", "sys/wait.h", "unistd.h"}}},
 };
 
 // The only ways into rooms that no rule names: a header, and the one file that may include it.

@@ -1,12 +1,17 @@
 // heliograph view: the scene in a browser, by the page that a daemon serves.
 #include <spawn.h>
 #include <spdlog/fmt/fmt.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <thread>
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
@@ -25,6 +30,7 @@ namespace {
 
 constexpr const char* kDefaultPage = "127.0.0.1:7780";
 constexpr int kTriedPorts = 20;
+constexpr auto kReading = std::chrono::seconds(3);  // that a browser has for a file which is then gone
 
 struct ViewOptions {
   SceneOptions scene;
@@ -64,13 +70,41 @@ bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
 }
 
-void open_browser(const std::string& url, Terminal& terminal) {
-  std::string program = "xdg-open", argument = url;
+// A page in a file of the user's own, that leads to another address: command lines are for everyone to read, and the
+// address names a token. Gone with this object.
+class Leading {
+ public:
+  explicit Leading(const std::string& url) {
+    const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+    std::error_code error;
+    const std::filesystem::path folder = runtime ? runtime : std::filesystem::temp_directory_path(error).string();
+    std::string name = (folder / "heliograph-XXXXXX.html").string();
+    const int file = mkstemps(name.data(), 5);  // readable by its owner alone
+    if (file < 0) return;
+    const std::string html = "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url=" + url + "\">\n";
+    if (write(file, html.data(), html.size()) == ssize_t(html.size())) path_ = name;
+    close(file);
+  }
+  ~Leading() {
+    if (!path_.empty()) unlink(path_.c_str());
+  }
+  Leading(const Leading&) = delete;
+  Leading& operator=(const Leading&) = delete;
+
+  const std::string& path() const { return path_; }  // empty: it could not be written
+
+ private:
+  std::string path_;
+};
+
+// False: none could be started.
+bool open_browser(const std::string& file) {
+  std::string program = "xdg-open", argument = file;
   char* const arguments[] = {program.data(), argument.data(), nullptr};
   pid_t process = 0;
-  if (posix_spawnp(&process, "xdg-open", nullptr, nullptr, arguments, environ) != 0) {
-    terminal.warn("no browser was opened (xdg-open is missing)");
-  }
+  if (file.empty() || posix_spawnp(&process, "xdg-open", nullptr, nullptr, arguments, environ) != 0) return false;
+  std::thread([process] { waitpid(process, nullptr, 0); }).detach();
+  return true;
 }
 
 // Where a browser finds the page of a daemon: one that serves on all addresses is called as this client calls it.
@@ -135,7 +169,13 @@ int run(const CLI::App& app, const ViewOptions& options) {
   json["scene_id"] = scene_id;
   terminal.result(json);
   std::fflush(stdout);
-  if (!options.no_browser && !terminal.json() && has_desktop()) open_browser(url, terminal);
+  std::optional<Leading> leading;
+  if (!options.no_browser && !terminal.json() && has_desktop()) {
+    leading.emplace(url);
+    if (!open_browser(leading->path()))
+      terminal.warn("no browser was opened (xdg-open is missing, or no file can be written)");
+    if (!here) std::this_thread::sleep_for(kReading);
+  }
   if (!here) return kOk;
   std::unique_lock lock(mutex);
   ended.wait(lock, [&] { return over; });

@@ -122,6 +122,8 @@ def measure(page, daemon, scene):
     for file in [path for pattern in ("*.html", "*.css", "*.js", "*.svg") for path in web.rglob(pattern)]:
         request = urllib.request.Request(base + file.relative_to(web).as_posix(), headers={"Accept-Encoding": "gzip"})
         size += len(urllib.request.urlopen(request).read())
+    protocol = urllib.request.Request(base + "protocol.json", headers={"Accept-Encoding": "gzip"})
+    size += len(urllib.request.urlopen(protocol).read())
     tell("page.bytes", size)
 
     name = pathlib.Path(scene).name
@@ -147,11 +149,13 @@ def measure(page, daemon, scene):
     drag(page, 1)
     pid = daemon.process.pid
     chromium = processes_below(page.driver.service.process.pid)
-    before = page.run("return heliograph.counters.previews + heliograph.counters.whole")
+    shown_pictures = "return heliograph.app.main.meter.times.preview.length + heliograph.app.main.meter.times.whole.length"
+    page.run("for (const list of Object.values(heliograph.app.main.meter.times)) list.length = 0")
+    before = page.run(shown_pictures)
     http, render, shown = cpu_of_thread(pid, "http"), cpu_of([pid]), cpu_of(chromium)
     received = page.run("return heliograph.state().bytes")
     elapsed = drag(page, DRAG_S)
-    after = page.run("return heliograph.counters.previews + heliograph.counters.whole")
+    after = page.run(shown_pictures)
     pictures = (after - before) / elapsed
     tell("drag.pictures_per_s", pictures)
     tell("drag.megabytes_per_s", (page.run("return heliograph.state().bytes") - received) / elapsed / 1e6)

@@ -4,6 +4,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -116,6 +117,15 @@ HttpAnswer WebPeer::upgrade(const std::map<std::string, std::string>& headers) {
 }
 
 bool WebPeer::send_frame(int opcode, const std::string& payload, bool masked) {
+  return send(frame(opcode, payload, masked));
+}
+
+void WebPeer::set_patience(int seconds) {
+  const timeval time{seconds, 0};
+  setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &time, sizeof time);
+}
+
+std::string WebPeer::frame(int opcode, const std::string& payload, bool masked) {
   constexpr char kMask[4] = {0x12, 0x34, 0x56, 0x78};
   const char mask_bit = masked ? char(0x80) : char(0);
   std::string frame{char(0x80 | opcode)};
@@ -128,7 +138,7 @@ bool WebPeer::send_frame(int opcode, const std::string& payload, bool masked) {
   }
   if (masked) frame.append(kMask, 4);
   for (std::size_t i = 0; i < payload.size(); ++i) frame += masked ? char(payload[i] ^ kMask[i % 4]) : payload[i];
-  return send(frame);
+  return frame;
 }
 
 std::optional<WebFrame> WebPeer::read_frame() {

@@ -30,6 +30,8 @@ class WebPeer {
   WebPeer& operator=(const WebPeer&) = delete;
 
   bool send(const std::string& bytes);
+  void set_patience(int seconds);  // of send(), which is else endless
+  static std::string frame(int opcode, const std::string& payload, bool masked = true);
   // One answer, its body by Content-Length; `head`: none follows.
   HttpAnswer read_answer(bool head = false);
   // The same of "METHOD PATH" with these headers beside Host: 127.0.0.1.

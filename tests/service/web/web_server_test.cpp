@@ -7,6 +7,7 @@
 
 #include "heliograph/v1/web.pb.h"
 #include "process.h"
+#include "server/scenes/scene_roots.h"
 #include "service_fixture.h"
 #include "web/web_peer.h"
 
@@ -414,6 +415,28 @@ TEST_F(WebServerTest, APageThatStopsReadingHoldsNothingUp) {
   EXPECT_GT(other.call(request).get_server_info().threads(), 0);
 }
 
+TEST_F(WebServerTest, APageThatOnlySendsIsReadNoFurther) {
+  start_web();
+  Page page(http());
+  ASSERT_TRUE(page.welcomed());
+  // Each of a kind that this daemon does not know, and answered; nothing is read.
+  bool taken = true;
+  std::uint64_t sent = 0;
+  const std::string unknown("\xfa\x3e\x00", 3);
+  pb::WebRequest request;
+  std::string many;
+  page.peer().set_patience(1);
+  for (; taken && sent < 2000000; sent += 1000) {
+    many.clear();
+    for (int i = 0; i < 1000; ++i) {
+      request.set_id(page.new_id());
+      many += WebPeer::frame(2, request.SerializeAsString() + unknown);
+    }
+    taken = page.peer().send(many);
+  }
+  EXPECT_FALSE(taken) << "the daemon took " << sent << " requests";
+}
+
 TEST_F(WebServerTest, WantsATokenEverywhere) {
   TemporaryFolder folder;
   write_file(folder / "tokens", "# ours\n" + kGoodToken + "\n");
@@ -521,6 +544,18 @@ TEST_F(WebServerTest, ListsFilesBelowTheRootsAlone) {
   load.mutable_begin()->set_path(files.entries(0).path());
   pb::LoadSceneResponse loaded;
   EXPECT_TRUE(this->load({load}, &loaded).ok());
+  // A folder that two roots have is that of both.
+  TemporaryFolder second;
+  std::filesystem::create_directory(second / "rooms");
+  write_file(second / "rooms/a.gltf", "the first root's hides it");
+  write_file(second / "rooms/b.glb", "");
+  const auto roots = SceneRoots::open({folder.path(), second.path()});
+  ASSERT_TRUE(roots.ok());
+  const auto both = roots->list("rooms", "folder");
+  ASSERT_TRUE(both.ok());
+  ASSERT_EQ(both->entries.size(), 2u);
+  EXPECT_EQ(both->entries[0].bytes, quad_gltf().size());
+  EXPECT_EQ(both->entries[1].path, "rooms/b.glb");
   EXPECT_EQ(list("link", &files).error_code(), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(list("..", &files).error_code(), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(list("/", &files).error_code(), grpc::StatusCode::PERMISSION_DENIED);
