@@ -8,7 +8,7 @@ import { channelById } from './picture/channels.js';
 import { ComparePanel } from './panels/compare_panel.js';
 import { Connection } from './protocol/connection.js';
 import { ConvergencePlot } from './panels/convergence_plot.js';
-import { find, make, short } from './dom.js';
+import { button, find, make, short } from './dom.js';
 import { Inspector } from './panels/inspector.js';
 import { Link, LinkPanel } from './panels/link_panel.js';
 import { listenToKeys } from './keys.js';
@@ -20,10 +20,10 @@ import { RenderPanel } from './panels/render_panel.js';
 import { savePicture } from './picture/save.js';
 import { ScenePanel } from './panels/scene_panel.js';
 import { Scenes } from './protocol/scenes.js';
-import { statusLine } from './panels/status_line.js';
+import { statusLine, usedBudget } from './panels/status_line.js';
 import { exposeForTests } from './test_access.js';
 import { RegionTool, SplitTool } from './tools.js';
-import { address, readState, takeToken, writeState } from './url_state.js';
+import { address, keepToken, readState, takeToken, withinRange, writeState } from './url_state.js';
 import { Viewport } from './viewport.js';
 
 const MOST_PIXELS = 1280 * 720; // of a film that follows the window
@@ -32,12 +32,18 @@ const HISTOGRAM_MS = 700;
 const DEPTH_MS = 8000;
 const INSPECT_MS = 350;
 
+// Width and height of a size that does not follow the window.
+function fixedSize(size) {
+  return /^(\d+)x(\d+)$/.exec(size)?.slice(1).map(Number);
+}
+
 class App {
   #resizeTimer = 0;
   #measured = 0;
   #measureTimer = 0;
   #clipped = 0;
   #hoverTimer = 0;
+  #wantedOf = new WeakMap(); // what was wanted, by the settings that it came to
 
   constructor() {
     this.look = newLook();
@@ -78,6 +84,7 @@ class App {
   }
 
   async start() {
+    addEventListener('hashchange', () => this.#followLink());
     const connecting = this.connection.start(); // answers later than what follows here
     try {
       this.viewports.push(new Viewport(this, find('stage-a')));
@@ -103,7 +110,8 @@ class App {
       refused: 'refused',
     }[state];
     if (state !== 'open') {
-      banner(sentence);
+      if (this.connection.tokenRefused) this.#askForToken();
+      else banner(sentence);
       return;
     }
     banner('');
@@ -124,6 +132,27 @@ class App {
     }
   }
 
+  #askForToken() {
+    const { token } = this.connection;
+    const input = make('input', { id: 'token', type: 'password', autocomplete: 'off', 'aria-label': 'Token' });
+    const connect = (event) => {
+      event.preventDefault();
+      this.connection.token = input.value.trim();
+      keepToken(this.connection.token);
+      this.connection.start();
+    };
+    banner(
+      token ? "The token is not one of the daemon's." : 'The daemon wants a token.',
+      make(
+        'form',
+        { id: 'token-form', class: 'row', on: { submit: connect } },
+        input,
+        button('token-connect', 'Connect', null, { type: 'submit' }),
+      ),
+    );
+    input.focus();
+  }
+
   #build() {
     const { codec } = this.connection,
       { state } = this;
@@ -136,6 +165,13 @@ class App {
     if (state.channel) this.look.channel = channelById(state.channel).id;
     if (state.exposure !== undefined) this.look.exposure = Math.min(64, Math.max(-64, state.exposure));
     if (state.tone !== undefined) this.look.toneMap = state.tone;
+    const [width, height] = fixedSize(this.wanted.size) ?? [];
+    const problem = width !== undefined && this.#sizeProblem(width, height);
+    if (problem) {
+      say(problem, 'error');
+      this.wanted.size = 'window';
+    }
+    if (this.info.modes?.length && !this.info.modes.includes(this.wanted.mode)) this.wanted.mode = this.info.modes[0];
     const range = state.range?.split(',').map(Number);
     if (range?.length === 2 && range.every(Number.isFinite)) Object.assign(this.look, { range, autoRange: false });
     if (state.linear) this.look.logarithmic = false;
@@ -163,7 +199,6 @@ class App {
     document.addEventListener('visibilitychange', () => this.#visible());
     addEventListener('pagehide', () => this.viewports.forEach((viewport) => viewport.session.close()));
     addEventListener('pageshow', (event) => event.persisted && this.#visible());
-    addEventListener('hashchange', () => this.#followLink());
     this.#showPause();
     exposeForTests(this);
   }
@@ -191,7 +226,6 @@ class App {
     const before = this.scenes.current;
     const answer = await load();
     for (const text of answer.warnings.slice(0, 3)) say(text, 'info');
-    for (const text of answer.notices.slice(0, 3)) say(text, 'info');
     const { current } = this.scenes;
     this.camera.start(this.scenes.loaded);
     if (camera) this.camera.fromText(camera);
@@ -202,7 +236,7 @@ class App {
     this.sceneName.title = this.scenes.source.path ?? name;
     document.title = `${name} · Heliograph`;
     this.panels.open.place(false);
-    this.panels.scene.opened();
+    this.panels.scene.opened(answer.notices);
     this.panels.camera.opened();
     this.panels.picture.refresh();
     for (const viewport of this.viewports) this.#startSession(viewport, before !== null);
@@ -225,15 +259,28 @@ class App {
     session.view = this.camera.message();
     viewport.meter.sent(1, performance.now());
     this.counters.views++;
-    session.run();
+    if (!this.paused && !document.hidden) session.run();
+  }
+
+  // Why the daemon takes no film of this size; '': it does.
+  #sizeProblem(width, height) {
+    const { max_film_side: side, max_film_pixels: pixels } = this.info.limits ?? {};
+    if (width < 1 || height < 1) return 'A picture has a pixel a side at least.';
+    if (side && Math.max(width, height) > side) return `The daemon takes ${side} pixels a side at most.`;
+    if (pixels && width * height > Number(pixels)) {
+      return `The daemon takes ${Number(pixels).toLocaleString('en')} pixels at most.`;
+    }
+    return '';
   }
 
   #size(viewport) {
     const { size } = this.wanted,
-      fixed = /^(\d+)x(\d+)$/.exec(size);
-    if (fixed) return [Number(fixed[1]), Number(fixed[2])];
-    const { clientWidth, clientHeight } = viewport.stage;
-    const scale = Math.min(size === 'half' ? 0.5 : 1, Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight)));
+      fixed = fixedSize(size);
+    if (fixed) return fixed;
+    const { clientWidth, clientHeight } = viewport.stage,
+      { max_film_pixels: pixels = 0 } = this.info.limits ?? {};
+    const most = Math.min(MOST_PIXELS, Number(pixels) || Infinity);
+    const scale = Math.min(size === 'half' ? 0.5 : 1, Math.sqrt(most / Math.max(1, clientWidth * clientHeight)));
     return [clientWidth, clientHeight].map((side) => Math.max(16, Math.round(side * scale)));
   }
 
@@ -244,7 +291,10 @@ class App {
       region && region[2] <= width && region[3] <= height
         ? { region: { x0: region[0], y0: region[1], x1: region[2], y1: region[3] } }
         : {};
-    return { ...rest, width, height, ...box, ...(viewport === this.second ? this.panels.compare.settings() : {}) };
+    const own = viewport === this.second ? this.panels.compare.settings() : {};
+    const settings = { ...rest, width, height, ...box, ...own };
+    this.#wantedOf.set(settings, { size, region });
+    return settings;
   }
 
   #budget() {
@@ -265,11 +315,17 @@ class App {
   }
 
   setSize(size) {
+    const problem = fixedSize(size) && this.#sizeProblem(...fixedSize(size));
+    if (problem) {
+      say(problem, 'error');
+      this.panels.render.refresh();
+      return;
+    }
     this.setSettings({ size, region: null });
   }
 
   setBudget(changes) {
-    Object.assign(this.budget, changes);
+    for (const [name, value] of Object.entries(changes)) this.budget[name] = withinRange(name, value);
     for (const viewport of this.viewports) viewport.session.setBudget(this.#budget());
     this.panels.render.refresh();
     this.panels.plot.refresh();
@@ -281,9 +337,12 @@ class App {
     if (viewport !== this.main) return;
     const { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms = 0 } = settings;
     Object.assign(this.wanted, { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms });
+    Object.assign(this.wanted, this.#wantedOf.get(settings) ?? {});
     const { samples = 0, time_s = 0, error = 0 } = budget;
     this.budget = { samples, time_s, error };
     this.panels.render.refresh();
+    this.panels.plot.refresh();
+    this.#save();
   }
 
   setChannel(id) {
@@ -577,11 +636,12 @@ class App {
   }
 
   async copyLink() {
-    history.replaceState(null, '', address(this.#address()));
+    const link = address({ ...this.#address(), size: this.#size(this.main).join('x') });
     try {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(new URL(link, location.href).href);
       say('The link is on the clipboard.', 'good');
     } catch {
+      history.replaceState(null, '', link);
       say('The link is in the address bar.', 'info');
     }
   }
@@ -605,7 +665,7 @@ class App {
       id: path ? '' : scenes.loaded.scene_id,
       environment,
       edits: scenes.editEntries(),
-      camera: this.camera.exact ? '' : this.camera.toText(),
+      camera: this.camera.isHome ? '' : this.camera.toText(),
       size: wanted.size === 'window' ? '' : wanted.size,
       mode: wanted.mode,
       integrator: wanted.integrator,
@@ -631,8 +691,7 @@ class App {
 
   // Somebody changed the fragment, or went back: a link to another state is followed by loading the page again.
   #followLink() {
-    const token = takeToken();
-    if (token) this.connection.token = token;
+    takeToken();
     location.reload();
   }
 
@@ -644,10 +703,12 @@ class App {
       if (!this.panels) return;
       if (what === 'begin') {
         if (!viewport.continued) this.panels.plot.begin(second);
+        this.scenes.sweep();
         if (!second) this.panels.render.refresh();
       } else if (what === 'progress' || what === 'end') {
         this.panels.plot.add(viewport.progress, second);
         if (!second) this.#status();
+        if (what === 'end') this.scenes.sweep();
         if (what === 'end' && !second) announce(statusLine(this));
       } else if (what === 'tile' || what === 'whole') {
         if (!second) this.#measure();
@@ -679,9 +740,8 @@ class App {
   }
 
   #status() {
-    const { progress, end } = this.main ?? {};
     find('status-text').textContent = statusLine(this);
-    const used = end ? 1 : (progress?.budget_used ?? 0);
+    const used = usedBudget(this);
     find('progress').setAttribute('aria-valuenow', String(Math.round(100 * used)));
     find('progress').firstChild.style.width = `${100 * used}%`;
   }

@@ -48,8 +48,15 @@ export function check(id, text, checked, onChange) {
   return make('label', { class: 'check' }, box, text);
 }
 
+// What is typed is brought into the range of min and max, if there is one.
 export function number(id, value, onChange, more = {}) {
-  const element = make('input', { id, type: 'number', value, on: { change: () => onChange(element.value) }, ...more });
+  const changed = () => {
+    const { min = -Infinity, max = Infinity, step } = more;
+    const within = Math.min(Math.max(Number(element.value), min), max);
+    if (element.value !== '') element.value = String(step === 1 ? Math.round(within) : within);
+    onChange(element.value);
+  };
+  const element = make('input', { id, type: 'number', value, on: { change: changed }, ...more });
   return element;
 }
 

@@ -19,7 +19,8 @@ const HELP = [
   ['T', 'Next tone map'],
   ['P, X, V', 'Pin; hold to flip; next comparison'],
   ['< >', 'Move the split; or drag it'],
-  ['B', 'Draw the region'],
+  ['B; escape', 'Draw the region; leave that'],
+  ['Enter, alt arrows', 'Inspect the middle; the pixel beside'],
   ['C', 'Copy the pixel'],
   ['I, \\', 'Figures; side panel'],
   ['Space', 'Pause, go on'],
@@ -75,6 +76,7 @@ export function listenToKeys(app) {
       return;
     }
     if (!app.scenes.current) return;
+    if (event.key === 'Escape') app.tool.leave();
     const digit = /^Digit(\d)$/.exec(event.code)?.[1];
     if (digit === '0') {
       if (event.shiftKey) app.active.showOneToOne();

@@ -19,8 +19,9 @@ export function say(text, kind = 'info') {
   setTimeout(() => message.remove(), SHOWN_MS[kind] ?? SHOWN_MS.info);
 }
 
-export function banner(text) {
-  find('banner').textContent = text;
+// more: elements below the sentence.
+export function banner(text, ...more) {
+  find('banner').replaceChildren(text, ...more);
   find('banner').hidden = !text;
 }
 

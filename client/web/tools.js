@@ -29,13 +29,20 @@ export class RegionTool {
     viewport.invalidate();
   }
 
+  // Draws nothing more.
+  leave() {
+    this.app.tool = this.app.splitTool;
+    for (const viewport of this.app.viewports) {
+      delete viewport.overlay.dataset.tool;
+      viewport.box = null;
+      viewport.invalidate();
+    }
+  }
+
   up(viewport) {
     const [x0, y0, x1, y1] = viewport.box;
-    viewport.box = null;
-    this.app.tool = this.app.splitTool;
-    for (const { overlay } of this.app.viewports) delete overlay.dataset.tool;
+    this.leave();
     if (x1 - x0 > 3 && y1 - y0 > 3) this.app.setSettings({ region: [x0, y0, x1, y1] });
-    viewport.invalidate();
   }
 }
 
@@ -57,4 +64,6 @@ export class SplitTool {
   }
 
   up() {}
+
+  leave() {}
 }

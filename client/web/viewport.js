@@ -15,6 +15,8 @@ export class Viewport {
   #moveTimer = 0;
   #picture = ''; // what the film shows and how, as text
   #secondsBefore = 0; // of frames that went on with it
+  #sessionId = '';
+  #anew = true; // the stream's film begins at nothing
 
   // stage: the element that holds the canvases. app: look, camera, link, callbacks.
   constructor(app, stage) {
@@ -42,8 +44,10 @@ export class Viewport {
       this.invalidate();
     });
     this.session = new Session(app.connection, app.scenes, {
-      opened: () => {
+      opened: ({ session_id: id, resumed }) => {
         this.#pending = 0;
+        this.#anew = !resumed || id !== this.#sessionId;
+        this.#sessionId = id;
       },
       frameBegin: (begin) => this.#begin(begin),
       tile: (tile, bytes) => this.#tile(tile, bytes),
@@ -144,6 +148,12 @@ export class Viewport {
     return [(x * ratio - picture.origin[0]) / picture.zoom, (y * ratio - picture.origin[1]) / picture.zoom];
   }
 
+  // The point of the stage in CSS pixels that shows these film coordinates.
+  stageAt(x, y) {
+    const { picture, ratio } = this;
+    return [(x * picture.zoom + picture.origin[0]) / ratio, (y * picture.zoom + picture.origin[1]) / ratio];
+  }
+
   // The same as [-1, 1], v up.
   uvAt(x, y) {
     const [fx, fy] = this.filmAt(x, y);
@@ -193,7 +203,8 @@ export class Viewport {
   #goOn(begin) {
     const plain = (name, value) => (typeof value === 'bigint' ? String(value) : value);
     const picture = JSON.stringify([begin.settings, this.session.view, this.app.scenes.current?.scene_id], plain);
-    this.continued = picture === this.#picture;
+    this.continued = picture === this.#picture && !this.#anew;
+    this.#anew = false;
     this.#picture = picture;
     this.#secondsBefore = this.continued ? (this.progress?.seconds ?? this.#secondsBefore) : 0;
   }
@@ -235,7 +246,9 @@ export class Viewport {
         this.previewBytes += bytes;
         this.picture.addPreviewTile(tile);
         this.app.counters.previewTiles++;
-        return; // shown, and its credit returned, with the whole preview
+        // Shown, and its credit returned, with the whole preview: but it must not wait for what it alone returns.
+        if (2 * this.#pending >= this.session.credit) this.#returnCredit();
+        return;
       } else {
         this.app.counters.filmTiles++;
         if (this.picture.addTile(tile)) this.#newWhole = true;
@@ -271,6 +284,11 @@ export class Viewport {
     if (end.reason === END_REASON_FAILED) this.app.say(`The picture failed: ${end.message}`, 'error');
   }
 
+  #returnCredit() {
+    this.session.drawn(this.#pending);
+    this.#pending = 0;
+  }
+
   invalidate() {
     this.#frame ||= requestAnimationFrame(() => this.#draw());
   }
@@ -279,8 +297,7 @@ export class Viewport {
     this.#frame = 0;
     this.picture.draw(this.#sizeCanvas());
     this.app.drawOverlay?.(this);
-    this.session.drawn(this.#pending);
-    this.#pending = 0;
+    this.#returnCredit();
     const now = performance.now();
     const { preview, film } = this.#lastDrawn;
     if (preview) this.meter.shown('preview', preview, now);

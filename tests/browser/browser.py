@@ -13,7 +13,7 @@ import time
 
 SWITCHES = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
             "--enable-unsafe-swiftshader", "--disable-gpu-compositing", "--window-size=1000,700", "--hide-scrollbars", "--disable-background-networking",
-            "--disable-component-update", "--no-first-run", "--force-device-scale-factor=1"]
+            "--disable-component-update", "--no-first-run", "--force-device-scale-factor=1", "--remote-debugging-pipe"]
 
 
 def missing():
@@ -96,6 +96,17 @@ class Page:
     def __init__(self, screenshots, switches=()):
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
+        from selenium.webdriver.common import utils
+
+        class LoopbackService(Service):
+            """By its address: a minimal system has no name for it."""
+
+            @property
+            def service_url(self):
+                return f"http://127.0.0.1:{self.port}"
+
+            def is_connectable(self):
+                return utils.is_connectable(self.port, "127.0.0.1")
 
         self.screenshots = pathlib.Path(screenshots)
         self.folder = tempfile.mkdtemp(prefix="heliograph-browser-")
@@ -105,7 +116,7 @@ class Page:
             options.add_argument(switch)
         # Not the log "performance", which copies every message of a WebSocket through several processes.
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        service = Service(executable_path=shutil.which("chromedriver"), log_path=os.devnull)
+        service = LoopbackService(executable_path=shutil.which("chromedriver"), log_path=os.devnull)
         self.driver = webdriver.Chrome(service=service, options=options)
         self.driver.set_script_timeout(30)
 

@@ -66,6 +66,11 @@ export class Camera {
     this.exact = view;
   }
 
+  // Nothing was moved: the scene's first camera.
+  get isHome() {
+    return this.exact !== null && this.exact === this.home?.exact;
+  }
+
   message() {
     if (this.exact) return this.exact;
     const told = new Camera();

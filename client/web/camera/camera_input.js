@@ -30,7 +30,7 @@ export function listenToCamera(app, viewport) {
     target.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, point(event));
     if (app.tool?.down(viewport, ...point(event), event)) {
-      drag = { tool: true };
+      drag = { tool: app.tool };
       return;
     }
     if (pointers.size === 1) {
@@ -58,7 +58,7 @@ export function listenToCamera(app, viewport) {
       return;
     }
     if (drag.tool) {
-      app.tool.move(viewport, ...now);
+      if (drag.tool === app.tool) drag.tool.move(viewport, ...now);
       return;
     }
     const [x, y] = pointers.get(event.pointerId);
@@ -89,15 +89,23 @@ export function listenToCamera(app, viewport) {
 
   const up = (event) => {
     if (!pointers.delete(event.pointerId)) return;
-    if (drag?.tool) app.tool.up(viewport, ...point(event));
-    else if (drag && drag.moved < 4 && event.type === 'pointerup') tapped(event, ...point(event));
+    if (drag?.tool) {
+      if (drag.tool !== app.tool) drag = null;
+      else if (event.type === 'pointercancel') drag.tool.leave();
+      else drag.tool.up(viewport, ...point(event));
+    } else if (drag && drag.moved < 4 && event.type === 'pointerup') {
+      tapped(event, ...point(event));
+    }
     drag = pointers.size ? { kind: 'orbit', moved: 99 } : null;
   };
   target.addEventListener('pointerup', up);
   target.addEventListener('pointercancel', up);
-  target.addEventListener('pointerleave', () => !drag && app.hover(viewport, NaN, NaN));
+  target.addEventListener('pointerleave', (event) => {
+    if (!drag && event.pointerType !== 'touch') app.hover(viewport, NaN, NaN); // what a finger tapped stays
+  });
 
   const tapped = (event, x, y) => {
+    if (event.pointerType === 'touch') app.hover(viewport, x, y);
     const near = Math.hypot(x - lastTap.x, y - lastTap.y) < 12;
     if (event.button === 0 && near && event.timeStamp - lastTap.time < DOUBLE_TAP_MS) {
       app.pickPivot(viewport, x, y);
@@ -161,7 +169,25 @@ export function listenToCamera(app, viewport) {
       );
     }
   };
+  // Inspects the picture's middle, or the pixel beside the one that is inspected.
+  const inspect = (event) => {
+    const { picture } = viewport,
+      arrow = event.altKey && ARROWS[event.code];
+    if (!arrow && (event.key !== 'Enter' || event.altKey)) return false;
+    const middle = [picture.width >> 1, picture.height >> 1];
+    const from = arrow && app.inspector.viewport === viewport ? (app.inspector.at ?? middle) : middle;
+    const step = event.shiftKey ? 10 : 1;
+    const pixel = [picture.width, picture.height].map((side, i) =>
+      Math.min(Math.max(from[i] + (arrow ? arrow[i] * step : 0), 0), side - 1),
+    );
+    app.hover(viewport, ...viewport.stageAt(pixel[0] + 0.5, pixel[1] + 0.5));
+    return true;
+  };
   target.addEventListener('keydown', (event) => {
+    if (!event.ctrlKey && !event.metaKey && app.inspector && inspect(event)) {
+      event.preventDefault();
+      return;
+    }
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === 'Shift') held.size && held.add('Shift');
     if (!FLY[event.code] && !ARROWS[event.code]) return;

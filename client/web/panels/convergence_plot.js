@@ -30,10 +30,15 @@ export class ConvergencePlot {
   // The library is fetched when there is something to plot, so that the first picture does not wait for it.
   #load() {
     if (this.#loading || !this.#points.length) return;
-    this.#loading = import('../vendor/uplot.js').then((library) => {
-      this.#create(library.default);
-      this.refresh();
-    });
+    this.#loading = import('../vendor/uplot.js').then(
+      (library) => {
+        this.#create(library.default);
+        this.refresh();
+      },
+      () => {
+        this.#loading = null; // the daemon is gone; asked again with the next point
+      },
+    );
   }
 
   #create(uPlot) {
@@ -98,6 +103,10 @@ export class ConvergencePlot {
       this.#dragTo(event);
       this.app.setBudget({ error: this.target });
     });
+    over.addEventListener('pointercancel', () => {
+      this.#dragging = false;
+      this.refresh();
+    });
     over.addEventListener('keydown', (event) => {
       const factor = { ArrowUp: 1.1, ArrowDown: 1 / 1.1, PageUp: 2, PageDown: 0.5 }[event.key];
       if (event.key === 'Delete') this.app.setBudget({ error: 0 });
@@ -140,7 +149,10 @@ export class ConvergencePlot {
     const now = last ? `Standard error ${short(last[1], 3)} after ${short(last[0], 3)} s. ` : '';
     this.note.textContent =
       now + (this.target ? `Ends at ${short(this.target, 3)}.` : 'Click or drag in the plot to set a target.');
-    this.plot?.over.setAttribute('aria-valuenow', String(this.target));
+    const highest = Math.max(this.target, ...this.#points.map(([, error]) => error), 1e-6);
+    for (const [name, value] of Object.entries({ valuemin: 0, valuemax: highest, valuenow: this.target })) {
+      this.plot?.over.setAttribute(`aria-${name}`, String(value));
+    }
   }
 
   begin(second) {

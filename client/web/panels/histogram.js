@@ -22,9 +22,11 @@ export class Histogram {
   measure() {
     const { picture } = this.app.active,
       { film } = picture;
-    const channel = channelById(this.app.look.channel);
-    if (!film || !channel.planes.every((name) => film.planes.has(name))) return null;
     const compares = this.app.comparing();
+    const chosen = channelById(this.app.look.channel);
+    const inErrors = compares === Compare.ERRORS && isColour(chosen);
+    const channel = inErrors ? channelById('radiance') : chosen;
+    if (!film || !channel.planes.every((name) => film.planes.has(name))) return null;
     const reference = compares >= Compare.ABSOLUTE && picture.comparable ? picture.reference : null;
     const stride = Math.max(1, Math.ceil(Math.sqrt((film.width * film.height) / PIXELS)));
     const colour = isColour(channel);
@@ -56,6 +58,7 @@ export class Histogram {
             : Math.abs(value - other);
           const base = colour ? (other[0] + other[1] + other[2]) / 3 : Math.abs(other);
           shown = compares === Compare.RELATIVE ? difference / Math.max(base, floor) : difference;
+          if (inErrors) shown = picture.standardErrors(x, y) ?? NaN;
         }
         if (Number.isFinite(shown) && count < this.values.length) this.values[count++] = shown;
       }

@@ -40,6 +40,7 @@ export class Inspector {
       historyWeight: weight,
       historyAge: weight > 0 ? values['history.age'] / weight : weight === undefined ? undefined : 0,
       bound: values['bias.bound'],
+      standardErrors: viewport.picture.standardErrors(x, y),
     };
   }
 
@@ -66,6 +67,7 @@ export class Inspector {
       values[keys[0]] !== undefined &&
       list.push(make('dt', { text: name }), make('dd', { text: keys.map((key) => short(values[key], 3)).join('  ') }));
     add('samples', pixel.samples);
+    add('from the pinned, in errors', pixel.standardErrors, 3);
     three('display', ['display.R', 'display.G', 'display.B']);
     add('display error', values['display.error'], 3);
     add('history weight', pixel.historyWeight, 3);

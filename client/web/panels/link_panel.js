@@ -6,7 +6,11 @@ import { bytes, check, field, find, make, ms, number, section, select, short } f
 
 const SLOW = 4e6; // bytes a second below which previews come as JPEG
 const SLOW_IN_A_ROW = 3;
-const LOOPBACK = /^(localhost|127\..*|\[::1\])$/; // never slow: a late preview there means a busy processor
+const LOOPBACK = /^(localhost|127\..*|\[::1\])$/;
+const NO_TUNNEL = 20e6; // bytes a second: a link of this machine itself, where a late preview means a busy processor
+const AGAIN = 4; // previews after which a slow link is measured anew
+const KEEPS_UP = 0.9; // of the limit: the link may bear more
+const LEAST = 5e4;
 const LIMITS = [
   ['auto', 'Measured'],
   ['0', 'None'],
@@ -21,6 +25,8 @@ const time = (seconds) => (seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `
 // Of the link, as the viewports need it.
 export class Link {
   #slowCount = 0;
+  #fastest = 0;
+  #recent = []; // rates of previews over a slow link
 
   constructor(onChange) {
     this.choice = 'auto';
@@ -53,17 +59,39 @@ export class Link {
 
   // A preview of so many bytes took so long from its first to its last byte.
   measured(size, milliseconds) {
-    if (this.choice !== 'auto' || size < 100000 || LOOPBACK.test(location.hostname)) return;
+    if (this.choice !== 'auto') return;
     const rate = size / Math.max(milliseconds / 1000, 1e-3);
+    if (this.rate) {
+      if (size > 5000) this.#measureAgain(rate);
+      return;
+    }
+    if (size < 100000) return;
+    this.#fastest = Math.max(this.#fastest, rate);
+    if (LOOPBACK.test(location.hostname) && this.#fastest > NO_TUNNEL) return;
     this.#slowCount = rate < SLOW ? this.#slowCount + 1 : 0;
-    if (this.rate || this.#slowCount < SLOW_IN_A_ROW) return;
-    this.rate = rate;
+    if (this.#slowCount < SLOW_IN_A_ROW) return;
+    this.#slowCount = 0;
+    this.rate = Math.max(rate, LEAST);
+    this.#changed();
+  }
+
+  // The limit paces previews, too: where they keep up with it, it is raised, until the link counts as fast again.
+  #measureAgain(rate) {
+    this.#recent.push(rate);
+    if (this.#recent.length < AGAIN) return;
+    const best = Math.max(...this.#recent);
+    this.#recent = [];
+    if (best > SLOW) this.rate = 0;
+    else if (best > KEEPS_UP * this.limit) this.rate = Math.max(best, 1.5 * this.rate);
+    else this.rate = Math.max(best, 0.7 * this.rate, LEAST);
+    if (0.9 * this.rate >= SLOW) this.rate = 0;
     this.#changed();
   }
 
   set(values) {
     Object.assign(this, values);
     if (values.choice) this.rate = this.#slowCount = 0;
+    if (values.choice) this.#recent = [];
     this.#changed();
   }
 }

@@ -87,7 +87,7 @@ export class OpenPanel {
                     this.#folders.push(entry.path);
                     this.browse(entry.path);
                   } else if (entry.environment) {
-                    this.open(this.app.scenes.source.path, entry.path);
+                    this.light(entry.path);
                   } else {
                     this.open(entry.path);
                   }
@@ -129,10 +129,28 @@ export class OpenPanel {
     }
   }
 
-  async open(path, environment = '') {
+  open(path) {
+    return this.#load(() => this.app.scenes.openPath(path));
+  }
+
+  // The scene that is open again, with a map around it: seen as it is now, edits included.
+  light(environment) {
+    const { scenes, camera } = this.app;
+    const edits = scenes.editEntries();
+    return this.#load(
+      async () => {
+        const answer = await scenes.openPath(scenes.source.path, environment);
+        if (edits.length) await scenes.setEdits(edits).catch((error) => this.app.say(error.message, 'error'));
+        return answer;
+      },
+      camera.isHome ? '' : camera.toText(),
+    );
+  }
+
+  async #load(load, camera = '') {
     this.#say('Loading …');
     try {
-      await this.app.openScene(() => this.app.scenes.openPath(path, environment));
+      await this.app.openScene(load, camera);
       this.#say('');
     } catch (error) {
       this.#say(error.message, true);

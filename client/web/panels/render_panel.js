@@ -1,5 +1,6 @@
 // How the daemon renders: mode, integrator, budget, size, region, seed, previews.
 
+import { RANGES } from '../url_state.js';
 import { button, field, make, number, section, select, short } from '../dom.js';
 
 const MODES = {
@@ -52,18 +53,21 @@ export class RenderPanel {
     this.integrator = select('integrator', this.integrators, String(wanted.integrator), change('integrator'));
     this.samples = number('budget-samples', '', budget('samples'), {
       min: 0,
+      max: RANGES.samples[1],
       step: 1,
       placeholder: '∞',
       title: 'Samples a pixel',
     });
     this.time = number('budget-time', '', budget('time_s'), {
       min: 0,
+      max: RANGES.time_s[1],
       step: 'any',
       placeholder: '∞',
       title: 'Seconds',
     });
     this.error = number('budget-error', '', budget('error'), {
       min: 0,
+      max: RANGES.error[1],
       step: 'any',
       placeholder: 'none',
       title: 'Standard error, radiance',
@@ -79,8 +83,8 @@ export class RenderPanel {
     this.seed = number(
       'seed',
       wanted.seed,
-      (value) => app.setSettings({ seed: Math.max(0, Math.floor(Number(value) || 0)) }),
-      { min: 0, step: 1 },
+      (value) => app.setSettings({ seed: Number(value) }),
+      { min: 0, max: RANGES.seed[1], step: 1 },
     );
     this.segments = number('max-segments', '', (value) => app.setSettings({ max_segments: Number(value) || 0 }), {
       min: 1,

@@ -4,6 +4,7 @@ import { button, field, make, number, section, short } from '../dom.js';
 import { fromMessage, toMessage } from '../camera/vectors.js';
 
 const DELAY_MS = 120; // between the edits of one that is dragged
+const LONG = 30; // rows of a list from which on it can be filtered
 
 const toSrgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
 const toLinear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
@@ -25,12 +26,14 @@ export class ScenePanel {
     this.app = app;
     this.lists = make('div', { id: 'scene-lists', class: 'group' });
     this.facts = make('p', { class: 'note', id: 'scene-facts' });
+    this.notices = make('details', { id: 'scene-notices', class: 'more', hidden: true });
     this.undo = button('edits-reset', 'Undo all edits', () => this.#reset());
     this.element = section(
       'section-scene',
       'Scene',
       false,
       this.facts,
+      this.notices,
       this.lists,
       make('div', { class: 'row' }, this.undo),
     );
@@ -38,9 +41,15 @@ export class ScenePanel {
     this.filledFor = '';
   }
 
-  // A scene was opened.
-  opened() {
+  // A scene was opened. notices: of its loading.
+  opened(notices) {
     this.filledFor = '';
+    this.notices.open = false;
+    this.notices.hidden = !notices.length;
+    this.notices.replaceChildren(
+      make('summary', { text: notices.length === 1 ? '1 notice' : `${notices.length} notices` }),
+      ...notices.map((text) => make('p', { class: 'note', text })),
+    );
     const { current } = this.app.scenes;
     this.facts.textContent =
       `${current.triangles.toLocaleString('en')} triangles, ${current.materials} materials, ` +
@@ -54,8 +63,8 @@ export class ScenePanel {
     if (!this.element.open || !scenes.loaded || this.filledFor === scenes.loaded.scene_id) return;
     this.filledFor = scenes.loaded.scene_id;
     try {
-      const found = await this.app.connection.call('describe_scene', { scene_id: scenes.loaded.scene_id });
-      this.#show(found);
+      this.found = { objects: [], materials: [], lights: [] };
+      await this.#more();
     } catch (error) {
       this.filledFor = '';
       this.lists.replaceChildren(
@@ -64,24 +73,71 @@ export class ScenePanel {
     }
   }
 
-  #show(found) {
-    const group = (title, id, total, rows) =>
-      rows.length
-        ? [
-            make('div', { class: 'label note', text: `${title} (${total})` }),
-            make('div', { class: 'list', id }, ...rows),
-          ]
-        : [];
-    const materials = found.materials.map((m, i) => this.#material(m, i));
-    const lights = found.lights.map((l, i) => this.#light(l, i));
+  // The lists' next part: of each as many as the daemon tells at a time.
+  async #more() {
+    const { found } = this,
+      id = this.filledFor;
+    const answer = await this.app.connection.call('describe_scene', {
+      scene_id: id,
+      first_object: found.objects.length,
+      first_material: found.materials.length,
+      first_light: found.lights.length,
+    });
+    if (id !== this.filledFor || found !== this.found) return;
+    for (const name of ['objects', 'materials', 'lights']) found[name].push(...answer[name]);
+    this.#show(found, answer);
+  }
+
+  // totals: of the lists; found: what is known of them.
+  #show(found, totals) {
+    const filters = this.filters ?? {};
+    this.filters = {};
+    const group = (title, id, count, rows, whole = true) => {
+      if (!rows.length) return [];
+      const parts = [make('div', { class: 'label note', text: `${title} (${count})` })];
+      if (rows.length > LONG || !whole) parts.push(this.#filter(title, id, rows, filters[id]));
+      parts.push(make('div', { class: 'list', id }, ...rows));
+      if (!whole) {
+        const more = () => this.#more().catch((error) => this.app.say(error.message, 'error'));
+        parts.push(make('div', { class: 'row' }, button(`${id}-more`, 'More', more)));
+      }
+      return parts;
+    };
+    const emits = (m) => Object.values(m.emission ?? {}).some((value) => value > 0);
+    const materials = found.materials.map((m, i) => [m, this.#material(m, i)]);
+    const of = (shining) => materials.filter(([m]) => emits(m) === shining).map(([, row]) => row);
+    const lights = [...of(true), ...found.lights.map((l, i) => this.#light(l, i))];
     const objects = found.objects.map((o, i) => this.#object(o, i));
-    const environment = found.environment ? [this.#environment(found.environment)] : [];
+    const environment = found.environment ?? totals.environment;
+    found.environment = environment;
+    const allMaterials = found.materials.length >= totals.material_total;
+    const allLights = found.lights.length >= totals.light_total;
+    const allObjects = found.objects.length >= totals.object_total;
     this.lists.replaceChildren(
-      ...group('Materials', 'materials', found.material_total, materials),
-      ...group('Lights', 'lights', found.light_total, lights),
-      ...group('Objects', 'objects', found.object_total, objects),
-      ...group('Environment', 'environment', 1, environment),
+      ...group('Lights', 'lights', lights.length, lights, allLights),
+      ...group('Environment', 'environment', 1, environment ? [this.#environment(environment)] : []),
+      ...group('Materials', 'materials', totals.material_total - of(true).length, of(false), allMaterials),
+      ...group('Objects', 'objects', totals.object_total, objects, allObjects),
     );
+  }
+
+  // Shows those rows of a list whose name has the text that is typed.
+  #filter(title, id, rows, before = '') {
+    const input = make('input', {
+      id: `${id}-filter`,
+      type: 'search',
+      placeholder: 'Filter',
+      'aria-label': `${title}: filter`,
+      value: before,
+      on: { input: () => apply() },
+    });
+    const apply = () => {
+      const text = input.value.toLowerCase();
+      this.filters[id] = input.value;
+      for (const row of rows) row.hidden = !row.firstChild.textContent.toLowerCase().includes(text);
+    };
+    apply();
+    return input;
   }
 
   // A row that opens. current(): the edit as it stands, without its target.
@@ -196,10 +252,11 @@ export class ScenePanel {
     ]);
   }
 
-  // Place, turn about the vertical and size, on top of the object's transform in the file.
+  // Place, turn about the vertical and size, on top of the object's transform as it is now.
   #object(o, i) {
-    return this.#row(`object-${i}`, o.name || `object ${i}`, 'object', { index: i }, (change) => {
-      const base = o.transform.length === 12 ? o.transform : [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+    return this.#row(`object-${i}`, o.name || `object ${i}`, 'object', { index: i }, (change, now) => {
+      const from = now.transform ?? o.transform;
+      const base = from.length === 12 ? from : [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
       const inputs = ['x', 'y', 'z'].map((axis, k) =>
         number(`object-${i}-${axis}`, short(base[4 * k + 3], 6), () => say(), { step: 'any', 'aria-label': axis }),
       );

@@ -10,11 +10,23 @@ const ENDS = {
   END_REASON_FAILED: 'failed',
 };
 
+const reason = (app) => app.main?.end && app.connection.codec.nameOf('EndReason', app.main.end.reason);
+
+// Another view took over before the picture was done.
+const isSuperseded = (app) => reason(app) === 'END_REASON_SUPERSEDED';
+
+// How much of the budget is used up, [0, 1].
+export function usedBudget(app) {
+  const done = ['END_REASON_SAMPLES', 'END_REASON_TIME', 'END_REASON_ERROR'].includes(reason(app));
+  return done ? 1 : (app.main?.progress?.budget_used ?? 0);
+}
+
 export function statusLine(app) {
   const { progress, end, settings } = app.main ?? {};
   if (!app.scenes.current) return '';
   const parts = [];
   if (app.paused) parts.push('paused');
+  else if (isSuperseded(app)) parts.push('moving');
   else if (end) parts.push(ENDS[app.connection.codec.nameOf('EndReason', end.reason)] ?? 'done');
   else if (!progress) parts.push('rendering');
   if (settings) parts.push(`${settings.width} × ${settings.height}`);

@@ -2,8 +2,8 @@
 // and the canvas that shows them. A new view never blanks it: film tiles replace the preview, or the film before, one
 // by one as they come.
 
-import { channelById, planesForError } from './channels.js';
-import { Compare } from './compare.js';
+import { channelById, isColour, planesForError } from './channels.js';
+import { Compare, standardErrors } from './compare.js';
 import { colourMap } from './colour_map.js';
 import { createContext, createProgram, createTexture, NOWHERE } from './gl.js';
 import { Layer } from './layer.js';
@@ -212,7 +212,8 @@ export class Picture {
     const target = { width, height, origin };
     const smooth = this.smooth(zoom);
     const compares = look.compare !== Compare.NONE && this.comparable ? look.compare : Compare.NONE;
-    const channel = channelById(compares === Compare.ERRORS && look.channel === 'display' ? 'radiance' : look.channel);
+    const chosen = channelById(look.channel);
+    const channel = compares === Compare.ERRORS && isColour(chosen) ? channelById('radiance') : chosen;
     if (this.under) {
       const preview = this.under === this.preview;
       this.#drawLayer(target, this.under, preview ? channelById('display') : channel, {
@@ -334,12 +335,27 @@ export class Picture {
     return new ImageData(flipped, width, height);
   }
 
+  #isKnown(x, y) {
+    return !!this.film && ((!this.under && this.whole) || this.validAt(x, y));
+  }
+
   // All numbers of a pixel by the names of their planes, or null where the film has none of the present picture.
   pixel(x, y) {
-    if (!this.film || !(this.under ? this.validAt(x, y) : this.whole || this.validAt(x, y))) return null;
+    if (!this.#isKnown(x, y)) return null;
     const values = {};
     for (const name of this.film.names(this.revision)) values[name] = this.film.at(name, x, y);
     return values;
+  }
+
+  // The difference of a pixel from the pinned one, in standard errors; undefined: it is not known.
+  standardErrors(x, y) {
+    if (!this.comparable || !this.#isKnown(x, y)) return undefined;
+    const read = (layer, names) => names.map((name) => layer.at(name, x, y));
+    const { film, reference } = this,
+      colours = channelById('radiance').planes;
+    const parts = [read(film, colours), read(reference, colours)];
+    const variances = [read(film, planesForError), read(reference, planesForError)];
+    return [...parts, ...variances].flat().includes(undefined) ? undefined : standardErrors(...parts, ...variances);
   }
 }
 

@@ -112,7 +112,8 @@ function resultOf(rgb, compare, variances) {
           const names = i < 3 ? OWN : REFERENCE;
           return array ? `texelFetch(${names[array]}, ivec3(at, variances[${i}]), 0).r` : '0.0';
         };
-        return `falseColour(standardErrors(a, b, ${variances.map(fetch).join(' + ')}), 1.0)`;
+        const [r, g, b, ...others] = variances.map(fetch);
+        return `falseColour(standardErrors(a, b, vec3(${r}, ${g}, ${b}), vec3(${others.join(', ')})), 1.0)`;
       }
       return `falseColour(${difference}, 0.0)`;
     case Compare.ABSOLUTE:
@@ -131,9 +132,9 @@ export function fragmentSource(way) {
   return `${COMMON.replace('LOGARITHMIC', String(!!logarithmic))}
 vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c)); }
 float ratio(float a, float b) { return b > 0.0 ? a / b : 0.0; }
-float standardErrors(vec3 a, vec3 b, float variance) {
-  float difference = a.r + a.g + a.b - b.r - b.g - b.b;
-  return variance > 0.0 ? difference / sqrt(variance) : difference == 0.0 ? 0.0 : sign(difference) * 1e9;
+float standardErrors(vec3 a, vec3 b, vec3 varianceA, vec3 varianceB) {  // as in compare.js
+  float difference = luminance(a - b), error = luminance(sqrt(varianceA + varianceB));
+  return error > 0.0 ? difference / error : difference == 0.0 ? 0.0 : sign(difference) * 1e9;
 }
 vec3 shown(${type} v) { ${shownBody(kind, toneMap)} }
 void main() {

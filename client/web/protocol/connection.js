@@ -43,6 +43,7 @@ export class Connection {
     this.token = token;
     this.onState = onState;
     this.state = 'connecting';
+    this.tokenRefused = false;
     this.codec = null;
     this.bytes = 0;
   }
@@ -143,6 +144,7 @@ export class Connection {
     const calls = [...this.#calls.values()];
     this.#calls.clear();
     this.#socket = null;
+    this.tokenRefused = event.code === TOKEN_REFUSED;
     const permanent = event.code === TOKEN_REFUSED || event.code === OTHER_VERSION;
     if (permanent) this.#tell('refused', event.reason || 'The daemon refused the connection.');
     else if (!this.#stopped) this.#lost(event.reason || 'The connection to the daemon is lost');

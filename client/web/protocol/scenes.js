@@ -7,6 +7,8 @@ const WAITING = 8 << 20; // bytes of an upload that may wait in the socket
 
 export class Scenes {
   #edits = new Map(); // by target: the whole edit of it
+  #ensuring = null;
+  #superseded = new Set(); // ids of edited scenes that are shown no more
 
   constructor(connection) {
     this.connection = connection;
@@ -66,6 +68,7 @@ export class Scenes {
   }
 
   #take(answer, source) {
+    this.#leave(answer.scene);
     this.current = answer.scene;
     this.loaded = answer.scene;
     this.source = source;
@@ -116,8 +119,14 @@ export class Scenes {
   }
 
   async setEdits(edits) {
+    const before = this.#edits;
     this.#edits = new Map(edits);
-    return this.#apply();
+    try {
+      return await this.#apply();
+    } catch (error) {
+      this.#edits = before;
+      throw error;
+    }
   }
 
   editEntries() {
@@ -128,23 +137,58 @@ export class Scenes {
   }
 
   async #apply() {
-    if (!this.#edits.size) {
-      this.current = this.loaded;
-      return this.current;
-    }
-    const answer = await this.connection.call('edit_scene', { scene_id: this.loaded.scene_id, edits: this.edits });
-    this.current = answer.scene;
+    const scene = this.#edits.size
+      ? (await this.connection.call('edit_scene', { scene_id: this.loaded.scene_id, edits: this.edits })).scene
+      : this.loaded;
+    this.#leave(scene);
+    this.current = scene;
     return this.current;
+  }
+
+  // `scene` is shown from now on.
+  #leave(scene) {
+    if (this.current && this.current !== this.loaded) this.#superseded.add(this.current.scene_id);
+    this.#superseded.delete(scene.scene_id);
+  }
+
+  // Unloads edited scenes that are shown no more; those that a session still uses stay for the next time.
+  async sweep() {
+    for (const id of [...this.#superseded]) {
+      this.#superseded.delete(id);
+      try {
+        await this.connection.call('unload_scene', { scene_id: id });
+      } catch (error) {
+        if (error.code === Code.FAILED_PRECONDITION && id !== this.current.scene_id) this.#superseded.add(id);
+      }
+    }
   }
 
   describe(first = {}) {
     return this.connection.call('describe_scene', { scene_id: this.current.scene_id, ...first });
   }
 
-  // Makes sure that the daemon holds the scene: loads it again, and edits it again.
-  async ensure() {
+  async #isHeld({ scene_id: id }) {
+    try {
+      return (await this.connection.call('list_scenes', { scene_id: id })).scenes.length > 0;
+    } catch (error) {
+      if (error.code !== Code.NOT_FOUND) throw error;
+      return false;
+    }
+  }
+
+  // Makes sure that the daemon holds the scene: loads it again, and edits it again, where it does not.
+  ensure() {
+    this.#ensuring ??= this.#ensure().finally(() => {
+      this.#ensuring = null;
+    });
+    return this.#ensuring;
+  }
+
+  async #ensure() {
+    if (await this.#isHeld(this.current)) return this.current;
     const edits = this.editEntries(),
       { source } = this;
+    if (this.current !== this.loaded && (await this.#isHeld(this.loaded))) return this.#apply();
     if (source.path !== undefined) await this.openPath(source.path, source.environment);
     else if (source.files) await this.upload(source.files, source.main);
     else await this.openId(source.id);

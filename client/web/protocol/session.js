@@ -7,6 +7,14 @@ import { CallError, Code } from './connection.js';
 const GRACE_S = 60;
 const RETRY_S = 3;
 
+const plain = (value) => JSON.stringify(value, (name, v) => (typeof v === 'bigint' ? String(v) : v));
+const differs = (a, b) => plain(a) !== plain(b);
+
+// Tiles of a whole picture that may be on their way: two of each, so that the daemon need not wait for the page.
+export function creditFor({ width, height }) {
+  return Math.min(65536, Math.max(16, 2 * Math.ceil(width / 128) * Math.ceil(height / 128)));
+}
+
 // handlers: opened(opened), frameBegin, tile(tile, bytes), frameEnd, progress, notice(severity, text),
 // problem(sentence, kind) with kind 'error', 'info' or 'good', settings(settings in force).
 export class Session {
@@ -16,7 +24,8 @@ export class Session {
   #sent = {};
   #timer = 0;
   #running = false;
-  #lastGood = null;
+  #good = []; // { settings, budget } that gave pictures, the newest last: two at most
+  #hadOne = false; // a session that the daemon may have lost
   #fallback = true;
 
   constructor(connection, scenes, handlers) {
@@ -92,6 +101,8 @@ export class Session {
     this.#stream = null;
     this.attached = false;
     this.#id = '';
+    this.#hadOne = false;
+    this.#good = [];
   }
 
   // The daemon may send as many more tiles.
@@ -119,9 +130,11 @@ export class Session {
   }
 
   async #create() {
-    const again = this.#lastGood !== null;
+    const again = this.#hadOne;
     const scene = again ? await this.scenes.ensure() : this.scenes.current;
-    const request = { scene_id: scene.scene_id, settings: this.settings, budget: this.budget, grace_s: GRACE_S };
+    let { settings } = this;
+    const { budget } = this;
+    const request = { scene_id: scene.scene_id, settings, budget, grace_s: GRACE_S };
     let answer;
     try {
       answer = await this.connection.call('create_session', request);
@@ -129,19 +142,20 @@ export class Session {
       const { MODE_PT } = this.connection.codec.enum('Mode');
       if (error.code !== Code.INVALID_ARGUMENT || again || !this.#fallback) throw error;
       this.#fallback = false;
-      this.settings = { ...this.settings, mode: MODE_PT };
-      answer = await this.connection.call('create_session', { ...request, settings: this.settings });
+      this.settings = settings = { ...this.settings, mode: MODE_PT };
+      answer = await this.connection.call('create_session', { ...request, settings });
+      this.handlers.settings(settings, budget);
       this.handlers.problem(`Mode path tracing, since the daemon refused the other: ${error.message}`, 'info');
     }
     this.#id = answer.session_id;
-    this.#sent = { scene: scene.scene_id, settings: this.settings, budget: this.budget };
+    this.#hadOne = true;
+    this.#sent = { scene: scene.scene_id, settings, budget };
     this.viewId = 0;
     if (again) this.handlers.problem('The daemon no longer had the session: made again from this page.', 'good');
   }
 
   #attach() {
-    const { width, height } = this.settings;
-    this.#credit = Math.min(65536, Math.max(16, 2 * Math.ceil(width / 128) * Math.ceil(height / 128)));
+    this.#credit = creditFor(this.settings);
     const old = this.#stream;
     const stream = this.connection.stream('stream_frames', {
       message: (answer, bytes) => stream === this.#stream && this.#receive(answer, bytes),
@@ -155,12 +169,25 @@ export class Session {
     if (this.view) this.setView(this.view, this.exposure);
   }
 
+  // What is wanted is not what gave pictures.
+  get #changed() {
+    const { settings, budget } = this;
+    return this.#good.length > 0 && differs(this.#good.at(-1), { settings, budget });
+  }
+
   // Tells the daemon what has changed since it was told.
   #sync() {
-    if (!this.attached) return;
+    if (!this.attached) {
+      if (this.wanted) this.#run();
+      return;
+    }
     const { settings, budget } = this,
       scene = this.scenes.current.scene_id;
-    const differs = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
+    const more = creditFor(settings) - this.#credit;
+    if (more > 0) {
+      this.#stream.send({ credit: { tiles: more } });
+      this.#credit += more;
+    }
     if (this.#sent.scene !== scene) this.#stream.send({ scene: { scene_id: scene } });
     if (differs(this.#sent.settings, settings)) this.#stream.send({ settings });
     if (differs(this.#sent.budget, budget)) this.#stream.send({ budget });
@@ -172,7 +199,7 @@ export class Session {
     if (answer.tile) {
       handlers.tile(answer.tile, bytes);
     } else if (answer.frame_begin) {
-      this.#lastGood = { settings: this.#sent.settings, budget: this.#sent.budget };
+      this.#works();
       handlers.frameBegin(answer.frame_begin);
     } else if (answer.frame_end) {
       handlers.frameEnd(answer.frame_end);
@@ -183,6 +210,27 @@ export class Session {
     } else if (answer.notice) {
       handlers.notice(answer.notice.severity, answer.notice.text);
     }
+  }
+
+  // A picture began: what was sent is in force, or what was sent before it.
+  #works() {
+    const { settings, budget } = this.#sent;
+    const now = { settings, budget };
+    if (!differs(this.#good.at(-1), now)) return;
+    this.#good = [...this.#good.slice(-1), now];
+  }
+
+  // The daemon refused what was sent: what was in force before is wanted again. False: nothing was.
+  #goBack() {
+    const { settings, budget } = this;
+    const now = { settings, budget };
+    this.#good = this.#good.filter((good) => differs(good, now));
+    const good = this.#good.at(-1);
+    if (!good) return false;
+    Object.assign(this, good);
+    this.#sent = { ...this.#sent, ...good };
+    this.handlers.settings(good.settings, good.budget);
+    return true;
   }
 
   #ended(status, lost) {
@@ -213,15 +261,14 @@ export class Session {
         break;
       case Code.INVALID_ARGUMENT:
         handlers.problem(error.message, 'error');
-        if (this.#lastGood && JSON.stringify(this.#lastGood.settings) !== JSON.stringify(this.settings)) {
-          this.settings = this.#lastGood.settings;
-          this.budget = this.#lastGood.budget;
-          this.#sent = { ...this.#sent, ...this.#lastGood };
-          handlers.settings(this.settings, this.budget);
-          again(0);
-        }
+        if (this.#goBack()) again(0);
         break;
       case Code.RESOURCE_EXHAUSTED:
+        if (!error.retry_s && !/try again/i.test(error.message) && this.#changed && this.#goBack()) {
+          handlers.problem(error.message, 'error');
+          again(0);
+          break;
+        }
         handlers.problem(`The daemon is full: ${error.message}. Trying again.`, 'error');
         again(error.retry_s || RETRY_S);
         break;
