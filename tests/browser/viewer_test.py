@@ -348,7 +348,7 @@ class ViewerTest(unittest.TestCase):
         rows = "document.querySelectorAll('#objects > details').length"
         self.page.wait(f"{rows} === 1024")
         self.page.run("document.getElementById('objects-more').click()")
-        self.page.wait(f"{rows} === 1109")
+        self.page.wait(f"{rows} === 1108")
         self.assertIsNone(self.page.run("return document.getElementById('objects-more')"))
         # What shines comes first, materials that do among it.
         lights = self.page.run("return document.querySelector('#scene-lists .list').innerText")
