@@ -10,7 +10,7 @@
 namespace helio {
 namespace {
 
-constexpr int kLevel = 9;  // as good as it gets within 10 ms
+constexpr int kLevel = 11;  // 3 % smaller than by 9, in some 60 ms instead of 20
 
 std::string_view type_of(std::string_view path) {
   struct Kind {

@@ -24,7 +24,7 @@ struct PageFile {
 
 class PageFiles {
  public:
-  PageFiles();  // compresses them: some 10 ms
+  PageFiles();  // compresses them: some 60 ms
 
   // By path without a slash in front, "" being index.html; "protocol.json" is made from the descriptors. Null: none.
   const PageFile* find(std::string_view path) const;

@@ -213,12 +213,12 @@ export class ScenePanel {
             true,
           ),
         );
-      if (emission)
-        rows.push(
-          this.#colour(`material-${i}-emission`, 'Emission', fromMessage(emission), (value) =>
-            change({ emission: value }),
-          ),
+      if (emission) {
+        const row = this.#colour(`material-${i}-emission`, 'Emission', fromMessage(emission), (value) =>
+          change({ emission: value }),
         );
+        rows.splice(emits(m) ? 1 : rows.length, 0, row); // of a lamp it is what is meant
+      }
       if (roughness !== undefined) {
         const slider = make('input', {
           id: `material-${i}-roughness`,
