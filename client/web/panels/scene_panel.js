@@ -18,6 +18,8 @@ const hex = (rgb) =>
     .join('')}`;
 const unhex = (text) => [1, 3, 5].map((i) => toLinear(parseInt(text.slice(i, i + 2), 16) / 255));
 
+const emits = (m) => Object.values(m.emission ?? {}).some((value) => value > 0);
+
 export class ScenePanel {
   #timer = 0;
   #queue = Promise.resolve();
@@ -103,7 +105,6 @@ export class ScenePanel {
       }
       return parts;
     };
-    const emits = (m) => Object.values(m.emission ?? {}).some((value) => value > 0);
     const materials = found.materials.map((m, i) => [m, this.#material(m, i)]);
     const of = (shining) => materials.filter(([m]) => emits(m) === shining).map(([, row]) => row);
     const lights = [...of(true), ...found.lights.map((l, i) => this.#light(l, i))];
