@@ -70,26 +70,29 @@ bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
 }
 
-// A page in a file of the user's own, that leads to another address: command lines are for everyone to read, and the
-// address names a token. Gone with this object.
-class Leading {
+// A page, in a file that only the user can read, that leads to another address: command lines are for everyone to read,
+// and the address names a token. Gone with this object.
+class RedirectFile {
  public:
-  explicit Leading(const std::string& url) {
+  explicit RedirectFile(const std::string& url) {
     const char* runtime = std::getenv("XDG_RUNTIME_DIR");
     std::error_code error;
     const std::filesystem::path folder = runtime ? runtime : std::filesystem::temp_directory_path(error).string();
     std::string name = (folder / "heliograph-XXXXXX.html").string();
     const int file = mkstemps(name.data(), 5);  // readable by its owner alone
     if (file < 0) return;
-    const std::string html = "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url=" + url + "\">\n";
+    std::string escaped;
+    for (const char c : url) escaped += c == '&' ? std::string("&amp;") : std::string(1, c);
+    const std::string html = "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url=" + escaped + "\">\n";
     if (write(file, html.data(), html.size()) == ssize_t(html.size())) path_ = name;
     close(file);
+    if (path_.empty()) unlink(name.c_str());
   }
-  ~Leading() {
+  ~RedirectFile() {
     if (!path_.empty()) unlink(path_.c_str());
   }
-  Leading(const Leading&) = delete;
-  Leading& operator=(const Leading&) = delete;
+  RedirectFile(const RedirectFile&) = delete;
+  RedirectFile& operator=(const RedirectFile&) = delete;
 
   const std::string& path() const { return path_; }  // empty: it could not be written
 
@@ -169,10 +172,10 @@ int run(const CLI::App& app, const ViewOptions& options) {
   json["scene_id"] = scene_id;
   terminal.result(json);
   std::fflush(stdout);
-  std::optional<Leading> leading;
+  std::optional<RedirectFile> redirect;
   if (!options.no_browser && !terminal.json() && has_desktop()) {
-    leading.emplace(url);
-    if (!open_browser(leading->path()))
+    redirect.emplace(url);
+    if (!open_browser(redirect->path()))
       terminal.warn("no browser was opened (xdg-open is missing, or no file can be written)");
     if (!here) std::this_thread::sleep_for(kReading);
   }
