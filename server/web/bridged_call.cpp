@@ -3,9 +3,11 @@
 #include <grpcpp/generic/generic_stub.h>
 
 #include <boost/asio/post.hpp>
+#include <new>
 #include <utility>
 
 #include "server/base/access_tokens.h"
+#include "server/base/grpc_status.h"
 #include "server/base/parse_message.h"
 
 namespace helio {
@@ -72,8 +74,49 @@ void BridgedCall::write_more() {
   }
 }
 
+template <class T>
+class BridgedCall::RoomAllocator {
+ public:
+  using value_type = T;
+  explicit RoomAllocator(Room& room) : room_(&room) {}
+  template <class U>
+  RoomAllocator(const RoomAllocator<U>& other) : room_(other.room_) {}
+  T* allocate(std::size_t n) {
+    if (n * sizeof(T) > Room::kBytes) throw std::bad_alloc();
+    return reinterpret_cast<T*>(room_->bytes);
+  }
+  void deallocate(T*, std::size_t) {}
+  template <class U>
+  bool operator==(const RoomAllocator<U>& other) const {
+    return room_ == other.room_;
+  }
+
+ private:
+  template <class U>
+  friend class RoomAllocator;
+  Room* room_;
+};
+
+template <class Function>
+class BridgedCall::Posted {
+ public:
+  using allocator_type = RoomAllocator<std::byte>;
+  Posted(Room& room, Function function) : room_(&room), function_(std::move(function)) {}
+  allocator_type get_allocator() const noexcept { return allocator_type(*room_); }
+  void operator()() { function_(); }
+
+ private:
+  Room* room_;
+  Function function_;
+};
+
+template <class Function>
+void BridgedCall::post(Room& room, Function function) {
+  boost::asio::post(calls_.thread(), Posted<Function>(room, std::move(function)));
+}
+
 void BridgedCall::OnReadDone(bool ok) {
-  boost::asio::post(calls_.thread(), [call = self_, ok] {
+  post(read_room_, [call = self_, ok] {
     if (!ok) return call->read_failed();
     if (const auto owner = call->owner_.lock()) return owner->response_ready(*call);
     call->cancel();
@@ -88,24 +131,28 @@ void BridgedCall::read_failed() {
 }
 
 void BridgedCall::OnWriteDone(bool ok) {
-  boost::asio::post(calls_.thread(), [call = self_, ok] {
+  post(write_room_, [call = self_, ok] {
     const std::size_t bytes = call->requests_.front().Length();
     call->requests_.pop_front();
     call->writing_ = false;
-    if (const auto owner = call->owner_.lock()) owner->request_taken(bytes);
     if (ok) call->write_more();
+    if (const auto owner = call->owner_.lock()) owner->request_taken(bytes);
   });
 }
 
 void BridgedCall::OnDone(const grpc::Status& status) {
-  boost::asio::post(calls_.thread(), [call = std::move(self_), status] {
+  status_ = copy_status(status);
+  post(done_room_, [call = std::move(self_)] {
+    struct Over {
+      BridgedCalls& calls;
+      ~Over() { calls.over(); }  // whatever the owner throws
+    } over{call->calls_};
     std::size_t untaken = 0;
     for (const grpc::ByteBuffer& request : call->requests_) untaken += request.Length();
     if (const auto owner = call->owner_.lock()) {
       if (untaken > 0) owner->request_taken(untaken);
-      owner->call_over(*call, status);
+      owner->call_over(*call, call->status_);
     }
-    call->calls_.over();
   });
 }
 

@@ -9,6 +9,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -71,6 +72,19 @@ class BridgedCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc
       : calls_(calls), owner_(std::move(owner)), id_(id), kind_(kind) {}
   ~BridgedCall() override = default;
 
+  // Room for one function on its way to the owner's thread. gRPC's threads must not run out of memory over it.
+  struct Room {
+    static constexpr std::size_t kBytes = 256;
+    alignas(std::max_align_t) std::byte bytes[kBytes];
+  };
+  template <class T>
+  class RoomAllocator;
+  template <class Function>
+  class Posted;
+  // At most one in each room at a time.
+  template <class Function>
+  void post(Room& room, Function function);
+
   // gRPC's threads.
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -85,7 +99,9 @@ class BridgedCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc
   const WebCall& kind_;
   grpc::ClientContext context_;
   grpc::ByteBuffer response_;
+  grpc::Status status_;                    // of the call, once it is over
   std::deque<grpc::ByteBuffer> requests_;  // the first is being written
+  Room read_room_, write_room_, done_room_;
   bool writing_ = false, ended_ = false, writes_done_ = false, closed_ = false;
   std::shared_ptr<BridgedCall> self_;  // until the call is over
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <chrono>
+#include <new>
 
 #include "heliograph/v1/web.pb.h"
 #include "server/base/guarded.h"
@@ -179,9 +180,15 @@ void WebSocket::begin_call(const Envelope& envelope) {
   untaken_bytes_ += envelope.content.size();
 }
 
+// A response that there is no memory for ends the page's connection: its call is not to wait for ever.
 void WebSocket::response_ready(BridgedCall& call) {
   if (closed_) return call.next();
-  ready_.push_back(call.shared_from_this());
+  try {
+    ready_.push_back(call.shared_from_this());
+  } catch (const std::bad_alloc&) {
+    drop();
+    return call.next();
+  }
   write();
 }
 
@@ -209,24 +216,35 @@ void WebSocket::answer_status(std::uint64_t id, const grpc::Status& status, cons
 
 void WebSocket::write() {
   if (writing_ || closed_ || (small_.empty() && ready_.empty())) return;
-  writing_ = true;
+  try {
+    write_next();
+  } catch (const std::bad_alloc&) {
+    writing_ = false;
+    drop();
+  }
+}
+
+void WebSocket::write_next() {
   std::vector<boost::asio::const_buffer> buffers;
+  std::shared_ptr<BridgedCall> call;  // null: a small message
   if (!small_.empty()) {
     head_ = std::move(small_.front());
     small_.pop_front();
     buffers.emplace_back(head_.data(), head_.size());
   } else {
-    const std::shared_ptr<BridgedCall> call = std::move(ready_.front());
-    ready_.pop_front();
+    call = ready_.front();
     head_ = envelope_head(call->id(), call->kind().field, call->response().Length());
     buffers.emplace_back(head_.data(), head_.size());
     slices_.clear();
     (void)call->response().Dump(&slices_);
     for (const grpc::Slice& slice : slices_) buffers.emplace_back(slice.begin(), slice.size());
-    call->next();  // the slices hold the bytes
   }
+  writing_ = true;
   socket_.async_write(buffers,
                       [self = shared_from_this()](beast::error_code error, std::size_t) { self->wrote(!error); });
+  if (!call) return;
+  ready_.pop_front();
+  call->next();  // the slices hold the bytes
 }
 
 void WebSocket::wrote(bool ok) {

@@ -44,6 +44,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void begin_call(const Envelope& envelope);
   void answer_status(std::uint64_t id, const grpc::Status& status, const std::string& ignored = {});
   void write();
+  void write_next();  // something waits, and nothing is under way
   void wrote(bool ok);
   void drop();
 

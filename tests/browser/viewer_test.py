@@ -293,19 +293,28 @@ class ViewerTest(unittest.TestCase):
     def test_edits_a_material(self):
         before = self.open(**FIXED)
         self.page.wait_for_end()
-        colour = self.page.run("return heliograph.pixel(80, 110)")
+        # On the floor: red over blue.
+        ratio = """let r = 0, b = 0;
+            for (let y = 108; y < 114; y++) for (let x = 70; x < 90; x++) {
+              const p = heliograph.pixel(x, y);
+              r += p.R, b += p.B;
+            }
+            return r / b;"""
+        before_edits = self.page.run(ratio)
         self.show("section-scene")
         rows = "[...document.querySelectorAll('#materials > details')]"
-        for i in self.page.wait(f"{rows}.length > 1 && {rows}.map((row) => Number(row.id.split('-')[1]))"):
+        materials = self.page.wait(f"{rows}.length > 1 && {rows}.map((row) => Number(row.id.split('-')[1]))")
+        for i in materials:
             self.page.run(f"document.getElementById('material-{i}').open = true")
             self.page.wait(f"document.getElementById('material-{i}-color')")
             self.page.run(f"const c = document.getElementById('material-{i}-color'); c.value = '#2040ff';"
                           "c.dispatchEvent(new Event('input'))")
-        self.page.wait(f"heliograph.state().scene !== '{before['scene']}'")
+        self.page.wait(f"heliograph.app.scenes.edits.length === {len(materials)}")
+        self.assertNotEqual(self.page.state()["scene"], before["scene"])
+        time.sleep(0.5)  # the last one's film begins
         self.page.wait_for_end()
         self.page.screenshot("edited")
-        edited = self.page.run("return heliograph.pixel(80, 110)")
-        self.assertLess(edited["R"] / edited["B"], 0.5 * colour["R"] / colour["B"])
+        self.assertLess(self.page.run(ratio), 0.5 * before_edits)
         self.page.run("document.getElementById('edits-reset').click()")
         self.page.wait(f"heliograph.state().scene === '{before['scene']}'")
         # Edited scenes that are shown no more leave the daemon.
