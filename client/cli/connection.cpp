@@ -3,11 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <fstream>
 
 #include "client/server_address.h"
 #include "renderer/base/instruction_set.h"
 #include "server/app/server.h"
+#include "server/base/access_tokens.h"
 
 namespace helio::cli {
 
@@ -29,13 +29,10 @@ void add_connection_options(CLI::App& app, ConnectionOptions& options) {
 namespace {
 
 Result<std::string> read_token(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) return Error{ErrorCode::not_found, "'" + file + "' cannot be read", {}};
-  for (std::string line; std::getline(in, line);) {
-    line.erase(line.find_last_not_of(" \t\r") + 1);
-    if (!line.empty() && line.front() != '#') return line;
-  }
-  return Error{ErrorCode::invalid_argument, "'" + file + "' holds no token", {}};
+  const auto lines = read_token_lines(file);
+  if (!lines) return Error{ErrorCode::not_found, "'" + file + "' cannot be read", {}};
+  if (lines->empty()) return Error{ErrorCode::invalid_argument, "'" + file + "' holds no token", {}};
+  return lines->front().text;
 }
 
 }  // namespace

@@ -92,8 +92,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   }
   impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
   if (!config.listen.empty()) {
-    const bool ipv6 = listen.host.find(':') != std::string::npos;
-    impl->address = (ipv6 ? "[" + listen.host + "]" : listen.host) + ":" + std::to_string(port);
+    impl->address = bracketed(listen.host) + ":" + std::to_string(port);
     if (!listen.loopback) {
       spdlog::warn(
           "listening on {}: there is no TLS yet, everyone who can reach this address can read and render; "

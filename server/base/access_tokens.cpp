@@ -25,15 +25,24 @@ bool well_formed(std::string_view token) {
 
 }  // namespace
 
-Result<AccessTokens> AccessTokens::read(const std::string& file) {
+std::optional<std::vector<TokenLine>> read_token_lines(const std::string& file) {
   std::ifstream in(file);
-  if (!in) return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file", "token-file"};
-  AccessTokens tokens;
+  if (!in) return std::nullopt;
+  std::vector<TokenLine> lines;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.pop_back();
-    if (line.empty() || line.front() == '#') continue;
+    line.erase(line.find_last_not_of(" \t\r") + 1);
+    if (!line.empty() && line.front() != '#') lines.push_back({number, line});
+  }
+  return lines;
+}
+
+Result<AccessTokens> AccessTokens::read(const std::string& file) {
+  const auto lines = read_token_lines(file);
+  if (!lines) return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file", "token-file"};
+  AccessTokens tokens;
+  for (const auto& [number, line] : *lines) {
     if (!well_formed(line)) {
       return Error{ErrorCode::invalid_argument,
                    "line " + std::to_string(number) + " of '" + file + "' has " + std::to_string(line.size()) +

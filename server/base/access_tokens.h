@@ -1,6 +1,7 @@
 // Who may use the daemon: whoever names one of these tokens.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,14 @@
 #include "renderer/codec/sha256.h"
 
 namespace helio {
+
+// A line of a token file that counts: not empty, and not begun with #.
+struct TokenLine {
+  int number = 0;    // from 1
+  std::string text;  // without white space at its end
+};
+// Nothing: the file cannot be read.
+std::optional<std::vector<TokenLine>> read_token_lines(const std::string& file);
 
 // None: everyone may. Holds digests alone. Thread safe.
 class AccessTokens {

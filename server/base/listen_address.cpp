@@ -6,6 +6,10 @@
 
 namespace helio {
 
+std::string bracketed(const std::string& host) {
+  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+}
+
 Result<ListenAddress> parse_listen_address(const std::string& listen) {
   const std::size_t colon = listen.rfind(':');
   ListenAddress address;

@@ -13,6 +13,9 @@ struct ListenAddress {
   bool loopback = false;
 };
 
+// The host as it stands before a port: an IPv6 address in brackets.
+std::string bracketed(const std::string& host);
+
 // HOST:PORT; an IPv6 address in brackets. invalid_argument, `where` "listen".
 Result<ListenAddress> parse_listen_address(const std::string& text);
 

@@ -30,7 +30,7 @@ constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
 
 std::vector<std::string> names(const WebServer::Options& options, const ListenAddress& listen) {
   std::vector<std::string> hosts = options.hosts;
-  hosts.push_back(listen.host.find(':') == std::string::npos ? listen.host : "[" + listen.host + "]");
+  hosts.push_back(bracketed(listen.host));
   return hosts;
 }
 
@@ -89,8 +89,7 @@ class WebServer::Impl {
       return Error{ErrorCode::unavailable,
                    fmt::format("cannot listen on {}:{}: {}", listen.host, listen.port, error.message()), "http"};
     }
-    const bool ipv6 = listen.host.find(':') != std::string::npos;
-    address_ = fmt::format("{}:{}", ipv6 ? "[" + listen.host + "]" : listen.host, acceptor_.local_endpoint().port());
+    address_ = fmt::format("{}:{}", bracketed(listen.host), acceptor_.local_endpoint().port());
     return ok_status();
   }
 

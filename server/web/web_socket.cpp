@@ -93,9 +93,7 @@ void WebSocket::read() {
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     self->reading_ = false;
     if (error) {
-      if (error == beast::http::error::body_limit || error == websocket::error::message_too_big) {
-        spdlog::debug("page sent a message above {} bytes", kMaxMessage);
-      }
+      if (error == websocket::error::message_too_big) spdlog::debug("page sent a message above {} bytes", kMaxMessage);
       return self->drop();
     }
     const auto bytes = self->incoming_.data();

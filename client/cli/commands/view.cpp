@@ -44,10 +44,6 @@ constexpr const char* kHelp =
     "printed, which names a token of this run. With --server the scene is loaded there, and the page is that daemon's\n"
     "(heliographd --http); the command ends once it has printed the address.\n";
 
-std::string with_brackets(const std::string& host) {
-  return host.find(':') == std::string::npos ? host : "[" + host + "]";
-}
-
 // In process, at the first port from the one wanted that is free.
 Result<Renderer> open_page(Connection connection, const ListenAddress& wanted, Terminal& terminal) {
   auto token = AccessTokens::make_random();
@@ -55,7 +51,7 @@ Result<Renderer> open_page(Connection connection, const ListenAddress& wanted, T
   connection.connect.token = std::move(*token);
   const int last = wanted.port == 0 ? 0 : std::min(wanted.port + kTriedPorts, 65535);
   for (int port = wanted.port;; ++port) {
-    connection.http = fmt::format("{}:{}", with_brackets(wanted.host), port);
+    connection.http = fmt::format("{}:{}", bracketed(wanted.host), port);
     auto renderer = Renderer::open(connection);
     if (renderer) {
       if (port != wanted.port) terminal.say(fmt::format("port {} is in use: {} instead", wanted.port, port));

@@ -141,7 +141,7 @@ export class ScenePanel {
     return input;
   }
 
-  // A row that opens. current(): the edit as it stands, without its target.
+  // A row that opens. build(change, now): what is in it; now: the edit as it stands.
   #row(id, title, kind, target, build) {
     const key = `${kind}:${target?.index ?? ''}`;
     const body = make('div');

@@ -25,7 +25,6 @@ export class CallError extends Error {
   constructor(status, lost = false) {
     super(status.message || `the call ended with status ${status.code}`);
     this.code = status.code;
-    this.retry_s = status.retry_s ?? 0;
     this.lost = lost; // the connection went, not the call
   }
 }

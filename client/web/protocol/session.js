@@ -264,17 +264,17 @@ export class Session {
         if (this.#goBack()) again(0);
         break;
       case Code.RESOURCE_EXHAUSTED:
-        if (!error.retry_s && !/try again/i.test(error.message) && this.#changed && this.#goBack()) {
+        if (!/try again/i.test(error.message) && this.#changed && this.#goBack()) {
           handlers.problem(error.message, 'error');
           again(0);
           break;
         }
         handlers.problem(`The daemon is full: ${error.message}. Trying again.`, 'error');
-        again(error.retry_s || RETRY_S);
+        again(RETRY_S);
         break;
       case Code.UNAVAILABLE:
         handlers.problem(`The daemon is stopping: ${error.message}. Save what you have; trying again.`, 'error');
-        again(error.retry_s || RETRY_S);
+        again(RETRY_S);
         break;
       case Code.OK:
         again(RETRY_S);
