@@ -184,6 +184,13 @@ TileFormat read_tile_format(const pb::TileFormat& message, const std::string& wh
   } else {
     format.preview_jpeg = int(message.preview_jpeg());
   }
+  constexpr std::uint32_t kRarestVariance = 1000;
+  if (message.variance_every() > kRarestVariance) {
+    problems.add(field_path(where, "variance_every"),
+                 fmt::format("{}; allowed: [0, {}]", message.variance_every(), kRarestVariance));
+  } else {
+    format.variance_every = std::max(1, int(message.variance_every()));
+  }
   return format;
 }
 

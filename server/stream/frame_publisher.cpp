@@ -105,12 +105,17 @@ void FramePublisher::tile_ready(FrameTile tile) {
     exposure = frame->exposure;
   }
   if (!stream->queue().wants(tile.tag)) return;
+  const bool variance =
+      tile.final || tile.preview || format.variance_every <= 1 ||
+      stream->queue().variance_due(tile.tag, {tile.pixels.window.x0, tile.pixels.window.y0}, format.variance_every);
+  if (!variance) format.channels &= ~unsigned(kResolveVariance);
   auto encoded = encode(tile, width, height, format, exposure);
   if (!encoded) {
     spdlog::error("tile not sent revision={} x={} y={}: {}", tile.tag.revision, tile.pixels.window.x0,
                   tile.pixels.window.y0, encoded.error().to_string());
     return;
   }
+  encoded->variance = variance;
   stream->push(std::move(*encoded));
 }
 

@@ -71,7 +71,7 @@ void OutboundQueue::push(EncodedTile tile) {
   const std::lock_guard lock(mutex_);
   Frame* frame = frame_of(tile.tag);
   if (!frame) return;
-  const std::pair corner{tile.window.x0, tile.window.y0};
+  const Corner corner{tile.window.x0, tile.window.y0};
   const std::size_t bytes = tile.bytes.size();
   if (const auto place = frame->places.find(corner); place != frame->places.end()) {
     bytes_ -= place->second->bytes.size();
@@ -115,6 +115,14 @@ void OutboundQueue::drop_before(std::uint64_t revision) {
 bool OutboundQueue::wants(const FrameTag& tag) const {
   const std::lock_guard lock(mutex_);
   return frame_of(tag) != nullptr;
+}
+
+bool OutboundQueue::variance_due(const FrameTag& tag, Corner corner, int every) const {
+  const std::lock_guard lock(mutex_);
+  const Frame* frame = frame_of(tag);
+  if (!frame) return true;
+  const auto since = frame->since_variance.find(corner);
+  return since == frame->since_variance.end() || since->second + 1 >= every;
 }
 
 void OutboundQueue::limit_credit(std::uint32_t tiles) {
@@ -177,8 +185,11 @@ OutboundQueue::Next OutboundQueue::pop(Frame& frame, double now_s) {
 OutboundQueue::Next OutboundQueue::pop_tile(Frame& frame, double now_s) {
   if (credit_ && *credit_ == 0) return {};
   if (rate_ && now_s < rate_free_s_) return {std::nullopt, rate_free_s_};
+  const Corner corner{frame.tiles.front().window.x0, frame.tiles.front().window.y0};
+  int& since_variance = frame.since_variance[corner];  // may throw: then the tile waits on
   EncodedTile tile = std::move(frame.tiles.front());
-  frame.places.erase({tile.window.x0, tile.window.y0});
+  since_variance = tile.variance ? 0 : since_variance + 1;
+  frame.places.erase(corner);
   frame.tiles.pop_front();
   bytes_ -= tile.bytes.size();
   frame.bytes_sent += tile.bytes.size();

@@ -33,6 +33,7 @@ struct EncodedTile {
   std::uint32_t pass = 0;
   bool final = false;
   bool preview = false;
+  bool variance = true;  // it has the variance, if its listener asks for any
   std::uint32_t samples_per_pixel = 0;
   std::uint64_t invalid_samples = 0;
   bool jpeg = false;  // `bytes` are a JPEG file, else an EXR file
@@ -63,6 +64,8 @@ using Outbound = std::variant<Greeting, Notice, FrameBegin, FrameProgress, Encod
 // Thread safe.
 class OutboundQueue {
  public:
+  using Corner = std::pair<int, int>;  // top left of a tile's window
+
   void push(Greeting greeting);
   void push(Notice notice);  // the newest of a severity replaces an older one that still waits
   void push(const FrameBegin& begin);
@@ -75,6 +78,9 @@ class OutboundQueue {
   // Tiles of revisions before this one are no longer wanted.
   void drop_before(std::uint64_t revision);
   bool wants(const FrameTag& tag) const;
+  // Of tiles at this corner of the frame, only each n-th that is sent is to have the variance: must the next one? What
+  // was replaced before it was sent does not count. True of the first.
+  bool variance_due(const FrameTag& tag, Corner corner, int every) const;
 
   // Switches to flow control by credit with so many tiles; before this call their number is unlimited.
   void limit_credit(std::uint32_t tiles);
@@ -103,7 +109,9 @@ class OutboundQueue {
     FrameBegin begin;
     bool begun = false;  // begin was popped
     std::list<EncodedTile> tiles;
-    std::map<std::pair<int, int>, std::list<EncodedTile>::iterator> places;  // by top left corner
+    std::map<Corner, std::list<EncodedTile>::iterator> places;
+    // Places of which something was sent: how many tiles since the last one with variance.
+    std::map<Corner, int> since_variance;
     std::optional<FrameProgress> progress;
     std::optional<FrameEnd> end;
     bool ended = false;  // end was popped

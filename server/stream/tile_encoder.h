@@ -12,7 +12,8 @@ struct TileFormat {
   TileEncoding encoding;
   unsigned channels = kResolveVariance | kResolveSamples;  // ResolveChannels beside R, G, B
 
-  int preview_jpeg = 0;  // quality of previews as JPEG, [1, 100]; 0: as EXR
+  int preview_jpeg = 0;    // quality of previews as JPEG, [1, 100]; 0: as EXR
+  int variance_every = 1;  // of the tiles sent of one place in a frame, only each n-th has the variance
 
   // Upper bound of the pixel data of one pixel of the film, uncompressed.
   std::uint64_t bytes_per_pixel() const;

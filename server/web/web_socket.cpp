@@ -93,7 +93,8 @@ void WebSocket::read() {
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     self->reading_ = false;
     if (error) {
-      if (error == websocket::error::message_too_big) spdlog::debug("page sent a message above {} bytes", kMaxMessage);
+      // The stream has sent the code of a broken rule already, without room for a sentence.
+      if (error != websocket::error::closed) spdlog::debug("page's connection ended: {}", error.message());
       return self->drop();
     }
     const auto bytes = self->incoming_.data();

@@ -74,6 +74,32 @@ TEST(OutboundQueue, OrderWithinAFrame) {
   EXPECT_TRUE(queue.empty());
 }
 
+TEST(OutboundQueue, VarianceIsDueUntilItWasSent) {
+  OutboundQueue queue;
+  constexpr int kEvery = 3;
+  const auto send = [&](int x) {
+    EncodedTile next = tile(1, 1, x);
+    next.variance = queue.variance_due(next.tag, {x, 0}, kEvery);
+    queue.push(next);
+    return pop<EncodedTile>(queue).variance;
+  };
+  queue.push(begin(1, 1));
+  pop<FrameBegin>(queue);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(send(0), i % kEvery == 0) << i;
+  EXPECT_TRUE(send(10)) << "another place, of which nothing was sent";
+
+  // One that is replaced while it waits was not sent.
+  EncodedTile waits = tile(1, 1, 0);
+  EXPECT_TRUE(queue.variance_due(waits.tag, {0, 0}, kEvery));
+  queue.push(waits);
+  EXPECT_TRUE(queue.variance_due(waits.tag, {0, 0}, kEvery));
+  EXPECT_TRUE(send(0));
+  EXPECT_FALSE(queue.variance_due(waits.tag, {0, 0}, kEvery));
+
+  queue.push(begin(1, 2));
+  EXPECT_TRUE(queue.variance_due({1, 1, 2}, {0, 0}, kEvery)) << "another frame";
+}
+
 TEST(OutboundQueue, NewerStateTakesTheOlderOnesPlace) {
   OutboundQueue queue;
   queue.push(begin(1, 1));

@@ -447,5 +447,19 @@ TEST(Convert, PreviewJpegIsAQuality) {
   EXPECT_EQ(problems.items()[0].message, "101; allowed: [0, 100]");
 }
 
+TEST(Convert, VarianceEveryIsANumberOfTiles) {
+  pb::TileFormat message;
+  Problems problems;
+  EXPECT_EQ(read_tile_format(message, "format", problems).variance_every, 1);
+  message.set_variance_every(1000);
+  EXPECT_EQ(read_tile_format(message, "format", problems).variance_every, 1000);
+  EXPECT_TRUE(problems.empty());
+  message.set_variance_every(1001);
+  read_tile_format(message, "format", problems);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems.items()[0].where, "format.variance_every");
+  EXPECT_EQ(problems.items()[0].message, "1001; allowed: [0, 1000]");
+}
+
 }  // namespace
 }  // namespace helio

@@ -114,6 +114,31 @@ TEST_F(StreamTest, FormatChoosesChannelsAndPixelType) {
   }
 }
 
+TEST_F(StreamTest, VarianceOfEachNthTileIsSent) {
+  constexpr int kEvery = 3;
+  StreamClient client(stub());
+  pb::StreamRequest open;
+  open.mutable_open()->set_session_id(create_session(scene_, 48, 40, 512));
+  open.mutable_open()->mutable_format()->set_variance_every(kEvery);
+  client.send(open);
+  client.start_reading();
+  client.send(view(1));
+  ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+  std::map<std::pair<unsigned, unsigned>, int> since;  // by place; tiles after the last one with variance
+  int left_out = 0;
+  for (const auto& message : client.reader().messages()) {
+    if (!message.has_tile()) continue;
+    const pb::Tile& tile = message.tile();
+    const bool sent = decode(tile).find("variance.G") != nullptr;
+    const auto [place, first] = since.try_emplace({tile.window().x0(), tile.window().y0()}, 0);
+    place->second = sent ? 0 : place->second + 1;
+    left_out += !sent;
+    EXPECT_LT(place->second, kEvery);
+    EXPECT_TRUE(sent || (!first && !tile.final())) << "the first and the final have it";
+  }
+  EXPECT_GT(left_out, 0);
+}
+
 TEST_F(StreamTest, EachBudgetIsNamedWhenItEndsTheFrame) {
   StreamClient client(stub(), create_session(scene_, 64, 64));
   pb::Budget samples, time, error;
