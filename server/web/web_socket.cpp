@@ -239,17 +239,28 @@ void WebSocket::write_next() {
     for (const grpc::Slice& slice : slices_) buffers.emplace_back(slice.begin(), slice.size());
   }
   writing_ = true;
-  socket_.async_write(buffers,
-                      [self = shared_from_this()](beast::error_code error, std::size_t) { self->wrote(!error); });
+  send_rate_.write_begun(std::chrono::steady_clock::now());
+  socket_.async_write(
+      buffers, [self = shared_from_this()](beast::error_code error, std::size_t bytes) { self->wrote(error, bytes); });
   if (!call) return;
   ready_.pop_front();
   call->next();  // the slices hold the bytes
 }
 
-void WebSocket::wrote(bool ok) {
+void WebSocket::tell_link(double bytes_per_second) {
+  try {
+    pb::WebResponse response;
+    response.mutable_link()->set_bytes_per_second(bytes_per_second);
+    small_.push_back(response.SerializeAsString());
+  } catch (const std::bad_alloc&) {  // it will be told again
+  }
+}
+
+void WebSocket::wrote(beast::error_code error, std::size_t bytes) {
   writing_ = false;
   slices_.clear();
-  if (!ok) return drop();
+  if (error) return drop();
+  if (const auto rate = send_rate_.write_ended(bytes, std::chrono::steady_clock::now())) tell_link(*rate);
   write();
   read();
 }

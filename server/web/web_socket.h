@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "server/web/bridged_call.h"
+#include "server/web/send_rate.h"
 #include "server/web/web_site.h"
 
 namespace helio {
@@ -45,7 +46,8 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void answer_status(std::uint64_t id, const grpc::Status& status, const std::string& ignored = {});
   void write();
   void write_next();  // something waits, and nothing is under way
-  void wrote(bool ok);
+  void wrote(boost::beast::error_code error, std::size_t bytes);
+  void tell_link(double bytes_per_second);
   void drop();
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
@@ -65,6 +67,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   std::deque<std::shared_ptr<BridgedCall>> ready_;
   std::string head_;
   std::vector<grpc::Slice> slices_;  // of the response that is being written
+  SendRate send_rate_;
 };
 
 }  // namespace helio

@@ -6,6 +6,7 @@
 #include "server/base/access_tokens.h"
 #include "server/web/envelope.h"
 #include "server/web/protocol_table.h"
+#include "server/web/send_rate.h"
 #include "service_fixture.h"
 
 namespace helio::test {
@@ -13,6 +14,36 @@ namespace {
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+// Writes of so many bytes, with pauses between; the rate that was told last.
+std::optional<double> send(int writes, std::size_t bytes, double write_s, double pause_s) {
+  SendRate rate;
+  std::optional<double> told;
+  double now_s = 5;
+  const auto at = [](double s) {
+    return SendRate::Time(std::chrono::duration_cast<SendRate::Time::duration>(std::chrono::duration<double>(s)));
+  };
+  for (int i = 0; i < writes; ++i) {
+    rate.write_begun(at(now_s));
+    now_s += write_s;
+    if (const auto now = rate.write_ended(bytes, at(now_s))) told = now;
+    now_s += pause_s;
+  }
+  return told;
+}
+
+TEST(SendRate, IsToldWhereTheConnectionHoldsWritesUp) {
+  const auto rate = send(8, 100'000, 0.1, 0.001);  // a megabyte a second
+  ASSERT_TRUE(rate);
+  EXPECT_NEAR(*rate, 1e6, 1);
+  EXPECT_FALSE(send(4, 100'000, 0.1, 0.001)) << "less than half a second";
+  EXPECT_FALSE(send(1000, 100'000, 0.0001, 0.005)) << "writes wait for the renderer";
+  EXPECT_FALSE(send(1000, 100'000, 0.0001, 0.2)) << "each write stands alone";
+  EXPECT_TRUE(send(1, 3'000'000, 3, 0)) << "one that is long is enough";
+  const auto zero = send(2, 0, 1, 0.01);
+  ASSERT_TRUE(zero);
+  EXPECT_EQ(*zero, 0);
 }
 
 TEST(Envelope, GivesTheContentAsItIs) {

@@ -1,0 +1,33 @@
+#include "server/web/send_rate.h"
+
+namespace helio {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr Seconds kSpan{0.5};
+constexpr Seconds kIdle{0.1};    // without a write: what comes next is looked at anew
+constexpr double kHeldUp = 0.8;  // share of the span that writes take where the connection holds them up
+
+}  // namespace
+
+void SendRate::write_begun(Time now) {
+  begun_ = now;
+  if (since_ && now - ended_ <= kIdle) return;
+  since_ = now;
+  writing_ = Seconds(0);
+  bytes_ = 0;
+}
+
+std::optional<double> SendRate::write_ended(std::size_t bytes, Time now) {
+  ended_ = now;
+  writing_ += now - begun_;
+  bytes_ += double(bytes);
+  if (!since_ || now - *since_ < kSpan) return {};
+  const bool held_up = writing_ >= kHeldUp * Seconds(now - *since_);
+  const double rate = bytes_ / writing_.count();
+  since_.reset();
+  return held_up ? std::optional(rate) : std::nullopt;
+}
+
+}  // namespace helio
