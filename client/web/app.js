@@ -14,7 +14,7 @@ import { Link, LinkPanel } from './panels/link_panel.js';
 import { listenToKeys } from './keys.js';
 import { OpenPanel } from './panels/open_panel.js';
 import { drawOverlay } from './picture/overlay.js';
-import { Compare } from './picture/compare.js';
+import { Compare, compareNames } from './picture/compare.js';
 import { newLook, PicturePanel } from './panels/picture_panel.js';
 import { RenderPanel } from './panels/render_panel.js';
 import { savePicture } from './picture/save.js';
@@ -22,7 +22,7 @@ import { ScenePanel } from './panels/scene_panel.js';
 import { Scenes } from './protocol/scenes.js';
 import { statusLine, usedBudget } from './panels/status_line.js';
 import { exposeForTests } from './test_access.js';
-import { RegionTool, SplitTool } from './tools.js';
+import { BoxTool, HandTool, SplitTool } from './tools.js';
 import { address, keepToken, readState, takeToken, withinRange, writeState } from './url_state.js';
 import { Viewport } from './viewport.js';
 
@@ -31,11 +31,21 @@ const RESIZE_MS = 250;
 const HISTOGRAM_MS = 700;
 const DEPTH_MS = 8000;
 const INSPECT_MS = 350;
+const SIGHT = 24; // CSS pixels from the stage's edge to a pixel that keys chose
 
 // Width and height of a size that does not follow the window.
 function fixedSize(size) {
   return /^(\d+)x(\d+)$/.exec(size)?.slice(1).map(Number);
 }
+
+const TOOL_HINTS = {
+  region: 'Draw the box to render, or place it by arrows, size it by shift and arrows, and press enter.',
+  zoom: 'Draw the box to zoom to, or place it by arrows, size it by shift and arrows, and press enter.',
+  hand: 'Drags and arrow keys move the enlarged picture until escape or the button ends that.',
+};
+
+// A number with the digits that a link has of it.
+const inLink = (value) => Number(value.toPrecision(9));
 
 class App {
   #resizeTimer = 0;
@@ -43,6 +53,7 @@ class App {
   #measureTimer = 0;
   #clipped = 0;
   #hoverTimer = 0;
+  #hint = null; // the message that tells how the tool is used
   #wantedOf = new WeakMap(); // what was wanted, by the settings that it came to
 
   constructor() {
@@ -62,15 +73,22 @@ class App {
     };
     this.budget = { samples: 1024, time_s: 0, error: 0 };
     this.link = new Link(() => this.#linkChanged());
+    // Of all pictures: { zoom, centre }, pixels of the screen for one of the film and the point in the middle, in parts
+    // of the film's sides; null: all of it fits.
+    this.frame = null;
     this.paused = false;
     this.tool = null;
     this.splitTool = new SplitTool(this);
     this.info = {};
     this.say = say;
     this.drawOverlay = (viewport) => drawOverlay(this, viewport);
-    this.connection = new Connection(takeToken(), (state, sentence) => this.#connected(state, sentence));
+    this.connection = new Connection(
+      takeToken(),
+      (state, sentence) => this.#connected(state, sentence),
+      (rate) => this.link.heldUp(rate),
+    );
     this.scenes = new Scenes(this.connection);
-    this.state = readState();
+    Object.assign(this, readState()); // state, and ignored: what the address says that means nothing
   }
 
   get main() {
@@ -156,24 +174,29 @@ class App {
   #build() {
     const { codec } = this.connection,
       { state } = this;
-    this.wanted.mode = codec.enum('Mode').MODE_COMBINED;
-    this.wanted.integrator = codec.enum('Integrator').INTEGRATOR_PATH;
-    for (const name of Object.keys(this.wanted)) {
-      if (state[name] !== undefined && state[name] !== null) this.wanted[name] = state[name];
-    }
+    const defaults = {
+      mode: codec.enum('Mode').MODE_COMBINED,
+      integrator: codec.enum('Integrator').INTEGRATOR_PATH,
+    };
+    Object.assign(this.wanted, defaults);
+    for (const name of Object.keys(this.wanted)) if (state[name] !== undefined) this.wanted[name] = state[name];
     for (const name of ['samples', 'time_s', 'error']) if (state[name] !== undefined) this.budget[name] = state[name];
-    if (state.channel) this.look.channel = channelById(state.channel).id;
-    if (state.exposure !== undefined) this.look.exposure = Math.min(64, Math.max(-64, state.exposure));
-    if (state.tone !== undefined) this.look.toneMap = state.tone;
+    const shown = { channel: 'channel', exposure: 'exposure', tone: 'toneMap', filter: 'filter', split: 'split' };
+    for (const [name, of] of Object.entries(shown)) if (state[name] !== undefined) this.look[of] = state[name];
+    if (state.zoom) this.frame = { zoom: state.zoom, centre: state.centre ?? [0.5, 0.5] };
     const [width, height] = fixedSize(this.wanted.size) ?? [];
     const problem = width !== undefined && this.#sizeProblem(width, height);
     if (problem) {
-      say(problem, 'error');
+      this.ignored.push(`size=${this.wanted.size} (${problem})`);
       this.wanted.size = 'window';
     }
-    if (this.info.modes?.length && !this.info.modes.includes(this.wanted.mode)) this.wanted.mode = this.info.modes[0];
-    const range = state.range?.split(',').map(Number);
-    if (range?.length === 2 && range.every(Number.isFinite)) Object.assign(this.look, { range, autoRange: false });
+    for (const name of ['mode', 'integrator']) {
+      const known = this.info[`${name}s`] ?? [];
+      if (!known.length || known.includes(this.wanted[name])) continue;
+      if (state[name] !== undefined) this.ignored.push(`${name}=${state[name]} (the daemon has ${known.join(', ')})`);
+      this.wanted[name] = known.includes(defaults[name]) ? defaults[name] : known[0];
+    }
+    if (state.range) Object.assign(this.look, { range: state.range, autoRange: false });
     if (state.linear) this.look.logarithmic = false;
     const render = new RenderPanel(this, this.info);
     this.panels = {
@@ -190,7 +213,13 @@ class App {
     this.sceneName = make('span', { id: 'scene-name' });
     const { picture, plot, compare, scene, camera, link, open } = this.panels;
     find('panel').append(
-      make('div', { class: 'brand' }, make('b', { text: 'Heliograph' }), this.sceneName),
+      make(
+        'div',
+        { class: 'brand' },
+        make('b', { text: 'Heliograph' }),
+        this.sceneName,
+        button('help-open', '?', () => find('help').showModal(), { 'aria-label': 'All keys', title: 'All keys (?)' }),
+      ),
       ...[picture, render, plot, compare, camera, scene, open, link].map((panel) => panel.element),
     );
     listenToKeys(this);
@@ -206,19 +235,56 @@ class App {
   async #openFromState() {
     const { state } = this;
     this.panels.open.place(true);
+    if (this.ignored.length) say(`The page ignores of the link: ${this.ignored.join('; ')}.`, 'error');
+    this.#showLink();
     if (!state.scene && !state.id) return;
     try {
       await this.openScene(async () => {
         const answer = state.scene
           ? await this.scenes.openPath(state.scene, state.environment ?? '')
           : await this.scenes.openId(state.id);
-        if (state.edits.length) await this.scenes.setEdits(state.edits);
+        if (state.edits?.length) await this.#editFromLink(state.edits);
         return answer;
-      }, state.camera);
+      }, state.camera?.join(','));
+      if (state.compare) {
+        this.setCompare(compareNames.indexOf(state.compare));
+        say('The link compares with a pinned picture, which no link has: pin one (P).', 'info');
+      }
+      if (state.second) this.#secondFromLink(state.second);
     } catch (error) {
       say(error.message, 'error');
       find('open-note').textContent = error.message;
     }
+  }
+
+  // Edits that the daemon refuses are named, and the scene is shown without them.
+  async #editFromLink(edits) {
+    try {
+      await this.scenes.setEdits(edits);
+    } catch (error) {
+      if (error.lost) throw error;
+      this.#ignore(`edits (${error.message})`);
+    }
+  }
+
+  #secondFromLink(second) {
+    if (this.panels.compare.choose(...second)) this.sideBySide(true);
+    else this.#ignore(`second=${second} (a mode and an integrator of the daemon)`);
+  }
+
+  // Names a part of the link that the page cannot follow.
+  #ignore(part) {
+    this.ignored.push(part);
+    say(`The page ignores of the link: ${part}.`, 'error');
+    this.#showLink();
+  }
+
+  #showLink() {
+    const { compare } = this.look;
+    const waits = compare !== Compare.NONE && !this.main.picture.reference;
+    const parts = waits ? [`Pin a picture as the reference to compare with (${compareNames[compare]})`] : [];
+    if (this.ignored.length) parts.push(`Ignored of the link: ${this.ignored.join('; ')}`);
+    find('link-text').textContent = find('link-text').title = parts.join(' · ');
   }
 
   // load: makes the scene that scenes.js then has. camera: as text; absent: the scene's own.
@@ -229,7 +295,10 @@ class App {
     const { current } = this.scenes;
     this.camera.start(this.scenes.loaded);
     if (camera) this.camera.fromText(camera);
-    if (before) this.wanted.region = null;
+    if (before) {
+      this.wanted.region = null;
+      this.ignored = [];
+    }
     this.unpin();
     const name = this.scenes.source.path?.split('/').pop() ?? this.scenes.source.main ?? current.name;
     this.sceneName.textContent = name;
@@ -241,7 +310,7 @@ class App {
     this.panels.picture.refresh();
     for (const viewport of this.viewports) this.#startSession(viewport, before !== null);
     this.main.overlay.focus({ preventScroll: true });
-    this.#save();
+    this.saveState();
     announce(`${name} is open.`);
   }
 
@@ -306,12 +375,13 @@ class App {
     for (const viewport of this.viewports) viewport.session.setSettings(this.#settings(viewport));
     this.panels.render.refresh();
     this.panels.compare.refresh();
-    this.#save();
+    this.saveState();
   }
 
   secondSettings() {
     this.second?.session.setSettings(this.#settings(this.second));
     this.panels.compare.refresh();
+    this.saveState();
   }
 
   setSize(size) {
@@ -329,7 +399,7 @@ class App {
     for (const viewport of this.viewports) viewport.session.setBudget(this.#budget());
     this.panels.render.refresh();
     this.panels.plot.refresh();
-    this.#save();
+    this.saveState();
   }
 
   // The daemon refused settings: those before are in force again.
@@ -342,7 +412,7 @@ class App {
     this.budget = { samples, time_s, error };
     this.panels.render.refresh();
     this.panels.plot.refresh();
-    this.#save();
+    this.saveState();
   }
 
   setChannel(id) {
@@ -354,7 +424,7 @@ class App {
     for (const viewport of this.viewports) viewport.refreshFormat();
     this.panels.picture.refresh();
     this.panels.picture.measure();
-    this.#save();
+    this.saveState();
   }
 
   setExposure(stops) {
@@ -362,7 +432,7 @@ class App {
     this.panels.picture.refresh();
     this.inspector.refresh();
     for (const { session } of this.viewports) session.exposure = this.look.exposure;
-    this.#save();
+    this.saveState();
   }
 
   // The camera has changed, by an event of this time.
@@ -371,7 +441,7 @@ class App {
     for (const viewport of this.viewports) viewport.sendView(time);
     this.inspector.refresh();
     this.panels.camera.refresh();
-    this.#save();
+    this.saveState();
   }
 
   resetCamera() {
@@ -384,7 +454,7 @@ class App {
       if (key === null) await this.scenes.setEdits([]);
       else await this.scenes.edit(key, edit);
       for (const { session } of this.viewports) session.switchScene();
-      this.#save();
+      this.saveState();
     } catch (error) {
       say(error.message, 'error');
     }
@@ -392,6 +462,16 @@ class App {
 
   redraw() {
     for (const viewport of this.viewports) viewport.invalidate();
+  }
+
+  // All pictures show the same part of themselves.
+  setFrame(frame) {
+    this.frame = frame && {
+      zoom: inLink(frame.zoom),
+      centre: frame.centre.map((v) => inLink(Math.min(Math.max(v, 0), 1))),
+    };
+    for (const viewport of this.viewports) viewport.place();
+    this.saveState();
   }
 
   zoom(factor) {
@@ -413,8 +493,7 @@ class App {
     const error = progress?.error?.known ? short(progress.error.rmse, 3) : 'unknown';
     this.pinnedAs = `${progress?.samples_per_pixel ?? 0} samples, error ${error}`;
     this.panels.plot.pin();
-    if (this.look.compare === Compare.NONE) this.setCompare(Compare.SPLIT);
-    this.panels.compare.refresh();
+    this.setCompare(this.look.compare === Compare.NONE ? Compare.SPLIT : this.look.compare);
     say('Pinned. Drag the line to wipe, hold X to flip.', 'info');
   }
 
@@ -429,6 +508,8 @@ class App {
     this.panels.compare.refresh();
     this.panels.picture.refresh();
     this.panels.picture.measure();
+    this.#showLink();
+    this.saveState();
   }
 
   // X is held: the pinned picture instead of the present one.
@@ -440,8 +521,10 @@ class App {
   }
 
   moveSplit(by) {
-    this.look.split = Math.min(Math.max(this.look.split + by, 0), 1);
+    this.look.split = Number(Math.min(Math.max(this.look.split + by, 0), 1).toFixed(4));
+    this.panels.compare.split.value = this.look.split;
     this.redraw();
+    this.saveState();
   }
 
   sideBySide(on) {
@@ -450,6 +533,7 @@ class App {
     if (on) {
       this.secondView ??= new Viewport(this, find('stage-b'));
       this.viewports.push(this.secondView);
+      this.secondView.place();
       if (!this.secondView.listening) this.#listen(this.secondView);
       this.#startSession(this.second, false);
     } else {
@@ -458,6 +542,8 @@ class App {
     }
     this.panels.compare.refresh();
     this.panels.plot.begin(true);
+    this.inspector.hover(this.main, NaN, NaN);
+    this.saveState();
   }
 
   pause(on) {
@@ -513,24 +599,51 @@ class App {
     this.panels.plot.refresh();
   }
 
-  regionTool() {
-    this.tool = new RegionTool(this);
-    for (const { overlay } of this.viewports) overlay.dataset.tool = 'region';
-    announce('Draw the box to be rendered.');
+  // What drags do instead of moving the camera: 'region', 'zoom' or 'hand'; again, or null: no more.
+  useTool(use) {
+    this.#hint?.remove();
+    this.#hint = null;
+    const before = this.tool?.use ?? null;
+    const next = use === before ? null : use;
+    if (before && use) this.tool.leave();
+    this.tool = next === 'hand' ? new HandTool(this) : next ? new BoxTool(this, next) : this.splitTool;
+    for (const { overlay } of this.viewports) {
+      if (next) overlay.dataset.tool = next;
+      else delete overlay.dataset.tool;
+    }
+    for (const name of Object.keys(TOOL_HINTS)) {
+      find(`tool-${name}`).setAttribute('aria-pressed', String(next === name));
+    }
+    if (!next) return;
+    this.main.overlay.focus({ preventScroll: true });
+    this.#hint = say(TOOL_HINTS[next], 'info');
   }
 
-  hover(viewport, x, y) {
-    this.inspector?.hover(viewport, x, y);
-    this.pointer = { viewport, x, y };
+  // chosen: by a key or a tap, so that no pointer shows where it is.
+  hover(viewport, x, y, chosen = false) {
+    if (!this.inspector) return;
+    this.inspector.hover(viewport, x, y, chosen);
+    if (chosen) this.#keepInSight();
+    for (const each of this.viewports) this.drawOverlay(each);
+    if (chosen) announce(this.inspector.sentence());
     clearTimeout(this.#hoverTimer);
     this.#hoverTimer = setTimeout(() => this.#inspects(viewport), INSPECT_MS);
   }
 
+  // Moves the enlarged picture so far that the inspected pixel is on the stage.
+  #keepInSight() {
+    const { viewport, at } = this.inspector;
+    if (!at || !this.frame) return;
+    const { clientWidth, clientHeight } = viewport.stage;
+    const [x, y] = viewport.stageAt(at[0] + 0.5, at[1] + 0.5);
+    const out = (v, side) => Math.min(v - SIGHT, 0) + Math.max(v + SIGHT - side, 0);
+    const [dx, dy] = [out(x, clientWidth), out(y, clientHeight)];
+    if (dx || dy) viewport.shift(-dx, -dy);
+  }
+
   // The pointer rests on a picture: modes that carry pictures over tell of it from now on.
   #inspects(viewport) {
-    const { MODE_COMBINED, MODE_REPROJECT } = this.connection.codec.enum('Mode');
-    const carries = [MODE_COMBINED, MODE_REPROJECT].includes(viewport.session.settings.mode);
-    if (!carries || !this.inspector.at || viewport.extra.has('history')) return;
+    if (!viewport.carries || !this.inspector.at || viewport.extra.has('history')) return;
     if (viewport.moving) {
       this.#hoverTimer = setTimeout(() => this.#inspects(viewport), INSPECT_MS);
       return;
@@ -579,19 +692,20 @@ class App {
     const point = await this.#pick(viewport, x, y);
     if (!point) return;
     this.camera.pivot = point;
-    announce('The camera orbits around this point now.');
-    this.#save();
+    say('The camera orbits around this point now.', 'info');
+    this.saveState();
   }
 
-  // Focuses the lens under the pointer, or on the centre of the picture.
-  async pickFocus(centre = false) {
-    const { viewport = this.main, x, y } = (centre ? null : this.pointer) ?? {};
-    const stage = viewport.stage;
-    const point = await this.#pick(
-      viewport,
-      Number.isFinite(x) ? x : stage.clientWidth / 2,
-      Number.isFinite(y) ? y : stage.clientHeight / 2,
-    );
+  // The inspected pixel, or the middle of the picture: a viewport and a point of its stage.
+  get inspected() {
+    const { viewport, at } = this.inspector;
+    if (at) return [viewport, ...viewport.stageAt(at[0] + 0.5, at[1] + 0.5)];
+    return [this.main, this.main.stage.clientWidth / 2, this.main.stage.clientHeight / 2];
+  }
+
+  // Focuses the lens on what the inspected pixel shows.
+  async pickFocus() {
+    const point = await this.#pick(...this.inspected);
     if (!point) return;
     this.camera.focus(point);
     this.moved(performance.now());
@@ -632,7 +746,8 @@ class App {
 
   async save(kind) {
     const name = (this.sceneName.textContent || 'picture').replace(/\.\w+$/, '');
-    if (!(await savePicture(this.active.picture, kind, name))) say('There is no whole picture to save yet.', 'info');
+    const saved = await savePicture(this.active.picture, kind, name);
+    say(saved ? `Saved ${name}.${kind}.` : 'There is no whole picture to save yet.', saved ? 'good' : 'info');
   }
 
   async copyLink() {
@@ -680,12 +795,18 @@ class App {
       channel: look.channel,
       exposure: look.exposure || '',
       tone: look.toneMap || '',
-      range: look.autoRange ? '' : look.range.map((v) => short(v)).join(','),
+      range: look.autoRange ? '' : (this.panels.picture.keptRange ?? look.range).map(inLink).join(','),
       linear: look.logarithmic ? '' : 1,
+      filter: look.filter === 'auto' ? '' : look.filter,
+      zoom: this.frame?.zoom,
+      centre: this.frame?.centre.join(','),
+      compare: compareNames[this.keptCompare ?? look.compare],
+      split: look.split === 0.5 ? '' : look.split,
+      second: this.second ? Object.values(this.panels.compare.settings()).join(',') : '',
     };
   }
 
-  #save() {
+  saveState() {
     if (this.scenes.current) writeState(() => this.#address());
   }
 
@@ -705,6 +826,7 @@ class App {
         if (!viewport.continued) this.panels.plot.begin(second);
         this.scenes.sweep();
         if (!second) this.panels.render.refresh();
+        if (!second && this.comparing() === Compare.ERRORS) this.panels.picture.refresh(); // its scale tells how
       } else if (what === 'progress' || what === 'end') {
         this.panels.plot.add(viewport.progress, second);
         if (!second) this.#status();
@@ -712,7 +834,7 @@ class App {
         if (what === 'end' && !second) announce(statusLine(this));
       } else if (what === 'tile' || what === 'whole') {
         if (!second) this.#measure();
-        if (viewport === this.inspector.viewport) this.#clip();
+        if (this.inspector.at) this.#clip();
       }
     });
   }
@@ -740,7 +862,7 @@ class App {
   }
 
   #status() {
-    find('status-text').textContent = statusLine(this);
+    find('status-text').textContent = find('status-text').title = statusLine(this);
     const used = usedBudget(this);
     find('progress').setAttribute('aria-valuenow', String(Math.round(100 * used)));
     find('progress').firstChild.style.width = `${100 * used}%`;

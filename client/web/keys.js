@@ -8,8 +8,8 @@ const HELP = [
   ['Shift drag, right drag', 'Pan'],
   ['Wheel, pinch', 'Move to the cursor'],
   ['W A S D Q E', 'Fly; with shift faster'],
-  ['Double click', 'Set the point to orbit around'],
-  ['F; comma, period', 'Focus the lens at the pointer; close, open the lens'],
+  ['Double click, O', 'Orbit around this point; around the inspected one'],
+  ['F; comma, period', 'Focus the lens on the inspected point; close, open the lens'],
   ['R', 'Reset the camera'],
   ['1 … 9', 'Go to a bookmark; with shift: set it'],
   ['0, Shift 0', 'Fit; one to one'],
@@ -19,8 +19,8 @@ const HELP = [
   ['T', 'Next tone map'],
   ['P, X, V', 'Pin; hold to flip; next comparison'],
   ['< >', 'Move the split; or drag it'],
-  ['B; escape', 'Draw the region; leave that'],
-  ['Enter, alt arrows', 'Inspect the middle; the pixel beside'],
+  ['B, Z, H; escape', 'Draw the region, the box to zoom to; move the enlarged picture; end that'],
+  ['Enter, alt arrows', 'Inspect the middle; the pixel beside, with shift ten on'],
   ['C', 'Copy the pixel'],
   ['I, \\', 'Figures; side panel'],
   ['Space', 'Pause, go on'],
@@ -30,9 +30,13 @@ export function listenToKeys(app) {
   app.tool = app.splitTool;
   const dialog = find('help');
   dialog.append(
-    make('h1', { text: 'Keys' }),
+    make(
+      'div',
+      { class: 'head' },
+      make('h1', { text: 'Keys' }),
+      make('button', { id: 'help-close', type: 'button', text: 'Close', on: { click: () => dialog.close() } }),
+    ),
     make('dl', {}, ...HELP.flatMap(([keys, text]) => [make('dt', { text: keys }), make('dd', { text })])),
-    make('button', { id: 'help-close', type: 'button', text: 'Close', on: { click: () => dialog.close() } }),
   );
   const bookmarks = new Bookmarks(app);
   const step = (element, by) => {
@@ -45,7 +49,10 @@ export function listenToKeys(app) {
     KeyF: () => app.pickFocus(),
     KeyR: () => app.resetCamera(),
     KeyP: () => app.pin(),
-    KeyB: () => app.regionTool(),
+    KeyB: () => app.useTool('region'),
+    KeyZ: () => app.useTool('zoom'),
+    KeyH: () => app.useTool('hand'),
+    KeyO: () => app.pickPivot(...app.inspected),
     KeyC: () => app.copyPixel(),
     KeyI: () => app.panels.link.showHud(find('hud').hidden),
     Backslash: () => app.togglePanel(),
@@ -80,7 +87,7 @@ export function listenToKeys(app) {
     const digit = /^Digit(\d)$/.exec(event.code)?.[1];
     if (digit === '0') {
       if (event.shiftKey) app.active.showOneToOne();
-      else app.active.showFit();
+      else app.setFrame(null);
     } else if (digit) {
       if (event.shiftKey) bookmarks.set(digit);
       else bookmarks.go(digit);

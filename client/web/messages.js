@@ -17,6 +17,7 @@ export function say(text, kind = 'info') {
   list.append(message);
   while (list.children.length > MOST) list.firstChild.remove();
   setTimeout(() => message.remove(), SHOWN_MS[kind] ?? SHOWN_MS.info);
+  return message;
 }
 
 // more: elements below the sentence.

@@ -37,6 +37,8 @@ export function exposeForTests(app) {
         renderer: picture.renderer,
         planes: picture.film?.names(picture.revision) ?? [],
         pinned: picture.reference !== null,
+        frame: app.frame,
+        second: app.second ? app.panels.compare.settings() : null,
         zoom: picture.zoom,
         origin: picture.origin,
         bytes: app.connection.bytes,

@@ -1,4 +1,10 @@
-// The state that a link reproduces, in the fragment of the address: scene, edits, camera, settings, how it is shown.
+// The state that a link reproduces, in the fragment of the address: scene, edits, camera, settings, how the picture is
+// shown and compared.
+
+import { channels } from './picture/channels.js';
+import { compareNames } from './picture/compare.js';
+
+export const ZOOMS = [0.05, 256]; // pixels of the screen for one of the film
 
 // Lowest and highest, as types.proto has them; 0: the daemon's default, or no limit.
 export const RANGES = {
@@ -13,8 +19,10 @@ export const RANGES = {
   error: [0, 1e12],
   exposure: [-64, 64],
   tone: [0, 3],
+  zoom: ZOOMS,
+  split: [0, 1],
 };
-const FRACTIONS = new Set(['preview_rate', 'preview_budget_ms', 'time_s', 'error', 'exposure']);
+const FRACTIONS = new Set(['preview_rate', 'preview_budget_ms', 'time_s', 'error', 'exposure', 'zoom', 'split']);
 const LEAST_PREVIEW_MS = 5;
 
 export function withinRange(name, value) {
@@ -41,23 +49,69 @@ export function keepToken(token) {
   sessionStorage.setItem('heliograph-token', token);
 }
 
-export function readState() {
-  const parameters = new URLSearchParams(location.hash.slice(1));
-  const state = Object.fromEntries(parameters);
-  for (const name of Object.keys(RANGES)) {
-    const value = Number(state[name]);
-    if (state[name] === undefined || !Number.isFinite(value)) delete state[name];
-    else state[name] = withinRange(name, value);
-  }
+const numbers = (count) => (text) => {
+  const list = text.split(',').map((part) => (part.trim() === '' ? NaN : Number(part)));
+  return list.length === count && list.every(Number.isFinite) ? list : undefined;
+};
+const oneOf = (names) => [(text) => (names.includes(text) ? text : undefined), names.join(', ')];
+const where = (read, holds) => (text) => {
+  const value = read(text);
+  return value !== undefined && holds(value) ? value : undefined;
+};
+
+function readEdits(text) {
   try {
-    state.edits = state.edits ? JSON.parse(state.edits) : [];
+    const edits = JSON.parse(text);
+    const whole = ([key, edit]) => typeof key === 'string' && edit !== null && typeof edit === 'object';
+    return Array.isArray(edits) && edits.every((entry) => Array.isArray(entry) && whole(entry)) ? edits : undefined;
   } catch {
-    state.edits = [];
+    return undefined;
   }
-  const region = state.region?.split(',').map(Number) ?? [];
-  state.region = region.length === 4 && region.every(Number.isInteger) ? region : null;
-  return state;
 }
+
+function inRange(name) {
+  const [low, high] = RANGES[name];
+  const read = where(numbers(1), ([value]) => value >= low && value <= high);
+  return [(text) => (read(text) ? withinRange(name, Number(text)) : undefined), `a number from ${low} to ${high}`];
+}
+
+const text = [(value) => value || undefined, 'a name'];
+// Of each part of a link: what its text means (undefined: nothing), and what it may be, in words.
+const PARTS = {
+  scene: text,
+  id: text,
+  environment: text,
+  edits: [readEdits, 'a JSON list of edits'],
+  camera: [where(numbers(17), (n) => n.slice(3, 6).some(Boolean)), '17 numbers'],
+  size: [(size) => (/^(window|half|\d+x\d+)$/.test(size) ? size : undefined), 'window, half, or as 640x360'],
+  region: [
+    where(numbers(4), ([x0, y0, x1, y1]) => [x0, y0, x1, y1].every(Number.isInteger) && x0 < x1 && y0 < y1),
+    'x0,y0,x1,y1 in pixels',
+  ],
+  ...Object.fromEntries(Object.keys(RANGES).map((name) => [name, inRange(name)])),
+  channel: oneOf(channels.map(({ id }) => id)),
+  range: [where(numbers(2), ([low, high]) => low < high), 'two numbers, the lower one first'],
+  linear: oneOf(['1']),
+  filter: oneOf(['auto', 'nearest', 'linear']),
+  centre: [where(numbers(2), (centre) => centre.every((v) => v >= 0 && v <= 1)), 'two numbers from 0 to 1'],
+  compare: oneOf(compareNames.filter(Boolean)),
+  second: [where(numbers(2), (both) => both.every(Number.isInteger)), 'numbers of mode and integrator'],
+};
+
+// { state, ignored }: what the address says, and a sentence of each part that says nothing.
+export function readState() {
+  const state = {},
+    ignored = [];
+  for (const [name, given] of new URLSearchParams(location.hash.slice(1))) {
+    const [read, allowed] = Object.hasOwn(PARTS, name) ? PARTS[name] : [];
+    const value = read?.(given);
+    if (value !== undefined) state[name] = value;
+    else ignored.push(`${brief(name)}=${brief(given)} (${allowed ?? 'unknown'})`);
+  }
+  return { state, ignored };
+}
+
+const brief = (given) => (given.length > 24 ? `${given.slice(0, 24)}…` : given);
 
 let timer = 0;
 

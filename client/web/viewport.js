@@ -4,7 +4,10 @@
 import { channelById, tileFormat } from './picture/channels.js';
 import { Meter } from './meter.js';
 import { Picture } from './picture/picture.js';
-import { Session } from './protocol/session.js';
+import { plain, Session } from './protocol/session.js';
+import { ZOOMS } from './url_state.js';
+
+const VARIANCE_EVERY = 4; // tiles of a place, on slow links
 
 export class Viewport {
   #pending = 0; // tiles that were taken and not drawn yet
@@ -32,7 +35,6 @@ export class Viewport {
     this.unsampled = [];
     this.settings = null; // in force
     this.told = new Set(); // notices of pictures, each told once
-    this.fit = true;
     this.listeners = new Set(); // called with (what): 'begin', 'progress', 'end', 'whole', 'drawn', 'tile'
     this.picture = new Picture(this.canvas, app.look, (lost) => {
       app.say(
@@ -74,21 +76,27 @@ export class Viewport {
     this.ratio = ratio;
     this.overlay.width = Math.max(1, Math.round(clientWidth * ratio));
     this.overlay.height = Math.max(1, Math.round(clientHeight * ratio));
-    this.#place();
+    this.place();
     this.app.onResize?.(this);
   }
 
-  // Puts a fitted picture into the middle. Whole pixels where it is shown 1:1.
-  #place() {
-    const { picture, overlay } = this;
-    if (this.fit && picture.width) {
-      let zoom = Math.min(overlay.width / picture.width, overlay.height / picture.height);
-      if (Math.abs(zoom - 1) < 0.02 && zoom >= 1) zoom = 1;
+  // All of the picture is shown.
+  get fit() {
+    return this.app.frame === null;
+  }
+
+  // Puts the picture where the shared frame has it; on whole pixels of the screen where each of its own is a whole
+  // number of them.
+  place() {
+    const { picture, overlay } = this,
+      { frame } = this.app;
+    if (picture.width) {
+      let zoom = frame?.zoom ?? Math.min(overlay.width / picture.width, overlay.height / picture.height);
+      if (!frame && Math.abs(zoom - 1) < 0.02 && zoom >= 1) zoom = 1;
+      const [u, v] = frame?.centre ?? [0.5, 0.5];
+      const origin = [overlay.width / 2 - u * picture.width * zoom, overlay.height / 2 - v * picture.height * zoom];
       picture.zoom = zoom;
-      picture.origin = [
-        Math.round((overlay.width - picture.width * zoom) / 2),
-        Math.round((overlay.height - picture.height * zoom) / 2),
-      ];
+      picture.origin = frame && zoom % 1 ? origin : origin.map(Math.round);
     }
     this.invalidate();
   }
@@ -114,32 +122,48 @@ export class Viewport {
     return enlarged;
   }
 
-  showFit() {
-    this.fit = true;
-    this.#place();
+  // The point of the picture in the middle of the stage, in parts of its sides.
+  get #centre() {
+    return this.app.frame?.centre ?? [0.5, 0.5];
   }
 
-  // Zooms by a factor around a point of the canvas, CSS pixels from its corner.
+  // Zooms by a factor around a point of the stage, CSS pixels from its corner.
   zoomBy(factor, x, y) {
-    const { picture, ratio } = this;
-    const zoom = Math.min(Math.max(picture.zoom * factor, 0.05), 256);
-    const scale = zoom / picture.zoom,
-      at = [x * ratio, y * ratio];
-    picture.origin = picture.origin.map((o, i) => at[i] - (at[i] - o) * scale);
-    picture.zoom = zoom;
-    this.fit = false;
-    this.invalidate();
+    const { picture, overlay, ratio } = this;
+    if (!picture.width) return;
+    const zoom = Math.min(Math.max(picture.zoom * factor, ZOOMS[0]), ZOOMS[1]);
+    const [cx, cy] = this.#centre,
+      moved = 1 / picture.zoom - 1 / zoom;
+    this.app.setFrame({
+      zoom,
+      centre: [
+        cx + ((x * ratio - overlay.width / 2) * moved) / picture.width,
+        cy + ((y * ratio - overlay.height / 2) * moved) / picture.height,
+      ],
+    });
   }
 
   showOneToOne() {
     this.zoomBy(1 / this.picture.zoom, this.stage.clientWidth / 2, this.stage.clientHeight / 2);
-    this.picture.origin = this.picture.origin.map(Math.round);
+  }
+
+  // Film pixels [x0, y0, x1, y1] as large as they fit.
+  showBox([x0, y0, x1, y1]) {
+    const { picture, overlay } = this;
+    const zoom = Math.min(overlay.width / (x1 - x0), overlay.height / (y1 - y0), ZOOMS[1]);
+    this.app.setFrame({ zoom, centre: [(x0 + x1) / 2 / picture.width, (y0 + y1) / 2 / picture.height] });
   }
 
   shift(dx, dy) {
-    this.picture.origin = [this.picture.origin[0] + dx * this.ratio, this.picture.origin[1] + dy * this.ratio];
-    this.fit = false;
-    this.invalidate();
+    const { picture, ratio } = this,
+      [cx, cy] = this.#centre;
+    this.app.setFrame({
+      zoom: picture.zoom,
+      centre: [
+        cx - (dx * ratio) / (picture.zoom * picture.width),
+        cy - (dy * ratio) / (picture.zoom * picture.height),
+      ],
+    });
   }
 
   // Film coordinates of a point of the stage in CSS pixels.
@@ -160,6 +184,17 @@ export class Viewport {
     return [(2 * fx) / this.picture.width - 1, 1 - (2 * fy) / this.picture.height];
   }
 
+  // Mode and integrator, where a second picture is beside it.
+  get name() {
+    return this.stage.querySelector('.stage-name').textContent;
+  }
+
+  // The mode carries samples of earlier pictures over.
+  get carries() {
+    const { MODE_COMBINED, MODE_REPROJECT } = this.app.connection.codec.enum('Mode');
+    return [MODE_COMBINED, MODE_REPROJECT].includes(this.session.settings.mode);
+  }
+
   get aspect() {
     return this.picture.width / this.picture.height || 1;
   }
@@ -167,11 +202,11 @@ export class Viewport {
   format() {
     const { link } = this.app;
     const needs = new Set(['variance', 'samples', ...channelById(this.app.look.channel).needs, ...this.extra]);
-    if (link.slow && this.moving) needs.delete('variance');
     const { COMPRESSION_ZIP } = this.app.connection.codec.enum('Compression');
     return tileFormat(needs, {
       preview_jpeg: link.jpeg ? link.jpegQuality : 0,
       compression: link.zip ? COMPRESSION_ZIP : 0,
+      variance_every: link.slow ? VARIANCE_EVERY : 0,
     });
   }
 
@@ -188,25 +223,27 @@ export class Viewport {
   }
 
   setMoving() {
-    if (!this.moving) {
-      this.moving = true;
-      if (this.app.link.slow) this.refreshFormat();
-    }
+    this.moving = true;
     clearTimeout(this.#moveTimer);
     this.#moveTimer = setTimeout(() => {
       this.moving = false;
-      if (this.app.link.slow) this.refreshFormat();
     }, 400);
   }
 
   // Another stream, as for another channel, is another frame, but its film goes on where it was: so does its time.
   #goOn(begin) {
-    const plain = (name, value) => (typeof value === 'bigint' ? String(value) : value);
-    const picture = JSON.stringify([begin.settings, this.session.view, this.app.scenes.current?.scene_id], plain);
+    const picture = plain([begin.settings, this.session.view, this.app.scenes.current?.scene_id]);
     this.continued = picture === this.#picture && !this.#anew;
     this.#anew = false;
     this.#picture = picture;
     this.#secondsBefore = this.continued ? (this.progress?.seconds ?? this.#secondsBefore) : 0;
+  }
+
+  // Names the samples of a frame: previews and the region change none of them. '': its view is not the newest one.
+  #samplesOf({ tag, settings }) {
+    if (tag.view_id !== this.session.viewId) return '';
+    const { preview_rate, preview_budget_ms, region, ...rest } = settings;
+    return plain([rest, this.session.view, this.app.scenes.current?.scene_id]);
   }
 
   #inAll(progress) {
@@ -227,8 +264,8 @@ export class Viewport {
       this.end = null;
       this.progress = null;
       const { width, height } = this.picture;
-      this.picture.beginFilm(begin);
-      if (this.picture.width !== width || this.picture.height !== height) this.#place();
+      this.picture.beginFilm(begin, this.#samplesOf(begin));
+      if (this.picture.width !== width || this.picture.height !== height) this.place();
       for (const text of begin.notices) {
         if (!this.told.has(text)) this.app.say(text, 'info');
         this.told.add(text);
@@ -273,7 +310,7 @@ export class Viewport {
       await this.picture.showPreview(end.tag, 2 ** this.session.exposure);
       this.#lastDrawn.preview = end.tag.view_id;
       this.app.counters.previews++;
-      this.#place();
+      this.place();
       return;
     }
     this.end = end;

@@ -1,7 +1,6 @@
 """The viewer as a person uses it. Each test ends with no error in the console and no request to another machine."""
 import json
 import math
-import os
 import pathlib
 import re
 import subprocess
@@ -10,91 +9,10 @@ import time
 import unittest
 
 import browser
-
-SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
-CORNELL = "cornell-box/cornell-box.gltf"
-# Path tracing without previews: the same bits as a render on the command line.
-FIXED = {"mode": 1, "seed": 7, "samples": 16, "size": "160x120", "preview_rate": 0}
-FULL = os.environ.get("HELIO_TEST_TIER") == "full"
+from viewer_case import CORNELL, FIXED, FULL, SCENES, ViewerCase, address, read_exr
 
 
-def address(daemon, scene=CORNELL, **state):
-    parts = [f"scene={scene}"] + [f"{name}={value}" for name, value in state.items()]
-    return f"http://{daemon.http}/#" + "&".join(parts)
-
-
-def read_exr(file):
-    """{(x, y): [values]} and the names of the channels, by oiiotool."""
-    info = subprocess.run(["oiiotool", "--info", "-v", str(file)], capture_output=True, text=True, check=True).stdout
-    names = re.search(r"channel list: (.*)", info).group(1).split(", ")
-    names = [name.split(" ")[0] for name in names]
-    dump = subprocess.run(["oiiotool", "--dumpdata", str(file)], capture_output=True, text=True, check=True).stdout
-    pixels = {}
-    for match in re.finditer(r"Pixel \((\d+), (\d+)\): ([^\n]*)", dump):
-        values = [float(v) for v in match.group(3).split() if v not in ("(float", "(half")]
-        pixels[int(match.group(1)), int(match.group(2))] = dict(zip(names, values))
-    return pixels
-
-
-class ViewerTest(unittest.TestCase):
-    options = None  # by run
-
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = browser.Daemon(cls.options.daemon, SCENES)
-        cls.addClassCleanup(lambda: cls.daemon.stop())
-        cls.page = browser.Page(cls.options.screenshots)
-        cls.addClassCleanup(cls.page.close)
-
-    def setUp(self):
-        self.expected_errors = ()
-        self.hosts = {self.daemon.http}
-
-    def tearDown(self):
-        errors = [e for e in self.page.errors() if not any(part in e for part in self.expected_errors)]
-        hosts = self.page.requested_hosts()
-        self.page.driver.get("about:blank")  # before the test's own daemon stops
-        self.assertEqual(errors, [])
-        self.assertLessEqual(hosts, self.hosts)
-
-    def open(self, scene=CORNELL, **state):
-        self.page.open(address(self.daemon, scene, **state))
-        return self.page.wait_for_picture()
-
-    def canvas(self):
-        return self.page.driver.find_element("id", "view")
-
-    def actions(self):
-        from selenium.webdriver import ActionChains
-        return ActionChains(self.page.driver, duration=20)
-
-    def position(self):
-        camera = self.page.run("return heliograph.camera.message()")
-        return [camera["position"].get(axis, 0) for axis in "xyz"]
-
-    def set(self, control, value):
-        """Types a value into a control, or chooses it."""
-        self.page.run("const c = document.getElementById(arguments[0]); c.value = arguments[1];"
-                      "c.dispatchEvent(new Event('change'))", control, str(value))
-
-    def wait_for_message(self, text):
-        return self.page.wait(f"document.getElementById('messages').textContent.includes({json.dumps(text)})")
-
-    def brightness(self):
-        """Mean byte of what the screen shows around the middle of the picture."""
-        box = self.page.run("const r = document.getElementById('view').getBoundingClientRect();"
-                            "return [r.left + r.width / 2, r.top + r.height / 2]")
-        with tempfile.TemporaryDirectory() as folder:
-            file, raw = pathlib.Path(folder, "screen.png"), pathlib.Path(folder, "screen.ppm")
-            file.write_bytes(self.page.driver.get_screenshot_as_png())
-            cut = f"100x100{int(box[0]) - 50:+d}{int(box[1]) - 50:+d}"
-            subprocess.run(["oiiotool", str(file), "--ch", "0,1,2", "--cut", cut, "-o", str(raw)], check=True,
-                           capture_output=True)
-            return sum(raw.read_bytes()[-30000:]) / 30000
-
-    def show(self, section):
-        self.page.run(f"document.getElementById('{section}').open = true")
-
+class ViewerTest(ViewerCase):
     # ---- the picture ------------------------------------------------------------------------------------------------
 
     def test_draws_by_the_software_that_the_tests_name(self):
@@ -220,75 +138,7 @@ class ViewerTest(unittest.TestCase):
         self.page.wait("!document.getElementById('inspector').hidden")
         self.assertEqual(self.position(), moved, "a tap moves nothing")
 
-    def test_keys_inspect_pixels_and_leave_the_region(self):
-        self.open(**FIXED)
-        self.page.wait_for_end()
-        self.canvas().send_keys("\ue007")  # enter
-        self.assertEqual(self.page.wait("heliograph.app.inspector.current && heliograph.app.inspector.at"), [80, 60])
-        self.canvas().send_keys("\ue00a\ue014")  # alt, arrow right
-        self.page.wait("heliograph.app.inspector.at[0] === 81")
-        self.canvas().send_keys("b")
-        self.page.wait("document.getElementById('view').dataset.tool === 'region'")
-        self.canvas().send_keys("\ue00c")  # escape
-        self.page.wait("document.getElementById('view').dataset.tool === undefined")
-
-    def test_an_address_reproduces_the_picture(self):
-        self.open(**FIXED)
-        self.canvas().click()
-        self.canvas().send_keys("\ue014")
-        self.page.wait_for_end()
-        link = browser.eventually(lambda: "camera=" in self.page.driver.current_url and self.page.driver.current_url)
-        time.sleep(0.6)  # the address follows the state after a moment
-        link = self.page.driver.current_url
-        first = self.page.run("return heliograph.pixel(70, 60)")
-        self.page.open(link)
-        self.page.wait_for_end()
-        again = self.page.run("return heliograph.pixel(70, 60)")
-        self.assertEqual([again[name] for name in "RGB"], [first[name] for name in "RGB"])
-
     # ---- compare, edit ----------------------------------------------------------------------------------------------
-
-    def test_pins_and_compares(self):
-        self.open(**FIXED)
-        self.page.wait_for_end()
-        self.show("section-compare")
-        self.page.run("document.getElementById('pin').click()")
-        self.assertTrue(self.page.wait("heliograph.state().pinned"))
-        self.canvas().send_keys("\ue014" * 6)
-        self.page.wait_for_end()
-        left, right = "heliograph.shown(20, 60)", "heliograph.shown(140, 60)"
-        present = self.page.run(f"return [{left}, {right}]")
-
-        def choose(way):
-            self.page.run("const c = document.getElementById('compare'); c.selectedIndex = arguments[0];"
-                          "c.dispatchEvent(new Event('change'))", way)
-            time.sleep(0.2)
-            self.page.screenshot(f"compare-{way}")
-            return self.page.run(f"return [{left}, {right}]")
-
-        pinned = choose(1)
-        self.assertNotEqual(pinned, present)
-        split = choose(2)
-        self.assertIn(split, ([pinned[0], present[1]], [present[0], pinned[1]]))
-        for way in (3, 4, 5):
-            self.assertNotIn(choose(way), (present, pinned))
-
-    def test_tells_differences_in_standard_errors(self):
-        self.open(**{**FIXED, "samples": 256})
-        self.page.wait_for_end()
-        self.page.run("document.getElementById('pin').click()")
-        self.set("seed", 8)
-        self.page.wait_for_end()
-        told = self.page.run("""const z = [];
-            const { picture } = heliograph.app.main;
-            for (let y = 0; y < 120; y++) for (let x = 0; x < 160; x++) {
-              if (heliograph.pixel(x, y)['variance.G'] > 0) z.push(picture.standardErrors(x, y));
-            }
-            return [z.length, Math.sqrt(z.reduce((sum, v) => sum + v * v, 0) / z.length),
-              z.filter((v) => Math.abs(v) > 2).length / z.length];""")
-        self.assertGreater(told[0], 10000)
-        self.assertTrue(0.8 < told[1] < 1.1, told)
-        self.assertLess(told[2], 0.07, told)
 
     def test_edits_a_material(self):
         before = self.open(**FIXED)
@@ -321,12 +171,6 @@ class ViewerTest(unittest.TestCase):
         self.page.wait_for_end()
         browser.eventually(lambda: not [s for s in self.scenes() if s.get("edited_from") == before["scene"]],
                            what="the edited scenes' end")
-
-    def scenes(self):
-        """SceneInfo of all that the daemon holds."""
-        return self.page.driver.execute_async_script(
-            "const done = arguments[0]; heliograph.app.connection.call('list_scenes').then(({ scenes }) => "
-            "done(scenes.map(({ scene_id, edited_from }) => ({ scene_id, edited_from }))))")
 
     def test_lists_what_can_be_edited(self):
         """Of a scene with many objects, a map to light it with, and something to note."""
@@ -366,6 +210,16 @@ class ViewerTest(unittest.TestCase):
                       "f.dispatchEvent(new Event('input'))")
         shown = "document.querySelectorAll('#objects > details:not([hidden])').length"
         self.assertEqual(self.page.run(f"return {shown}"), 11)
+        # Turned and scaled about its own place, as the twelve numbers of a message have it.
+        turned = self.page.driver.execute_async_script("""const done = arguments[0];
+            import('/camera/transform.js').then(({ placeOf, transformOf, turnedAndScaled }) => {
+              const moved = [2, 0, 0, 5, 0, 3, 0, 6, 0, 0, 4, 7];
+              done([placeOf(moved), turnedAndScaled(moved, Math.PI / 2, 2, [8, 9, 10]), transformOf([])]);
+            });""")
+        self.assertEqual(turned[0], [5, 6, 7])
+        for value, expected in zip(turned[1], [0, 0, 8, 8, 0, 6, 0, 9, -4, 0, 0, 10]):
+            self.assertAlmostEqual(value, expected)
+        self.assertEqual(turned[2], [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
         # A row begins with the edit that there is.
         self.page.run("document.getElementById('object-5').open = true")
         self.page.wait("document.getElementById('object-5-x')")
@@ -389,40 +243,27 @@ class ViewerTest(unittest.TestCase):
         self.page.wait("heliograph.state().attached")
         self.page.wait_for_picture()
 
-    def test_a_link_has_the_size_of_the_picture(self):
-        self.open(samples=1, mode=1, preview_rate=0)
-        self.page.run("navigator.clipboard.writeText = async (text) => { globalThis.copied = text; };"
-                      "document.getElementById('copy-link').click()")
-        state = self.page.state()
-        self.assertIn(f"size={state['width']}x{state['height']}&", self.page.wait("globalThis.copied"))
-
-    def test_a_second_session_comes_and_goes(self):
-        self.open(**FIXED)
-        for on in (True, False, True):
-            self.page.run("document.getElementById('side-by-side').click()")
-            if on:
-                self.page.wait("heliograph.state(true).complete")
-        self.assertNotIn("made again", self.page.run("return document.getElementById('messages').textContent"))
-        self.page.run("document.getElementById('side-by-side').click()")
-
     def test_a_slow_link_becomes_fast_again(self):
         self.open(**FIXED)
         rates = self.page.run("""const link = new heliograph.app.link.constructor(() => {}), rates = [];
-            const measured = (times, size, ms) => {
+            const previews = (times, size, ms) => {
               for (let i = 0; i < times; i++) link.measured(size, ms);
               rates.push(link.rate);
             };
-            measured(3, 1e6, 1000);
-            measured(4, 1e5, 105);
-            measured(4, 1e5, 500);
-            measured(8, 1e5, 10);
-            measured(1, 5e6, 10);
-            measured(9, 5e6, 5000);
+            const heldUp = (rate) => {
+              link.heldUp(rate);
+              rates.push(link.rate);
+            };
+            heldUp(5e6); // the picture waits for the browser at most
+            heldUp(1e6);
+            previews(4, 1e5, 100); // as fast as the limit, which paces them
+            previews(1, 1e5, 20); // too few bytes to tell
+            previews(1, 1e5, 20);
+            heldUp(6e5);
+            previews(12, 1e5, 10);
             return rates;""")
-        self.assertEqual(rates[0], 1e6)
-        self.assertGreater(rates[1], rates[0])
-        self.assertLess(rates[2], rates[1])
-        self.assertEqual(rates[3:], [0, 0, 0])
+        self.assertEqual(rates[:4], [0, 1e6, 1e6, 1e6])
+        self.assertEqual(rates[4:], [1.5e6, 6e5, 0])
 
     # ---- settings ---------------------------------------------------------------------------------------------------
 
@@ -466,6 +307,45 @@ class ViewerTest(unittest.TestCase):
         self.set("budget-samples", "8")
         self.page.wait("heliograph.state().end && heliograph.state().progress.samples_per_pixel >= 8")
         self.assertEqual(self.page.state()["width"], 160)
+
+    def test_a_hidden_tab_asks_for_no_pictures(self):
+        self.open(size="160x120", samples=2**30, mode=1)
+        self.page.run("document.getElementById('side-by-side').click()")
+        self.page.wait("heliograph.state(true)?.complete")
+        self.page.run("""globalThis.log = [];
+            const note = () => log.push({ state: document.visibilityState, tiles: heliograph.counters.filmTiles,
+              attached: [heliograph.state().attached, heliograph.state(true).attached], bytes: heliograph.state().bytes });
+            document.addEventListener('visibilitychange', note);
+            globalThis.noting = setInterval(note, 100);""")
+        ids = [self.page.state()["session"], self.page.run("return heliograph.state(true).session")]
+        driver = self.page.driver
+        first = driver.current_window_handle
+        # From here on no command may go to the first tab, which would show it again.
+        driver.switch_to.new_window("tab")
+
+        def told():
+            sessions = self.sessions()
+            return [(sessions[i]["attached"], sessions[i]["samples"]) for i in ids]
+
+        browser.eventually(lambda: not any(attached for attached, _ in told()), what="the end of both streams")
+        time.sleep(0.5)  # what had begun is over
+        before = told()
+        time.sleep(1.5)
+        self.assertEqual(told(), before)
+        driver.close()
+        driver.switch_to.window(first)
+        log = self.page.run("clearInterval(noting); return log")
+        hidden = [entry for entry in log if entry["state"] == "hidden"]
+        self.assertGreater(len(hidden), 10, "no tab that is hidden")
+        self.assertEqual([entry["attached"] for entry in hidden], [[False, False]] * len(hidden))
+        late = hidden[5:]  # the first may still take what was on its way
+        self.assertEqual({(entry["tiles"], entry["bytes"]) for entry in late}, {(late[0]["tiles"], late[0]["bytes"])})
+        # Shown again, both sessions go on where they were.
+        self.assertEqual(self.page.run("return document.visibilityState"), "visible")
+        self.page.wait(f"heliograph.counters.filmTiles > {late[0]['tiles']}")
+        for was, i in zip(before, ids):
+            browser.eventually(lambda: (now := self.sessions()[i])["attached"] and now["samples"] > was[1], what="more samples")
+        self.page.run("document.getElementById('side-by-side').click()")
 
     # ---- the connection ---------------------------------------------------------------------------------------------
 
@@ -540,12 +420,6 @@ class ViewerTest(unittest.TestCase):
         plain.open(address(self.daemon))
         text = plain.wait("!document.getElementById('banner').hidden && document.getElementById('banner').textContent")
         self.assertIn("WebGL 2", text)
-
-    def test_says_what_is_wrong_with_an_address(self):
-        self.expected_errors = ()
-        self.page.open(address(self.daemon, "no/such/file.gltf"))
-        text = self.page.wait("document.getElementById('messages').textContent || document.getElementById('open-note')?.textContent")
-        self.assertIn("no/such/file.gltf", text)
 
     def test_a_lost_context_comes_back(self):
         self.expected_errors = ("CONTEXT_LOST", "context lost")

@@ -28,8 +28,9 @@ export function listenToCamera(app, viewport) {
   target.addEventListener('pointerdown', (event) => {
     target.focus({ preventScroll: true });
     target.setPointerCapture(event.pointerId);
+    if (drag?.tool) return; // another finger
     pointers.set(event.pointerId, point(event));
-    if (app.tool?.down(viewport, ...point(event), event)) {
+    if (pointers.size === 1 && app.tool?.down(viewport, ...point(event), event)) {
       drag = { tool: app.tool };
       return;
     }
@@ -105,7 +106,7 @@ export function listenToCamera(app, viewport) {
   });
 
   const tapped = (event, x, y) => {
-    if (event.pointerType === 'touch') app.hover(viewport, x, y);
+    if (event.pointerType === 'touch') app.hover(viewport, x, y, true);
     const near = Math.hypot(x - lastTap.x, y - lastTap.y) < 12;
     if (event.button === 0 && near && event.timeStamp - lastTap.time < DOUBLE_TAP_MS) {
       app.pickPivot(viewport, x, y);
@@ -180,11 +181,12 @@ export function listenToCamera(app, viewport) {
     const pixel = [picture.width, picture.height].map((side, i) =>
       Math.min(Math.max(from[i] + (arrow ? arrow[i] * step : 0), 0), side - 1),
     );
-    app.hover(viewport, ...viewport.stageAt(pixel[0] + 0.5, pixel[1] + 0.5));
+    app.hover(viewport, ...viewport.stageAt(pixel[0] + 0.5, pixel[1] + 0.5), true);
     return true;
   };
   target.addEventListener('keydown', (event) => {
-    if (!event.ctrlKey && !event.metaKey && app.inspector && inspect(event)) {
+    const plain = !event.ctrlKey && !event.metaKey;
+    if (plain && ((!event.altKey && app.tool?.key(viewport, event, ARROWS[event.code])) || inspect(event))) {
       event.preventDefault();
       return;
     }

@@ -47,11 +47,16 @@ export class CameraPanel {
         'div',
         { class: 'row' },
         button('camera-reset', 'Reset', () => app.resetCamera(), { title: 'Reset (R)' }),
-        button('focus-centre', 'Focus the centre', () => app.pickFocus(true)),
+        button('focus-here', 'Focus here', () => app.pickFocus(), {
+          title: 'Focus the lens on the inspected pixel, or the middle of the picture (F)',
+        }),
+        button('orbit-here', 'Orbit here', () => app.pickPivot(...app.inspected), {
+          title: 'Orbit around what the inspected pixel shows, or the middle of the picture (O)',
+        }),
       ),
       make('p', {
         class: 'note',
-        text: 'Shift and a digit sets a bookmark, the digit alone goes there. Press ? for all keys.',
+        text: 'Here: the inspected pixel, or the middle. Shift and a digit sets a bookmark, the digit goes there.',
       }),
     );
     this.element.addEventListener('toggle', () => this.refresh());

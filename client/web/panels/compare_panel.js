@@ -16,9 +16,18 @@ const WAYS = [
 export class ComparePanel {
   constructor(app, render) {
     this.app = app;
+    Object.assign(this, { modes: render.modes, integrators: render.integrators });
     this.pinButton = button('pin', 'Pin picture', () => app.pin(), { title: 'Pin as reference (P)' });
     this.unpinButton = button('unpin', 'Unpin', () => app.unpin());
     this.way = select('compare', WAYS, 0, (value) => app.setCompare(Number(value)));
+    this.split = make('input', {
+      id: 'split',
+      type: 'range',
+      min: 0,
+      max: 1,
+      step: 0.01,
+      on: { input: () => app.moveSplit(Number(this.split.value) - app.look.split) },
+    });
     this.side = button('side-by-side', 'Second session', () => app.sideBySide(!app.second), {
       'aria-pressed': 'false',
     });
@@ -43,6 +52,7 @@ export class ComparePanel {
       false,
       make('div', { class: 'row' }, this.pinButton, this.unpinButton),
       field('Show', 'compare', this.way),
+      (this.splitRow = field('Split', 'split', this.split)),
       this.note,
       make('div', { class: 'row' }, this.side),
       (this.modeRow = field('Mode', 'mode-b', this.mode)),
@@ -56,6 +66,15 @@ export class ComparePanel {
     return { mode: Number(this.mode.value), integrator: Number(this.integrator.value) };
   }
 
+  // Of the second session; false: the daemon has not both.
+  choose(mode, integrator) {
+    const has = (options, value) => options.some(([offered]) => offered === String(value));
+    if (!has(this.modes, mode) || !has(this.integrators, integrator)) return false;
+    this.mode.value = String(mode);
+    this.integrator.value = String(integrator);
+    return true;
+  }
+
   #second() {
     this.app.secondSettings();
   }
@@ -63,8 +82,11 @@ export class ComparePanel {
   refresh() {
     const { app } = this,
       pinned = !!app.active?.picture.reference;
-    this.unpinButton.disabled = this.way.disabled = !pinned;
+    this.unpinButton.disabled = !pinned;
+    this.way.disabled = !pinned && app.look.compare === Compare.NONE;
     this.way.value = String(app.look.compare);
+    this.splitRow.hidden = app.comparing() !== Compare.SPLIT;
+    this.split.value = app.look.split;
     this.side.setAttribute('aria-pressed', String(!!app.second));
     this.modeRow.hidden = this.integratorRow.hidden = !app.second;
     this.note.textContent = !pinned

@@ -30,15 +30,16 @@ export class ConvergencePlot {
   // The library is fetched when there is something to plot, so that the first picture does not wait for it.
   #load() {
     if (this.#loading || !this.#points.length) return;
-    this.#loading = import('../vendor/uplot.js').then(
-      (library) => {
-        this.#create(library.default);
-        this.refresh();
-      },
-      () => {
-        this.#loading = null; // the daemon is gone; asked again with the next point
-      },
-    );
+    const loaded = () => {
+      this.#create(globalThis.uPlot);
+      this.refresh();
+    };
+    const failed = () => {
+      this.#loading.remove();
+      this.#loading = null; // the daemon is gone; asked again with the next point
+    };
+    this.#loading = make('script', { src: 'vendor/uplot.js', on: { load: loaded, error: failed } });
+    document.head.append(this.#loading);
   }
 
   #create(uPlot) {
@@ -86,7 +87,8 @@ export class ConvergencePlot {
     over.tabIndex = 0;
     over.id = 'plot-target';
     over.setAttribute('role', 'slider');
-    over.setAttribute('aria-label', 'Target error');
+    over.setAttribute('aria-label', 'Target error: arrow keys move it, delete removes it');
+    over.setAttribute('aria-orientation', 'vertical');
     over.addEventListener('pointerdown', (event) => {
       this.#dragging = true;
       over.setPointerCapture(event.pointerId);
@@ -147,10 +149,12 @@ export class ConvergencePlot {
   #say() {
     const last = this.#points.at(-1);
     const now = last ? `Standard error ${short(last[1], 3)} after ${short(last[0], 3)} s. ` : '';
-    this.note.textContent =
-      now + (this.target ? `Ends at ${short(this.target, 3)}.` : 'Click or drag in the plot to set a target.');
+    const none = 'Click, drag or press arrow keys in the plot to set a target.';
+    this.note.textContent = now + (this.target ? `Ends at ${short(this.target, 3)}.` : none);
     const highest = Math.max(this.target, ...this.#points.map(([, error]) => error), 1e-6);
-    for (const [name, value] of Object.entries({ valuemin: 0, valuemax: highest, valuenow: this.target })) {
+    const target = this.target ? short(this.target, 3) : 'none';
+    const told = { valuemin: 0, valuemax: highest, valuenow: this.target, valuetext: target };
+    for (const [name, value] of Object.entries(told)) {
       this.plot?.over.setAttribute(`aria-${name}`, String(value));
     }
   }

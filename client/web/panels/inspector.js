@@ -1,6 +1,7 @@
 // The pixel under the pointer: value and standard error of each channel, samples, history, and what else is at hand.
 
 import { find, make, short } from '../dom.js';
+import { toSrgbByte } from '../picture/srgb.js';
 
 export class Inspector {
   constructor(app) {
@@ -11,7 +12,7 @@ export class Inspector {
     this.shown = true;
   }
 
-  hover(viewport, x, y) {
+  hover(viewport, x, y, chosen) {
     const pixel = Number.isNaN(x) ? null : viewport.filmAt(x, y).map(Math.floor);
     const inside =
       pixel &&
@@ -21,7 +22,13 @@ export class Inspector {
       pixel[1] < viewport.picture.height;
     this.viewport = viewport;
     this.at = inside ? pixel : null;
+    this.marked = chosen || this.app.viewports.length > 1;
     this.refresh();
+  }
+
+  // The pixel to be marked in every picture; null: none, or the pointer alone shows it.
+  get mark() {
+    return this.marked ? this.at : null;
   }
 
   // { x, y, value: { name: number }, standardError: [r, g, b] or null, ... } of a pixel; null: nothing is known.
@@ -44,21 +51,40 @@ export class Inspector {
     };
   }
 
+  // The pixel is in the lower right part of the pictures, where the inspector would cover it.
+  #isBelow() {
+    const { stage } = this.viewport,
+      { clientWidth, clientHeight } = stage.parentElement;
+    const [x, y] = this.viewport.stageAt(...this.at);
+    return stage.offsetLeft + x > clientWidth / 2 && stage.offsetTop + y > clientHeight / 2;
+  }
+
   refresh() {
     const pixel = this.at && this.viewport && this.read(this.viewport, ...this.at);
     this.current = pixel || null;
     this.element.hidden = !pixel || !this.shown;
+    if (pixel) this.element.classList.toggle('up', this.#isBelow());
     find('pixel-text').textContent = this.at ? `${this.at[0]}, ${this.at[1]}` : '';
     if (!pixel || !this.shown) return;
     const swatch = make('i');
     const gain = 2 ** this.app.look.exposure;
-    const encode = (v) => Math.round(255 * Math.min(1, Math.max(0, v * gain)) ** (1 / 2.2));
-    swatch.style.background = `rgb(${pixel.rgb.map(encode).join(' ')})`;
-    const rows = ['R', 'G', 'B'].flatMap((name, i) => [
-      make('span', { text: name }),
-      make('span', { text: short(pixel.rgb[i]) }),
-      make('span', { text: pixel.standardError ? `± ${short(pixel.standardError[i], 3)}` : '' }),
-    ]);
+    swatch.style.background = `rgb(${pixel.rgb.map((v) => toSrgbByte(v * gain)).join(' ')})`;
+    const colour = ({ rgb, standardError }) =>
+      make(
+        'div',
+        { class: 'rgb' },
+        ...['R', 'G', 'B'].flatMap((name, i) => [
+          make('span', { text: name }),
+          make('span', { text: short(rgb[i]) }),
+          make('span', { text: standardError ? `± ${short(standardError[i], 3)}` : '' }),
+        ]),
+      );
+    // The same pixel of the other picture.
+    const others = this.app.viewports
+      .filter((viewport) => viewport !== this.viewport)
+      .map((viewport) => [viewport, this.read(viewport, ...this.at)])
+      .filter(([, read]) => read)
+      .flatMap(([viewport, read]) => [make('h2', { text: viewport.name }), colour(read)]);
     const list = [];
     const add = (name, value, digits = 4) =>
       value !== undefined && list.push(make('dt', { text: name }), make('dd', { text: short(value, digits) }));
@@ -67,7 +93,11 @@ export class Inspector {
       values[keys[0]] !== undefined &&
       list.push(make('dt', { text: name }), make('dd', { text: keys.map((key) => short(values[key], 3)).join('  ') }));
     add('samples', pixel.samples);
-    add('from the pinned, in errors', pixel.standardErrors, 3);
+    if (Number.isNaN(pixel.standardErrors)) {
+      list.push(make('dt', { text: 'from the pinned, in errors' }), make('dd', { text: 'not defined' }));
+    } else {
+      add('from the pinned, in errors', pixel.standardErrors, 3);
+    }
     three('display', ['display.R', 'display.G', 'display.B']);
     add('display error', values['display.error'], 3);
     add('history weight', pixel.historyWeight, 3);
@@ -79,9 +109,21 @@ export class Inspector {
     three('albedo', ['albedo.r', 'albedo.g', 'albedo.b']);
     this.element.replaceChildren(
       make('h2', {}, `${pixel.x}, ${pixel.y}`, swatch),
-      make('div', { class: 'rgb' }, ...rows),
+      colour(pixel),
       make('dl', {}, ...list),
+      ...others,
     );
+  }
+
+  // For screen readers.
+  sentence() {
+    const { current } = this;
+    if (!current) return this.at ? `Pixel ${this.at.join(', ')}: not known yet.` : '';
+    const colour = ['red', 'green', 'blue'].map((name, i) => {
+      const error = current.standardError ? ` plus or minus ${short(current.standardError[i], 2)}` : '';
+      return `${name} ${short(current.rgb[i], 3)}${error}`;
+    });
+    return `Pixel ${this.at.join(', ')}: ${colour.join(', ')}.`;
   }
 
   // As text for the clipboard: a line for each number.

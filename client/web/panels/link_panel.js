@@ -5,12 +5,10 @@ import { canInflate, loadInflate } from '../picture/exr.js';
 import { bytes, check, field, find, make, ms, number, section, select, short } from '../dom.js';
 
 const SLOW = 4e6; // bytes a second below which previews come as JPEG
-const SLOW_IN_A_ROW = 3;
-const LOOPBACK = /^(localhost|127\..*|\[::1\])$/;
-const NO_TUNNEL = 20e6; // bytes a second: a link of this machine itself, where a late preview means a busy processor
-const AGAIN = 4; // previews after which a slow link is measured anew
-const KEEPS_UP = 0.9; // of the limit: the link may bear more
+const ENOUGH = 2e5; // bytes of previews after which a slow link may prove faster
+const FASTER_AT_MOST = 1.5; // times
 const LEAST = 5e4;
+const NOTABLE = 0.3; // relative change of the rate: the daemon sends a picture again for each
 const LIMITS = [
   ['auto', 'Measured'],
   ['0', 'None'],
@@ -24,9 +22,7 @@ const time = (seconds) => (seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `
 
 // Of the link, as the viewports need it.
 export class Link {
-  #slowCount = 0;
-  #fastest = 0;
-  #recent = []; // rates of previews over a slow link
+  #previews = { bytes: 0, seconds: 0 }; // that came since the rate was set
 
   constructor(onChange) {
     this.choice = 'auto';
@@ -57,41 +53,36 @@ export class Link {
     if (this.slow && !canInflate()) loadInflate().then(this.onChange);
   }
 
-  // A preview of so many bytes took so long from its first to its last byte.
-  measured(size, milliseconds) {
-    if (this.choice !== 'auto') return;
-    const rate = size / Math.max(milliseconds / 1000, 1e-3);
-    if (this.rate) {
-      if (size > 5000) this.#measureAgain(rate);
-      return;
-    }
-    if (size < 100000) return;
-    this.#fastest = Math.max(this.#fastest, rate);
-    if (LOOPBACK.test(location.hostname) && this.#fastest > NO_TUNNEL) return;
-    this.#slowCount = rate < SLOW ? this.#slowCount + 1 : 0;
-    if (this.#slowCount < SLOW_IN_A_ROW) return;
-    this.#slowCount = 0;
-    this.rate = Math.max(rate, LEAST);
-    this.#changed();
+  // The daemon tells that the link takes no more than this, and holds pictures up.
+  heldUp(rate) {
+    if (this.choice !== 'auto' || (!this.rate && rate >= SLOW)) return;
+    this.#setRate(rate);
   }
 
-  // The limit paces previews, too: where they keep up with it, it is raised, until the link counts as fast again.
-  #measureAgain(rate) {
-    this.#recent.push(rate);
-    if (this.#recent.length < AGAIN) return;
-    const best = Math.max(...this.#recent);
-    this.#recent = [];
-    if (best > SLOW) this.rate = 0;
-    else if (best > KEEPS_UP * this.limit) this.rate = Math.max(best, 1.5 * this.rate);
-    else this.rate = Math.max(best, 0.7 * this.rate, LEAST);
-    if (0.9 * this.rate >= SLOW) this.rate = 0;
+  // A preview of so many bytes took so long from its first to its last byte. The daemon is told to send no more than the
+  // link took, so nothing is held up any more: that it takes more by now is seen by previews alone.
+  measured(size, milliseconds) {
+    if (!this.rate || this.choice !== 'auto') return;
+    const previews = this.#previews;
+    previews.bytes += size;
+    previews.seconds += Math.max(milliseconds / 1000, 1e-3);
+    if (previews.bytes < ENOUGH) return;
+    const rate = previews.bytes / previews.seconds;
+    this.#previews = { bytes: 0, seconds: 0 };
+    if (rate > this.rate) this.#setRate(Math.min(rate, FASTER_AT_MOST * this.rate));
+  }
+
+  #setRate(rate) {
+    this.#previews = { bytes: 0, seconds: 0 };
+    const next = rate >= SLOW ? 0 : Math.max(rate, LEAST);
+    if (Math.abs(next - this.rate) <= NOTABLE * this.rate) return;
+    this.rate = next;
     this.#changed();
   }
 
   set(values) {
     Object.assign(this, values);
-    if (values.choice) this.rate = this.#slowCount = 0;
-    if (values.choice) this.#recent = [];
+    if (values.choice) this.rate = 0;
     this.#changed();
   }
 }
@@ -158,11 +149,10 @@ export class LinkPanel {
 
   refresh() {
     const { link } = this.app;
-    this.note.textContent = link.rate
-      ? `Measured: ${bytes(link.rate)}/s. Previews are JPEG, and tiles come without variance while the camera moves.`
-      : link.slow
-        ? 'Previews are JPEG, and tiles come without variance while the camera moves.'
-        : '';
+    const measured = link.rate ? `Measured: ${bytes(link.rate)}/s. ` : '';
+    this.note.textContent = link.slow
+      ? `${measured}Previews are JPEG; until a picture is done, one tile in four has its variance.`
+      : measured;
     const hud = find('hud');
     if (hud.hidden || document.hidden) return;
     const f = this.figures(this.app.active);

@@ -4,7 +4,7 @@ import { channelById, channels, isColour } from '../picture/channels.js';
 import { colourMap } from '../picture/colour_map.js';
 import { button, check, field, find, make, section, select, short } from '../dom.js';
 import { Histogram } from './histogram.js';
-import { Compare } from '../picture/compare.js';
+import { Compare, Relation } from '../picture/compare.js';
 import { ToneMap } from '../picture/shaders.js';
 
 const EXPOSURES = { min: -12, max: 12, step: 0.1 };
@@ -54,18 +54,18 @@ export class PicturePanel {
       look.toneMap,
       (value) => {
         look.toneMap = Number(value);
-        this.refresh();
+        this.#changed();
       },
     );
     this.low = this.#bound('range-low', 0);
     this.high = this.#bound('range-high', 1);
     this.auto = check('range-auto', 'Automatic', look.autoRange, (on) => {
       look.autoRange = on;
-      this.refresh();
+      this.#changed();
     });
     this.log = check('range-log', 'Logarithmic', look.logarithmic, (on) => {
       look.logarithmic = on;
-      this.refresh();
+      this.#changed();
     });
     this.filter = select(
       'filter',
@@ -77,7 +77,7 @@ export class PicturePanel {
       look.filter,
       (value) => {
         look.filter = value;
-        this.refresh();
+        this.#changed();
       },
     );
     this.histogram = new Histogram(app);
@@ -102,10 +102,23 @@ export class PicturePanel {
       make(
         'div',
         { class: 'row' },
-        button('fit', 'Fit', () => app.active.showFit(), { title: 'Fit (0)' }),
+        button('fit', 'Fit', () => app.setFrame(null), { title: 'Fit (0)' }),
         button('one-to-one', '1:1', () => app.active.showOneToOne(), { title: 'One to one (Shift 0)' }),
         button('zoom-in', '+', () => app.zoom(1.5), { 'aria-label': 'Zoom in' }),
         button('zoom-out', '−', () => app.zoom(1 / 1.5), { 'aria-label': 'Zoom out' }),
+      ),
+      make(
+        'div',
+        { class: 'row' },
+        button('tool-zoom', 'Zoom box', () => app.useTool('zoom'), {
+          title: 'Draw the box to zoom to (Z)',
+          'aria-pressed': 'false',
+        }),
+        button('tool-hand', 'Move', () => app.useTool('hand'), {
+          title: 'Drags move the enlarged picture (H)',
+          'aria-pressed': 'false',
+        }),
+        button('copy-pixel', 'Copy pixel', () => app.copyPixel(), { title: 'Copy the inspected pixel (C)' }),
       ),
       make(
         'div',
@@ -123,6 +136,11 @@ export class PicturePanel {
     this.refresh();
   }
 
+  #changed() {
+    this.refresh();
+    this.app.saveState();
+  }
+
   #bound(id, end) {
     const input = make('input', {
       id,
@@ -134,7 +152,7 @@ export class PicturePanel {
           const { look } = this.app;
           look.range[end] = Number(input.value);
           look.autoRange = false;
-          this.refresh();
+          this.#changed();
         },
       },
     });
@@ -148,10 +166,24 @@ export class PicturePanel {
       compares = this.app.comparing();
     if (compares === Compare.ABSOLUTE) return `${channel.name}: absolute difference`;
     if (compares === Compare.RELATIVE) return `${channel.name}: relative difference`;
-    if (compares === Compare.ERRORS && isColour(channel)) return 'Radiance: difference in standard errors';
+    if (compares === Compare.ERRORS && isColour(channel)) {
+      return `Radiance: difference in standard errors; ${this.#relation()}`;
+    }
     if (compares === Compare.ERRORS) return `${channel.name}: absolute difference`;
     if (!isColour(channel)) return channel.name;
     return look.toneMap === ToneMap.FALSE_COLOUR && channel.id !== 'normal' ? `${channel.name}: luminance` : '';
+  }
+
+  // How the samples of the two pictures compared are related, in words.
+  #relation() {
+    const { picture, carries } = this.app.active;
+    if (picture.relation === Relation.NESTED) return 'of one film, whose samples the two share; chequered: not defined';
+    const why = carries
+      ? '; samples carried over may be in both, which makes it too small'
+      : picture.relation === Relation.SEED
+        ? '; the two have one seed, which may make it too small'
+        : '';
+    return `the two are taken as independent${why}`;
   }
 
   refresh() {

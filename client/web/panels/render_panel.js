@@ -94,7 +94,10 @@ export class RenderPanel {
     this.rate = number('preview-rate', wanted.preview_rate, change('preview_rate'), { min: 0, max: 120, step: 1 });
     this.previewBudget = number('preview-budget', '', change('preview_budget_ms'), { min: 5, max: 1000, step: 5 });
     this.previewBudget.placeholder = '45';
-    this.region = button('region', 'Region', () => app.regionTool(), { title: 'Draw the box to be rendered (B)' });
+    this.region = button('tool-region', 'Region', () => app.useTool('region'), {
+      title: 'Draw the box to be rendered (B)',
+      'aria-pressed': 'false',
+    });
     this.clear = button('region-clear', 'Whole film', () => app.setSettings({ region: null }));
     this.notes = make('p', { class: 'note', id: 'render-notes' });
     this.element = section(

@@ -2,20 +2,13 @@
 
 import { button, field, make, number, section, short } from '../dom.js';
 import { fromMessage, toMessage } from '../camera/vectors.js';
+import { placeOf, transformOf, turnedAndScaled } from '../camera/transform.js';
+import { toLinear, toSrgbByte } from '../picture/srgb.js';
 
 const DELAY_MS = 120; // between the edits of one that is dragged
 const LONG = 30; // rows of a list from which on it can be filtered
 
-const toSrgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
-const toLinear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
-const hex = (rgb) =>
-  `#${rgb
-    .map((v) =>
-      Math.round(255 * toSrgb(Math.min(1, Math.max(0, v))))
-        .toString(16)
-        .padStart(2, '0'),
-    )
-    .join('')}`;
+const hex = (rgb) => `#${rgb.map((v) => toSrgbByte(v).toString(16).padStart(2, '0')).join('')}`;
 const unhex = (text) => [1, 3, 5].map((i) => toLinear(parseInt(text.slice(i, i + 2), 16) / 255));
 
 const emits = (m) => Object.values(m.emission ?? {}).some((value) => value > 0);
@@ -256,10 +249,9 @@ export class ScenePanel {
   // Place, turn about the vertical and size, on top of the object's transform as it is now.
   #object(o, i) {
     return this.#row(`object-${i}`, o.name || `object ${i}`, 'object', { index: i }, (change, now) => {
-      const from = now.transform ?? o.transform;
-      const base = from.length === 12 ? from : [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+      const base = transformOf(now.transform ?? o.transform);
       const inputs = ['x', 'y', 'z'].map((axis, k) =>
-        number(`object-${i}-${axis}`, short(base[4 * k + 3], 6), () => say(), { step: 'any', 'aria-label': axis }),
+        number(`object-${i}-${axis}`, short(placeOf(base)[k], 6), () => say(), { step: 'any', 'aria-label': axis }),
       );
       const turn = make('input', {
         id: `object-${i}-turn`,
@@ -274,17 +266,8 @@ export class ScenePanel {
       const say = () => {
         const angle = (Number(turn.value) * Math.PI) / 180,
           s = Math.max(1e-3, Number(size.value) || 1);
-        const [c, n] = [Math.cos(angle) * s, Math.sin(angle) * s];
-        const about = [
-          [c, 0, n],
-          [0, s, 0],
-          [-n, 0, c],
-        ];
-        const transform = [0, 1, 2].flatMap((r) => [
-          ...[0, 1, 2].map((k) => about[r][0] * base[k] + about[r][1] * base[4 + k] + about[r][2] * base[8 + k]),
-          Number(inputs[r].value) || 0,
-        ]);
-        change({ transform });
+        const place = inputs.map((input) => Number(input.value) || 0);
+        change({ transform: turnedAndScaled(base, angle, s, place) });
       };
       return [
         make('p', { class: 'note', text: `${o.triangles.toLocaleString('en')} triangles` }),

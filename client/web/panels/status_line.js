@@ -26,7 +26,7 @@ export function statusLine(app) {
   if (!app.scenes.current) return '';
   const parts = [];
   if (app.paused) parts.push('paused');
-  else if (isSuperseded(app)) parts.push('moving');
+  else if (isSuperseded(app)) parts.push(app.main.moving ? 'moving' : 'rendering');
   else if (end) parts.push(ENDS[app.connection.codec.nameOf('EndReason', end.reason)] ?? 'done');
   else if (!progress) parts.push('rendering');
   if (settings) parts.push(`${settings.width} × ${settings.height}`);

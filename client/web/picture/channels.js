@@ -121,7 +121,7 @@ export const channels = [
 
 export const channelById = (id) => channels.find((channel) => channel.id === id) ?? channels[0];
 export const isColour = (channel) => channel.kind === Kind.RGB || channel.kind === Kind.NORMAL;
-export const planesForError = VARIANCE;
+export const planesForError = [...VARIANCE, 'samples']; // that differences in standard errors need
 
 // TileFormat that brings all that is needed. needs: a Set of 'variance', 'samples', 'display', 'depth', ...
 export function tileFormat(needs, extra) {

@@ -1,6 +1,8 @@
 // Two colour maps, made here in OKLab (Ottosson 2020, "A perceptual color space for image processing",
 // bottosson.github.io/posts/oklab): their lightness is linear, so that equal steps look equal, also in grey.
 
+import { toSrgbByte } from './srgb.js';
+
 function oklabToSrgb(L, a, b) {
   const l = (L + 0.3963377774 * a + 0.2158037573 * b) ** 3;
   const m = (L - 0.1055613458 * a - 0.0638541728 * b) ** 3;
@@ -10,10 +12,7 @@ function oklabToSrgb(L, a, b) {
     -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
     -0.0041960863 * l - 0.7034186147 * m + 1.707614701 * s,
   ];
-  return linear.map((x) => {
-    const c = Math.min(Math.max(x, 0), 1);
-    return Math.round(255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
-  });
+  return linear.map(toSrgbByte);
 }
 
 // From dark blue by magenta and orange to pale yellow.

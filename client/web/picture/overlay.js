@@ -14,6 +14,7 @@ export function drawOverlay(app, viewport) {
     viewport.box ||
     viewport.settings?.region ||
     viewport.mark ||
+    app.inspector?.mark ||
     app.comparing(viewport) !== Compare.NONE;
   if (!marked && !viewport.marked) return;
   viewport.marked = marked;
@@ -66,6 +67,7 @@ export function drawOverlay(app, viewport) {
   if (app.comparing(viewport) === Compare.REFERENCE) {
     label(g, ratio, 'pinned', x(0) + 14 * ratio, y(0) + 24 * ratio, 'left');
   }
+  if (app.inspector?.mark) corners(g, ratio, zoom, ...app.inspector.mark.map((v, i) => (i ? y(v) : x(v))));
   const mark = viewport.mark;
   if (mark && performance.now() - mark.time < 1200) {
     g.globalAlpha = 1 - (performance.now() - mark.time) / 1200;
@@ -82,6 +84,24 @@ export function drawOverlay(app, viewport) {
     requestAnimationFrame(() => drawOverlay(app, viewport));
   } else if (mark) {
     viewport.mark = null;
+  }
+}
+
+// Marks the pixel at (x, y) of the canvas by the corners of a square around it.
+function corners(g, ratio, zoom, x, y) {
+  const half = Math.max(zoom / 2 + 2 * ratio, 7 * ratio),
+    arm = half * 0.45;
+  const [cx, cy] = [x + zoom / 2, y + zoom / 2];
+  g.beginPath();
+  for (const [sx, sy] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
+    g.moveTo(cx + sx * half, cy + sy * (half - arm));
+    g.lineTo(cx + sx * half, cy + sy * half);
+    g.lineTo(cx + sx * (half - arm), cy + sy * half);
+  }
+  for (const [width, colour] of [[3.5, 'rgb(0 0 0 / 70%)'], [1.5, '#f0b860']]) {
+    g.lineWidth = width * ratio;
+    g.strokeStyle = colour;
+    g.stroke();
   }
 }
 

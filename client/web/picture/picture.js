@@ -3,7 +3,7 @@
 // by one as they come.
 
 import { channelById, isColour, planesForError } from './channels.js';
-import { Compare, standardErrors } from './compare.js';
+import { Compare, Relation, standardErrors } from './compare.js';
 import { colourMap } from './colour_map.js';
 import { createContext, createProgram, createTexture, NOWHERE } from './gl.js';
 import { Layer } from './layer.js';
@@ -17,6 +17,9 @@ export class Picture {
   #empty;
   #jpegs = [null, null]; // shown, and the one that is being received
   #jpegJobs = [];
+  #samples = { film: '', seed: '' }; // of the film; film: names the sequence of its samples, '' when it is not known
+  #uniform = false; // the film's planes hold tiles of that sequence alone
+  #pinned = { film: '', seed: '' };
 
   // look: what picture_panel.js sets, shared by all pictures. onContext(lost): the WebGL context went or came back.
   constructor(canvas, look, onContext) {
@@ -90,9 +93,12 @@ export class Picture {
     if (restoreAfterMs) setTimeout(() => extension.restoreContext(), restoreAfterMs);
   }
 
-  beginFilm(begin) {
+  // samples: equal text where pictures take the same samples of each pixel in the same order; '': it is not known.
+  beginFilm(begin, samples) {
     const { width, height, region } = begin.settings;
     this.begun++;
+    this.#uniform &&= samples !== '' && samples === this.#samples.film;
+    this.#samples = { film: samples, seed: String(begin.settings.seed) };
     this.revision = begin.tag.revision;
     this.viewId = begin.tag.view_id;
     this.window = region ? [region.x0, region.y0, region.x1, region.y1] : [0, 0, width, height];
@@ -116,7 +122,7 @@ export class Picture {
     this.covered += area(rect);
     if (!this.complete) return false;
     if (this.under) this.#setUnder(null);
-    this.whole = true;
+    this.whole = this.#uniform = true;
     return true;
   }
 
@@ -190,6 +196,14 @@ export class Picture {
   pin() {
     this.reference?.release();
     this.reference = this.film ? this.film.clone() : null;
+    this.#pinned = this.#uniform ? this.#samples : { film: '', seed: '' };
+  }
+
+  // How the film's samples are related to those of the pinned picture.
+  get relation() {
+    const { film, seed } = this.#samples;
+    if (film && this.#uniform && film === this.#pinned.film) return Relation.NESTED;
+    return seed && seed === this.#pinned.seed ? Relation.SEED : Relation.INDEPENDENT;
   }
 
   unpin() {
@@ -251,27 +265,29 @@ export class Picture {
     const names = [...channel.planes, ...errors];
     const own = encoded ? null : layer.show(gl, names);
     const reference = compare ? this.reference.show(gl, names) : null;
-    const places = (arrays, list) => Array.from({ length: 6 }, (_, i) => arrays?.placeOf(list[i]) ?? NOWHERE);
+    const places = (arrays, list, length = 6) =>
+      Array.from({ length }, (_, i) => arrays?.placeOf(list[i]) ?? NOWHERE);
     const planes = places(own, channel.planes),
       referencePlanes = places(reference, channel.planes);
-    const variances = [...places(own, errors).slice(0, 3), ...places(reference, errors).slice(0, 3)];
+    const errorPlaces = [own, reference].flatMap((layers) => places(layers, planesForError, planesForError.length));
     const arrays = (list) => list.map((place) => place.array);
     const { program, at } = this.#programOf({
       kind: channel.kind,
       encoded,
       smooth,
       compare,
+      nested: compare === Compare.ERRORS && this.relation === Relation.NESTED,
       toneMap: look.toneMap,
       logarithmic: look.logarithmic,
       own: arrays(planes),
       reference: arrays(referencePlanes),
-      variances: arrays(variances),
+      errors: arrays(errorPlaces),
     });
     gl.useProgram(program);
     const layers = (list) => Int32Array.from(list, (place) => place.layer);
     gl.uniform1iv(at('planes'), layers(planes));
     gl.uniform1iv(at('referencePlanes'), layers(referencePlanes));
-    gl.uniform1iv(at('variances'), layers(variances));
+    gl.uniform1iv(at('errors'), layers(errorPlaces));
     gl.uniform2f(at('viewport'), target.width, target.height);
     gl.uniform2f(at('origin'), ...target.origin);
     gl.uniform1f(at('zoom'), zoom);
@@ -347,15 +363,16 @@ export class Picture {
     return values;
   }
 
-  // The difference of a pixel from the pinned one, in standard errors; undefined: it is not known.
+  // The difference of a pixel from the pinned one, in standard errors; undefined: not known, NaN: not defined.
   standardErrors(x, y) {
     if (!this.comparable || !this.#isKnown(x, y)) return undefined;
     const read = (layer, names) => names.map((name) => layer.at(name, x, y));
     const { film, reference } = this,
       colours = channelById('radiance').planes;
     const parts = [read(film, colours), read(reference, colours)];
-    const variances = [read(film, planesForError), read(reference, planesForError)];
-    return [...parts, ...variances].flat().includes(undefined) ? undefined : standardErrors(...parts, ...variances);
+    const errors = [read(film, planesForError), read(reference, planesForError)];
+    if ([...parts, ...errors].flat().includes(undefined)) return undefined;
+    return standardErrors(...parts, ...errors, this.relation);
   }
 }
 

@@ -25,7 +25,7 @@ precision highp sampler2DArray;
 uniform vec2 filmSize;
 uniform sampler2DArray halfs, floats, referenceHalfs, referenceFloats;
 uniform sampler2D jpeg, colours;
-uniform int planes[6], referencePlanes[6], variances[6];  // layers of the arrays
+uniform int planes[6], referencePlanes[6], errors[8];  // layers of the arrays
 uniform float encodedGain;
 uniform float split;   // film pixels
 uniform float gain;    // 2^exposure
@@ -97,7 +97,7 @@ const OWN = { halfs: 'halfs', floats: 'floats', planes: 'planes' };
 const REFERENCE = { halfs: 'referenceHalfs', floats: 'referenceFloats', planes: 'referencePlanes' };
 
 // The colour, of the values a and b.
-function resultOf(rgb, compare, variances) {
+function resultOf(rgb, compare, errors) {
   const difference = rgb ? 'sqrt(mean((a - b) * (a - b)))' : 'abs(a - b)';
   switch (compare) {
     case Compare.REFERENCE:
@@ -109,11 +109,11 @@ function resultOf(rgb, compare, variances) {
     case Compare.ERRORS:
       if (rgb) {
         const fetch = (array, i) => {
-          const names = i < 3 ? OWN : REFERENCE;
-          return array ? `texelFetch(${names[array]}, ivec3(at, variances[${i}]), 0).r` : '0.0';
+          const names = i < 4 ? OWN : REFERENCE;
+          return array ? `texelFetch(${names[array]}, ivec3(at, errors[${i}]), 0).r` : '0.0';
         };
-        const [r, g, b, ...others] = variances.map(fetch);
-        return `falseColour(standardErrors(a, b, vec3(${r}, ${g}, ${b}), vec3(${others.join(', ')})), 1.0)`;
+        const all = errors.map(fetch);
+        return `standardErrors(a, b, vec4(${all.slice(0, 4).join(', ')}), vec4(${all.slice(4).join(', ')}), at)`;
       }
       return `falseColour(${difference}, 0.0)`;
     case Compare.ABSOLUTE:
@@ -123,24 +123,34 @@ function resultOf(rgb, compare, variances) {
   }
 }
 
-// way: { kind, encoded, smooth, compare, toneMap, logarithmic, own, reference, variances }; the last three six names of
-// arrays each, as valueOf() takes them.
+// way: { kind, encoded, smooth, compare, nested, toneMap, logarithmic, own, reference, errors }; the last three are
+// names of arrays, as valueOf() takes them.
 export function fragmentSource(way) {
-  const { kind, encoded, compare, toneMap, logarithmic, own, reference, variances } = way;
+  const { kind, encoded, compare, nested, toneMap, logarithmic, own, reference, errors } = way;
   const rgb = kind === Kind.RGB || kind === Kind.NORMAL;
   const type = rgb ? 'vec3' : 'float';
   return `${COMMON.replace('LOGARITHMIC', String(!!logarithmic))}
 vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c)); }
 float ratio(float a, float b) { return b > 0.0 ? a / b : 0.0; }
-float standardErrors(vec3 a, vec3 b, vec3 varianceA, vec3 varianceB) {  // as in compare.js
-  float difference = luminance(a - b), error = luminance(sqrt(varianceA + varianceB));
-  return error > 0.0 ? difference / error : difference == 0.0 ? 0.0 : sign(difference) * 1e9;
+// As in compare.js; chequered where it is not defined. Variances and samples of the two.
+vec3 standardErrors(vec3 a, vec3 b, vec4 errorsA, vec4 errorsB, ivec2 at) {
+  float difference = luminance(a - b), errorA = luminance(sqrt(errorsA.rgb)), errorB = luminance(sqrt(errorsB.rgb));
+  float variance = ${
+    nested
+      ? 'sign(errorsB.a - errorsA.a) * (errorA * errorA - errorB * errorB)'
+      : 'errorA * errorA + errorB * errorB'
+  };
+  bool still = difference == 0.0 && errorA == 0.0 && errorB == 0.0;
+  if (!(errorsA.a > 0.0 && errorsB.a > 0.0 && (still || ${nested ? 'variance > 0.0' : 'true'}))) {
+    return vec3(0.26 + 0.1 * float((at.x + at.y) & 1));
+  }
+  return falseColour(still ? 0.0 : variance > 0.0 ? difference / sqrt(variance) : sign(difference) * 1e9, 1.0);
 }
 vec3 shown(${type} v) { ${shownBody(kind, toneMap)} }
 void main() {
   ivec2 at = clamp(ivec2(floor(film)), ivec2(0), ivec2(filmSize) - 1);
   ${compare === Compare.REFERENCE ? '' : `${type} a = ${valueOf(kind, OWN, own, way)};`}
   ${compare === Compare.NONE ? '' : `${type} b = ${valueOf(kind, REFERENCE, reference, { ...way, encoded: false })};`}
-  colour = vec4(${resultOf(rgb, compare, variances)}, 1.0);
+  colour = vec4(${resultOf(rgb, compare, errors)}, 1.0);
 }`;
 }

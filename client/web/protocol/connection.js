@@ -37,10 +37,12 @@ export class Connection {
   #timer = 0;
   #stopped = false;
 
-  // state: 'connecting', 'open', 'lost' (and tried again) or 'refused'; sentence: for people.
-  constructor(token, onState) {
+  // onState(state, sentence): state is 'connecting', 'open', 'lost' (and tried again) or 'refused'; sentence is for
+  // people. onLink(bytes a second): the link takes no more, and holds answers up.
+  constructor(token, onState, onLink) {
     this.token = token;
     this.onState = onState;
+    this.onLink = onLink;
     this.state = 'connecting';
     this.tokenRefused = false;
     this.codec = null;
@@ -129,6 +131,7 @@ export class Connection {
       this.#tell('open', '');
       return;
     }
+    if (answer.link) this.onLink(answer.link.bytes_per_second);
     const call = this.#calls.get(answer.id);
     if (!call) return;
     if (answer.status) {

@@ -7,7 +7,8 @@ import { CallError, Code } from './connection.js';
 const GRACE_S = 60;
 const RETRY_S = 3;
 
-const plain = (value) => JSON.stringify(value, (name, v) => (typeof v === 'bigint' ? String(v) : v));
+// A message as text.
+export const plain = (value) => JSON.stringify(value, (name, v) => (typeof v === 'bigint' ? String(v) : v));
 const differs = (a, b) => plain(a) !== plain(b);
 
 // Tiles of a whole picture that may be on their way: two of each, so that the daemon need not wait for the page.
