@@ -79,6 +79,7 @@ void WebSocket::close(std::uint16_t code, std::string_view why) {
 
 // Nothing more is read or answered.
 void WebSocket::drop() {
+  const auto until_dropped = std::move(not_reading_);
   closed_ = true;
   hello_due_.cancel();
   for (const auto& [id, call] : calls_) call->cancel();
@@ -88,7 +89,12 @@ void WebSocket::drop() {
 }
 
 void WebSocket::read() {
-  if (reading_ || closed_ || untaken_bytes_ > kMaxUntaken || small_.size() > kMaxSmall) return;
+  if (reading_ || closed_) return;
+  if (untaken_bytes_ > kMaxUntaken || small_.size() > kMaxSmall) {
+    not_reading_ = shared_from_this();
+    return;
+  }
+  const auto until_read = std::move(not_reading_);
   reading_ = true;
   socket_.async_read(incoming_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     self->reading_ = false;

@@ -56,6 +56,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   boost::asio::steady_timer hello_due_;
   Upgrade upgrade_;
   boost::beast::flat_buffer incoming_;
+  std::shared_ptr<WebSocket> not_reading_;  // itself, while no read keeps it alive
   bool greeted_ = false, reading_ = false, writing_ = false, closed_ = false;
   std::string authorization_;
   std::uint64_t last_id_ = 0;

@@ -395,6 +395,37 @@ TEST_F(WebServerTest, CarriesAnUploadASessionAndItsTiles) {
   EXPECT_EQ(session_info(session).session_id(), session);
 }
 
+// More at once than is taken from the socket before the service has it.
+TEST_F(WebServerTest, CarriesALargeUpload) {
+  start_web();
+  Page page(http());
+  ASSERT_TRUE(page.welcomed());
+  constexpr std::size_t kChunk = 1 << 20, kChunks = 64;
+  Upload scene, rest;
+  rest.name = "rest.bin";
+  rest.bytes.assign(kChunk * kChunks, 'r');
+  pb::LoadSceneRequest begin = scene.begin();
+  begin.mutable_begin()->set_total_bytes(scene.bytes.size() + rest.bytes.size());
+  std::vector<pb::LoadSceneRequest> messages{begin, scene.begin_file(), scene.data(), rest.begin_file()};
+  pb::LoadSceneRequest data;
+  data.set_data(std::string(kChunk, 'r'));
+  messages.insert(messages.end(), kChunks, data);
+  pb::WebRequest request;
+  request.set_id(page.new_id());
+  for (const pb::LoadSceneRequest& message : messages) {
+    *request.mutable_load_scene() = message;
+    page.send(request);
+  }
+  request.mutable_end();
+  page.send(request);
+  bool loaded = false;
+  std::optional<pb::WebResponse> response;
+  while ((response = page.read()) && !response->has_status()) loaded = loaded || response->has_load_scene();
+  ASSERT_TRUE(response) << "the connection has ended";
+  EXPECT_EQ(response->status().code(), 0) << response->status().message();
+  EXPECT_TRUE(loaded);
+}
+
 TEST_F(WebServerTest, APageThatStopsReadingHoldsNothingUp) {
   start_web();
   const std::string scene = load_quad();
