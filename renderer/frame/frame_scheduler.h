@@ -112,6 +112,8 @@ class FrameScheduler {
                  const std::optional<AllocationSettings>& allocation = std::nullopt)
       : budget_(budget), policy_(policy), allocation_(allocation) {}
 
+  void set_rate(std::optional<double> bytes_per_second) { budget_.bytes_per_second = bytes_per_second; }
+
   // view_age_s: since the view was accepted. backlog: tiles waiting behind the sink.
   FramePlan plan_next(const FrameState& state, double view_age_s, std::size_t backlog, double now_s) const;
 

@@ -142,6 +142,7 @@ struct RenderLoop::Impl final : PieceSource {
   bool failed(std::string reason) noexcept override;
 
   std::uint64_t update(const Update& update);
+  void set_rate(std::optional<double> bytes_per_second);
   void cancel();
   void republish();
   FrameProgress progress() const;
@@ -393,6 +394,15 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   lock.unlock();
   engine.wake(id);
   return mine;
+}
+
+void RenderLoop::Impl::set_rate(std::optional<double> bytes_per_second) {
+  {
+    const std::lock_guard lock(mutex);
+    budget.bytes_per_second = bytes_per_second;
+    scheduler.set_rate(bytes_per_second);
+  }
+  engine.wake(id);
 }
 
 void RenderLoop::Impl::cancel() {
@@ -952,6 +962,9 @@ bool RenderLoop::previews_suit(const RenderSettings& settings) const {
 bool RenderLoop::display_suits(const RenderSettings& settings, unsigned channels) const {
   const std::lock_guard lock(impl_->mutex);
   return suits(impl_->next_display ? impl_->next_display : impl_->display, settings, channels, impl_->options.oidn);
+}
+void RenderLoop::set_rate(std::optional<double> bytes_per_second) {
+  impl_->set_rate(bytes_per_second);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

@@ -127,6 +127,9 @@ class RenderLoop {
   // frame_begun comes after it, and no older tile after that.
   std::uint64_t update(const Update& update);
 
+  // Of the budget, from now on; the frame in flight goes on, and so does the revision.
+  void set_rate(std::optional<double> bytes_per_second);
+
   // Ends the frame in flight with FrameEndReason::cancelled, drops tiles that wait; nothing is rendered until the next
   // update. The revision stays.
   void cancel();

@@ -62,6 +62,14 @@ Status Session::read(const Change& change, RenderLoop::Update& update) const {
   return check_film_size(*update.settings, limits_, "settings");
 }
 
+// Another rate and nothing else: the frame in flight goes on.
+bool Session::changes_rate_alone(const Change& change, const RenderLoop::Update& update) const {
+  if (!update.budget || change.view || change.settings || change.scene || paused_) return false;
+  Budget same = *update.budget;
+  same.bytes_per_second = budget_.bytes_per_second;
+  return same == budget_ && update.budget->bytes_per_second != budget_.bytes_per_second;
+}
+
 Result<std::uint64_t> Session::update(const Change& change) {
   RenderLoop::Update update;
   std::unique_lock resizing(resize_mutex_, std::defer_lock);
@@ -85,6 +93,16 @@ Result<std::uint64_t> Session::update(const Change& change) {
       const Status kept = rendering_->keep_queue(std::move(queue), *update.settings, format_);
       if (!kept.ok()) return kept.error();
     }
+  }
+
+  if (changes_rate_alone(change, update)) {
+    budget_ = *update.budget;
+    rendering_->loop().set_rate(budget_.bytes_per_second);
+    if (const auto stream = rendering_->publisher().stream()) {
+      stream->queue().limit_rate(budget_.bytes_per_second);
+      stream->kick();
+    }
+    return rendering_->loop().revision();
   }
 
   // May throw when memory is out; nothing has changed then.

@@ -64,6 +64,7 @@ class Session : public std::enable_shared_from_this<Session> {
   class InUse;
   // Reads what `change` has; with mutex_ held.
   Status read(const Change& change, RenderLoop::Update& update) const;
+  bool changes_rate_alone(const Change& change, const RenderLoop::Update& update) const;
   Error gone() const;
   bool idle_locked() const { return !closed_ && in_use_ == 0 && !rendering_->publisher().stream(); }
   void close_locked(const grpc::Status& status);

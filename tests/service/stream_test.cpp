@@ -672,6 +672,28 @@ TEST_F(StreamTest, BytesPerSecondPacesTheTiles) {
   EXPECT_GE(bytes, 4 * 0.25e6) << "each tile came at least once";
 }
 
+TEST_F(StreamTest, AnotherRateTakesEffectWithinTheFrame) {
+  StreamClient client(stub(), create_session(scene_, 256, 256));
+  pb::Budget budget;
+  budget.set_bytes_per_second(1);
+  budget.set_samples(64);
+  client.send(budget);
+  client.send(view(1));
+  ASSERT_TRUE(client.reader().wait_for_tiles(1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_LE(std::ranges::count_if(client.reader().messages(), [](const auto& m) { return m.has_tile(); }), 2);
+  budget.set_bytes_per_second(0);
+  client.send(budget);
+  ASSERT_TRUE(client.reader().wait_for_frame_end(1));
+  int begins = 0, ends = 0;
+  for (const auto& message : client.reader().messages()) {
+    begins += message.has_frame_begin();
+    ends += message.has_frame_end();
+  }
+  EXPECT_EQ(begins, 1);
+  EXPECT_EQ(ends, 1);
+}
+
 TEST_F(StreamTest, ProgressComesWhileRendering) {
   StreamClient client(stub(), create_session(scene_, 256, 256));
   client.send(view(1));
