@@ -56,6 +56,11 @@ void add_text(CLI::App& app, TextOption& option, const std::string& name, const 
   option.option = app.add_option(name, option.text, help)->type_name(value_name);
 }
 
+void add_text_or_none(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
+                      const std::string& help) {
+  option.option = app.add_option(name, option.text, help)->type_name("[" + value_name + "]")->expected(0, 1);
+}
+
 void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
                const std::string& help) {
   app.add_option(name, values, help)->type_name(value_name)->allow_extra_args(false);

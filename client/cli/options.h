@@ -36,6 +36,9 @@ struct TextOption {
 
 void add_text(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
               const std::string& help);
+// An option that may be given without a value: its text is empty then.
+void add_text_or_none(CLI::App& app, TextOption& option, const std::string& name, const std::string& value_name,
+                      const std::string& help);
 // An option that may be repeated, with a value each time.
 void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
                const std::string& help);

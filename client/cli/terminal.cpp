@@ -17,6 +17,7 @@ Terminal::~Terminal() {
 
 void Terminal::progress(const std::string& line) {
   if (!live_) return;
+  const std::lock_guard lock(mutex_);
   const std::size_t blanks = shown_ > line.size() ? shown_ - line.size() : 0;
   std::fprintf(stderr, "\r%s%s", line.c_str(), std::string(blanks, ' ').c_str());
   std::fflush(stderr);
@@ -24,6 +25,11 @@ void Terminal::progress(const std::string& line) {
 }
 
 void Terminal::end_progress() {
+  const std::lock_guard lock(mutex_);
+  clear_progress();
+}
+
+void Terminal::clear_progress() {
   if (shown_ == 0) return;
   std::fprintf(stderr, "\r%s\r", std::string(shown_, ' ').c_str());
   std::fflush(stderr);
@@ -31,19 +37,22 @@ void Terminal::end_progress() {
 }
 
 void Terminal::warn(const std::string& text) {
-  end_progress();
+  const std::lock_guard lock(mutex_);
+  clear_progress();
   if (!json_) std::fprintf(stderr, "heliograph: warning: %s\n", single_line(text).c_str());
 }
 
 void Terminal::say(const std::string& text) {
-  end_progress();
+  const std::lock_guard lock(mutex_);
+  clear_progress();
   if (json_) return;
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);
 }
 
 void Terminal::result(const Json& json) {
-  end_progress();
+  const std::lock_guard lock(mutex_);
+  clear_progress();
   if (!json_) return;
   // Names from scene files may hold bytes that are not UTF-8: replaced, not thrown at the user.
   std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
@@ -51,8 +60,11 @@ void Terminal::result(const Json& json) {
 }
 
 int Terminal::fail(int exit_code, const std::string& text, Json json) {
-  end_progress();
-  std::fprintf(stderr, "heliograph: %s\n", single_line(text).c_str());
+  {
+    const std::lock_guard lock(mutex_);
+    clear_progress();
+    std::fprintf(stderr, "heliograph: %s\n", single_line(text).c_str());
+  }
   json["error"] = text;
   json["exit_code"] = exit_code;
   result(json);

@@ -1,6 +1,7 @@
 // What a person sees: one progress line, messages as single lines, JSON alone on stdout for scripts.
 #pragma once
 
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -10,6 +11,7 @@ namespace helio::cli {
 
 using Json = nlohmann::ordered_json;
 
+// Thread safe, but for show_progress(), which comes first.
 class Terminal {
  public:
   explicit Terminal(bool json);
@@ -34,8 +36,11 @@ class Terminal {
   int fail(int exit_code, const std::string& text, Json result = Json::object());
 
  private:
+  void clear_progress();  // with the lock held
+
   bool json_;
   bool live_;
+  std::mutex mutex_;
   std::size_t shown_ = 0;  // columns of the progress line
 };
 

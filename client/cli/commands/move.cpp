@@ -19,6 +19,7 @@
 #include "client/cli/commands/render_report.h"
 #include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/tev_option.h"
 #include "client/named_paths.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
@@ -42,6 +43,7 @@ struct MoveOptions {
   FileOptions files;
   TransportOptions transport;
   DenoiserOptions denoiser;
+  TextOption tev;
   CommonOptions common;
 };
 
@@ -65,7 +67,8 @@ constexpr const char* kHelp =
     "With --json, stdout holds one object: load_seconds, seconds, frames: [{view, output, samples, render_seconds,\n"
     "first_tile_seconds (from sending the view to its first tile here), rays, rays_per_path, estimated_rmse,\n"
     "estimated_relmse, invalid_samples, ended_by, reuse_share (of the samples, from earlier pictures),\n"
-    "verification_rays, pass_seconds (processor time of each pass), ...}].\n"
+    "verification_rays, pass_seconds (processor time of each pass), ...}], and with --tev tev: {address, image,\n"
+    "updates, warning}.\n"
     "--play shows the path as a mouse drag is seen: views leave at fixed moments, the budget is the command's, and "
     "the\n"
     "last view's film is written, no preview. Previews are whole pictures for the eye, biased, and never part of the\n"
@@ -289,6 +292,7 @@ struct RealTime {
   const std::vector<PathView>& views;
   const FileNames& patterns;
   double rate, time_s;
+  TevBridge* tev;
 };
 
 // The path in real time, and the film's picture of its last view.
@@ -305,8 +309,8 @@ Status play_and_keep(RenderClient& client, const pb::CreateSessionResponse& sess
   }
   Json shown;
   PlayedView last;
-  const Status played =
-      play_in_real_time(client, session.session_id(), what.format, what.views, play, interrupt, terminal, shown, last);
+  const Status played = play_in_real_time(client, session.session_id(), what.format, what.views, play, interrupt,
+                                          terminal, what.tev, shown, last);
   if (!shown.is_null()) {
     terminal.say(describe_shown(shown));
     json["play"] = shown;
@@ -354,6 +358,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);
   if (const auto quality = reader.integer(options.preview_jpeg, 1, 100))
     format.set_preview_jpeg(static_cast<std::uint32_t>(*quality));
+  const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
   if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
@@ -393,6 +398,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const auto session = client.create_session(request);
   if (!session) return context.fail(session.error());
 
+  const auto tev = open_tev(tev_address, format, terminal);
+  if (tev) tev->set_name(scene_stem(choice), session->session_id());
   Json json;
   json["load_seconds"] = open.loaded.seconds;
   json["seconds"] = 0.0;
@@ -402,10 +409,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const double begun = now_s();
   Status played = ok_status();
   if (play_rate) {
-    const RealTime what{format, *views, patterns, *play_rate, choice.time_s};
+    const RealTime what{format, *views, patterns, *play_rate, choice.time_s, tev.get()};
     played = play_and_keep(client, *session, what, interrupt, terminal, json, frames);
   } else {
-    MovePlayer player(client, session->session_id(), format, request.budget(), terminal);
+    MovePlayer player(client, session->session_id(), format, request.budget(), terminal, tev.get());
     {
       std::lock_guard lock(player_mutex);
       playing = &player;
@@ -421,6 +428,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (!played) static_cast<void>(client.close_session(session->session_id()));
   json["seconds"] = now_s() - begun;
   json["frames"] = frames;
+  close_tev(tev.get(), tev_address, json);
   add_load_report(json, open.loaded.response);
   const std::string kept = fmt::format("; {} of {} pictures are written", frames.size(), views->size());
   if (interrupt.raised() && !played) return terminal.fail(interrupt.exit_code(), "interrupted" + kept, json);
@@ -443,6 +451,7 @@ Command add_move(CLI::App& root) {
   add_file_options(*app, options->files, true);
   add_transport_options(*app, options->transport);
   add_denoiser_options(*app, options->denoiser);
+  add_tev_option(*app, options->tev);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }

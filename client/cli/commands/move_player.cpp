@@ -3,6 +3,7 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <spdlog/fmt/fmt.h>
 
+#include "client/cli/tev_option.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -10,8 +11,8 @@ namespace helio::cli {
 namespace pb = heliograph::v1;
 
 MovePlayer::MovePlayer(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
-                       const pb::Budget& budget, Terminal& terminal)
-    : terminal_(terminal), default_budget_(budget), budget_(budget) {
+                       const pb::Budget& budget, Terminal& terminal, TevBridge* tev)
+    : terminal_(terminal), tev_(tev), default_budget_(budget), budget_(budget) {
   pb::StreamRequest::Open open;
   open.set_session_id(session_id);
   *open.mutable_format() = format;
@@ -30,6 +31,7 @@ FrameCallbacks MovePlayer::callbacks() {
     if (done_ || frame.preview() || frame.tag().view_id() != view_id_) return;
     const Status begun = current_.picture.begin(frame);
     if (!begun) fail(begun.error());
+    if (const Status shown = tev_ ? tev_->begin(frame.settings()) : ok_status(); !shown) fail(shown.error());
     current_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
     current_.notices.assign(frame.notices().begin(), frame.notices().end());
   };
@@ -37,7 +39,7 @@ FrameCallbacks MovePlayer::callbacks() {
     std::lock_guard lock(mutex_);
     if (done_ || tile.preview() || tile.tag().view_id() != view_id_) return;
     if (current_.first_tile_seconds == 0) current_.first_tile_seconds = now_s() - sent_s_;
-    const auto added = current_.picture.add(std::move(tile));
+    const auto added = add_and_show(current_.picture, std::move(tile), tev_);
     if (!added) fail(added.error());
   };
   callbacks.frame_end = [this](const pb::FrameEnd& end) {

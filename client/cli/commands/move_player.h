@@ -12,6 +12,7 @@
 #include "client/cli/terminal.h"
 #include "client/frame_assembler.h"
 #include "client/render_client.h"
+#include "client/tev/tev_bridge.h"
 
 namespace helio::cli {
 
@@ -25,9 +26,9 @@ struct PlayedView {
 
 class MovePlayer {
  public:
-  // Opens the stream of a session that exists.
+  // Opens the stream of a session that exists. `tev` is shown the film; null: nothing is.
   MovePlayer(RenderClient& client, const std::string& session_id, const heliograph::v1::TileFormat& format,
-             const heliograph::v1::Budget& budget, Terminal& terminal);
+             const heliograph::v1::Budget& budget, Terminal& terminal, TevBridge* tev);
   ~MovePlayer();
 
   // Sends the view and its budget. The view before must have been awaited.
@@ -46,6 +47,7 @@ class MovePlayer {
   void fail(const Error& error);
 
   Terminal& terminal_;
+  TevBridge* const tev_;
   const heliograph::v1::Budget default_budget_;
   heliograph::v1::Budget budget_;  // in force
   std::uint64_t view_id_ = 0;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 
+#include "client/cli/tev_option.h"
 #include "renderer/base/clock.h"
 
 namespace helio::cli {
@@ -99,8 +100,8 @@ namespace {
 class PathPlayer {
  public:
   PathPlayer(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
-             const RealTimePlay& play, Terminal& terminal)
-      : play_(play), terminal_(terminal), shown_(play.pixels) {
+             const RealTimePlay& play, Terminal& terminal, TevBridge* tev)
+      : play_(play), terminal_(terminal), tev_(tev), shown_(play.pixels) {
     pb::StreamRequest::Open open;
     open.set_session_id(session_id);
     *open.mutable_format() = format;
@@ -167,6 +168,7 @@ class PathPlayer {
       if (frame.preview()) preview_frame_ = frame.tag().frame();
       if (frame.preview() || frame.tag().view_id() != view_) return;
       if (const Status begun = film_.picture.begin(frame); !begun) fail(begun.error());
+      if (const Status shown = tev_ ? tev_->begin(frame.settings()) : ok_status(); !shown) fail(shown.error());
       film_.unsampled.assign(frame.unsampled().begin(), frame.unsampled().end());
       film_.notices.assign(frame.notices().begin(), frame.notices().end());
     };
@@ -177,7 +179,7 @@ class PathPlayer {
       shown_.tile(tile.tag().view_id(), tile.preview(), {w.x0(), w.y0(), w.x1(), w.y1()}, now);
       if (tile.preview() || tile.tag().view_id() != view_) return;
       if (film_.first_tile_seconds == 0) film_.first_tile_seconds = now - sent_s_;
-      if (const auto added = film_.picture.add(std::move(tile)); !added) fail(added.error());
+      if (const auto added = add_and_show(film_.picture, std::move(tile), tev_); !added) fail(added.error());
     };
     callbacks.frame_end = [this](const pb::FrameEnd& end) {
       const std::lock_guard lock(mutex_);
@@ -209,6 +211,7 @@ class PathPlayer {
 
   const RealTimePlay play_;
   Terminal& terminal_;
+  TevBridge* const tev_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::uint64_t view_ = 0, preview_frame_ = 0;  // the newest view | frame that is a preview
@@ -237,8 +240,8 @@ Status play_views(PathPlayer& player, const std::vector<PathView>& views, const 
 
 Status play_in_real_time(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
                          const std::vector<PathView>& views, const RealTimePlay& play, const Interrupt& interrupt,
-                         Terminal& terminal, Json& shown, PlayedView& last) {
-  PathPlayer player(client, session_id, format, play, terminal);
+                         Terminal& terminal, TevBridge* tev, Json& shown, PlayedView& last) {
+  PathPlayer player(client, session_id, format, play, terminal, tev);
   Status played = play_views(player, views, play, interrupt);
   const double end_s = now_s() + 1 / play.rate;
   if (played) played = player.wait_for_film(interrupt);

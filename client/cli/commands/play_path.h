@@ -55,6 +55,6 @@ std::string describe_shown(const Json& shown);
 // `last` what came of the film of the view that was sent last.
 Status play_in_real_time(RenderClient& client, const std::string& session_id, const heliograph::v1::TileFormat& format,
                          const std::vector<PathView>& views, const RealTimePlay& play, const Interrupt& interrupt,
-                         Terminal& terminal, Json& shown, PlayedView& last);
+                         Terminal& terminal, TevBridge* tev, Json& shown, PlayedView& last);
 
 }  // namespace helio::cli

@@ -12,6 +12,7 @@
 #include "client/cli/commands/render_report.h"
 #include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/tev_option.h"
 #include "client/frame_assembler.h"
 
 namespace helio::cli {
@@ -27,6 +28,7 @@ struct RenderOptions {
   FileOptions files;
   TransportOptions transport;
   DenoiserOptions denoiser;
+  TextOption tev;
   CommonOptions common;
 };
 
@@ -45,9 +47,9 @@ constexpr const char* kHelp =
     "partial, warnings, notices, unread (lists may be cut: warnings_total, ... count all), animation, camera, "
     "scene_id,\n"
     "triangles, decode_seconds, build_seconds,\n"
-    "first_tile_seconds, and where samples were invalid, first_invalid and replay_token (see heliograph replay); on\n"
-    "failure also error and exit_code. rays and paths count whole blocks of 16x16 pixels, also where a region ends\n"
-    "inside one.\n"
+    "first_tile_seconds, with --tev tev: {address, image, updates, warning}, and where samples were invalid,\n"
+    "first_invalid and replay_token (see heliograph replay); on failure also error and exit_code. rays and paths\n"
+    "count whole blocks of 16x16 pixels, also where a region ends inside one.\n"
     "The progress line shows the share of the budget used, samples per pixel, samples per second and the standard\n"
     "error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
     "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";
@@ -90,8 +92,14 @@ struct Outcome {
   std::optional<Error> broken_tile;
 };
 
-void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& terminal, CallControl& control,
-             CancellableJob& job, Outcome& outcome) {
+// `tev`: with the scene's name; null: none.
+struct Viewer {
+  TevBridge* tev;
+  std::string scene;
+};
+
+void run_job(RenderClient& client, const pb::RunJobRequest& request, const Viewer& viewer, Terminal& terminal,
+             CallControl& control, CancellableJob& job, Outcome& outcome) {
   const auto note = [&](const Error& error) {
     if (!outcome.broken_tile) outcome.broken_tile = error;
     control.cancel();  // nothing that follows can be trusted
@@ -101,6 +109,10 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& t
     job.accepted(client, accepted.job_id());
     const Status begun = outcome.picture.begin(accepted.settings());
     if (!begun) note(begun.error());
+    if (viewer.tev) {
+      viewer.tev->set_name(viewer.scene, accepted.job_id());
+      if (const Status shown = viewer.tev->begin(accepted.settings()); !shown) note(shown.error());
+    }
     outcome.unsampled.assign(accepted.unsampled().begin(), accepted.unsampled().end());
     outcome.notices.assign(accepted.notices().begin(), accepted.notices().end());
     for (const std::string& text : outcome.unsampled) terminal.say("notice: " + single_line(text));
@@ -111,7 +123,7 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, Terminal& t
     terminal.progress(describe(progress));
   };
   callbacks.tile = [&](pb::Tile tile) {
-    const auto added = outcome.picture.add(std::move(tile));
+    const auto added = add_and_show(outcome.picture, std::move(tile), viewer.tev);
     if (!added) note(added.error());
   };
   outcome.end = client.run_job(request, callbacks, &control);
@@ -178,6 +190,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names, *request.mutable_format());
   names.denoiser = read_denoiser(options.denoiser, context.connection, *request.mutable_format(), reader);
+  const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
   outputs.check(names, problems);
@@ -194,7 +207,8 @@ int run(const CLI::App& app, const RenderOptions& options) {
   request.set_scene_id(scene.scene_id());
 
   Outcome outcome;
-  run_job(open.renderer.client(), request, terminal, control, job, outcome);
+  const auto tev = open_tev(tev_address, request.format(), terminal);
+  run_job(open.renderer.client(), request, {tev.get(), scene_stem(choice)}, terminal, control, job, outcome);
 
   Json json;
   // These eight come first, in this order, whatever happens later.
@@ -213,6 +227,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   add_load_report(json, open.loaded.response);
   for (const std::string& text : outcome.notices) json["notices"].push_back(text);
   json["notices_total"] = json["notices_total"].get<std::size_t>() + outcome.notices.size();
+  close_tev(tev.get(), tev_address, json);
   json["animation"] = scene.animation().empty() ? Json(nullptr) : Json(scene.animation());
   return finish(terminal, interrupt, outcome, names, std::move(json));
 }
@@ -229,6 +244,7 @@ Command add_render(CLI::App& root) {
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
   add_denoiser_options(*app, options->denoiser);
+  add_tev_option(*app, options->tev);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }
