@@ -21,8 +21,10 @@ packages=(
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13
   openimageio-tools
 )
-# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser.
-test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev openexr python3-selenium)
+# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser; the Python
+# package is built by hatchling.
+test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev openexr python3-grpcio python3-hatchling
+  python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium python3-tqdm python3-venv)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)

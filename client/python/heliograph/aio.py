@@ -1,0 +1,750 @@
+"""The package for asyncio: the same names, whose methods that wait are coroutines, over grpc.aio.
+
+    import asyncio, heliograph.aio as hg
+    async def main():
+        async with await hg.serve() as c:
+            image = await c.render("cornell-box.gltf", size=(640, 360), until=hg.Error(0.01))
+    asyncio.run(main())
+
+Values (Image, Camera, budgets, errors) are those of heliograph. Use a client in one event loop alone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import pathlib
+import time as clock
+import weakref
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+from typing import Any, TypeVar, Union, Unpack
+
+import grpc
+import grpc.aio
+
+from . import CHANNELS as CHANNELS
+from . import operations
+from ._version import __version__ as __version__
+from .address import check_address, read_token, refuse_tls
+from .budget import Error as Error
+from .budget import Limit as Limit
+from .budget import Samples as Samples
+from .budget import Seconds as Seconds
+from .budget import Until as Until
+from .calls import Call, Operation, Upload
+from .camera import Camera as Camera
+from .connection import channel_options, check_process, keep_from_children, read_timeout, tell_ignored, unreachable
+from .daemon import Daemon as Daemon
+from .edits import Changes
+from .errors import (
+    BrokenTile,
+    Cancelled,
+    DeadlineExceeded,
+    FailedPrecondition,
+    HeliographError,
+    HeliographWarning,
+    Internal,
+    InvalidArgument,
+    MissingChannel,
+    MissingPackage,
+    NotFound,
+    PermissionDenied,
+    Problem,
+    RenderFailed,
+    ResourceExhausted,
+    Unavailable,
+    Unimplemented,
+    from_rpc,
+)
+from .exr import Window as Window
+from .frames import Frame as Frame
+from .image import Image as Image
+from .jobs import JobFeed, JobState, image_of, job_request
+from .progress import Progress, Reporter
+from .replay import Replay as Replay
+from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
+from .session_core import SessionCore, SessionMethods, session_format, session_request
+from .settings import Settings as Settings
+from .stats import Stats as Stats
+from .stats import make_stats
+from .v1 import render_service_pb2 as service
+from .v1 import render_service_pb2_grpc as api
+from .wire import add_streams
+
+__all__ = [
+    "BrokenTile",
+    "CHANNELS",
+    "Camera",
+    "Cancelled",
+    "Client",
+    "Daemon",
+    "DeadlineExceeded",
+    "Details",
+    "Error",
+    "FailedPrecondition",
+    "Frame",
+    "HeliographError",
+    "HeliographWarning",
+    "Image",
+    "Internal",
+    "InvalidArgument",
+    "Job",
+    "Light",
+    "Limit",
+    "Material",
+    "MissingChannel",
+    "MissingPackage",
+    "NotFound",
+    "Object",
+    "PermissionDenied",
+    "Problem",
+    "RenderFailed",
+    "Replay",
+    "ResourceExhausted",
+    "Samples",
+    "Scene",
+    "Seconds",
+    "ServerInfo",
+    "Session",
+    "Settings",
+    "Stats",
+    "Unavailable",
+    "Unimplemented",
+    "Until",
+    "Window",
+    "__version__",
+    "connect",
+    "serve",
+]
+
+T = TypeVar("T")
+_CLOSE_S = 10.0  # that the daemon gets to end a session
+
+
+class _Connection:
+    """A channel to one daemon."""
+
+    def __init__(self, address: str, token: str, timeout: float) -> None:
+        check_process()
+        self.peer = address
+        self.timeout = timeout
+        self.metadata = (("authorization", f"Bearer {token}"),) if token else ()
+        self.channel = grpc.aio.insecure_channel(address, channel_options(timeout))
+        self.stub: Any = api.RenderServiceStub(self.channel)  # type: ignore[no-untyped-call]
+        add_streams(self.stub, self.channel)
+        keep_from_children(self)
+        self._process = os.getpid()
+        self._closed = False
+
+    def check(self) -> None:
+        if os.getpid() != self._process:
+            raise FailedPrecondition(
+                "this client was made in the parent process, and gRPC does not survive fork()", problems=()
+            )
+        if self._closed:
+            raise FailedPrecondition("this client is closed", problems=())
+
+    async def close(self) -> None:
+        self._closed = True
+        await self.channel.close(None)
+
+    async def call(self, call: Call, timeout: float | None = None, wait: bool = False) -> Any:
+        self.check()
+        if timeout is None and call.quick:
+            timeout = self.timeout
+        request = iter(call.request) if isinstance(call.request, Upload) else call.request
+        rpc = getattr(self.stub, call.method)(request, timeout=timeout, metadata=self.metadata, wait_for_ready=wait)
+        try:
+            answer = await rpc
+        except grpc.RpcError as error:
+            if isinstance(call.request, Upload) and call.request.error is not None:
+                raise call.request.error from None
+            raise from_rpc(error, self.peer) from None
+        except asyncio.CancelledError:
+            rpc.cancel()
+            if isinstance(call.request, Upload) and call.request.error is not None:  # grpc.aio's way to tell of it
+                raise call.request.error from None
+            raise
+        tell_ignored(await rpc.trailing_metadata(), self.peer)
+        return answer
+
+    async def run(self, operation: Operation[T]) -> T:
+        try:
+            call = next(operation)
+            while True:
+                try:
+                    answer = await self.call(call)
+                except HeliographError as error:
+                    call = operation.throw(error)
+                else:
+                    call = operation.send(answer)
+        except StopIteration as done:
+            result: T = done.value
+            return result
+
+    def open(self, method: str, request: Any) -> Any:
+        self.check()
+        return getattr(self.stub, method)(request, metadata=self.metadata)
+
+    async def greet(self, wait: float) -> service.GetServerInfoResponse:
+        call = Call("GetServerInfo", service.GetServerInfoRequest())
+        end = clock.monotonic() + wait
+        while True:
+            try:
+                info: service.GetServerInfoResponse = await self.call(
+                    call, max(wait, 0.1) if wait else self.timeout, wait > 0
+                )
+                return info
+            except HeliographError as error:
+                if isinstance(error, Unavailable) and clock.monotonic() < end:
+                    await asyncio.sleep(0.05)
+                    continue
+                raise unreachable(error, self.peer) from None
+
+
+class _Bell:
+    """Wakes every coroutine that waits, from any thread."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._event = asyncio.Event()
+
+    def ring(self) -> None:
+        try:
+            running = asyncio.get_running_loop()
+        except RuntimeError:
+            running = None
+        if running is self._loop:
+            self._event.set()
+        elif not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._event.set)
+
+    async def wait_for(self, condition: Callable[[], T | None], timeout: float | None, what: str) -> T:
+        """The first answer of condition() that is not None. DeadlineExceeded after `timeout` seconds."""
+        end = None if timeout is None else clock.monotonic() + timeout
+        while True:
+            found = condition()
+            if found is not None:
+                return found
+            left = None if end is None else end - clock.monotonic()
+            if left is not None and left <= 0:
+                raise DeadlineExceeded(f"{what} within {timeout:g} s", problems=())
+            self._event.clear()
+            try:
+                await asyncio.wait_for(self._event.wait(), left)
+            except TimeoutError:
+                pass
+
+
+class _Core(SessionCore):
+    def __init__(self, *arguments: Any) -> None:
+        self.bell = _Bell()
+        super().__init__(*arguments)
+
+    def wake(self) -> None:
+        self.bell.ring()
+
+
+class Session(SessionMethods):
+    """As heliograph.Session; frames, wait, edit and close are for `async for` and `await`."""
+
+    def __init__(self, client: Client, connection: _Connection, core: _Core) -> None:
+        self._client = client
+        self._core: _Core = core
+        self._task = asyncio.create_task(_read_session(core, connection))
+        self._finalizer = weakref.finalize(self, core.close)
+        self._finalizer.atexit = False  # the loop is gone by then
+
+    def frames(self, *, buffer: int | None = None, timeout: float | None = None) -> AsyncIterator[Frame]:
+        """As heliograph.Session.frames."""
+        if timeout is not None:
+            timeout = read_timeout("timeout", timeout, zero=True)
+        if buffer is not None:
+            self._core.buffer.resize(buffer)
+        return self._iterate(timeout)
+
+    async def _iterate(self, timeout: float | None) -> AsyncIterator[Frame]:
+        core = self._core
+
+        def next_event() -> Frame | bool | None:
+            event = core.next_event()
+            if event is None and core.error is not None:
+                raise core.error.again()
+            return event if event is not None else (False if core.over or core.closing else None)
+
+        while True:
+            event = await core.bell.wait_for(next_event, timeout, "no event")
+            if not isinstance(event, Frame):
+                return
+            yield event
+
+    async def wait(
+        self,
+        *,
+        error: float | None = None,
+        samples: int | None = None,
+        seconds: float | None = None,
+        timeout: float | None = None,
+    ) -> Image:
+        """As heliograph.Session.wait."""
+        if timeout is not None:
+            timeout = read_timeout("timeout", timeout, zero=True)
+        core = self._core
+        view = core.begin_wait(error=error, samples=samples, seconds=seconds)
+        frame = await core.bell.wait_for(lambda: core.awaited(view), timeout, "the picture was not done")
+        return frame.image
+
+    async def edit(
+        self,
+        *,
+        materials: Changes | None = None,
+        lights: Changes | None = None,
+        objects: Changes | None = None,
+        environment: dict[str, Any] | None = None,
+    ) -> None:
+        """As heliograph.Session.edit."""
+        self._core.check()
+        scene: Scene = self.scene
+        self.scene = await self._client.edit(
+            scene, materials=materials, lights=lights, objects=objects, environment=environment
+        )
+
+    async def close(self) -> None:
+        """Ends the session on the daemon. May be called again."""
+        if self._finalizer.detach() is None:
+            return
+        self._core.close()
+        try:
+            await asyncio.wait_for(asyncio.shield(self._task), _CLOSE_S)
+        except TimeoutError:
+            self._task.cancel()
+        except asyncio.CancelledError:
+            self._task.cancel()
+            raise
+        if self._core.left_behind:
+            with contextlib.suppress(HeliographError):
+                await self._client._connection.run(operations.close_session(self.id))
+
+    async def __aenter__(self) -> Session:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+
+async def _requests(core: _Core) -> AsyncIterator[Any]:
+    while True:
+        request = await core.bell.wait_for(
+            lambda: core.outbox.take() or (False if core.outbox.ended else None), None, ""
+        )
+        if request is False:
+            return
+        yield request
+
+
+async def _read_session(core: _Core, connection: _Connection) -> None:
+    failure: HeliographError | None = None
+    call = connection.open("StreamFrames", _requests(core))
+    try:
+        async for response in call:
+            core.receive(response)
+    except grpc.RpcError as error:
+        failure = from_rpc(error, connection.peer)
+        if isinstance(failure, Cancelled) and core.closing:
+            failure = None
+    except HeliographError as error:
+        failure = error
+    except asyncio.CancelledError:
+        failure = Cancelled("the connection was closed", problems=())
+    except Exception as error:  # a fault of this package must reach whoever waits
+        failure = Internal(f"{type(error).__name__}: {error}", problems=())
+    finally:
+        call.cancel()
+        core.finish(failure)
+
+
+class Job:
+    """As heliograph.Job; result, images and cancel are for `await` and `async for`."""
+
+    def __init__(self, connection: _Connection, request: Any, views: int) -> None:
+        self.views = views
+        self._connection = connection
+        self._state = JobState()
+        self._bell = _Bell()
+        self._task = asyncio.create_task(_read_job(self._state, self._bell, connection, request))
+        self._finalizer = weakref.finalize(self, _cancel, self._task, asyncio.get_running_loop())
+        self._finalizer.atexit = False
+
+    async def _begin(self) -> None:
+        await self._bell.wait_for(lambda: self._state.begun or None, None, "")
+        if self._state.error is not None:
+            raise self._state.error.again()
+
+    @property
+    def id(self) -> str:
+        return self._state.id
+
+    @property
+    def stats(self) -> Stats:
+        """Figures of the view in hand."""
+        return self._state.stats
+
+    @property
+    def done(self) -> bool:
+        """Nothing more will come from the daemon."""
+        return self._state.over
+
+    async def result(self, timeout: float | None = None) -> Image:
+        """As heliograph.Job.result."""
+        if self.views != 1:
+            raise FailedPrecondition(f"this job has {self.views} views: iterate images()", problems=())
+        await self._await(lambda: self._state.over or None, timeout)
+        if self._state.newest is None and self._state.error is not None:
+            raise self._state.error.again()
+        return image_of(self._state.newest)
+
+    async def images(self, timeout: float | None = None) -> AsyncIterator[Image]:
+        """As heliograph.Job.images."""
+        while True:
+            await self._await(lambda: True if self._state.done or self._state.over else None, timeout)
+            if not self._state.done:
+                if self._state.error is not None:
+                    raise self._state.error.again()
+                return
+            frame = self._state.done.popleft()
+            self._bell.ring()
+            yield frame.image
+
+    async def _await(self, condition: Callable[[], bool | None], timeout: float | None) -> None:
+        if timeout is not None:
+            timeout = read_timeout("timeout", timeout, zero=True)
+        await self._bell.wait_for(condition, timeout, "the job was not done")
+
+    async def cancel(self) -> None:
+        """As heliograph.Job.cancel."""
+        if not self.done:
+            await self._connection.run(operations.cancel_job(self.id))
+
+    async def close(self) -> None:
+        """Cancels the job, if it goes on. May be called again."""
+        self._finalizer.detach()
+        self._task.cancel()
+        await asyncio.gather(self._task, return_exceptions=True)
+
+    async def __aenter__(self) -> Job:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+
+async def _read_job(state: JobState, bell: _Bell, connection: _Connection, request: Any) -> None:
+    failure: HeliographError | None = None
+    call = connection.open("RunJob", request)
+    try:
+        async for response in call:
+            state.add(response)
+            bell.ring()
+            await bell.wait_for(lambda: True if not state.full or state.feed.over else None, None, "")
+    except grpc.RpcError as error:
+        failure = from_rpc(error, connection.peer)
+    except HeliographError as error:
+        failure = error
+    except asyncio.CancelledError:
+        failure = Cancelled("the job was closed", problems=())
+    except Exception as error:  # a fault of this package must reach whoever waits
+        failure = Internal(f"{type(error).__name__}: {error}", problems=())
+    finally:
+        call.cancel()
+        state.finish(failure)
+        bell.ring()
+
+
+def _cancel(task: asyncio.Task[None], loop: asyncio.AbstractEventLoop) -> None:
+    if not loop.is_closed():
+        loop.call_soon_threadsafe(task.cancel)
+
+
+class Scene(SceneValues):
+    """As heliograph.Scene."""
+
+    def __init__(
+        self,
+        client: Client,
+        info: service.SceneInfo,
+        loaded: service.LoadSceneResponse | None = None,
+        notices: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(info, loaded, notices)
+        self._client = client
+
+    def render(self, **arguments: Any) -> Awaitable[Image]:
+        """As Client.render."""
+        return self._client.render(self, **arguments)
+
+    def session(self, **arguments: Any) -> Awaitable[Session]:
+        """As Client.session."""
+        return self._client.session(self, **arguments)
+
+    def submit(self, **arguments: Any) -> Awaitable[Job]:
+        """As Client.submit."""
+        return self._client.submit(self, **arguments)
+
+    def edit(self, **changes: Any) -> Awaitable[Scene]:
+        """As Client.edit."""
+        return self._client.edit(self, **changes)
+
+    def inspect(self) -> Awaitable[Details]:
+        """As Client.inspect."""
+        return self._client.inspect(self)
+
+    def unload(self) -> Awaitable[None]:
+        """As Client.unload."""
+        return self._client.unload(self)
+
+
+SceneLike = Union[Scene, str, "os.PathLike[str]"]
+
+
+class Client:
+    """As heliograph.Client, with coroutines; an asynchronous context manager. Arguments and errors are told there."""
+
+    def __init__(self, connection: _Connection, info: ServerInfo, daemon: Daemon | None = None) -> None:
+        self._connection = connection
+        self._open: weakref.WeakSet[Session | Job] = weakref.WeakSet()
+        self.daemon = daemon
+        self._first_info = info
+
+    @property
+    def address(self) -> str:
+        return self._connection.peer
+
+    async def info(self) -> ServerInfo:
+        """As heliograph.Client.info."""
+        return await self._connection.run(operations.server_info())
+
+    async def load(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        environment: str | os.PathLike[str] | Sequence[float] | None = None,
+        on_server: bool = False,
+        time: float = 0,
+        animation: str = "",
+        strict: bool = False,
+    ) -> Scene:
+        """As heliograph.Client.load."""
+        info, loaded = await self._connection.run(
+            operations.load(path, environment, on_server, time, animation, strict)
+        )
+        scene = Scene(self, info, loaded)
+        warn_of(scene, 3)
+        return scene
+
+    async def scenes(self) -> list[Scene]:
+        """As heliograph.Client.scenes."""
+        return [Scene(self, info) for info in await self._connection.run(operations.scenes())]
+
+    async def files(self, folder: str | os.PathLike[str] = "") -> list[pathlib.PurePosixPath]:
+        """As heliograph.Client.files."""
+        return await self._connection.run(operations.files(folder))
+
+    async def inspect(self, scene: SceneLike) -> Details:
+        """As heliograph.Client.inspect."""
+        return await self._connection.run(operations.describe(await self._scene(scene)))
+
+    async def edit(
+        self,
+        scene: Scene,
+        *,
+        materials: Changes | None = None,
+        lights: Changes | None = None,
+        objects: Changes | None = None,
+        environment: dict[str, Any] | None = None,
+    ) -> Scene:
+        """As heliograph.Client.edit."""
+        check_scene(scene, Scene)
+        info, notices = await self._connection.run(operations.edit(scene, materials, lights, objects, environment))
+        return Scene(self, info, notices=notices)
+
+    async def unload(self, scene: Scene) -> None:
+        """As heliograph.Client.unload."""
+        await self._connection.run(operations.unload(check_scene(scene, Scene)))
+
+    async def _scene(self, scene: SceneLike) -> Scene:
+        if isinstance(scene, (str, os.PathLike)):
+            return await self.load(scene)
+        found: Scene = check_scene(scene, Scene)
+        return found
+
+    async def render(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        progress: Progress = False,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Image:
+        """As heliograph.Client.render. Cancelling the task cancels the job on the daemon."""
+        loaded = await self._scene(scene)
+        request = job_request(
+            loaded,
+            self.address,
+            size=size,
+            until=until,
+            camera=camera,
+            views=None,
+            channels=channels,
+            denoiser=denoiser,
+            pixel_type=pixel_type,
+            compression=compression,
+            settings=settings,
+        )
+        feed, frame = JobFeed(), None
+        with Reporter(progress) as reporter:
+            call = self._connection.open("RunJob", request)
+            try:
+                async for response in call:
+                    frame = feed.add(response) or frame
+                    if feed.progress is not None and response.HasField("progress"):
+                        reporter.update(make_stats(feed.progress))
+            except grpc.RpcError as error:
+                raise from_rpc(error, self.address) from None
+            except BaseException:
+                call.cancel()
+                raise
+        return image_of(frame)
+
+    async def submit(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        views: Iterable[Camera | str | int] | None = None,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Job:
+        """As heliograph.Client.submit."""
+        loaded = await self._scene(scene)
+        request = job_request(
+            loaded,
+            self.address,
+            size=size,
+            until=until,
+            camera=camera,
+            views=views,
+            channels=channels,
+            denoiser=denoiser,
+            pixel_type=pixel_type,
+            compression=compression,
+            settings=settings,
+        )
+        job = Job(self._connection, request, len(request.views) or 1)
+        self._open.add(job)
+        await job._begin()
+        return job
+
+    async def session(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until | None = None,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        exposure: float = 0,
+        buffer: int = 0,
+        grace: float = 0,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Session:
+        """As heliograph.Client.session: `async with await client.session(...) as session`."""
+        loaded = await self._scene(scene)
+        view = loaded.camera(camera)
+        request = session_request(loaded, size=size, until=until, camera=view, grace=grace, settings=settings)
+        tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
+        created = await self._connection.run(operations.create_session(request))
+        core = _Core(created.session_id, loaded, view, exposure, request.settings, request.budget, tile_format, buffer)
+        session = Session(self, self._connection, core)
+        self._open.add(session)
+        return session
+
+    async def replay(self, token: str) -> Replay:
+        """As heliograph.Client.replay."""
+        return Replay(await self._connection.run(operations.replay(token)))
+
+    async def close(self) -> None:
+        """As heliograph.Client.close."""
+        try:
+            for opened in list(self._open):
+                await opened.close()
+        finally:
+            await self._connection.close()
+            if self.daemon is not None:
+                await asyncio.to_thread(self.daemon.stop)
+
+    async def __aenter__(self) -> Client:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    def __repr__(self) -> str:
+        return f"<heliograph.aio.Client {self.address}, heliographd {self._first_info.version}>"
+
+
+async def connect(
+    address: str,
+    *,
+    token: str | None = None,
+    token_file: str | os.PathLike[str] | None = None,
+    tls: object = None,
+    wait: float = 0,
+    timeout: float = 30,
+) -> Client:
+    """As heliograph.connect."""
+    refuse_tls(tls, address)
+    check_address(address)
+    secret = read_token(token, token_file)
+    connection = _Connection(address, secret, read_timeout("timeout", timeout))
+    try:
+        info = make_server_info(await connection.greet(read_timeout("wait", wait, zero=True)))
+    except BaseException:
+        await connection.close()
+        raise
+    return Client(connection, info)
+
+
+async def serve(
+    program: str | os.PathLike[str] | None = None,
+    *,
+    scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    threads: int | None = None,
+    arguments: Sequence[str] = (),
+    timeout: float = 30,
+) -> Client:
+    """As heliograph.serve."""
+    daemon = await asyncio.to_thread(
+        Daemon, program, scene_roots=scene_roots, threads=threads, arguments=arguments, timeout=timeout
+    )
+    try:
+        client = await connect(daemon.address, token=daemon.token, wait=timeout)
+    except BaseException:
+        await asyncio.to_thread(daemon.stop)
+        raise
+    client.daemon = daemon
+    return client

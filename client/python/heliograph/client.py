@@ -1,0 +1,373 @@
+"""The client over blocking gRPC."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import weakref
+from collections.abc import Iterable, Sequence
+from typing import Any, Union, Unpack
+
+import grpc
+
+from . import operations
+from .address import check_address, read_token, refuse_tls
+from .budget import Until
+from .camera import Camera
+from .connection import Connection, read_timeout
+from .daemon import Daemon
+from .edits import Changes
+from .errors import from_rpc
+from .image import Image
+from .job import Job
+from .jobs import JobFeed, image_of, job_request
+from .progress import Progress, Reporter
+from .replay import Replay
+from .scene import Details, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
+from .session import Session
+from .session_core import SessionCore, session_format, session_request
+from .settings import Settings
+from .stats import make_stats
+from .v1 import render_service_pb2 as service
+
+
+class Scene(SceneValues):
+    """A scene that the client's daemon holds, and shortcuts to the client's methods."""
+
+    def __init__(
+        self,
+        client: Client,
+        info: service.SceneInfo,
+        loaded: service.LoadSceneResponse | None = None,
+        notices: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(info, loaded, notices)
+        self._client = client
+
+    def render(self, **arguments: Any) -> Image:
+        """As Client.render."""
+        return self._client.render(self, **arguments)
+
+    def session(self, **arguments: Any) -> Session:
+        """As Client.session."""
+        return self._client.session(self, **arguments)
+
+    def submit(self, **arguments: Any) -> Job:
+        """As Client.submit."""
+        return self._client.submit(self, **arguments)
+
+    def edit(self, **changes: Any) -> Scene:
+        """As Client.edit."""
+        return self._client.edit(self, **changes)
+
+    def inspect(self) -> Details:
+        """As Client.inspect."""
+        return self._client.inspect(self)
+
+    def unload(self) -> None:
+        """As Client.unload."""
+        self._client.unload(self)
+
+
+#: What render, session, submit and inspect take: a scene, or a file that is loaded first.
+SceneLike = Union[Scene, str, "os.PathLike[str]"]
+
+
+class Client:
+    """Asks one daemon. Made by heliograph.connect and heliograph.serve; a context manager. Thread safe.
+
+    All methods raise HeliographError: Unavailable where the daemon cannot be reached or went away, PermissionDenied
+    without its token, FailedPrecondition after close() and in a forked process, and what their own lines name.
+    """
+
+    def __init__(self, connection: Connection, info: ServerInfo, daemon: Daemon | None = None) -> None:
+        self._connection = connection
+        self._open: weakref.WeakSet[Session | Job] = weakref.WeakSet()
+        self.daemon = daemon  # of heliograph.serve; None: it is someone else's
+        self._first_info = info
+
+    @property
+    def address(self) -> str:
+        return self._connection.peer
+
+    # ---- scenes
+
+    def info(self) -> ServerInfo:
+        """Version, limits, modes and integrators of the daemon."""
+        return self._connection.run(operations.server_info())
+
+    def load(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        environment: str | os.PathLike[str] | Sequence[float] | None = None,
+        on_server: bool = False,
+        time: float = 0,
+        animation: str = "",
+        strict: bool = False,
+    ) -> Scene:
+        """Loads a scene: .gltf or .glb (glTF 2.0) or .xml (Mitsuba), with the files that it names below its folder.
+
+        environment: light from everywhere, a latitude-longitude map or three numbers R, G, B in [0, 3.4e38], W / (sr
+        m^2); replaces the scene's own. on_server: `path`, and a map, lie under the daemon's scene roots. time:
+        seconds, at which the animation is evaluated. animation: name or number of the clip; empty: the first that
+        moves anything. strict:
+        refuse files that break a rule of their format although their meaning is beyond doubt; else HeliographWarning.
+        A scene that the daemon holds already costs nothing.
+
+        NotFound: no such file. InvalidArgument: the file is broken, with file and place. Unimplemented: it requires an
+        extension. ResourceExhausted: a limit.
+        """
+        info, loaded = self._connection.run(operations.load(path, environment, on_server, time, animation, strict))
+        scene = Scene(self, info, loaded)
+        warn_of(scene, 3)
+        return scene
+
+    def scenes(self) -> list[Scene]:
+        """All scenes that the daemon holds."""
+        return [Scene(self, info) for info in self._connection.run(operations.scenes())]
+
+    def files(self, folder: str | os.PathLike[str] = "") -> list[pathlib.PurePosixPath]:
+        """Scenes, maps and folders under the daemon's scene roots, for load(..., on_server=True)."""
+        return self._connection.run(operations.files(folder))
+
+    def inspect(self, scene: SceneLike) -> Details:
+        """Materials, lights and objects with their present values: what edit() may name."""
+        return self._connection.run(operations.describe(self._scene(scene)))
+
+    def edit(
+        self,
+        scene: Scene,
+        *,
+        materials: Changes | None = None,
+        lights: Changes | None = None,
+        objects: Changes | None = None,
+        environment: dict[str, Any] | None = None,
+    ) -> Scene:
+        """Another scene that shares memory with this one, which stays. Keys are names or numbers.
+
+        materials: base_color ([0, 1] each), emission (W / (sr m^2)), roughness ([0, 1]). lights: intensity (W / sr,
+        directional W / m^2) or scale. objects: transform (3x4 or 4x4, object to world), relative=True: applied after
+        the present one. environment: radiance or scale. InvalidArgument names every wrong key and value.
+        """
+        check_scene(scene, Scene)
+        info, notices = self._connection.run(operations.edit(scene, materials, lights, objects, environment))
+        return Scene(self, info, notices=notices)
+
+    def unload(self, scene: Scene) -> None:
+        """Frees it on the daemon. FailedPrecondition: a session or job uses it."""
+        self._connection.run(operations.unload(check_scene(scene, Scene)))
+
+    def _scene(self, scene: SceneLike) -> Scene:
+        if isinstance(scene, (str, os.PathLike)):
+            return self.load(scene)
+        found: Scene = check_scene(scene, Scene)
+        return found
+
+    # ---- pictures
+
+    def render(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        progress: Progress = False,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Image:
+        """Renders a still and answers it. Ctrl-C cancels it on the daemon, too.
+
+        until: Error(...), Samples(...), Seconds(...), or a list of them, of which the first to be reached ends the
+        render.
+        size: (width, height) in pixels; None: what the camera's file asks for, or 720 rows of its aspect.
+        camera: a Camera, or one of the scene by name or number; None: its first.
+        progress: True: a bar by tqdm, where that is installed; or a function that takes Stats.
+        channels: besides radiance, variance and samples any of "alpha", "depth", "normal", "albedo", "history",
+        "density", "display". denoiser: "oidn" has Open Image Denoise make `display`, where the daemon was given it.
+        pixel_type: "float" or "half" on the wire; arrays are always float32. compression: "none", "zip", "zips", "rle",
+        "piz", "dwaa"; None: none on this machine, else zip. settings: mode, integrator, seed and others (Settings).
+
+        InvalidArgument names every wrong name and value. ResourceExhausted: a limit. RenderFailed.
+        """
+        loaded = self._scene(scene)
+        request = job_request(
+            loaded,
+            self.address,
+            size=size,
+            until=until,
+            camera=camera,
+            views=None,
+            channels=channels,
+            denoiser=denoiser,
+            pixel_type=pixel_type,
+            compression=compression,
+            settings=settings,
+        )
+        feed, frame = JobFeed(), None
+        with Reporter(progress) as reporter:
+            call = self._connection.open("RunJob", request)
+            try:
+                for response in call:
+                    frame = feed.add(response) or frame
+                    if feed.progress is not None and response.HasField("progress"):
+                        reporter.update(make_stats(feed.progress))
+            except grpc.RpcError as error:
+                raise from_rpc(error, self.address) from None
+            except BaseException:
+                call.cancel()
+                raise
+        return image_of(frame)
+
+    def submit(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        views: Iterable[Camera | str | int] | None = None,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Job:
+        """Starts a job and answers at once; arguments as of render(). views: a camera path, each of whose views gets
+        the budget; the job's images() has the pictures. The job ends with this client, and when it is closed or
+        collected.
+        """
+        loaded = self._scene(scene)
+        request = job_request(
+            loaded,
+            self.address,
+            size=size,
+            until=until,
+            camera=camera,
+            views=views,
+            channels=channels,
+            denoiser=denoiser,
+            pixel_type=pixel_type,
+            compression=compression,
+            settings=settings,
+        )
+        job = Job(self._connection, request, len(request.views) or 1)
+        self._open.add(job)
+        return job
+
+    def session(
+        self,
+        scene: SceneLike,
+        *,
+        until: Until | None = None,
+        size: Any = None,
+        camera: Camera | str | int | None = None,
+        exposure: float = 0,
+        buffer: int = 0,
+        grace: float = 0,
+        channels: str | Iterable[str] = (),
+        denoiser: str | None = None,
+        pixel_type: str = "float",
+        compression: str | None = None,
+        **settings: Unpack[Settings],
+    ) -> Session:
+        """Opens a session, which begins to render; use it as a context manager. Arguments as of render(), and
+
+        until: None: it renders until it is closed, or until wait() says otherwise. exposure: stops, of JPEG previews.
+        buffer: of frames(). grace: seconds that the daemon keeps the session when the connection breaks, 0: its
+        default.
+        settings: with preview_rate > 0 whole pictures come while the camera moves.
+        """
+        loaded = self._scene(scene)
+        view = loaded.camera(camera)
+        request = session_request(loaded, size=size, until=until, camera=view, grace=grace, settings=settings)
+        tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
+        created = self._connection.run(operations.create_session(request))
+        core = SessionCore(
+            created.session_id, loaded, view, exposure, request.settings, request.budget, tile_format, buffer
+        )
+        session = Session(self, self._connection, core)
+        self._open.add(session)
+        return session
+
+    def replay(self, token: str) -> Replay:
+        """Traces a sample again that came out NaN or infinite, vertex by vertex. token: Image.stats.replay_token.
+
+        InvalidArgument: a damaged token. NotFound: the daemon does not hold its scene.
+        """
+        return Replay(self._connection.run(operations.replay(token)))
+
+    # ---- the end
+
+    def close(self) -> None:
+        """Ends its sessions, jobs, connection and, of heliograph.serve, the daemon. May be called again."""
+        if not self._connection.is_own:
+            return
+        try:
+            for opened in list(self._open):
+                opened.close()
+        finally:
+            self._connection.close()
+            if self.daemon is not None:
+                self.daemon.stop()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<heliograph.Client {self.address}, heliographd {self._first_info.version}>"
+
+
+def connect(
+    address: str,
+    *,
+    token: str | None = None,
+    token_file: str | os.PathLike[str] | None = None,
+    tls: object = None,
+    wait: float = 0,
+    timeout: float = 30,
+) -> Client:
+    """A client of the daemon at "HOST:PORT" or "unix:PATH".
+
+    token: the daemon's, or the first line of token_file that is neither empty nor begins with "#"; without either the
+    file that HELIOGRAPH_TOKEN_FILE names. tls: refused, for the daemon has none. wait: seconds to keep trying while
+    no daemon answers, [0, 86400]. timeout: seconds for each of the quick calls (not loads, edits, renders).
+
+    InvalidArgument: the address, the token. Unavailable: no daemon answers. PermissionDenied: not its token.
+    """
+    refuse_tls(tls, address)
+    check_address(address)
+    secret = read_token(token, token_file)
+    connection = Connection(address, secret, read_timeout("timeout", timeout))
+    try:
+        info = make_server_info(connection.greet(read_timeout("wait", wait, zero=True)))
+    except BaseException:
+        connection.close()
+        raise
+    return Client(connection, info)
+
+
+def serve(
+    program: str | os.PathLike[str] | None = None,
+    *,
+    scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    threads: int | None = None,
+    arguments: Sequence[str] = (),
+    timeout: float = 30,
+) -> Client:
+    """Starts a daemon on this machine and answers a client of it; close() ends both. Arguments as of Daemon."""
+    daemon = Daemon(program, scene_roots=scene_roots, threads=threads, arguments=arguments, timeout=timeout)
+    try:
+        client = connect(daemon.address, token=daemon.token, wait=timeout)
+    except BaseException:
+        daemon.stop()
+        raise
+    client.daemon = daemon
+    return client

@@ -1,0 +1,423 @@
+"""A session's state and rules, without input or output: what is sent, what came, what wait() waits for."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Unpack
+
+from .address import is_near
+from .budget import Until, limits_of, make_budget
+from .camera import Camera
+from .errors import (
+    FailedPrecondition,
+    HeliographError,
+    HeliographWarning,
+    InvalidArgument,
+    NotFound,
+    RenderFailed,
+    Unavailable,
+    invalid,
+)
+from .frames import Frame, FrameBuffer, FrameFeed
+from .image import Image
+from .outbox import Outbox
+from .scene import SceneValues
+from .settings import Settings, make_format, make_settings
+from .stats import Stats, make_stats
+from .v1 import frame_stream_pb2 as stream
+from .v1 import render_service_pb2 as service
+from .v1 import types_pb2 as types
+
+
+def session_request(
+    scene: SceneValues, *, size: Any, until: Until | None, camera: Camera, grace: float, settings: Mapping[str, Any]
+) -> service.CreateSessionRequest:
+    """InvalidArgument: anything that is not allowed."""
+    request = service.CreateSessionRequest(scene_id=scene.id, grace_s=grace)
+    request.settings.CopyFrom(make_settings(size, settings))
+    scene.complete(request.settings, camera)
+    request.budget.CopyFrom(make_budget(until))
+    return request
+
+
+def session_format(
+    peer: str, channels: str | Iterable[str], denoiser: str | None, pixel_type: str, compression: str | None
+) -> types.TileFormat:
+    if compression is None:
+        compression = "none" if is_near(peer) else "zip"
+    return make_format(channels, pixel_type, compression, denoiser)
+
+
+#: Takes the events that have just come; none: the stream ended.
+Observer = Callable[[Sequence[Frame]], None]
+
+_MOST_OBSERVERS = 64
+
+
+class SessionCore:
+    """Guarded by `lock`. `wake` is called, with the lock held, when there is something to send or to see."""
+
+    def __init__(
+        self,
+        session_id: str,
+        scene: SceneValues,
+        camera: Camera,
+        exposure: float,
+        settings: types.RenderSettings,
+        budget: types.Budget,
+        tile_format: types.TileFormat,
+        buffer: int,
+    ) -> None:
+        self.lock = threading.RLock()
+        self.changed = threading.Condition(self.lock)
+        self.id = session_id
+        self.scene = scene
+        self.camera = camera
+        self.settings = settings
+        self.budget = budget
+        self.exposure = exposure
+        self.feed = FrameFeed()
+        self.buffer = FrameBuffer()
+        self.buffer.resize(buffer)
+        self.outbox = Outbox()
+        self.error: HeliographError | None = None
+        self.over = False  # the stream ended
+        self.closing = False
+        self._view = 0
+        self._observers: tuple[Observer, ...] = ()
+        self.outbox.put(stream.StreamRequest(open=stream.StreamRequest.Open(session_id=session_id, format=tile_format)))
+        self.send_view()
+
+    def wake(self) -> None:
+        self.changed.notify_all()
+
+    # ---- what goes out
+
+    def check(self) -> None:
+        """FailedPrecondition, or what ended the stream."""
+        if self.error is not None:
+            raise self.error.again()
+        if self.closing or self.over:
+            raise FailedPrecondition("this session is closed", problems=())
+
+    def send_view(self) -> None:
+        with self.lock:
+            self._view += 1
+            view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
+            self._put(stream.StreamRequest(view=view))
+
+    def _put(self, request: stream.StreamRequest) -> None:
+        with self.lock:
+            self.outbox.put(request)
+            self.wake()
+
+    def set_camera(self, camera: Camera) -> None:
+        with self.lock:
+            self.check()
+            self.camera = camera
+            self.send_view()
+
+    def set_exposure(self, stops: float) -> None:
+        if not -64 <= stops <= 64:
+            raise invalid("exposure", stops, "[-64, 64] stops")
+        with self.lock:
+            self.check()
+            self.exposure = float(stops)
+            self.send_view()
+
+    def set_settings(self, size: Any, values: Mapping[str, Any]) -> None:
+        """Changes what is named; the rest stays."""
+        changed = make_settings(size, values)
+        with self.lock:
+            self.check()
+            settings = types.RenderSettings()
+            settings.CopyFrom(self.settings)
+            for name in (*values, *(("width", "height") if size is not None else ())):
+                settings.ClearField(name)
+            settings.MergeFrom(changed)
+            if size is not None and "region" not in values:
+                settings.ClearField("region")  # of the old size
+            self.settings = settings
+            self._put(stream.StreamRequest(settings=settings))
+            self.send_view()  # so that an end tells whether it knew of this
+
+    def set_budget(self, until: Until | None) -> None:
+        budget = make_budget(until)
+        with self.lock:
+            self.check()
+            self.budget = budget
+            self._put(stream.StreamRequest(budget=budget))
+            self.send_view()
+
+    def set_scene(self, scene: SceneValues) -> None:
+        with self.lock:
+            self.check()
+            self.scene = scene
+            self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=scene.id)))
+            self.send_view()
+
+    def close(self) -> None:
+        """Asks the daemon to end the session; its stream then ends by itself. Never blocks, and may be called again."""
+        with self.lock:
+            if not self.closing and not self.over:
+                self.outbox.put(stream.StreamRequest(close=stream.StreamRequest.Close(close_session=True)))
+            self.closing = True
+            self.outbox.end()
+            self.wake()
+
+    # ---- what comes in
+
+    def receive(self, response: stream.StreamResponse) -> None:
+        """BrokenTile: the stream cannot be trusted."""
+        with self.lock:
+            events = self.feed.add(response)
+            self.buffer.add(events)
+            self.wake()
+            told = [text for is_warning, text in self.feed.notices if is_warning]
+            self.feed.notices.clear()
+            observers = self._observers if events else ()
+        for observer in observers:
+            observer(events)
+        for text in told:
+            warnings.warn(text, HeliographWarning, stacklevel=2)
+
+    def finish(self, error: HeliographError | None) -> None:
+        """The stream is over, by an error or well."""
+        with self.lock:
+            if error is not None and not self.closing and self.error is None:
+                self.error = error
+            self.over = True
+            self.outbox.end()
+            self.wake()
+            observers = self._observers
+        for observer in observers:
+            observer(())
+
+    def observe(self, observer: Observer) -> None:
+        """Calls it with the events that come, in the thread that receives them and without the lock, beside whoever
+        iterates; with none when the stream ends. It must not raise, and while it runs nothing else is received.
+
+        FailedPrecondition: there are 64 already.
+        """
+        with self.lock:
+            if len(self._observers) >= _MOST_OBSERVERS:
+                raise FailedPrecondition(f"{_MOST_OBSERVERS} widgets show this session already", problems=())
+            self._observers += (observer,)
+
+    def forget(self, observer: Observer) -> None:
+        """Ends observe(). It may be running still."""
+        with self.lock:
+            self._observers = tuple(other for other in self._observers if other != observer)
+
+    @property
+    def left_behind(self) -> bool:
+        """The stream ended by an error that the session outlives on the daemon."""
+        return self.error is not None and not isinstance(self.error, (Unavailable, NotFound))
+
+    # ---- what is waited for
+
+    def begin_wait(self, *, error: float | None, samples: int | None, seconds: float | None) -> int:
+        """Sets the budget, if one is given, and answers the view whose end is waited for."""
+        limits = limits_of(error=error, samples=samples, seconds=seconds)
+        with self.lock:
+            self.check()
+            if limits:
+                self.set_budget(limits)
+            elif not (self.budget.time_s or self.budget.samples or self.budget.error):
+                raise InvalidArgument(
+                    "wait: nothing ends the picture; give error=, samples= or seconds=, or until= to the session",
+                    problems=(),
+                )
+            return self._view
+
+    def awaited(self, view: int) -> Frame | None:
+        """The end of a picture of this view or a newer one; None: not yet. RenderFailed, or what ended the stream."""
+        with self.lock:
+            end = self.feed.end
+            if end is not None and end.view >= view:
+                if end.stats.ended_by == "failed":
+                    raise RenderFailed(f"the render failed: {end.message}", problems=())
+                return end
+            self.check()
+            return None
+
+    def snapshot(self) -> Frame | None:
+        with self.lock:
+            return self.feed.latest()
+
+    def next_event(self) -> Frame | None:
+        with self.lock:
+            return self.buffer.take()
+
+    @property
+    def stats(self) -> Stats:
+        with self.lock:
+            frame = self.feed.latest()
+            if frame is not None:
+                return frame.stats
+            return make_stats(self.feed.progress) if self.feed.progress is not None else Stats()
+
+
+class SessionMethods:
+    """What sessions of both clients have in common: all that does not wait. Changes are sent at once; a newer one of a
+    kind replaces an older one that was not sent yet, and the daemon renders the newest."""
+
+    _core: SessionCore
+
+    @property
+    def id(self) -> str:
+        return self._core.id
+
+    @property
+    def scene(self) -> Any:
+        """The scene that is rendered. Assign another to switch; modes that reuse pictures keep what an edit left
+        true."""
+        return self._core.scene
+
+    @scene.setter
+    def scene(self, scene: SceneValues) -> None:
+        if not isinstance(scene, SceneValues):
+            raise invalid("scene", scene, "what load() or edit() of a client answered")
+        self._core.set_scene(scene)
+
+    @property
+    def camera(self) -> LiveCamera:
+        """The camera. Its moves are sent at once; assign a Camera, or the name or number of one of the scene's."""
+        return LiveCamera(self)
+
+    @camera.setter
+    def camera(self, camera: Camera | LiveCamera | str | int) -> None:
+        if isinstance(camera, LiveCamera):
+            camera = camera.value
+        self._core.set_camera(self._core.scene.camera(camera))
+
+    @property
+    def exposure(self) -> float:
+        """Stops, for JPEG previews alone."""
+        return self._core.exposure
+
+    @exposure.setter
+    def exposure(self, stops: float) -> None:
+        self._core.set_exposure(stops)
+
+    @property
+    def settings(self) -> types.RenderSettings:
+        """As the daemon has them for the newest picture, complete: a copy of the protocol's message."""
+        with self._core.lock:
+            found = types.RenderSettings()
+            found.CopyFrom(self._core.feed.settings or self._core.settings)
+            return found
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of the film in pixels."""
+        return self._core.settings.width, self._core.settings.height
+
+    @property
+    def stats(self) -> Stats:
+        """Figures of the picture at this moment."""
+        return self._core.stats
+
+    @property
+    def dropped(self) -> int:
+        """Events that were replaced before anyone saw them."""
+        with self._core.lock:
+            return self._core.buffer.dropped
+
+    def set(self, *, size: Any = None, until: Until | None = None, **settings: Unpack[Settings]) -> None:
+        """Changes settings by keyword (heliograph.Settings), the size or the budget; the rest stays.
+
+        InvalidArgument at once: an unknown name or word. A value that is out of the daemon's range ends the stream, and
+        the next call tells.
+        """
+        if size is not None or settings:
+            self._core.set_settings(size, settings)
+        if until is not None:
+            self._core.set_budget(until)
+
+    def image(self) -> Image | None:
+        """The film as it is now; None: not all of its tiles have come yet."""
+        frame = self._core.snapshot()
+        return None if frame is None else frame.image
+
+    def show(self, *, exposure: float = 0, channel: str | None = None) -> Any:
+        """A widget for Jupyter: the picture as it comes, with the camera under the mouse. See heliograph.notebook.show.
+
+        exposure: stops, [-12, 12]. channel: "radiance", "display", "error" and others; None: display where the session
+        has it, else radiance. MissingPackage: anywidget is not installed.
+        """
+        from .notebook import show
+
+        return show(self, exposure=exposure, channel=channel)
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        state = "closed" if self._core.over or self._core.closing else "open"
+        return f"<heliograph.Session {self.id} {width}x{height}, {state}>"
+
+
+class LiveCamera:
+    """The camera of a session: the methods of Camera, each of which moves it and is sent at once."""
+
+    def __init__(self, session: SessionMethods) -> None:
+        self._session = session
+
+    @property
+    def value(self) -> Camera:
+        """As a value."""
+        return self._session._core.camera
+
+    def _set(self, camera: Camera) -> LiveCamera:
+        self._session._core.set_camera(camera)
+        return self
+
+    def orbit(self, yaw: float, pitch: float = 0, *, pivot: Iterable[float] | None = None) -> LiveCamera:
+        """As Camera.orbit: degrees."""
+        return self._set(self.value.orbit(yaw, pitch, pivot=pivot))
+
+    def turn(self, yaw: float, pitch: float = 0) -> LiveCamera:
+        """As Camera.turn: degrees."""
+        return self._set(self.value.turn(yaw, pitch))
+
+    def move(self, right: float = 0, up: float = 0, forward: float = 0) -> LiveCamera:
+        """As Camera.move: scene's unit."""
+        return self._set(self.value.move(right, up, forward))
+
+    def pan(self, right: float = 0, up: float = 0) -> LiveCamera:
+        """As Camera.pan: scene's unit."""
+        return self._set(self.value.pan(right, up))
+
+    def dolly(self, distance: float) -> LiveCamera:
+        """As Camera.dolly: scene's unit."""
+        return self._set(self.value.dolly(distance))
+
+    def look_at(
+        self, target: Iterable[float], *, position: Iterable[float] | None = None, up: Iterable[float] = (0, 1, 0)
+    ) -> LiveCamera:
+        """As Camera.look_at."""
+        return self._set(self.value.look_at(target, position=position, up=up))
+
+    def with_lens(self, **lens: Any) -> LiveCamera:
+        """As Camera.with_lens."""
+        return self._set(self.value.with_lens(**lens))
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        return self.value.position
+
+    @property
+    def forward(self) -> tuple[float, float, float]:
+        return self.value.forward
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        return self.value.up
+
+    @property
+    def pivot(self) -> tuple[float, float, float]:
+        return self.value.pivot
+
+    def __repr__(self) -> str:
+        return f"<live {self.value!r}>"
