@@ -32,6 +32,7 @@ const Subcommand kSubcommands[] = {
     {"latency", "view sent to first tile received", run_latency},
     {"drag", "whole pictures, and their age, while a camera is dragged in real time", run_drag, false, false},
     {"viewer", "what a person at the viewer waits for, in Chromium on this machine", run_viewer, false, false},
+    {"python", "the Python package: import, tiles to numpy, a picture beside its render", run_python, false, false},
     {"tev", "the sender of --tev, and rendering with a viewer that is absent, blocked or connected", run_tev, false, false},
     {"display", "the layer display: error over the film's, the error that it tells, and its time", run_display, true,
      false},

@@ -15,6 +15,7 @@ Status run_load(BenchContext& context, Figures& figures);
 Status run_latency(BenchContext& context, Figures& figures);
 Status run_drag(BenchContext& context, Figures& figures);
 Status run_tev(BenchContext& context, Figures& figures);
+Status run_python(BenchContext& context, Figures& figures);
 Status run_viewer(BenchContext& context, Figures& figures);
 Status run_display(BenchContext& context, Figures& figures);
 Status run_denoisers(BenchContext& context, Figures& figures);
