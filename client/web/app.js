@@ -8,13 +8,14 @@ import { channelById } from './picture/channels.js';
 import { ComparePanel } from './panels/compare_panel.js';
 import { Connection } from './protocol/connection.js';
 import { ConvergencePlot } from './panels/convergence_plot.js';
-import { button, find, make, short } from './dom.js';
+import { button, coarse, find, make, short } from './dom.js';
 import { Inspector } from './panels/inspector.js';
 import { Link, LinkPanel } from './panels/link_panel.js';
 import { listenToKeys } from './keys.js';
 import { OpenPanel } from './panels/open_panel.js';
 import { drawOverlay } from './picture/overlay.js';
 import { Compare, compareNames } from './picture/compare.js';
+import { noisiestPixel } from './picture/noisiest.js';
 import { newLook, PicturePanel } from './panels/picture_panel.js';
 import { RenderPanel } from './panels/render_panel.js';
 import { savePicture } from './picture/save.js';
@@ -53,8 +54,10 @@ class App {
   #measureTimer = 0;
   #clipped = 0;
   #hoverTimer = 0;
+  #wentHome = false; // the scene's own camera was tried since the last picture
   #hint = null; // the message that tells how the tool is used
   #wantedOf = new WeakMap(); // what was wanted, by the settings that it came to
+  #cameraOf = new WeakMap(); // the camera as it was, by its message; of this scene
 
   constructor() {
     this.look = newLook();
@@ -72,7 +75,10 @@ class App {
       size: 'window',
     };
     this.budget = { samples: 1024, time_s: 0, error: 0 };
-    this.link = new Link(() => this.#linkChanged());
+    this.link = new Link(
+      () => this.#linkChanged(),
+      () => this.viewports.every(({ picture }) => picture.whole),
+    );
     // Of all pictures: { zoom, centre }, pixels of the screen for one of the film and the point in the middle, in parts
     // of the film's sides; null: all of it fits.
     this.frame = null;
@@ -80,11 +86,12 @@ class App {
     this.tool = null;
     this.splitTool = new SplitTool(this);
     this.info = {};
+    this.stopReason = ''; // why there are no pictures for now
     this.say = say;
     this.drawOverlay = (viewport) => drawOverlay(this, viewport);
     this.connection = new Connection(
       takeToken(),
-      (state, sentence) => this.#connected(state, sentence),
+      (...told) => this.#connected(...told),
       (rate) => this.link.heldUp(rate),
     );
     this.scenes = new Scenes(this.connection);
@@ -102,6 +109,8 @@ class App {
   }
 
   async start() {
+    find('loading').remove();
+    find('app').hidden = false;
     addEventListener('hashchange', () => this.#followLink());
     const connecting = this.connection.start(); // answers later than what follows here
     try {
@@ -119,7 +128,8 @@ class App {
     await connecting;
   }
 
-  async #connected(state, sentence) {
+  async #connected(state, sentence, more) {
+    this.stopReason = '';
     find('connection').dataset.state = state;
     find('connection').textContent = {
       connecting: 'connecting',
@@ -129,7 +139,8 @@ class App {
     }[state];
     if (state !== 'open') {
       if (this.connection.tokenRefused) this.#askForToken();
-      else banner(sentence);
+      else banner(sentence, more);
+      this.#status();
       return;
     }
     banner('');
@@ -293,6 +304,7 @@ class App {
     const answer = await load();
     for (const text of answer.warnings.slice(0, 3)) say(text, 'info');
     const { current } = this.scenes;
+    this.#cameraOf = new WeakMap();
     this.camera.start(this.scenes.loaded);
     if (camera) this.camera.fromText(camera);
     if (before) {
@@ -316,6 +328,7 @@ class App {
 
   #startSession(viewport, runs) {
     const { session } = viewport;
+    viewport.told.clear();
     session.settings = this.#settings(viewport);
     session.budget = this.#budget();
     session.format = viewport.format();
@@ -325,7 +338,7 @@ class App {
       this.moved(performance.now());
       return;
     }
-    session.view = this.camera.message();
+    session.view = this.cameraMessage();
     viewport.meter.sent(1, performance.now());
     this.counters.views++;
     if (!this.paused && !document.hidden) session.run();
@@ -349,7 +362,8 @@ class App {
     const { clientWidth, clientHeight } = viewport.stage,
       { max_film_pixels: pixels = 0 } = this.info.limits ?? {};
     const most = Math.min(MOST_PIXELS, Number(pixels) || Infinity);
-    const scale = Math.min(size === 'half' ? 0.5 : 1, Math.sqrt(most / Math.max(1, clientWidth * clientHeight)));
+    const wanted = { half: 0.5, screen: devicePixelRatio }[size] ?? 1; // times CSS pixels
+    const scale = Math.min(wanted, Math.sqrt(most / Math.max(1, clientWidth * clientHeight)));
     return [clientWidth, clientHeight].map((side) => Math.max(16, Math.round(side * scale)));
   }
 
@@ -444,6 +458,37 @@ class App {
     this.saveState();
   }
 
+  // CameraView of the camera as it is now.
+  cameraMessage() {
+    const message = this.camera.message();
+    this.#cameraOf.set(message, this.camera.save());
+    return message;
+  }
+
+  // The daemon refused a view. good: the newest one that gave a picture; null: none is known, and the scene's own
+  // camera is tried.
+  viewRefused(good) {
+    const saved = good && this.#cameraOf.get(good);
+    if (saved) this.camera.restore(saved);
+    else if (this.#wentHome) return; // nothing is left to be tried
+    else this.camera.reset();
+    this.#wentHome = !saved;
+    this.moved(performance.now());
+  }
+
+  // sentence: why there are no pictures for now; '': there are again.
+  stopped(viewport, sentence) {
+    if (viewport !== this.main || sentence === this.stopReason) return;
+    this.stopReason = sentence;
+    if (this.connection.state === 'open') {
+      find('connection').dataset.state = sentence ? 'stopped' : 'open';
+      const again = button('try-again', 'Try again', () => this.viewports.forEach(({ session }) => session.tryNow()));
+      if (sentence) banner(`${sentence.replace(/\.$/, '')}. The page tries again from time to time.`, again);
+      else banner('');
+    }
+    this.#status();
+  }
+
   resetCamera() {
     this.camera.reset();
     this.moved(performance.now());
@@ -494,7 +539,7 @@ class App {
     this.pinnedAs = `${progress?.samples_per_pixel ?? 0} samples, error ${error}`;
     this.panels.plot.pin();
     this.setCompare(this.look.compare === Compare.NONE ? Compare.SPLIT : this.look.compare);
-    say('Pinned. Drag the line to wipe, hold X to flip.', 'info');
+    say(`Pinned. Drag the line to wipe${coarse() ? '' : ', hold X to flip'}.`, 'info');
   }
 
   unpin() {
@@ -577,7 +622,7 @@ class App {
   // A move of the camera ends a pause. True: the session starts, with the newest view.
   resume(viewport) {
     if (!this.scenes.current) return true;
-    viewport.session.view = this.camera.message();
+    viewport.session.view = this.cameraMessage();
     this.paused = false;
     viewport.session.run();
     this.#showPause();
@@ -657,7 +702,7 @@ class App {
     const read = () => {
       const { picture } = viewport,
         depth = picture.film?.planes.get('Z');
-      return depth?.stamp === picture.revision && picture.validAt(x, y) && !picture.under
+      return depth?.stamp === picture.revision && picture.freshAt(x, y) && !picture.under
         ? picture.film.at('Z', x, y)
         : undefined;
     };
@@ -746,18 +791,41 @@ class App {
 
   async save(kind) {
     const name = (this.sceneName.textContent || 'picture').replace(/\.\w+$/, '');
-    const saved = await savePicture(this.active.picture, kind, name);
-    say(saved ? `Saved ${name}.${kind}.` : 'There is no whole picture to save yet.', saved ? 'good' : 'info');
+    const saving = say(`Saving ${name}.${kind} …`, 'busy');
+    try {
+      const saved = await savePicture(this.active.picture, kind, name);
+      say(saved ? `Saved ${name}.${kind}.` : 'There is no whole picture to save yet.', saved ? 'good' : 'info');
+    } catch (error) {
+      say(`${name}.${kind} could not be saved: ${error.message}`, 'error');
+    }
+    saving.remove();
+  }
+
+  // Inspects the noisiest pixel of what the stage shows.
+  inspectNoisiest() {
+    const viewport = this.active,
+      { picture, stage } = viewport;
+    const corners = [viewport.filmAt(0, 0).map(Math.floor), viewport.filmAt(stage.clientWidth, stage.clientHeight)];
+    const sides = [picture.width, picture.height];
+    const box = corners.flatMap((corner) => corner.map((v, i) => Math.min(Math.max(Math.ceil(v), 0), sides[i])));
+    const pixel = picture.film && noisiestPixel(picture.film, box, (x, y) => picture.isKnown(x, y));
+    if (!pixel) {
+      say('No standard error is known of what is shown.', 'info');
+      return;
+    }
+    this.hover(viewport, ...viewport.stageAt(pixel[0] + 0.5, pixel[1] + 0.5), true);
+    announce(`Noisiest: ${this.inspector.sentence()}`);
   }
 
   async copyLink() {
     const link = address({ ...this.#address(), size: this.#size(this.main).join('x') });
+    const without = this.connection.token ? ', without the token: whoever opens it needs one' : '';
     try {
       await navigator.clipboard.writeText(new URL(link, location.href).href);
-      say('The link is on the clipboard.', 'good');
+      say(`The link is on the clipboard${without}.`, 'good');
     } catch {
       history.replaceState(null, '', link);
-      say('The link is in the address bar.', 'info');
+      say(`The link is in the address bar${without}.`, 'info');
     }
   }
 
@@ -823,6 +891,7 @@ class App {
     viewport.listeners.add((what) => {
       if (!this.panels) return;
       if (what === 'begin') {
+        this.#wentHome = false;
         if (!viewport.continued) this.panels.plot.begin(second);
         this.scenes.sweep();
         if (!second) this.panels.render.refresh();

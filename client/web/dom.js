@@ -15,6 +15,18 @@ export function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+// Calls when the page can no longer tell that a key is let go: the window loses the focus, or is hidden. Ends with the
+// element, once it is no longer in the page.
+export function onLeave(element, listener) {
+  const end = new AbortController();
+  const heard = () => (element.isConnected ? listener() : end.abort());
+  addEventListener('blur', heard, end);
+  document.addEventListener('visibilitychange', heard, end);
+}
+
+// Fingers are the main pointer.
+export const coarse = () => matchMedia('(pointer: coarse)').matches;
+
 export const find = (id) => document.getElementById(id);
 
 export function field(label, id, ...controls) {

@@ -1,7 +1,7 @@
 // Keys of the whole page (those that move the camera are in camera_input.js), bookmarks, and the page that tells them.
 
-import { announce, say } from './messages.js';
-import { find, make } from './dom.js';
+import { announce, closeMessage, say } from './messages.js';
+import { find, make, onLeave } from './dom.js';
 
 const HELP = [
   ['Drag, arrow keys', 'Orbit'],
@@ -19,8 +19,9 @@ const HELP = [
   ['T', 'Next tone map'],
   ['P, X, V', 'Pin; hold to flip; next comparison'],
   ['< >', 'Move the split; or drag it'],
-  ['B, Z, H; escape', 'Draw the region, the box to zoom to; move the enlarged picture; end that'],
+  ['B, Z, H; escape', 'Draw the region, the box to zoom to; move the enlarged picture; end that, or close a message'],
   ['Enter, alt arrows', 'Inspect the middle; the pixel beside, with shift ten on'],
+  ['G', 'Inspect the noisiest pixel of what is shown'],
   ['C', 'Copy the pixel'],
   ['I, \\', 'Figures; side panel'],
   ['Space', 'Pause, go on'],
@@ -53,6 +54,7 @@ export function listenToKeys(app) {
     KeyZ: () => app.useTool('zoom'),
     KeyH: () => app.useTool('hand'),
     KeyO: () => app.pickPivot(...app.inspected),
+    KeyG: () => app.inspectNoisiest(),
     KeyC: () => app.copyPixel(),
     KeyI: () => app.panels.link.showHud(find('hud').hidden),
     Backslash: () => app.togglePanel(),
@@ -82,8 +84,12 @@ export function listenToKeys(app) {
       dialog.showModal();
       return;
     }
+    if (event.key === 'Escape') {
+      if (app.tool.use) app.tool.leave();
+      else closeMessage();
+      return;
+    }
     if (!app.scenes.current) return;
-    if (event.key === 'Escape') app.tool.leave();
     const digit = /^Digit(\d)$/.exec(event.code)?.[1];
     if (digit === '0') {
       if (event.shiftKey) app.active.showOneToOne();
@@ -99,6 +105,7 @@ export function listenToKeys(app) {
     event.preventDefault();
   });
   addEventListener('keyup', (event) => event.code === 'KeyX' && app.flip(false));
+  onLeave(document.body, () => app.flip(false));
 }
 
 // Cameras by digit, kept in this browser for each scene.

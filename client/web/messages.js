@@ -2,16 +2,17 @@
 
 import { find, make } from './dom.js';
 
-const SHOWN_MS = { info: 6000, good: 4000, error: 14000 };
+const SHOWN_MS = { info: 6000, good: 4000, error: 14000, busy: 300000 };
 const MOST = 4;
 
+// kind: 'info', 'good', 'error', or 'busy' of what takes its time, which the caller removes. Answers the message.
 export function say(text, kind = 'info') {
   const list = find('messages');
   for (const old of list.children) if (old.textContent === text) old.remove();
   const message = make('div', {
     class: `message ${kind}`,
     text,
-    title: 'Click to close',
+    title: 'Click, or escape, to close',
     on: { click: () => message.remove() },
   });
   list.append(message);
@@ -20,9 +21,19 @@ export function say(text, kind = 'info') {
   return message;
 }
 
-// more: elements below the sentence.
+// Closes the newest message; false: there is none.
+export function closeMessage() {
+  const newest = find('messages').lastElementChild;
+  newest?.remove();
+  return newest !== null;
+}
+
+// more: what follows the sentence and is not announced, as how long the page waits. A sentence that stays is not
+// announced again.
 export function banner(text, ...more) {
-  find('banner').replaceChildren(text, ...more);
+  const sentence = find('banner-text');
+  if (sentence.textContent !== text) sentence.textContent = text;
+  find('banner-more').replaceChildren(...more.filter(Boolean));
   find('banner').hidden = !text;
 }
 

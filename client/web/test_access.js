@@ -26,6 +26,7 @@ export function exposeForTests(app) {
         viewId: picture.viewId,
         sentViewId: session.viewId,
         complete: picture.complete,
+        covered: picture.under ? picture.width * picture.height : picture.covered, // pixels that show something
         preview: picture.under !== null,
         moving,
         settings,

@@ -1,6 +1,7 @@
 // The state that a link reproduces, in the fragment of the address: scene, edits, camera, settings, how the picture is
 // shown and compared.
 
+import { isCamera } from './camera/camera.js';
 import { channels } from './picture/channels.js';
 import { compareNames } from './picture/compare.js';
 
@@ -82,8 +83,11 @@ const PARTS = {
   id: text,
   environment: text,
   edits: [readEdits, 'a JSON list of edits'],
-  camera: [where(numbers(17), (n) => n.slice(3, 6).some(Boolean)), '17 numbers'],
-  size: [(size) => (/^(window|half|\d+x\d+)$/.test(size) ? size : undefined), 'window, half, or as 640x360'],
+  camera: [where(numbers(17), isCamera), '17 numbers, each in the range of its field of CameraView'],
+  size: [
+    (size) => (/^(window|screen|half|\d+x\d+)$/.test(size) ? size : undefined),
+    'window, screen, half, or as 640x360',
+  ],
   region: [
     where(numbers(4), ([x0, y0, x1, y1]) => [x0, y0, x1, y1].every(Number.isInteger) && x0 < x1 && y0 < y1),
     'x0,y0,x1,y1 in pixels',

@@ -34,7 +34,7 @@ export class Viewport {
     this.end = null;
     this.unsampled = [];
     this.settings = null; // in force
-    this.told = new Set(); // notices of pictures, each told once
+    this.told = new Set(); // notices of this scene's pictures, each told once
     this.listeners = new Set(); // called with (what): 'begin', 'progress', 'end', 'whole', 'drawn', 'tile'
     this.picture = new Picture(this.canvas, app.look, (lost) => {
       app.say(
@@ -61,6 +61,8 @@ export class Viewport {
       notice: (severity, text) => app.say(text, severity >= 2 ? 'error' : 'info'),
       problem: (sentence, kind) => app.say(sentence, kind),
       settings: (settings, budget) => app.refused(this, settings, budget),
+      view: (camera) => app.viewRefused(camera),
+      stopped: (sentence) => app.stopped(this, sentence),
     });
     new ResizeObserver(() => this.resize()).observe(stage);
     this.resize();
@@ -210,15 +212,18 @@ export class Viewport {
     });
   }
 
+  // Where nothing of a picture has come yet over a link that proves to be slow, a preview by JPEG is shown first.
   refreshFormat() {
-    this.session.setFormat(this.format());
+    const { picture, session } = this;
+    const nothing = !picture.whole && !picture.under;
+    session.setFormat(this.format(), nothing && this.app.link.jpeg && session.settings.preview_rate > 0);
   }
 
   // The camera moved by an input event of this time (performance.now()).
   sendView(inputTime) {
     this.setMoving();
     if (!this.session.wanted && !document.hidden && this.app.resume(this)) return;
-    const id = this.session.setView(this.app.camera.message(), this.app.look.exposure);
+    const id = this.session.setView(this.app.cameraMessage(), this.app.look.exposure);
     if (id) this.meter.sent(id, inputTime);
   }
 
@@ -239,11 +244,19 @@ export class Viewport {
     this.#secondsBefore = this.continued ? (this.progress?.seconds ?? this.#secondsBefore) : 0;
   }
 
-  // Names the samples of a frame: previews and the region change none of them. '': its view is not the newest one.
-  #samplesOf({ tag, settings }) {
-    if (tag.view_id !== this.session.viewId) return '';
+  // Names of a frame, '' where its view is not known. samples: of its samples, which previews and the region
+  // do not change; picture: of what is to be seen, whatever the samples (modes that carry pictures over choose a seed
+  // for each).
+  #namesOf({ tag, settings }) {
+    const view = this.session.viewOf(tag.view_id);
+    if (!view) return { samples: '', picture: '' };
     const { preview_rate, preview_budget_ms, region, ...rest } = settings;
-    return plain([rest, this.session.view, this.app.scenes.current?.scene_id]);
+    const shown = [view, this.app.scenes.current?.scene_id];
+    const { seed, ...others } = rest;
+    return {
+      samples: plain([rest, ...shown]),
+      picture: plain([this.carries ? others : rest, region, ...shown]),
+    };
   }
 
   #inAll(progress) {
@@ -264,11 +277,13 @@ export class Viewport {
       this.end = null;
       this.progress = null;
       const { width, height } = this.picture;
-      this.picture.beginFilm(begin, this.#samplesOf(begin));
+      const { samples, picture } = this.#namesOf(begin);
+      this.picture.beginFilm(begin, samples, picture);
       if (this.picture.width !== width || this.picture.height !== height) this.place();
       for (const text of begin.notices) {
-        if (!this.told.has(text)) this.app.say(text, 'info');
-        this.told.add(text);
+        const kind = text.replace(/[\d.]+(e[+-]?\d+)?/g, '#'); // one notice, whatever its numbers
+        if (!this.told.has(kind)) this.app.say(text, 'info');
+        this.told.add(kind);
       }
       this.#tell('begin');
     }

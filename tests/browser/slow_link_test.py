@@ -1,23 +1,22 @@
-"""The page over a link that takes one megabyte a second."""
+"""The page over links that take one megabyte a second, and less."""
 import pathlib
 import subprocess
 import tempfile
+import time
 
 import slow_link
 from viewer_case import CORNELL, SCENES, ViewerCase, address, read_exr
 
 RATE = 1e6
+SLOWER = 3e5
 SIZE = "400x300"
 
 
 class SlowLinkTest(ViewerCase):
-    def setUp(self):
-        super().setUp()
-        self.link = slow_link.SlowLink(self.daemon.http, RATE)
+    def open_over_link(self, rate=RATE, **state):
+        self.link = slow_link.SlowLink(self.daemon.http, rate)
         self.addCleanup(self.link.stop)
         self.hosts = {self.link.host}
-
-    def open_over_link(self, **state):
         self.page.open(address(self.daemon, **state).replace(self.daemon.http, self.link.host))
 
     def test_is_known_and_whole_pictures_come_while_the_camera_moves(self):
@@ -38,13 +37,13 @@ class SlowLinkTest(ViewerCase):
         self.assertEqual(self.page.run("return heliograph.app.link.jpeg"), True)
 
     def test_a_picture_at_rest_comes_in_full(self):
-        self.open_over_link(size=SIZE, samples=256, seed=7, mode=1, preview_rate=0)
+        self.open_over_link(size=SIZE, samples=64, seed=7, mode=1, preview_rate=0)
         self.page.wait("globalThis.heliograph && heliograph.app.link.slow", 60)
         self.page.wait_for_end(90)
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder, "reference.exr")
             subprocess.run([self.options.program, "render", str(SCENES / CORNELL), "--server", self.daemon.rpc, "--size", SIZE,
-                            "--samples", "256", "--seed", "7", "--mode", "pt", "--output", str(file)], check=True,
+                            "--samples", "64", "--seed", "7", "--mode", "pt", "--output", str(file)], check=True,
                            capture_output=True)
             reference = read_exr(file)
         places = [(x, y) for x in range(5, 400, 13) for y in range(5, 300, 13)]
@@ -53,3 +52,61 @@ class SlowLinkTest(ViewerCase):
             for name in ("R", "variance.G", "samples"):
                 expected = reference[place][name]
                 self.assertAlmostEqual(pixel[name], expected, delta=2**-24 + 2**-9 * expected, msg=(place, name))
+
+    # ---- a film of the window's size, which takes some 20 s ----------------------------------------------------------
+
+    def watch(self):
+        """Notes each change of the pixels that show the view."""
+        self.page.wait("globalThis.heliograph?.app.viewports.length")
+        self.page.run("""globalThis.covered = [0];
+            globalThis.watching = setInterval(() => {
+              const { covered: now } = heliograph.state();
+              if (now !== covered.at(-1)) covered.push(now);
+            }, 20);""")
+
+    def assert_never_less(self):
+        covered = self.page.run("clearInterval(watching); return covered")
+        self.assertEqual(covered, sorted(covered))
+        return covered
+
+    def test_the_first_picture_comes_soon_and_stays(self):
+        begun = time.monotonic()
+        self.open_over_link(SLOWER, samples=0, seed=7)
+        self.watch()
+        self.page.wait("heliograph.state().width > 600 && heliograph.state().covered"
+                       " === heliograph.state().width * heliograph.state().height", 30)
+        self.assertLess(time.monotonic() - begun, 20)
+        self.page.screenshot("slow-link-first-picture")
+        self.assertTrue(self.page.state()["preview"])
+        self.page.wait("heliograph.counters.filmTiles >= 4", 30)
+        self.assert_never_less()
+
+    def test_tiles_stay_when_the_budget_changes(self):
+        # Without previews, so that tiles alone cover the view.
+        self.open_over_link(SLOWER, samples=0, seed=7, preview_rate=0)
+        self.watch()
+        self.page.wait("heliograph.app.link.slow && heliograph.app.main.picture.valid.size >= 3", 30)
+        revision = self.page.state()["revision"]
+        self.page.run("heliograph.app.setBudget({ samples: 5000 })")
+        self.page.wait(f"heliograph.state().revision > {revision}", 30)
+        self.page.wait("heliograph.app.main.picture.fresh.size >= 1", 30)
+        self.assertFalse(self.page.state()["complete"], "too fast to tell anything")
+        self.assertGreater(len(self.assert_never_less()), 3)
+
+    def test_a_rate_is_the_median_of_reports(self):
+        self.page.open(address(self.daemon, size="160x120", samples=1))
+        self.page.wait_for_picture()
+        told = self.page.run("""let settled = false, changes = 0;
+            const link = new heliograph.app.link.constructor(() => changes++, () => settled), told = [];
+            const reports = (...rates) => {
+              for (const rate of rates) link.heldUp(rate);
+              told.push(link.rate);
+            };
+            reports(3.9e5);
+            reports(2.6e5, 4e5, 2.5e5, 2.6e5, 2.6e5); // not while nothing is whole
+            reports(1e5, 1e5, 1e5); // but where it is far off
+            settled = true;
+            reports(1.4e5, 1.6e5);
+            reports(1.4e5);
+            return told;""")
+        self.assertEqual(told, [3.9e5, 3.9e5, 1e5, 1e5, 1.4e5])

@@ -108,7 +108,10 @@ def test_what_is_exported_of_the_entry(tmp_path):
         ("export { a } from './a.js';", "main.js:1: a form of import or export that is not understood"),
         ("export const { a } = b;", "main.js:1: a form of import or export that is not understood"),
         ("export const a = 1;\nexport { b as a };", "main.js:2: a is exported twice"),
-        ("const a = import.meta.url;", "main.js:1: a form of import or export that is not understood: const a = import"),
+        (
+            "const a = import.meta.url;",
+            "main.js:1: a form of import or export that is not understood: const a = import",
+        ),
         ("import(where);", "main.js:1: a form of import or export that is not understood"),
         ("f();\nconst a = await import(where);", "main.js:2: a form of import or export that is not understood"),
         ("  import { a } from './a.js';", "main.js:1: a form of import or export that is not understood"),

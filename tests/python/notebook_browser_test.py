@@ -11,7 +11,6 @@ import pathlib
 import queue
 import struct
 import sys
-import tempfile
 import threading
 import time
 
@@ -87,7 +86,11 @@ class Kernel:
         self.waiting = queue.Queue()
         self.widget = pages.Pages(session, lambda message, buffers: self.waiting.put((message, list(buffers))))
         module, style = notebook.front_end()
-        texts = {"/": ("text/html", PAGE), "/widget.js": ("text/javascript", module), "/widget.css": ("text/css", style)}
+        texts = {
+            "/": ("text/html", PAGE),
+            "/widget.js": ("text/javascript", module),
+            "/widget.css": ("text/css", style),
+        }
         kernel = self
 
         class Handler(http.server.BaseHTTPRequestHandler):
@@ -140,12 +143,12 @@ class Kernel:
 
 
 @pytest.fixture(scope="module")
-def tab():
+def tab(pytestconfig):
+    """Chromium; its screenshots are left beside the wheel."""
     lack = browser.missing()
     if lack:
         pytest.skip(lack)
-    folder = os.environ.get("HELIO_SCREENSHOTS") or tempfile.mkdtemp(prefix="heliograph-widget-")
-    page = browser.Page(pathlib.Path(folder))
+    page = browser.Page(pathlib.Path(pytestconfig.getoption("--wheel")).parent / "screenshots")
     yield page
     page.close()
 
@@ -181,7 +184,8 @@ def seen(tab, name):
     shot = tab.driver.find_element("css selector", "#one .heliograph-stage").screenshot_as_base64
     width, height, pixels = tab.driver.execute_async_script(
         """const [shot, done] = arguments;
-        fetch(`data:image/png;base64,${shot}`).then((answer) => answer.blob()).then(createImageBitmap).then((bitmap) => {
+        const file = new Blob([Uint8Array.from(atob(shot), (c) => c.charCodeAt(0))], { type: 'image/png' });
+        createImageBitmap(file).then((bitmap) => {
           const g = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
           g.drawImage(bitmap, 0, 0);
           const { data } = g.getImageData(0, 0, bitmap.width, bitmap.height);
@@ -225,7 +229,9 @@ def test_the_picture_is_that_of_the_session(tab, shown, session):
     assert "240 × 160 · 16 samples · error 0." in status(tab)
     choices = tab.run("return [...document.querySelector('#one select').options].map((option) => option.value)")
     assert choices == ["display", "radiance", "error", "relative", "displayerror", "samples", "depth"]
-    tab.run("const s = document.querySelector('#one select'); s.value = 'radiance'; s.dispatchEvent(new Event('change'))")
+    tab.run(
+        "const s = document.querySelector('#one select'); s.value = 'radiance'; s.dispatchEvent(new Event('change'))"
+    )
     is_shown(tab, session, "widget-radiance", "rgb")
     tab.run(
         """const s = document.querySelector('#one input[type=range]'); s.value = 1.5;
@@ -283,8 +289,10 @@ def test_drags_and_the_wheel_move_the_session(tab, shown, session):
 
 def test_a_page_that_draws_nothing_is_sent_two_pictures(tab, shown, session):
     tab.wait("document.querySelector('#one .heliograph-status').textContent.startsWith('all samples taken')")
-    tab.run("globalThis.real = requestAnimationFrame; globalThis.held = [];"
-            "globalThis.requestAnimationFrame = (f) => held.push(f)")
+    tab.run(
+        "globalThis.real = requestAnimationFrame; globalThis.held = [];"
+        "globalThis.requestAnimationFrame = (f) => held.push(f)"
+    )
     before = tab.run("return test.got.filter((message) => message.kind === 'picture').length")
     for _ in range(4):
         session.camera.orbit(5)

@@ -5,6 +5,34 @@ import { add, cross, dot, fromMessage, length, normalize, rotate, scale, subtrac
 const UP = [0, 1, 0];
 const STEEPEST = 0.9998; // |cosine| of the angle between the view and the y axis
 const DEFAULT_FOV = 0.8;
+const FARTHEST = 1e6; // from the scene's middle, in sizes of the scene
+const MOST = 1e12; // of a coordinate, as CameraView has it
+const REACH = 1e11; // of a camera that is moved: so much nearer that what it looks at is in range, too
+
+// Lowest and highest, as CameraView has them; 0 is in range of each: its default, or none.
+const OPTICS = {
+  vertical_fov: [0.0017, 3.1242],
+  orthographic_half_height: [1e-12, MOST],
+  lens_radius: [0, MOST],
+  focus_distance: [1e-12, MOST],
+  aspect: [1e-6, 1e6],
+};
+const NAMES = Object.keys(OPTICS);
+
+function isInRange(name, value) {
+  const [low, high] = OPTICS[name];
+  return value === 0 || (value >= low && value <= high);
+}
+
+// Whether the numbers of Camera.toText are a camera that the daemon takes.
+export function isCamera(n) {
+  if (n.length !== 17 || !n.every(Number.isFinite)) return false;
+  const [position, forward, up, pivot] = [0, 3, 6, 9].map((from) => n.slice(from, from + 3));
+  const optics = n.slice(12);
+  if (![...position, ...up, ...pivot].every((v) => Math.abs(v) <= MOST)) return false;
+  if (!(length(cross(normalize(forward), normalize(up))) > 1e-6)) return false; // parallel, or one is zero
+  return NAMES.every((name, i) => isInRange(name, optics[i])) && !(optics[0] && optics[1]);
+}
 
 export class Camera {
   constructor() {
@@ -13,6 +41,7 @@ export class Camera {
     this.up = UP;
     this.pivot = [0, 0, 0];
     this.size = 1; // half the scene's diagonal: the step of flying and panning
+    this.middle = [0, 0, 0]; // of the scene
     this.optics = {}; // fields of CameraView besides the place
     this.exact = null; // the scene's own message, while nothing has been moved
     this.home = null;
@@ -35,6 +64,7 @@ export class Camera {
       high = fromMessage(scene.bounds_max ?? {});
     this.size = Math.max(length(subtract(high, low)) / 2, 1e-9);
     const centre = scale(add(low, high), 0.5);
+    this.middle = centre;
     if (scene.cameras.length) {
       this.read(scene.cameras[0].view, centre);
     } else {
@@ -75,7 +105,8 @@ export class Camera {
     if (this.exact) return this.exact;
     const told = new Camera();
     told.size = this.size;
-    told.fromText(this.toText()); // so that a link, which has these digits alone, gives the same bits
+    // A link, which has these digits alone, gives the same bits.
+    told.#take(this.toText().split(',').map(Number));
     return {
       ...told.optics,
       position: toMessage(told.position),
@@ -92,8 +123,21 @@ export class Camera {
     Object.assign(this, saved, { optics: { ...saved.optics } });
   }
 
+  // How far from the scene's middle the camera may move.
+  get #reach() {
+    return Math.min(FARTHEST * this.size, REACH);
+  }
+
+  // Brings a point back to within the camera's reach.
+  #within(point) {
+    const offset = subtract(point, this.middle),
+      far = length(offset);
+    return far <= this.#reach ? point : add(this.middle, scale(offset, this.#reach / far));
+  }
+
   #moved() {
     this.exact = null;
+    this.position = this.#within(this.position);
     if (Math.abs(dot(this.forward, UP)) < STEEPEST) this.up = UP;
   }
 
@@ -116,8 +160,9 @@ export class Camera {
 
   // With the pivot.
   move(offset) {
-    this.position = add(this.position, offset);
-    this.pivot = add(this.pivot, offset);
+    const from = this.position;
+    this.position = this.#within(add(from, offset));
+    this.pivot = add(this.pivot, subtract(this.position, from));
     this.#moved();
   }
 
@@ -132,7 +177,8 @@ export class Camera {
   // Towards the point of the pivot's plane that is seen at (u, v) of the picture, [-1, 1], v up.
   dolly(factor, u, v, aspect) {
     if (this.orthographic) {
-      this.optics.orthographic_half_height *= factor;
+      const half = this.optics.orthographic_half_height * factor;
+      this.optics.orthographic_half_height = Math.min(Math.max(half, this.size / FARTHEST, 1e-12), this.#reach);
       this.#moved();
       return;
     }
@@ -177,13 +223,15 @@ export class Camera {
   // Focuses the lens on a point; a pinhole gets a lens of 1/200 of that distance.
   focus(point) {
     const distance = Math.max(dot(subtract(point, this.position), this.forward), 1e-9);
-    this.optics.focus_distance = distance;
-    if (!this.optics.lens_radius) this.optics.lens_radius = distance / 200;
-    this.exact = null;
+    this.set({ focus_distance: distance, lens_radius: this.optics.lens_radius || distance / 200 });
   }
 
+  // Brings the numbers into their range.
   set(optics) {
-    Object.assign(this.optics, optics);
+    for (const [name, value] of Object.entries(optics)) {
+      const [low, high] = OPTICS[name];
+      this.optics[name] = value === 0 ? 0 : Math.min(Math.max(value, low), high);
+    }
     this.exact = null;
   }
 
@@ -218,7 +266,12 @@ export class Camera {
 
   fromText(text) {
     const n = text.split(',').map(Number);
-    if (n.length !== 17 || !n.every(Number.isFinite)) return false;
+    if (!isCamera(n)) return false;
+    this.#take(n);
+    return true;
+  }
+
+  #take(n) {
     this.position = n.slice(0, 3);
     this.forward = n.slice(3, 6);
     this.up = n.slice(6, 9);
@@ -226,7 +279,6 @@ export class Camera {
     const [vertical_fov, orthographic_half_height, lens_radius, focus_distance, aspect] = n.slice(12);
     this.optics = { vertical_fov, orthographic_half_height, lens_radius, focus_distance, aspect };
     this.exact = null;
-    return true;
   }
 }
 

@@ -1,5 +1,7 @@
 // Mouse, trackpad, touch and keys on the picture: moves of the camera.
 
+import { onLeave } from '../dom.js';
+
 const ORBIT_PER_PIXEL = 0.006; // radians
 const TURN_PER_SECOND = 1.2;
 const DOLLY_PER_NOTCH = 0.0015; // of the logarithm of the distance, by a pixel of the wheel
@@ -210,4 +212,5 @@ export function listenToCamera(app, viewport) {
     if (event.key === 'Shift' || [...held].every((key) => key === 'Shift')) held.delete('Shift');
   });
   target.addEventListener('blur', () => held.clear());
+  onLeave(target, () => held.clear());
 }

@@ -1,6 +1,6 @@
 // Comparisons: the present picture pinned as the reference, or a second session beside the first with the same camera.
 
-import { button, field, make, section, select } from '../dom.js';
+import { button, coarse, field, make, section, select } from '../dom.js';
 import { modeName, integratorName } from './render_panel.js';
 import { Compare } from '../picture/compare.js';
 
@@ -90,10 +90,10 @@ export class ComparePanel {
     this.side.setAttribute('aria-pressed', String(!!app.second));
     this.modeRow.hidden = this.integratorRow.hidden = !app.second;
     this.note.textContent = !pinned
-      ? 'Pin a picture, then hold X to flip to it, or choose a comparison.'
+      ? `Pin a picture, then ${coarse() ? '' : 'hold X to flip to it, or '}choose a comparison.`
       : !app.active.picture.comparable
         ? 'The pinned picture has another size: it cannot be compared.'
-        : `Pinned: ${app.pinnedAs}. Hold X to flip.`;
+        : `Pinned: ${app.pinnedAs}.${coarse() ? '' : ' Hold X to flip.'}`;
     const { codec } = app.connection;
     for (const viewport of app.viewports) {
       const name = viewport.stage.querySelector('.stage-name');

@@ -21,7 +21,7 @@ export class ConvergencePlot {
   constructor(app) {
     this.app = app;
     this.target = 0;
-    this.holder = make('div', { id: 'plot', role: 'img', 'aria-label': 'Standard error against time' });
+    this.holder = make('div', { id: 'plot', role: 'group', 'aria-label': 'Standard error against time' });
     this.note = make('p', { class: 'note', id: 'plot-note' });
     this.element = section('section-error', 'Convergence', true, this.holder, this.note);
     this.element.addEventListener('toggle', () => this.refresh());

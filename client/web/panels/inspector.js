@@ -1,6 +1,6 @@
 // The pixel under the pointer: value and standard error of each channel, samples, history, and what else is at hand.
 
-import { find, make, short } from '../dom.js';
+import { button, find, make, short } from '../dom.js';
 import { toSrgbByte } from '../picture/srgb.js';
 
 export class Inspector {
@@ -10,6 +10,21 @@ export class Inspector {
     this.viewport = null;
     this.at = null;
     this.shown = true;
+    this.body = make('div');
+    this.close = button('inspector-close', '×', () => app.hover(this.viewport, NaN, NaN), {
+      'aria-label': 'Close the inspector',
+    });
+    this.more = button('inspector-more', '⋯', () => this.#showAll(!this.element.classList.contains('all')), {
+      'aria-label': 'All numbers of the pixel',
+      'aria-expanded': 'false',
+    });
+    this.element.append(this.body, make('div', { class: 'buttons' }, this.more, this.close));
+  }
+
+  // On small screens, where most of the numbers are left out.
+  #showAll(on) {
+    this.element.classList.toggle('all', on);
+    this.more.setAttribute('aria-expanded', String(on));
   }
 
   hover(viewport, x, y, chosen) {
@@ -22,6 +37,7 @@ export class Inspector {
       pixel[1] < viewport.picture.height;
     this.viewport = viewport;
     this.at = inside ? pixel : null;
+    this.element.classList.toggle('chosen', !!chosen);
     this.marked = chosen || this.app.viewports.length > 1;
     this.refresh();
   }
@@ -107,7 +123,7 @@ export class Inspector {
     add('depth', values.Z);
     three('normal', ['N.x', 'N.y', 'N.z']);
     three('albedo', ['albedo.r', 'albedo.g', 'albedo.b']);
-    this.element.replaceChildren(
+    this.body.replaceChildren(
       make('h2', {}, `${pixel.x}, ${pixel.y}`, swatch),
       colour(pixel),
       make('dl', {}, ...list),

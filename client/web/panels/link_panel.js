@@ -8,7 +8,11 @@ const SLOW = 4e6; // bytes a second below which previews come as JPEG
 const ENOUGH = 2e5; // bytes of previews after which a slow link may prove faster
 const FASTER_AT_MOST = 1.5; // times
 const LEAST = 5e4;
-const NOTABLE = 0.3; // relative change of the rate: the daemon sends a picture again for each
+const NOTABLE = 0.3; // relative change of the rate that the daemon is told of
+const FAR = 2; // times off: told at once
+const REPORTS = 5; // of which the median counts
+const LEAST_REPORTS = 3;
+const REPORT_MS = 20000; // after which one counts no more
 const LIMITS = [
   ['auto', 'Measured'],
   ['0', 'None'],
@@ -23,8 +27,11 @@ const time = (seconds) => (seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `
 // Of the link, as the viewports need it.
 export class Link {
   #previews = { bytes: 0, seconds: 0 }; // that came since the rate was set
+  #reports = []; // { rate, time } of the daemon since then
 
-  constructor(onChange) {
+  // onChange(): what depends on the link has changed. settled(): all that is to be seen has come once.
+  constructor(onChange, settled = () => true) {
+    this.settled = settled;
     this.choice = 'auto';
     this.coding = 'auto'; // of previews: auto, exr, jpeg
     this.jpegQuality = 75;
@@ -48,15 +55,23 @@ export class Link {
     return this.slow && canInflate();
   }
 
+  // One change for both, since each opens another stream: compressed tiles and the rest.
   #changed() {
-    this.onChange();
-    if (this.slow && !canInflate()) loadInflate().then(this.onChange);
+    if (!this.slow || canInflate()) this.onChange();
+    else loadInflate().then(this.onChange, this.onChange); // without it they come as they are
   }
 
-  // The daemon tells that the link takes no more than this, and holds pictures up.
+  // The daemon tells that the link takes no more than this, and holds pictures up. Reports of a short while differ
+  // much: a picture that has not come once is disturbed only where they are far off.
   heldUp(rate) {
     if (this.choice !== 'auto' || (!this.rate && rate >= SLOW)) return;
-    this.#setRate(rate);
+    const time = performance.now();
+    const recent = this.#reports.filter((report) => time - report.time < REPORT_MS);
+    this.#reports = [...recent, { rate, time }].slice(-REPORTS);
+    const sorted = this.#reports.map((report) => report.rate).sort((a, b) => a - b);
+    const median = sorted[sorted.length >> 1];
+    const far = !this.rate || median > FAR * this.rate || median < this.rate / FAR;
+    if (far || (sorted.length >= LEAST_REPORTS && this.settled())) this.#setRate(median);
   }
 
   // A preview of so many bytes took so long from its first to its last byte. The daemon is told to send no more than the
@@ -74,6 +89,7 @@ export class Link {
 
   #setRate(rate) {
     this.#previews = { bytes: 0, seconds: 0 };
+    this.#reports = [];
     const next = rate >= SLOW ? 0 : Math.max(rate, LEAST);
     if (Math.abs(next - this.rate) <= NOTABLE * this.rate) return;
     this.rate = next;

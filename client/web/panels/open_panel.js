@@ -13,8 +13,17 @@ export class OpenPanel {
     this.list = make('div', { class: 'list', id: 'files' });
     this.path = make('p', { class: 'note', id: 'files-path' });
     this.note = make('p', { class: 'note', id: 'open-note', 'aria-live': 'polite' });
-    this.bar = make('progress', { id: 'upload-progress', max: 1, value: 0, hidden: true });
-    this.cancel = button('upload-cancel', 'Cancel', () => this.#cancel?.abort(), { hidden: true });
+    // Over the picture, wherever the panel is.
+    this.step = make('span', { id: 'upload-step', role: 'status' });
+    this.bar = make('progress', { id: 'upload-progress', max: 1, value: 0, 'aria-label': 'Progress of the upload' });
+    this.box = make(
+      'div',
+      { id: 'upload-box', hidden: true },
+      this.step,
+      this.bar,
+      button('upload-cancel', 'Cancel', () => this.#cancel?.abort()),
+    );
+    find('stages').append(this.box);
     this.input = make('input', {
       id: 'upload-files',
       type: 'file',
@@ -32,13 +41,7 @@ export class OpenPanel {
       { id: 'open-content', class: 'group' },
       this.path,
       this.list,
-      make(
-        'div',
-        { class: 'row' },
-        button('upload', 'Open files of this machine …', () => this.input.click()),
-        this.cancel,
-      ),
-      this.bar,
+      make('div', { class: 'row' }, button('upload', 'Open files of this machine …', () => this.input.click())),
       this.note,
       this.input,
     );
@@ -162,46 +165,56 @@ export class OpenPanel {
     this.note.classList.toggle('bad', bad);
   }
 
+  // Tells why nothing is opened: beside the list, and over the picture where that may be out of sight.
+  #refuse(text, kind = 'error') {
+    this.#say(text, kind === 'error');
+    if (find('welcome').hidden) this.app.say(text, kind);
+  }
+
   // files: [{ name, file }], one of them a scene.
   async upload(files) {
+    if (this.#cancel) {
+      this.#refuse('Another upload is under way: wait for its end, or cancel it.');
+      return;
+    }
     const scenes = files
       .filter(({ name }) => SCENE.test(name))
       .sort((a, b) => a.name.split('/').length - b.name.split('/').length);
     if (!scenes.length) {
-      this.#say('None of these files is a scene (.glb, .gltf or .xml).', true);
-      return;
-    }
-    if (!globalThis.crypto?.subtle) {
-      this.#say('Uploads need a secure address: https, or localhost.', true);
+      this.#refuse('None of these files is a scene (.glb, .gltf or .xml).');
       return;
     }
     const total = files.reduce((sum, { file }) => sum + file.size, 0),
       limit = this.app.info.limits?.max_scene_bytes ?? Infinity;
     if (total > limit) {
-      this.#say(`The files have ${bytes(total)}; the daemon takes ${bytes(Number(limit))} at most.`, true);
+      this.#refuse(`The files have ${bytes(total)}; the daemon takes ${bytes(Number(limit))} at most.`);
       return;
     }
     this.#cancel = new AbortController();
-    this.cancel.hidden = this.bar.hidden = false;
-    this.#say(`Uploading ${scenes[0].name}, ${bytes(total)} …`);
+    this.box.hidden = false;
+    const about = `${scenes[0].name}, ${bytes(total)}`;
+    const show = (step, share) => {
+      if (this.step.textContent !== step) this.step.textContent = step;
+      this.bar.value = share;
+    };
+    show(`Reading ${about} …`, 0);
+    this.#say('');
     try {
       await this.app.openScene(() =>
         this.app.scenes.upload(
           files,
           scenes[0].name,
-          (sent, of) => {
-            this.bar.value = sent / of;
-            if (sent === of) this.#say('Loading …');
+          (step, done, of) => {
+            if (step === 'read') show(`Reading ${about} …`, done / of);
+            else show(done < of ? `Uploading ${about} …` : `Loading ${scenes[0].name} …`, done / of);
           },
           this.#cancel.signal,
         ),
       );
-      this.#say('');
     } catch (error) {
-      this.#say(error.message, true);
-      if (find('welcome').hidden) this.app.say(error.message, 'error');
+      this.#refuse(error.message, error.name === 'AbortError' ? 'info' : 'error');
     } finally {
-      this.cancel.hidden = this.bar.hidden = true;
+      this.box.hidden = true;
       this.#cancel = null;
     }
   }
@@ -225,10 +238,18 @@ export class OpenPanel {
       event.preventDefault();
       depth = 0;
       show(false);
-      const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
-      const files = [];
-      for (const entry of entries) await collect(entry, '', files);
+      const items = [...event.dataTransfer.items].filter(({ kind }) => kind === 'file');
+      const entries = items.map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+      // What has no entry is a single file. All is asked for before the first wait, after which the items are gone.
+      const files = entries.length ? [] : [...event.dataTransfer.files].map((file) => ({ name: file.name, file }));
+      try {
+        for (const entry of entries) await collect(entry, '', files);
+      } catch (error) {
+        this.#refuse(`What was dropped could not be read: ${error.message}`);
+        return;
+      }
       if (files.length) this.upload(strip(files));
+      else if (items.length) this.#refuse('There are no files in what was dropped.');
     });
   }
 }

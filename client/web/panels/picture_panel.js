@@ -118,6 +118,13 @@ export class PicturePanel {
           title: 'Drags move the enlarged picture (H)',
           'aria-pressed': 'false',
         }),
+      ),
+      make(
+        'div',
+        { class: 'row' },
+        button('noisiest', 'Noisiest', () => app.inspectNoisiest(), {
+          title: 'Inspect the pixel of the highest standard error in the noisiest block of 16 × 16 that is shown (G)',
+        }),
         button('copy-pixel', 'Copy pixel', () => app.copyPixel(), { title: 'Copy the inspected pixel (C)' }),
       ),
       make(

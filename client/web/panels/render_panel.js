@@ -20,6 +20,7 @@ const INTEGRATORS = {
 };
 const SIZES = [
   ['window', 'Window'],
+  ['screen', 'Window, screen pixels'],
   ['half', 'Window, half'],
   ['640x360', '640 × 360'],
   ['960x540', '960 × 540'],

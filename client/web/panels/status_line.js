@@ -1,4 +1,4 @@
-// The state of the main picture in a line.
+// The state of the main picture in a line, what matters most first.
 
 import { short } from '../dom.js';
 
@@ -25,16 +25,18 @@ export function statusLine(app) {
   const { progress, end, settings } = app.main ?? {};
   if (!app.scenes.current) return '';
   const parts = [];
-  if (app.paused) parts.push('paused');
+  if (app.connection.state !== 'open') parts.push('no connection');
+  else if (app.stopReason) parts.push('stopped');
+  else if (app.paused) parts.push('paused');
   else if (isSuperseded(app)) parts.push(app.main.moving ? 'moving' : 'rendering');
   else if (end) parts.push(ENDS[app.connection.codec.nameOf('EndReason', end.reason)] ?? 'done');
   else if (!progress) parts.push('rendering');
-  if (settings) parts.push(`${settings.width} × ${settings.height}`);
-  if (!progress) return parts.join(' · ');
-  parts.push(`${progress.samples_per_pixel.toLocaleString('en')} samples`);
+  const size = settings ? [`${settings.width} × ${settings.height}`] : [];
+  if (!progress) return [...parts, ...size].join(' · ');
   const { error } = progress;
   if (error?.all_black) parts.push('all black so far');
   else if (error?.known) parts.push(`error ${short(error.rmse, 3)}`);
+  parts.push(`${progress.samples_per_pixel.toLocaleString('en')} samples`, ...size);
   if (progress.samples_per_second) parts.push(`${short(progress.samples_per_second / 1e6, 3)} M samples/s`);
   if (progress.reuse_share > 0.005) parts.push(`${Math.round(100 * progress.reuse_share)} % carried over`);
   if (error?.unproven > 0.001) parts.push(`${short(100 * error.unproven, 2)} % unproven`);

@@ -1,14 +1,16 @@
 // OpenEXR as the daemon sends it: scan lines, half, float or uint channels, no compression, RLE, ZIPS or ZIP.
-// After the format's description, openexr.com/en/latest/OpenEXRFileLayout.html. And a writer without compression.
+// After the format's description, openexr.com/en/latest/OpenEXRFileLayout.html. And writers: no compression, and ZIP.
 
 const MAGIC = 20000630;
 const NONE = 0,
   RLE = 1,
   ZIPS = 2,
   ZIP = 3;
+const ZIP_ROWS = 16; // of a chunk
+const ZIP_LEVEL = 4; // OpenEXR's own
 const UINT = 0;
-export const HALF = 1,
-  FLOAT = 2;
+export const HALF = 1;
+export const FLOAT = 2;
 const SIZE = [4, 2, 4];
 const text = new TextDecoder('latin1');
 
@@ -67,7 +69,7 @@ export function readHeader(bytes) {
 // the pixels of a row of it; null: not wanted.
 export function readPixels(bytes, header, plane) {
   const [x0, y0, x1, y1] = header.window;
-  const lines = header.compression === ZIP ? 16 : 1;
+  const lines = header.compression === ZIP ? ZIP_ROWS : 1;
   if (header.compression > ZIP) throw new Error(`EXR compression ${header.compression} is not read here`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const columns = header.channels.map(({ name, type }) => ({
@@ -127,12 +129,8 @@ function unpack(bytes, size, compression) {
   return woven;
 }
 
-// A file of one window. channels: [{ name, type, data }], data Uint16Array of halfs or Float32Array, as many pixels a
-// row as the window has; in whatever order.
-export function writeExr(frameWidth, frameHeight, [x0, y0, x1, y1], channels) {
-  const sorted = [...channels].sort((a, b) => (a.name < b.name ? -1 : 1));
-  const width = x1 - x0,
-    height = y1 - y0;
+// What comes before the table of chunks. channels: as writeExr has them, sorted by their names.
+function headerOf(frameWidth, frameHeight, [x0, y0, x1, y1], channels, compression) {
   const header = [];
   const int = (value) => [value & 255, (value >> 8) & 255, (value >> 16) & 255, (value >> 24) & 255];
   const word = (value) => [...new TextEncoder().encode(value), 0];
@@ -140,10 +138,10 @@ export function writeExr(frameWidth, frameHeight, [x0, y0, x1, y1], channels) {
   const attribute = (name, type, value) => header.push(...word(name), ...word(type), ...int(value.length), ...value);
   header.push(...int(MAGIC), ...int(2));
   attribute('channels', 'chlist', [
-    ...sorted.flatMap(({ name, type }) => [...word(name), ...int(type), 0, 0, 0, 0, ...int(1), ...int(1)]),
+    ...channels.flatMap(({ name, type }) => [...word(name), ...int(type), 0, 0, 0, 0, ...int(1), ...int(1)]),
     0,
   ]);
-  attribute('compression', 'compression', [NONE]);
+  attribute('compression', 'compression', [compression]);
   attribute('dataWindow', 'box2i', [x0, y0, x1 - 1, y1 - 1].flatMap(int));
   attribute('displayWindow', 'box2i', [0, 0, frameWidth - 1, frameHeight - 1].flatMap(int));
   attribute('lineOrder', 'lineOrder', [0]);
@@ -151,7 +149,30 @@ export function writeExr(frameWidth, frameHeight, [x0, y0, x1, y1], channels) {
   attribute('screenWindowCenter', 'v2f', [...float(0), ...float(0)]);
   attribute('screenWindowWidth', 'float', float(1));
   header.push(0);
-  const lineBytes = sorted.reduce((sum, { type }) => sum + SIZE[type] * width, 0);
+  return new Uint8Array(header);
+}
+
+const byName = (channels) => [...channels].sort((a, b) => (a.name < b.name ? -1 : 1));
+const bytesOfLine = (channels, width) => channels.reduce((sum, { type }) => sum + SIZE[type] * width, 0);
+
+// Writes a row of all channels to `file` from `at` on.
+function putLine(file, at, channels, row, width) {
+  for (const { type, data } of channels) {
+    const part = data.subarray(row * width, (row + 1) * width);
+    file.set(new Uint8Array(part.buffer, part.byteOffset, part.byteLength), at);
+    at += SIZE[type] * width;
+  }
+}
+
+// A file of one window, without compression. channels: [{ name, type, data }], data Uint16Array of halfs or
+// Float32Array, as many pixels a row as the window has; in whatever order.
+export function writeExr(frameWidth, frameHeight, window, channels) {
+  const [x0, y0, x1, y1] = window,
+    width = x1 - x0,
+    height = y1 - y0;
+  const sorted = byName(channels);
+  const header = headerOf(frameWidth, frameHeight, window, sorted, NONE);
+  const lineBytes = bytesOfLine(sorted, width);
   const file = new Uint8Array(header.length + height * (16 + lineBytes));
   const view = new DataView(file.buffer);
   file.set(header);
@@ -160,12 +181,44 @@ export function writeExr(frameWidth, frameHeight, [x0, y0, x1, y1], channels) {
     view.setBigUint64(header.length + 8 * row, BigInt(at), true);
     view.setInt32(at, y0 + row, true);
     view.setInt32(at + 4, lineBytes, true);
-    at += 8;
-    for (const { type, data } of sorted) {
-      const part = data.subarray(row * width, (row + 1) * width);
-      file.set(new Uint8Array(part.buffer, part.byteOffset, part.byteLength), at);
-      at += SIZE[type] * width;
-    }
+    putLine(file, at + 8, sorted, row, width);
+    at += 8 + lineBytes;
   }
   return file;
+}
+
+// The same with ZIP compression, as parts in their order. pause(): awaited after each chunk of 16 rows, so that the
+// page goes on meanwhile; channels must stay as they are.
+export async function writeZipExr(frameWidth, frameHeight, window, channels, pause) {
+  const { zlibSync } = await import('../vendor/fflate.js');
+  const [x0, y0, x1, y1] = window,
+    width = x1 - x0,
+    height = y1 - y0;
+  const sorted = byName(channels);
+  const header = headerOf(frameWidth, frameHeight, window, sorted, ZIP);
+  const lineBytes = bytesOfLine(sorted, width);
+  const table = new BigUint64Array(Math.ceil(height / ZIP_ROWS));
+  const parts = [header, table];
+  let at = header.length + table.byteLength;
+  for (let top = 0; top < height; top += ZIP_ROWS) {
+    const rows = Math.min(ZIP_ROWS, height - top);
+    const raw = new Uint8Array(rows * lineBytes);
+    for (let row = 0; row < rows; row++) putLine(raw, row * lineBytes, sorted, top + row, width);
+    const packed = zlibSync(pack(raw), { level: ZIP_LEVEL });
+    const chunk = packed.length < raw.length ? packed : raw;
+    table[top / ZIP_ROWS] = BigInt(at);
+    parts.push(new Int32Array([y0 + top, chunk.length]), chunk);
+    at += 8 + chunk.length;
+    await pause();
+  }
+  return parts;
+}
+
+// Even bytes before odd ones, each as its difference from the one before: the inverse of what unpack() ends with.
+function pack(bytes) {
+  const packed = new Uint8Array(bytes.length),
+    half = (bytes.length + 1) >> 1;
+  for (let i = 0; i < bytes.length; i++) packed[(i & 1 ? half : 0) + (i >> 1)] = bytes[i];
+  for (let i = bytes.length - 1; i > 0; i--) packed[i] = packed[i] - packed[i - 1] + 128;
+  return packed;
 }

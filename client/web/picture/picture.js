@@ -19,6 +19,8 @@ export class Picture {
   #jpegJobs = [];
   #samples = { film: '', seed: '' }; // of the film; film: names the sequence of its samples, '' when it is not known
   #uniform = false; // the film's planes hold tiles of that sequence alone
+  #shows = ''; // names what the film is to show
+  #filled = -1; // the revision of the newest tile
   #pinned = { film: '', seed: '' };
 
   // look: what picture_panel.js sets, shared by all pictures. onContext(lost): the WebGL context went or came back.
@@ -55,8 +57,10 @@ export class Picture {
   }
 
   #clear() {
-    this.valid = new Map(); // tiles of the film's present revision, by corner
-    this.covered = 0;
+    this.valid = new Map(); // tiles that show the film's present view, by corner
+    this.covered = 0; // pixels of them
+    this.fresh = new Map(); // those of the film's present revision
+    this.freshCovered = 0;
     this.whole = false; // the film's planes hold a whole picture, be it of several revisions
     this.under = null; // a layer that shows where no valid tile is; null: the film as it is
     this.encoded = false; // it is a JPEG
@@ -79,8 +83,9 @@ export class Picture {
   get height() {
     return this.film?.height ?? this.preview?.height ?? 0;
   }
+  // All tiles of the present revision have come.
   get complete() {
-    return this.window !== null && this.covered >= area(this.window);
+    return this.window !== null && this.freshCovered >= area(this.window);
   }
   get renderer() {
     const info = this.#gl.getExtension('WEBGL_debug_renderer_info');
@@ -93,8 +98,9 @@ export class Picture {
     if (restoreAfterMs) setTimeout(() => extension.restoreContext(), restoreAfterMs);
   }
 
-  // samples: equal text where pictures take the same samples of each pixel in the same order; '': it is not known.
-  beginFilm(begin, samples) {
+  // samples: equal text where pictures take the same samples of each pixel in the same order; shows: where they show
+  // the same, so that the tiles there are stay until others replace them. '': it is not known.
+  beginFilm(begin, samples, shows = '') {
     const { width, height, region } = begin.settings;
     this.begun++;
     this.#uniform &&= samples !== '' && samples === this.#samples.film;
@@ -102,8 +108,10 @@ export class Picture {
     this.revision = begin.tag.revision;
     this.viewId = begin.tag.view_id;
     this.window = region ? [region.x0, region.y0, region.x1, region.y1] : [0, 0, width, height];
-    this.valid.clear();
-    this.covered = 0;
+    this.fresh.clear();
+    this.freshCovered = 0;
+    if (shows === '' || shows !== this.#shows) this.#forgetTiles();
+    this.#shows = shows;
     if (this.film && this.film.width === width && this.film.height === height) return;
     const old = this.film;
     this.film = new Layer(width, height);
@@ -117,13 +125,26 @@ export class Picture {
     if (!this.film || tile.tag.revision !== this.revision) return false;
     const rect = this.film.addExr(tile.exr, this.revision);
     const key = rect[1] * 65536 + rect[0];
-    if (this.valid.has(key)) return false;
-    this.valid.set(key, rect);
-    this.covered += area(rect);
+    this.#filled = this.revision;
+    if (!this.valid.has(key)) {
+      this.valid.set(key, rect);
+      this.covered += area(rect);
+    }
+    if (this.covered >= area(this.window)) {
+      if (this.under) this.#setUnder(null);
+      this.whole = true;
+    }
+    if (this.fresh.has(key)) return false;
+    this.fresh.set(key, rect);
+    this.freshCovered += area(rect);
     if (!this.complete) return false;
-    if (this.under) this.#setUnder(null);
-    this.whole = this.#uniform = true;
+    this.#uniform = true;
     return true;
+  }
+
+  #forgetTiles() {
+    this.valid.clear();
+    this.covered = 0;
   }
 
   beginPreview(begin) {
@@ -172,14 +193,15 @@ export class Picture {
         this.#jpegs[1] = null;
       }
     }
-    if (!this.preview || this.begun !== begun) return; // the film went on while JPEGs were decoded
-    if (revision <= this.revision && this.valid.size) return; // it has better already
+    // The film has better already, which it may have begun with while JPEGs were decoded.
+    if (!this.preview || (this.valid.size && (this.begun !== begun || revision <= this.revision))) return;
     this.encoded = jobs.length > 0;
     this.encodedGain = 1 / gain;
     this.previewViewId = viewId;
     this.#setUnder(this.preview);
-    this.valid.clear();
-    this.covered = 0;
+    this.#forgetTiles();
+    this.fresh.clear();
+    this.freshCovered = 0;
   }
 
   #setUnder(layer) {
@@ -187,10 +209,14 @@ export class Picture {
     this.under = layer;
   }
 
-  // A tile of the present revision covers the pixel.
+  // A tile of the present view covers the pixel.
   validAt(x, y) {
-    for (const [x0, y0, x1, y1] of this.valid.values()) if (x >= x0 && x < x1 && y >= y0 && y < y1) return true;
-    return false;
+    return isIn(this.valid, x, y);
+  }
+
+  // A tile of the present revision does.
+  freshAt(x, y) {
+    return isIn(this.fresh, x, y);
   }
 
   pin() {
@@ -351,21 +377,22 @@ export class Picture {
     return new ImageData(flipped, width, height);
   }
 
-  #isKnown(x, y) {
+  // The film's pixel is of the present picture.
+  isKnown(x, y) {
     return !!this.film && ((!this.under && this.whole) || this.validAt(x, y));
   }
 
   // All numbers of a pixel by the names of their planes, or null where the film has none of the present picture.
   pixel(x, y) {
-    if (!this.#isKnown(x, y)) return null;
+    if (!this.isKnown(x, y)) return null;
     const values = {};
-    for (const name of this.film.names(this.revision)) values[name] = this.film.at(name, x, y);
+    for (const name of this.film.names(this.#filled)) values[name] = this.film.at(name, x, y);
     return values;
   }
 
   // The difference of a pixel from the pinned one, in standard errors; undefined: not known, NaN: not defined.
   standardErrors(x, y) {
-    if (!this.comparable || !this.#isKnown(x, y)) return undefined;
+    if (!this.comparable || !this.isKnown(x, y)) return undefined;
     const read = (layer, names) => names.map((name) => layer.at(name, x, y));
     const { film, reference } = this,
       colours = channelById('radiance').planes;
@@ -374,6 +401,11 @@ export class Picture {
     if ([...parts, ...errors].flat().includes(undefined)) return undefined;
     return standardErrors(...parts, ...errors, this.relation);
   }
+}
+
+function isIn(tiles, x, y) {
+  for (const [x0, y0, x1, y1] of tiles.values()) if (x >= x0 && x < x1 && y >= y0 && y < y1) return true;
+  return false;
 }
 
 function area([x0, y0, x1, y1]) {

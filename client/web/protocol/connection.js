@@ -5,6 +5,7 @@ import { Codec } from './proto.js';
 const ENVELOPE = 1;
 const FIRST_WAIT_S = 0.25,
   LONGEST_WAIT_S = 10;
+const FULL = 503; // of HTTP
 const TOKEN_REFUSED = 4401,
   OTHER_VERSION = 4400; // closed for good: trying again would not help
 
@@ -36,9 +37,11 @@ export class Connection {
   #socket = null;
   #timer = 0;
   #stopped = false;
+  #opened = false; // the newest connection was
 
-  // onState(state, sentence): state is 'connecting', 'open', 'lost' (and tried again) or 'refused'; sentence is for
-  // people. onLink(bytes a second): the link takes no more, and holds answers up.
+  // onState(state, sentence, more): state is 'connecting', 'open', 'lost' (and tried again) or 'refused'; sentence is
+  // for people, more says what the page does about it. onLink(bytes a second): the link takes no more, and holds
+  // answers up.
   constructor(token, onState, onLink) {
     this.token = token;
     this.onState = onState;
@@ -52,17 +55,10 @@ export class Connection {
   async start() {
     clearTimeout(this.#timer);
     this.#stopped = false;
-    try {
-      if (!this.codec) {
-        const answer = await fetch('protocol.json');
-        if (!answer.ok) throw new Error(`protocol.json: ${answer.status}`);
-        this.codec = new Codec(await answer.json());
-      }
-    } catch {
-      this.#lost('The daemon does not answer');
-      return;
-    }
-    if (this.#stopped) return;
+    const problem = this.#opened ? '' : await this.#ask();
+    if (problem) this.#lost(problem);
+    if (problem || this.#stopped) return;
+    this.#opened = false;
     const address = new URL('ws', location.href);
     address.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
     address.hash = '';
@@ -72,6 +68,19 @@ export class Connection {
     socket.onopen = () => this.#send(0, 'hello', { token: this.token, envelope: ENVELOPE });
     socket.onmessage = (event) => this.#receive(new Uint8Array(event.data));
     socket.onclose = (event) => this.#closed(event);
+  }
+
+  // Fetches the protocol. Answers why no connection is to be had: a WebSocket does not tell; '': it may be.
+  async #ask() {
+    try {
+      const answer = await fetch('protocol.json');
+      if (answer.status === FULL) return 'The daemon is full: all its connections are in use (--max-http-connections)';
+      if (!answer.ok) return `The daemon answers with status ${answer.status}`;
+      this.codec ??= new Codec(await answer.json());
+      return '';
+    } catch {
+      return 'The daemon does not answer';
+    }
   }
 
   stop() {
@@ -128,6 +137,7 @@ export class Connection {
     const answer = this.codec.decode('heliograph.v1.WebResponse', bytes);
     if (answer.welcome) {
       this.#wait_s = FIRST_WAIT_S;
+      this.#opened = true;
       this.#tell('open', '');
       return;
     }
@@ -156,13 +166,13 @@ export class Connection {
   }
 
   #lost(why) {
-    this.#tell('lost', `${why.replace(/\.$/, '')}. Trying again in ${this.#wait_s} s.`);
+    this.#tell('lost', `${why.replace(/\.$/, '')}.`, `Trying again in ${this.#wait_s} s.`);
     this.#timer = setTimeout(() => this.start(), this.#wait_s * 1000);
     this.#wait_s = Math.min(this.#wait_s * 2, LONGEST_WAIT_S);
   }
 
-  #tell(state, sentence) {
+  #tell(state, sentence, more = '') {
     this.state = state;
-    this.onState(state, sentence);
+    this.onState(state, sentence, more);
   }
 }

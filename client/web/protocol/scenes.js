@@ -1,9 +1,19 @@
 // The scene that is shown: where it came from and what was edited, so that it can be made again on another daemon.
 
 import { Code } from './connection.js';
+import { Sha256 } from './sha256.js';
 
-const CHUNK = 1 << 20;
+const CHUNK = 1 << 20; // bytes of a file that are read at a time
 const WAITING = 8 << 20; // bytes of an upload that may wait in the socket
+
+const cancelled = () => new DOMException('The upload was cancelled.', 'AbortError');
+
+// The bytes of a file, so many at a time.
+async function* pieces(file) {
+  for (let start = 0; start < file.size; start += CHUNK) {
+    yield new Uint8Array(await file.slice(start, start + CHUNK).arrayBuffer());
+  }
+}
 
 export class Scenes {
   #edits = new Map(); // by target: the whole edit of it
@@ -36,14 +46,21 @@ export class Scenes {
     return { scene: answer.scenes[0], warnings: [], notices: [], unread: [] };
   }
 
-  // files: [{ name, file }]; progress(bytes sent, of); signal: an AbortSignal.
+  // files: [{ name, file }]; progress(step, bytes done, of) with step 'read' (for the digests) or 'send'; signal: an
+  // AbortSignal.
   async upload(files, main, progress, signal) {
     const hashed = [];
     const total = files.reduce((sum, { file }) => sum + file.size, 0);
+    let read = 0;
     for (const { name, file } of files) {
-      const digest = await crypto.subtle.digest('SHA-256', await file.arrayBuffer());
-      hashed.push({ name, file, sha256: new Uint8Array(digest) });
-      signal?.throwIfAborted();
+      const digest = new Sha256();
+      for await (const data of pieces(file)) {
+        if (signal?.aborted) throw cancelled();
+        digest.update(data);
+        read += data.length;
+        progress?.('read', read, total);
+      }
+      hashed.push({ name, file, sha256: digest.digest() });
     }
     const source = { files, main };
     const self = this;
@@ -52,13 +69,12 @@ export class Scenes {
       yield { begin: { main_file: main, total_bytes: total } };
       for (const { name, file, sha256 } of hashed) {
         yield { begin_file: { name, bytes: file.size, sha256 } };
-        for (let start = 0; start < file.size; start += CHUNK) {
+        for await (const data of pieces(file)) {
           while (self.connection.waiting > WAITING) await new Promise((resume) => setTimeout(resume, 20));
-          signal?.throwIfAborted();
-          const data = new Uint8Array(await file.slice(start, start + CHUNK).arrayBuffer());
+          if (signal?.aborted) throw cancelled();
           yield { data };
           sent += data.length;
-          progress?.(sent, total);
+          progress?.('send', sent, total);
         }
       }
     }
@@ -89,7 +105,7 @@ export class Scenes {
       });
       signal?.addEventListener('abort', () => {
         call.cancel();
-        reject(new DOMException('The upload was cancelled.', 'AbortError'));
+        reject(cancelled());
       });
       (async () => {
         for await (const request of requests) {

@@ -6,6 +6,8 @@ import { CallError, Code } from './connection.js';
 
 const GRACE_S = 60;
 const RETRY_S = 3;
+const LONGEST_RETRY_S = 60;
+const VIEWS = 256; // sent, and not known to have given a picture: kept at most
 
 // A message as text.
 export const plain = (value) => JSON.stringify(value, (name, v) => (typeof v === 'bigint' ? String(v) : v));
@@ -17,7 +19,8 @@ export function creditFor({ width, height }) {
 }
 
 // handlers: opened(opened), frameBegin, tile(tile, bytes), frameEnd, progress, notice(severity, text),
-// problem(sentence, kind) with kind 'error', 'info' or 'good', settings(settings in force).
+// problem(sentence, kind) with kind 'error', 'info' or 'good', settings(settings in force), view(CameraView to go back
+// to; null: none is known), stopped(sentence): there are no pictures until the daemon is ready again; '': there are.
 export class Session {
   #stream = null;
   #id = '';
@@ -26,6 +29,10 @@ export class Session {
   #timer = 0;
   #running = false;
   #good = []; // { settings, budget } that gave pictures, the newest last: two at most
+  #goodView = null; // the newest that gave a picture
+  #views = new Map(); // sent since, by id
+  #retry_s = RETRY_S;
+  #stopped = false;
   #hadOne = false; // a session that the daemon may have lost
   #fallback = true;
 
@@ -50,9 +57,19 @@ export class Session {
   setView(camera, exposure) {
     this.view = camera;
     this.exposure = exposure;
-    if (!this.attached) return 0;
+    if (!this.attached) {
+      if (this.wanted && !this.#timer) this.#run(); // a refusal had ended it
+      return 0;
+    }
     this.#stream.send({ view: { id: ++this.viewId, camera, exposure } });
+    this.#views.set(this.viewId, camera);
+    if (this.#views.size > VIEWS) this.#views.delete(this.#views.keys().next().value);
     return this.viewId;
+  }
+
+  // The CameraView that was sent with this number; undefined: none that is known.
+  viewOf(id) {
+    return this.#views.get(id);
   }
 
   setSettings(settings) {
@@ -71,10 +88,11 @@ export class Session {
   }
 
   // Channels and coding of tiles: known at the opening of a stream alone, so that a change opens another one.
-  setFormat(format) {
+  // previewFirst: the picture is to be begun again by a preview.
+  setFormat(format, previewFirst = false) {
     if (JSON.stringify(format) === JSON.stringify(this.format)) return;
     this.format = format;
-    if (this.attached) this.#attach();
+    if (this.attached) this.#attach(previewFirst);
   }
 
   // Starts, or goes on with, the stream.
@@ -83,10 +101,17 @@ export class Session {
     return this.#run();
   }
 
+  // Waits no longer for the time to try again.
+  tryNow() {
+    this.#retry_s = RETRY_S;
+    return this.#run();
+  }
+
   // Renders nothing until run(); the session lives on for its grace time.
   rest() {
     this.wanted = false;
-    clearTimeout(this.#timer);
+    this.#again(null);
+    this.#tellStopped('');
     const stream = this.#stream;
     this.#stream = null;
     this.attached = false;
@@ -96,7 +121,8 @@ export class Session {
   // Ends the session on the daemon.
   close() {
     this.wanted = false;
-    clearTimeout(this.#timer);
+    this.#again(null);
+    this.#tellStopped('');
     if (this.attached) this.#stream.send({ close: { close_session: true } });
     else if (this.#id) this.connection.call('close_session', { session_id: this.#id }).catch(() => {});
     this.#stream = null;
@@ -104,6 +130,7 @@ export class Session {
     this.#id = '';
     this.#hadOne = false;
     this.#good = [];
+    this.#goodView = null;
   }
 
   // The daemon may send as many more tiles.
@@ -119,7 +146,7 @@ export class Session {
   async #run() {
     if (this.#running || this.attached || !this.wanted || this.connection.state !== 'open') return;
     this.#running = true;
-    clearTimeout(this.#timer);
+    this.#again(null);
     try {
       if (!this.#id) await this.#create();
       if (this.wanted) this.#attach();
@@ -152,10 +179,11 @@ export class Session {
     this.#hadOne = true;
     this.#sent = { scene: scene.scene_id, settings, budget };
     this.viewId = 0;
+    this.#views.clear();
     if (again) this.handlers.problem('The daemon no longer had the session: made again from this page.', 'good');
   }
 
-  #attach() {
+  #attach(previewFirst = false) {
     this.#credit = creditFor(this.settings);
     const old = this.#stream;
     const stream = this.connection.stream('stream_frames', {
@@ -167,7 +195,16 @@ export class Session {
     stream.send({ open: { session_id: this.#id, format: this.format, credit: this.#credit } });
     old?.cancel();
     this.#sync();
-    if (this.view) this.setView(this.view, this.exposure);
+    if (!this.view) return;
+    // The daemon makes previews of views that are new to it: one that differs by its focus alone goes ahead.
+    if (previewFirst) {
+      const { view, exposure } = this,
+        focus = view.focus_distance || 1;
+      const camera = { ...view, focus_distance: focus * (focus > 1 ? 1 - 1e-6 : 1 + 1e-6) }; // within its range
+      this.#stream.send({ view: { id: ++this.viewId, camera, exposure } });
+      this.#views.set(this.viewId, view);
+    }
+    this.setView(this.view, this.exposure);
   }
 
   // What is wanted is not what gave pictures.
@@ -200,7 +237,7 @@ export class Session {
     if (answer.tile) {
       handlers.tile(answer.tile, bytes);
     } else if (answer.frame_begin) {
-      this.#works();
+      this.#works(answer.frame_begin.tag.view_id);
       handlers.frameBegin(answer.frame_begin);
     } else if (answer.frame_end) {
       handlers.frameEnd(answer.frame_end);
@@ -213,8 +250,12 @@ export class Session {
     }
   }
 
-  // A picture began: what was sent is in force, or what was sent before it.
-  #works() {
+  // A picture of a view began: what was sent is in force, or what was sent before it.
+  #works(viewId) {
+    this.#retry_s = RETRY_S;
+    this.#tellStopped('');
+    this.#goodView = this.#views.get(viewId) ?? this.#goodView;
+    for (const id of this.#views.keys()) if (id < viewId) this.#views.delete(id);
     const { settings, budget } = this.#sent;
     const now = { settings, budget };
     if (!differs(this.#good.at(-1), now)) return;
@@ -234,6 +275,40 @@ export class Session {
     return true;
   }
 
+  // The daemon refused a view: the newest one that gave a picture is wanted again. False: there is none.
+  #viewRefused() {
+    const good = this.#goodView;
+    this.#goodView = null; // goes back to it once
+    this.#views.clear();
+    if (good) this.view = good;
+    this.handlers.view(good);
+    return good !== null;
+  }
+
+  // Tries again after so many seconds; null: not any more.
+  #again(seconds) {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    if (seconds === null) return;
+    this.#timer = setTimeout(() => {
+      this.#timer = 0;
+      this.#run();
+    }, seconds * 1000);
+  }
+
+  #tellStopped(sentence) {
+    if (!sentence && !this.#stopped) return;
+    this.#stopped = sentence !== '';
+    this.handlers.stopped(sentence);
+  }
+
+  // There are no pictures for now: tries again, later each time.
+  #stop(sentence) {
+    this.#tellStopped(sentence);
+    this.#again(this.#retry_s);
+    this.#retry_s = Math.min(2 * this.#retry_s, LONGEST_RETRY_S);
+  }
+
   #ended(status, lost) {
     this.#stream = null;
     this.attached = false;
@@ -244,16 +319,13 @@ export class Session {
   #failed(error) {
     const { handlers } = this;
     if (error.lost || this.connection.state !== 'open') return; // goes on with the connection
-    const again = (seconds) => {
-      this.#timer = setTimeout(() => this.#run(), seconds * 1000);
-    };
     switch (error.code) {
       case Code.NOT_FOUND:
         if (this.#id) {
           this.#id = '';
-          again(0);
+          this.#again(0);
         } else {
-          handlers.problem(error.message, 'error');
+          this.#stop(`The daemon no longer has the scene: ${error.message}`);
         }
         break;
       case Code.ABORTED:
@@ -262,27 +334,24 @@ export class Session {
         break;
       case Code.INVALID_ARGUMENT:
         handlers.problem(error.message, 'error');
-        if (this.#goBack()) again(0);
+        if (/^view\b/.test(error.message) ? this.#viewRefused() : this.#goBack()) this.#again(0);
         break;
       case Code.RESOURCE_EXHAUSTED:
         if (!/try again/i.test(error.message) && this.#changed && this.#goBack()) {
           handlers.problem(error.message, 'error');
-          again(0);
+          this.#again(0);
           break;
         }
-        handlers.problem(`The daemon is full: ${error.message}. Trying again.`, 'error');
-        again(RETRY_S);
+        this.#stop(`The daemon is full: ${error.message}`);
         break;
       case Code.UNAVAILABLE:
-        handlers.problem(`The daemon is stopping: ${error.message}. Save what you have; trying again.`, 'error');
-        again(RETRY_S);
+        this.#stop(`The daemon is stopping: ${error.message}. Save what you have`);
         break;
       case Code.OK:
-        again(RETRY_S);
+        this.#again(RETRY_S);
         break;
       default:
-        handlers.problem(error.message, 'error');
-        again(RETRY_S);
+        this.#stop(error.message);
     }
   }
 }
