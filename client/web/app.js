@@ -92,7 +92,7 @@ class App {
     this.connection = new Connection(
       takeToken(),
       (...told) => this.#connected(...told),
-      (rate) => this.link.heldUp(rate),
+      this.link,
     );
     this.scenes = new Scenes(this.connection);
     Object.assign(this, readState()); // state, and ignored: what the address says that means nothing

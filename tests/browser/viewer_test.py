@@ -261,9 +261,17 @@ class ViewerTest(ViewerCase):
             previews(1, 1e5, 20);
             heldUp(6e5);
             previews(12, 1e5, 10);
+            heldUp(1e6);
+            const now = performance.now();
+            for (let i = 0; i < 5; i++) link.received(1e6, now + 1000 * i); // as slow as is told
+            rates.push(link.rate);
+            for (let i = 0; i < 5; i++) link.received(1e6, now + 5000 + 50 * i);
+            rates.push(link.rate);
+            heldUp(1e6); // by the browser
             return rates;""")
         self.assertEqual(rates[:4], [0, 1e6, 1e6, 1e6])
-        self.assertEqual(rates[4:], [1.5e6, 6e5, 0])
+        self.assertEqual(rates[4:7], [1.5e6, 6e5, 0])
+        self.assertEqual(rates[7:], [1e6, 1e6, 0, 0])
 
     # ---- settings ---------------------------------------------------------------------------------------------------
 

@@ -13,6 +13,8 @@ const FAR = 2; // times off: told at once
 const REPORTS = 5; // of which the median counts
 const LEAST_REPORTS = 3;
 const REPORT_MS = 20000; // after which one counts no more
+// A link that has just borne this is not slow: a browser that lacks processor time holds answers up, too.
+const FAST = { bytes: 2e6, rate: 8e6, forMs: 30000 };
 const LIMITS = [
   ['auto', 'Measured'],
   ['0', 'None'],
@@ -28,6 +30,8 @@ const time = (seconds) => (seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `
 export class Link {
   #previews = { bytes: 0, seconds: 0 }; // that came since the rate was set
   #reports = []; // { rate, time } of the daemon since then
+  #burst = { bytes: 0, since: 0 };
+  #fastUntil = 0; // performance.now()
 
   // onChange(): what depends on the link has changed. settled(): all that is to be seen has come once.
   constructor(onChange, settled = () => true) {
@@ -61,11 +65,23 @@ export class Link {
     else loadInflate().then(this.onChange, this.onChange); // without it they come as they are
   }
 
+  // A message of so many bytes has come.
+  received(size, now = performance.now()) {
+    const burst = this.#burst;
+    burst.bytes += size;
+    if (burst.bytes < FAST.bytes) return;
+    if (burst.bytes > (FAST.rate * (now - burst.since)) / 1000) {
+      this.#fastUntil = now + FAST.forMs;
+      if (this.rate) this.#setRate(SLOW);
+    }
+    this.#burst = { bytes: 0, since: now };
+  }
+
   // The daemon tells that the link takes no more than this, and holds pictures up. Reports of a short while differ
   // much: a picture that has not come once is disturbed only where they are far off.
   heldUp(rate) {
-    if (this.choice !== 'auto' || (!this.rate && rate >= SLOW)) return;
     const time = performance.now();
+    if (this.choice !== 'auto' || (!this.rate && rate >= SLOW) || time < this.#fastUntil) return;
     const recent = this.#reports.filter((report) => time - report.time < REPORT_MS);
     this.#reports = [...recent, { rate, time }].slice(-REPORTS);
     const sorted = this.#reports.map((report) => report.rate).sort((a, b) => a - b);

@@ -40,12 +40,12 @@ export class Connection {
   #opened = false; // the newest connection was
 
   // onState(state, sentence, more): state is 'connecting', 'open', 'lost' (and tried again) or 'refused'; sentence is
-  // for people, more says what the page does about it. onLink(bytes a second): the link takes no more, and holds
-  // answers up.
-  constructor(token, onState, onLink) {
+  // for people, more says what the page does about it. link: received(bytes), of each message; heldUp(bytes a second):
+  // the connection takes no more, and holds answers up.
+  constructor(token, onState, link) {
     this.token = token;
     this.onState = onState;
-    this.onLink = onLink;
+    this.link = link;
     this.state = 'connecting';
     this.tokenRefused = false;
     this.codec = null;
@@ -134,6 +134,7 @@ export class Connection {
 
   #receive(bytes) {
     this.bytes += bytes.length;
+    this.link.received(bytes.length);
     const answer = this.codec.decode('heliograph.v1.WebResponse', bytes);
     if (answer.welcome) {
       this.#wait_s = FIRST_WAIT_S;
@@ -141,7 +142,7 @@ export class Connection {
       this.#tell('open', '');
       return;
     }
-    if (answer.link) this.onLink(answer.link.bytes_per_second);
+    if (answer.link) this.link.heldUp(answer.link.bytes_per_second);
     const call = this.#calls.get(answer.id);
     if (!call) return;
     if (answer.status) {
