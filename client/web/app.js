@@ -251,9 +251,7 @@ class App {
     if (!state.scene && !state.id) return;
     try {
       await this.openScene(async () => {
-        const answer = state.scene
-          ? await this.scenes.openPath(state.scene, state.environment ?? '')
-          : await this.scenes.openId(state.id);
+        const answer = await this.#openLinked(state);
         if (state.edits?.length) await this.#editFromLink(state.edits);
         return answer;
       }, state.camera?.join(','));
@@ -265,6 +263,17 @@ class App {
     } catch (error) {
       say(error.message, 'error');
       find('open-note').textContent = error.message;
+    }
+  }
+
+  // With both, the path is where the scene that the daemon holds came from.
+  async #openLinked({ scene, id, environment = '' }) {
+    if (!id) return this.scenes.openPath(scene, environment);
+    try {
+      return await this.scenes.openId(id, scene);
+    } catch (error) {
+      if (!scene || error.lost) throw error;
+      return this.scenes.openPath(scene, environment);
     }
   }
 

@@ -21,6 +21,15 @@ class LinkTest(ViewerCase):
         again = self.page.run("return heliograph.pixel(70, 60)")
         self.assertEqual([again[name] for name in "RGB"], [first[name] for name in "RGB"])
 
+    def test_a_scene_that_is_held_no_more_is_opened_from_its_file(self):
+        self.open(**FIXED)
+        scene = self.page.state()["scene"]
+        for number in (scene, 64 * "0"):  # held, and not
+            self.page.open(address(self.daemon, id=number, **FIXED))
+            self.page.wait_for_picture()
+            self.assertEqual(self.page.state()["scene"], scene)
+            browser.eventually(lambda: "id=" not in self.page.driver.current_url, what="a link by the path")
+
     def test_a_link_reproduces_all_that_it_names(self):
         self.open(**FIXED)
         self.page.wait_for_end()

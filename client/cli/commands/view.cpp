@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -118,6 +119,25 @@ std::string page_host(const std::string& http_address, const std::string& server
   return server.substr(0, server.rfind(':')) + ":" + std::to_string(page->port);
 }
 
+// As a part of the address (RFC 3986, section 2.1).
+std::string percent_encode(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const bool plain =
+        std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-._~/").find(c) != std::string_view::npos;
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
+// The path of the scene below the daemon's roots, by which the page can open it again; empty: there is none, or it
+// would be opened otherwise than by these options.
+std::string page_path(const SceneChoice& choice, bool here) {
+  const bool plain = choice.environment.empty() && choice.time_s == 0 && choice.animation.empty() && !choice.strict;
+  if (!plain || (!here && !choice.on_server)) return {};
+  return here ? std::filesystem::path(choice.file).filename().string() : choice.file;
+}
+
 int run(const CLI::App& app, const ViewOptions& options) {
   CommandContext context(app, options.common);
   Terminal& terminal = context.terminal;
@@ -168,6 +188,7 @@ int run(const CLI::App& app, const ViewOptions& options) {
   // Behind the #: neither logs nor other pages see it.
   std::string url =
       fmt::format("http://{}/#id={}", page_host(info->http_address(), context.connection.address), scene_id);
+  if (const std::string path = page_path(choice, here); !path.empty()) url += "&scene=" + percent_encode(path);
   if (!client.token().empty()) url += "&token=" + client.token();
   terminal.say(url);
   if (here) terminal.say("Ctrl-C ends");

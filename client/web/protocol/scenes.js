@@ -38,11 +38,11 @@ export class Scenes {
     return answer;
   }
 
-  // Takes a scene that the daemon holds already.
-  async openId(sceneId) {
+  // Takes a scene that the daemon holds already. path: below its roots, where it loaded the scene from.
+  async openId(sceneId, path) {
     const answer = await this.connection.call('list_scenes', { scene_id: sceneId });
     if (!answer.scenes.length) throw new Error('The daemon does not hold this scene any more.');
-    this.#take({ scene: answer.scenes[0] }, { id: sceneId });
+    this.#take({ scene: answer.scenes[0] }, path ? { path, environment: '' } : { id: sceneId });
     return { scene: answer.scenes[0], warnings: [], notices: [], unread: [] };
   }
 

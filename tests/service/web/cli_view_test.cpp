@@ -18,10 +18,10 @@ class CliView : public CliTest {
   struct Address {
     std::string host, scene, token;
   };
-  // Of "http://HOST:PORT/#id=SCENE&token=TOKEN".
+  // Of "http://HOST:PORT/#id=SCENE&scene=PATH&token=TOKEN".
   static Address parse(const std::string& text) {
     std::smatch parts;
-    static const std::regex kUrl("http://([^/]+)/#id=([0-9a-f]{64})(?:&token=([0-9a-f]{32}))?");
+    static const std::regex kUrl("http://([^/]+)/#id=([0-9a-f]{64})(?:&scene=[^&]+)?(?:&token=([0-9a-f]{32}))?");
     if (!std::regex_search(text, parts, kUrl)) return {};
     return {parts[1], parts[2], parts[3]};
   }
@@ -45,6 +45,7 @@ TEST_F(CliView, ServesThePageUntilItIsInterrupted) {
   ASSERT_TRUE(view.wait_for_output("Ctrl-C ends")) << view.errors();
   const Address address = parse(view.output());
   ASSERT_FALSE(address.host.empty()) << view.output();
+  EXPECT_NE(view.output().find("&scene=quad.gltf&"), std::string::npos) << "by which a link opens it again";
   EXPECT_EQ(WebPeer(address.host).get("/").status, 200);
   EXPECT_TRUE(gets_in(address.host, address.token));
   EXPECT_FALSE(gets_in(address.host, ""));
