@@ -54,7 +54,7 @@ class Reader {
     return error_ ? low : value;
   }
   bool enough(std::uint64_t count, const char* what) {
-    if (!error_ && bytes_.size() - at_ < count) fail(std::string(what) + " is cut short");
+    if (!error_ && bytes_.size() - at_ < count) fail(std::string(what).append(" is cut short"));
     return !error_;
   }
   void fail(const std::string& message) {
