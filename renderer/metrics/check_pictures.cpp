@@ -21,16 +21,17 @@ Status check_finite(const PictureView& picture, const char* name) {
 
 }  // namespace
 
-Status check_pictures(const PictureView& picture, const PictureView& reference) {
+Status check_pictures(const PictureView& picture, const PictureView& reference, const char* picture_name,
+                      const char* reference_name) {
   if (picture.width < 1 || picture.height < 1 || picture.width != reference.width ||
       picture.height != reference.height) {
     std::ostringstream text;
-    text << picture.width << "x" << picture.height << " against a reference of " << reference.width << "x"
-         << reference.height << "; sizes must be equal and not empty";
-    return Error{ErrorCode::invalid_argument, text.str(), "picture"};
+    text << picture.width << "x" << picture.height << " against a " << reference_name << " of " << reference.width
+         << "x" << reference.height << "; sizes must be equal and not empty";
+    return Error{ErrorCode::invalid_argument, text.str(), picture_name};
   }
-  if (Status finite = check_finite(picture, "picture"); !finite) return finite;
-  return check_finite(reference, "reference");
+  if (Status finite = check_finite(picture, picture_name); !finite) return finite;
+  return check_finite(reference, reference_name);
 }
 
 }  // namespace helio

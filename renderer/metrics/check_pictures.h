@@ -7,7 +7,8 @@
 namespace helio {
 
 // Ok when both have the same size of at least one pixel and finite values; else invalid_argument naming the first
-// pixel that is not.
-Status check_pictures(const PictureView& picture, const PictureView& reference);
+// pixel that is not. The names are those in the message.
+Status check_pictures(const PictureView& picture, const PictureView& reference, const char* picture_name = "picture",
+                      const char* reference_name = "reference");
 
 }  // namespace helio

@@ -40,18 +40,19 @@ Result<SquaredError> squared_error(const PictureView& picture, const PictureView
   return error;
 }
 
+Result<double> RelativeEpsilon::added_to_square(double reference_mean) const {
+  const double added = kind == Kind::of_image_mean ? value * (reference_mean * reference_mean) : value;
+  if (added > 0) return added;
+  return Error{ErrorCode::invalid_argument,
+               "must be positive; relative to a black reference there is no relative error", "epsilon"};
+}
+
 Result<RelativeError> relative_error(const PictureView& picture, const PictureView& reference,
                                      const RelativeEpsilon& epsilon) {
   if (Status valid = check_pictures(picture, reference); !valid) return valid.error();
-  double added = epsilon.value;
-  if (epsilon.kind == RelativeEpsilon::Kind::of_image_mean) {
-    const double mean = mean_of(reference);
-    added *= mean * mean;
-  }
-  if (!(added > 0)) {
-    return Error{ErrorCode::invalid_argument,
-                 "must be positive; relative to a black reference there is no relative error", "epsilon"};
-  }
+  const Result<double> positive = epsilon.added_to_square(mean_of(reference));
+  if (!positive) return positive.error();
+  const double added = *positive;
   const std::size_t pixels = picture.pixels();
   std::vector<double> errors(pixels, 0.0);
   double total = 0;

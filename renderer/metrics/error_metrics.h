@@ -27,6 +27,9 @@ struct RelativeEpsilon {
   static RelativeEpsilon image_mean() { return {}; }
   // The epsilon of the benches against other renderers.
   static RelativeEpsilon fixed(double value = 0.01) { return {Kind::fixed, value}; }
+
+  // For a reference of that mean, over pixels and channels. invalid_argument when it is not positive.
+  Result<double> added_to_square(double reference_mean) const;
 };
 
 struct RelativeError {

@@ -44,6 +44,7 @@ const Subcommand kSubcommands[] = {
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
+    {"metrics", "time of FLIP on pictures of 1280x720, on one thread", run_metrics},
     {"bidir", "time to a given error with light paths and without, over Mitsuba", run_bidir, true},
     {"adaptive", "mode adaptive over uniform counts, as a share of the possible", run_adaptive, true, false},
     {"reuse", "time to a restart's error after a camera move", run_reuse, true, false},

@@ -24,6 +24,7 @@ Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
 Status run_sessions(BenchContext& context, Figures& figures);
 Status run_features(BenchContext& context, Figures& figures);
+Status run_metrics(BenchContext& context, Figures& figures);
 Status run_adaptive(BenchContext& context, Figures& figures);
 Status run_bidir(BenchContext& context, Figures& figures);
 Status run_reuse(BenchContext& context, Figures& figures);

@@ -10,7 +10,7 @@
 #include "renderer/film/core/film.h"
 #include "renderer/film/display/oidn_images.h"
 #include "renderer/film/display/oidn_library.h"
-#include "renderer/metrics/error_metrics.h"
+#include "renderer/metrics/reference_halves.h"
 #include "tests/bench/commands/display_scenes.h"
 #include "tests/bench/reports/statistics.h"
 #include "tests/bench/scenes/error_scenes.h"
@@ -25,26 +25,30 @@ constexpr std::uint32_t kCounts[] = {4, 16, 64, 256};
 // Of an error: its own standard error, from the reference's noise, is at most this share of it.
 constexpr double kMostUncertain = 0.25;
 
-// relMSE against the reference's expectation: of r, the mean of a and b, (x - r)^2 - ((a - b) / 2)^2 is the product of
-// x - a and x - b. Variances of 3x3 pixels in its place take off too much beside fireflies. failed_precondition: the
-// reference is too noisy.
-Result<double> relmse(const PictureView& picture, const ErrorScene& scene) {
-  const double mean = mean_of(scene.reference), epsilon = RelativeEpsilon::image_mean().value * mean * mean;
-  double products = 0;
-  double squares = 0;  // of the pixels' standard errors; channels of one are taken to be off together
-  for (std::size_t i = 0; i < picture.pixels(); ++i) {
-    double off = 0;
+// One of the two renderings that a reference is the mean of. Mean and noise tell both but for which is which in each
+// value, and products do not depend on that. Variances of 3x3 pixels in place of the noise take off too much beside
+// fireflies.
+struct ReferenceHalf {
+  LoopPicture picture;
+
+  ReferenceHalf(const ErrorScene& scene, float sign) : picture(scene.reference) {
     for (int c = 0; c < 3; ++c) {
-      const double r = scene.reference.channels[c][i], v = scene.reference_variance.channels[c][i];
-      const double d = double(picture.channels[c][i]) - r;
-      products += (d * d - double(scene.reference_noise.channels[c][i])) / (r * r + epsilon);
-      off += std::sqrt(std::max(0.0, 4 * d * d * v - 2 * v * v)) / (r * r + epsilon);
+      for (std::size_t i = 0; i < picture.channels[c].size(); ++i)
+        picture.channels[c][i] += sign * std::sqrt(std::max(0.0f, scene.reference_noise.channels[c][i]));
     }
-    squares += off * off;
   }
-  if (!(std::sqrt(squares) <= kMostUncertain * products))
+};
+
+// relMSE against the reference's expectation. failed_precondition: the reference is too noisy.
+Result<double> relmse(const PictureView& picture, const ErrorScene& scene) {
+  const ReferenceHalf a(scene, 1), b(scene, -1);
+  // Blocks of one pixel: signs of the noise are not known from pixel to pixel; channels are taken to be off together.
+  const auto error =
+      unbiased_relative_error(picture, a.picture.view(), b.picture.view(), RelativeEpsilon::image_mean(), {.block = 1});
+  if (!error) return error.error();
+  if (!(error->standard_error <= kMostUncertain * error->value))
     return Error{ErrorCode::failed_precondition, "the reference is too noisy", scene.name};
-  return products / (3.0 * double(picture.pixels()));
+  return error->value;
 }
 
 // Of the frame's passes.

@@ -6,21 +6,13 @@
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/random.h"
+#include "tests/unit/picture/metrics/test_picture.h"
 
 namespace helio {
 namespace {
 
+using test::Picture;
 using test::Random;
-
-struct Picture {
-  int width, height;
-  std::vector<float> channels[3];
-
-  Picture(int w, int h, float value) : width(w), height(h) {
-    for (auto& c : channels) c.assign(std::size_t(w) * std::size_t(h), value);
-  }
-  PictureView view() const { return {width, height, {channels[0].data(), channels[1].data(), channels[2].data()}}; }
-};
 
 TEST(SquaredErrorMetric, MatchesHandCalculation) {
   Picture x(2, 1, 1.0f), r(2, 1, 1.0f);
