@@ -1,5 +1,6 @@
 """Puts what is made or lies elsewhere into the wheel and the source distribution: the stubs of the protocol,
-heliograph/v1, and the modules of the daemon's page that the widget for notebooks is made of, heliograph/web.
+heliograph/v1, and the modules of the daemon's page that the widget for notebooks is made of, heliograph/web. A wheel
+that is built from a checkout also notes its path, in heliograph/_checkout.py, so that serve() finds a daemon there.
 
 In a checkout protoc makes the stubs from ../../proto: into a temporary folder, or for an editable install into the
 package; the modules are those of ../web. A source distribution has both already.
@@ -79,6 +80,13 @@ class Stubs(BuildHookInterface):
         for path in sorted(stubs.iterdir()):
             if path.suffix in (".py", ".pyi"):
                 build_data["force_include"][str(path)] = f"heliograph/v1/{path.name}"
+        if self.target_name == "wheel" and (protos / "heliograph" / "v1").is_dir() and hasattr(self, "temporary"):
+            note = pathlib.Path(self.temporary.name) / "checkout.py"
+            note.write_text(
+                '"""The checkout that this package was built from, where its daemon may have been built, too."""\n\n'
+                f"CHECKOUT = {str(root.parents[1].resolve())!r}\n"
+            )
+            build_data["force_include"][str(note)] = "heliograph/_checkout.py"
         web = (root / ".." / "web").resolve()
         if (web / "picture").is_dir() and not (root / "heliograph" / "web").is_dir():
             for name in page_modules(root, web):

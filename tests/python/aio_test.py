@@ -3,6 +3,8 @@
 import asyncio
 import gc
 import inspect
+import json
+import time
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from conftest import BOX, ROOT
 
 import heliograph
 import heliograph.aio as hg
+from heliograph import operations
 
 SIZE = (64, 48)
 
@@ -78,6 +81,73 @@ def test_session(address):
     run(address, work)
 
 
+def test_loading_leaves_the_loop_alone(address, tmp_path, monkeypatch):
+    """While files are looked through, hashed and read."""
+    scene = json.loads(BOX.read_text())
+    scene["extras"] = "another scene"
+    (tmp_path / "scene.gltf").write_text(json.dumps(scene))
+    slow = set()
+
+    def slowed(function):
+        def work(*arguments):
+            slow.add(function.__name__)
+            time.sleep(0.3)
+            return function(*arguments)
+
+        return work
+
+    for name in ("collect", "_hash"):
+        monkeypatch.setattr(operations, name, slowed(getattr(operations, name)))
+
+    async def work(client, _):
+        longest = 0.0
+
+        async def beat():
+            nonlocal longest
+            last = time.monotonic()
+            while True:
+                await asyncio.sleep(0.005)
+                longest, last = max(longest, time.monotonic() - last), time.monotonic()
+
+        heart = asyncio.create_task(beat())
+        await asyncio.sleep(0.05)
+        scene = await client.load(tmp_path / "scene.gltf")
+        heart.cancel()
+        await client.unload(scene)
+        return longest
+
+    assert run(address, work) < 0.25 and slow == {"collect", "_hash"}
+
+
+def test_a_refused_setting_is_told_once(address):
+    async def work(client, scene):
+        async with await scene.session(size=SIZE, until=hg.Samples(4)) as session:
+            before = await session.wait()
+            session.set(roulette_from=70000)
+            with pytest.raises(hg.InvalidArgument) as told:
+                await session.wait(timeout=20)
+            assert told.value.field == "roulette_from"
+            assert np.array_equal((await session.wait(timeout=20)).rgb, before.rgb)
+
+    run(address, work)
+
+
+def test_a_cancelled_path_ends(address):
+    async def work(client, scene):
+        views = [scene.camera().orbit(step) for step in range(30)]
+        async with await scene.submit(size=(8, 8), until=hg.Samples(1), views=views) as job:
+            while len(job._state.done) < 2:
+                await asyncio.sleep(0.01)
+            await job.cancel()
+            taken = 0
+            with pytest.raises(hg.Cancelled):
+                async for _ in job.images(timeout=20):
+                    taken += 1
+            assert taken == 2 and job.done
+
+    run(address, work)
+
+
 def test_job_and_camera_path(address):
     async def work(client, scene):
         views = [scene.camera().orbit(step) for step in range(5)]
@@ -88,7 +158,7 @@ def test_job_and_camera_path(address):
         await endless.close()
         with pytest.raises(hg.Cancelled):
             await endless.result()
-        with pytest.raises(hg.InvalidArgument, match="settings.width"):
+        with pytest.raises(hg.InvalidArgument, match="size: 1000000"):
             await scene.submit(size=(10**6, 1), until=hg.Samples(1))
 
     run(address, work)
@@ -143,7 +213,7 @@ def test_errors(address, tmp_path):
             await client.load(tmp_path / "none.gltf")
         with pytest.raises(hg.InvalidArgument) as told:
             await scene.render(size=(8, 8), until=hg.Samples(1), max_segments=70000)
-        assert told.value.field == "settings.max_segments"
+        assert told.value.field == "max_segments"
         with pytest.raises(hg.InvalidArgument, match="what load"):
             await client.render(5, until=hg.Samples(1))
         (tmp_path / "broken.gltf").write_text("{")

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
 import pytest
 from conftest import BOX, eventually
@@ -184,8 +185,29 @@ def test_serve_finds_the_program(program, tmp_path, monkeypatch):
     monkeypatch.delenv("HELIOGRAPH_DAEMON", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(daemons, "__file__", str(tmp_path / "a" / "b" / "c" / "d" / "daemon.py"))
-    with pytest.raises(hg.NotFound, match="tried HELIOGRAPH_DAEMON, PATH, .*Install the package heliograph"):
+    monkeypatch.setitem(sys.modules, "heliograph._checkout", None)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(hg.NotFound, match="cmake --build .*PATH, or let the variable HELIOGRAPH_DAEMON name it"):
         daemons.find_program()
+    monkeypatch.setenv("HELIOGRAPH_DAEMON", "/nowhere/heliographd")
+    with pytest.raises(hg.NotFound, match="HELIOGRAPH_DAEMON=/nowhere/heliographd is no program"):
+        daemons.find_program()
+    monkeypatch.delenv("HELIOGRAPH_DAEMON")
+    checkout = tmp_path / "checkout"
+    for name in ("build/debug/bin/heliographd", "build/release/bin/heliographd", "client/python/hatch_build.py"):
+        (checkout / name).parent.mkdir(parents=True)
+        (checkout / name).write_text("#!/bin/sh\n")
+        (checkout / name).chmod(0o755)
+    monkeypatch.chdir(checkout / "client" / "python")
+    assert daemons.find_program() == checkout / "build" / "release" / "bin" / "heliographd"
+    (checkout / "build" / "release" / "bin" / "heliographd").unlink()
+    assert daemons.find_program() == checkout / "build" / "debug" / "bin" / "heliographd"
+    monkeypatch.chdir("/")
+    with pytest.raises(hg.NotFound):
+        daemons.find_program()
+    note = types.SimpleNamespace(CHECKOUT=str(checkout))  # of a wheel that was built there
+    monkeypatch.setitem(sys.modules, "heliograph._checkout", note)
+    assert daemons.find_program() == checkout / "build" / "debug" / "bin" / "heliographd"
     monkeypatch.setenv("PATH", str(pathlib.Path(program).parent))
     assert daemons.find_program() == pathlib.Path(program)
     monkeypatch.setenv("PATH", "")
@@ -201,9 +223,16 @@ time.sleep(100)
 """
 
 
-def test_a_daemon_does_not_outlive_a_process_that_was_killed(program):
-    process = subprocess.Popen([sys.executable, "-B", "-c", KILLED, program], stdout=subprocess.PIPE, text=True)
+def test_nothing_outlives_a_process_that_was_killed(program, tmp_path):
+    """Neither the daemon nor the folder with its token."""
+    process = subprocess.Popen(
+        [sys.executable, "-B", "-c", KILLED, program],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ, TMPDIR=str(tmp_path)),
+    )
     group = int(process.stdout.readline())
+    assert [path.name for path in tmp_path.glob("heliograph-*/*")] == ["token"]
     os.killpg(group, 0)
     process.kill()
     process.stdout.close()
@@ -217,6 +246,7 @@ def test_a_daemon_does_not_outlive_a_process_that_was_killed(program):
         return False
 
     eventually(gone)
+    assert not list(tmp_path.glob("heliograph-*"))
 
 
 EXITED = """
@@ -246,7 +276,8 @@ child = os.fork()
 if child == 0:
     told = []
     for use in (client.info, lambda: session.wait(samples=2), lambda: next(session.frames()),
-                lambda: client.render(sys.argv[2], until=hg.Samples(1)),
+                lambda: client.render(sys.argv[2], until=hg.Samples(1)), session.image,
+                lambda: session.camera.orbit(1), lambda: session.set(seed=2),
                 lambda: hg.connect(client.address, token=client.daemon.token)):
         try:
             use()
@@ -256,7 +287,7 @@ if child == 0:
     client.close()
     del session, client
     gc.collect()
-    sys.exit(0 if told == [True] * 5 else 9)
+    sys.exit(0 if told == [True] * 8 else 9)
 status = os.waitpid(child, 0)[1]
 assert status == 0, status
 assert session.wait(samples=4).stats.samples == 4 and client.daemon.running

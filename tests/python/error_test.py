@@ -23,6 +23,13 @@ def test_problems_of_a_message():
         0
     ].allowed == ("0.75, or 0 (no longer a choice)")
     assert errors.parse_problems("the daemon is at war") == ()
+    for text, value in (
+        ("field: there is no material 'nope'; allowed: 'red'", ""),
+        ("box.gltf: the file is empty", ""),
+        ("lights[3]: 3; the scene has no lights", "3"),
+        ("mode: 'very fast'; allowed: 'pt'", "'very fast'"),
+    ):
+        assert errors.parse_problems(text)[0].value == value, text
 
 
 class Failure(grpc.RpcError):
@@ -60,15 +67,36 @@ class Failure(grpc.RpcError):
 def test_every_status_has_a_type(status, kind, builtin):
     error = errors.from_rpc(Failure(grpc.StatusCode[status], "settings.width: 0; allowed: [1, 9]"), "host:1")
     assert type(error) is kind and isinstance(error, builtin) and isinstance(error, hg.HeliographError)
-    assert "settings.width: 0" in str(error) and error.retry_after_s is None
+    assert "size: 0; allowed: [1, 9]" in str(error) and error.retry_after_s is None
     assert str(errors.from_rpc(Failure(grpc.StatusCode[status]), "host:1"))  # never an empty sentence
 
 
 def test_field_value_and_range():
     error = errors.from_rpc(Failure(grpc.StatusCode.INVALID_ARGUMENT, "settings.width: 0; allowed: [1, 9]"), "host:1")
-    assert (error.field, error.value, error.allowed) == ("settings.width", "0", "[1, 9]")
+    assert (error.field, error.value, error.allowed) == ("size", "0", "[1, 9]")
     none = hg.Internal("no field")
     assert (none.field, none.value, none.allowed, none.problems) == ("", "", "", ())
+
+
+@pytest.mark.parametrize(
+    "told, argument",
+    [
+        ("settings.height", "size"),
+        ("settings.adaptive.min_samples", "adaptive.min_samples"),
+        ("view.camera.position", "camera.position"),
+        ("budget.error", "until"),
+        ("begin.time_s", "time"),
+        ("begin.environment", "environment"),
+        ("format.display_denoiser", "denoiser"),
+        ("grace_s", "grace"),
+        ("materials[0].name", "materials[0].name"),
+    ],
+)
+def test_fields_are_the_callers_arguments(told, argument):
+    failure = Failure(grpc.StatusCode.INVALID_ARGUMENT, f"x: 1; allowed: 2; {told}: 'a b'; allowed: [1, 9]")
+    error = errors.from_rpc(failure, "host:1")
+    assert error.problems[1] == (argument, "a b", "[1, 9]")
+    assert str(error) == f"x: 1; allowed: 2; {argument}: 'a b'; allowed: [1, 9]"
 
 
 def test_retry_info():

@@ -8,7 +8,8 @@ import textwrap
 
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, eventually
+from tev_test import Receiver
 
 # What an example takes for granted.
 PRELUDE = """
@@ -53,10 +54,22 @@ def test_front_page(program, tmp_path):
 @pytest.mark.parametrize("number", range(len(MANUAL)))
 def test_manual(number, program, tmp_path):
     code = MANUAL[number]
-    run((PRELUDE if "hg.serve()" not in code else "") + code, program, tmp_path)
+    if "show_in_tev" in code:
+        with Receiver() as receiver:
+            code = code.replace("127.0.0.1:14158", receiver.address)
+            code = code.replace('show_in_tev("second")', f'show_in_tev("second", address="{receiver.address}")')
+            run(PRELUDE + code, program, tmp_path)
+            eventually(lambda: set(receiver.images) == {"box", "second"})
+        return
+    edited = "s.edit(" in code
+    if edited:  # shows the picture of the edit, and no other
+        code = code.replace("    for frame in s.frames():", "    edited = s.view\n    for frame in s.frames():")
+        code += "assert frame.view == edited and (frame.image.rgb != second.rgb).any()\nprint('edited')\n"
+    told = run((PRELUDE if "hg.serve()" not in code else "") + code, program, tmp_path)
+    assert told.endswith("edited\n") == edited
     if "turn." in code:
         assert sorted(path.name for path in tmp_path.glob("*.png")) == [f"turn.{view:04}.png" for view in range(3)]
 
 
 def test_manual_has_its_examples():
-    assert len(MANUAL) == 4
+    assert len(MANUAL) == 5

@@ -318,15 +318,26 @@ def test_the_widget_says_that_the_session_ended(box):
         session.show()
 
 
-def test_the_widget_says_why_the_session_ended(box):
+def test_the_widget_says_what_was_refused_and_why_the_session_ended(client, box):
+    from heliograph.v1 import frame_stream_pb2 as stream
+
     sent = Sent()
     with box.session(size=(16, 8), until=hg.Samples(1)) as session:
         session.wait()
         widget = pages.Pages(session, sent)
         widget.receive({"kind": "open", "page": "a"})
         session.set(max_segments=100000)
-        eventually(lambda: "ended" in sent.kinds() or widget.receive({"kind": "drawn", "page": "a", "picture": 1}))
-        assert "max_segments" in [m["text"] for m, _ in sent if m["kind"] == "ended"][0]
+        eventually(lambda: "problem" in sent.kinds())
+        assert [m["text"] for m, _ in sent if m["kind"] == "problem"] == ["max_segments: 100000; allowed: [1, 65535]"]
+        assert "ended" not in sent.kinds()
+        taken = stream.StreamRequest(open=stream.StreamRequest.Open(session_id=session.id))
+        other = client._connection.open("StreamFrames", iter([taken]))
+        numbers = iter(range(1, 10**6))
+        eventually(
+            lambda: "ended" in sent.kinds() or widget.receive({"kind": "drawn", "page": "a", "picture": next(numbers)})
+        )
+        assert "The session ended: " in [m["text"] for m, _ in sent if m["kind"] == "ended"][0]
+        other.cancel()
 
 
 def test_a_session_lives_while_a_page_shows_it(box):
@@ -371,7 +382,7 @@ def test_sessions_of_asyncio_are_shown_too(client):
 
 def test_widgets_of_a_session_are_bounded(quiet):
     made = [pages.Pages(quiet, Sent()) for _ in range(64)]
-    with pytest.raises(hg.FailedPrecondition, match="64 widgets show this session already"):
+    with pytest.raises(hg.FailedPrecondition, match="64 widgets and viewers show this session already"):
         pages.Pages(quiet, Sent())
     for widget in made:
         widget.close()

@@ -99,14 +99,21 @@ def test_wheel_installs_without_a_network(pytestconfig, tmp_path):
         pytest.skip("pip is not installed in this Python")
     assert done.returncode == 0, done.stderr
     told = subprocess.run(
-        [python, "-B", "-c", "import heliograph; print(heliograph.__version__, heliograph.__file__)"],
+        [
+            python,
+            "-B",
+            "-c",
+            "import heliograph; print(heliograph.__version__, heliograph.__file__); "
+            "from heliograph import daemon; print(*daemon._checkouts())",
+        ],
         env=environment,
         capture_output=True,
         text=True,
         cwd=tmp_path,
     )
     assert told.returncode == 0, told.stderr
-    version, file = told.stdout.split()
+    version, file, *checkouts = told.stdout.split()
+    assert str(ROOT) in checkouts  # so that serve() finds what was built there
     assert version == hg.__version__ and pathlib.Path(file).is_relative_to(tmp_path / "venv")
 
 
@@ -119,7 +126,8 @@ def test_a_source_distribution_needs_no_protoc(tmp_path):
     source = next((tmp_path / "source").iterdir())
     done = build(source, tmp_path / "wheel", "wheel", path=str(tmp_path))
     assert done.returncode == 0, done.stderr
-    assert "heliograph/v1/types_pb2.py" in zipfile.ZipFile(next((tmp_path / "wheel").iterdir())).namelist()
+    names = zipfile.ZipFile(next((tmp_path / "wheel").iterdir())).namelist()
+    assert "heliograph/v1/types_pb2.py" in names and "heliograph/_checkout.py" not in names
 
 
 def test_a_checkout_without_protoc_names_the_packages(tmp_path):
@@ -145,7 +153,7 @@ def test_every_public_name_is_documented():
                 missing += [
                     f"{thing.__module__}.{name}.{member}"
                     for member, value in vars(thing).items()
-                    if not member.startswith("_") and inspect.isfunction(value) and not inspect.getdoc(value)
+                    if not member.startswith("_") and undocumented(thing, member, value)
                 ]
     for found in pkgutil.iter_modules(hg.__path__):
         if found.name not in ("v1", "_version") and not importlib.import_module(f"heliograph.{found.name}").__doc__:

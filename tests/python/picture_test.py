@@ -3,6 +3,7 @@
 import json
 import os
 import struct
+import threading
 import zlib
 
 import numpy as np
@@ -149,6 +150,35 @@ def test_exr_comes_back(image, tmp_path, compression):
     for name in image:
         assert np.array_equal(again[name], image[name], equal_nan=True), name
     assert list(tmp_path.iterdir()) == [path]  # no temporary file is left
+    assert again.seed == image.seed == 7 and again.unsampled == image.unsampled and again.notices == image.notices
+    kept = (image.stats.samples, image.stats.error, image.stats.ended_by)
+    assert (again.stats.samples, again.stats.error, again.stats.ended_by) == kept and kept[0] == 16
+
+
+def test_large_pictures_are_worked_on_in_bands(tmp_path):
+    """More than one band of everything, whose threads end."""
+    random = np.random.default_rng(1)
+    planes = {name: random.normal(0.3, 0.4, (240, 400)).astype(np.float32) for name in "RGB"}
+    planes["Z"] = np.linspace(0, 9, 96000).reshape(240, 400).astype(np.float16)
+    picture = hg.Image(planes, seed=2**64 - 1, notices=["one", "two \u00e9"])
+    again = hg.Image.load(picture.save(tmp_path / "a.exr"))
+    assert all(np.array_equal(again[name], picture[name]) for name in picture)
+    assert again.seed == 2**64 - 1 and again.notices == ("one", "two \u00e9") and again.stats.error is None
+    pixels, _ = read_png(picture.to_png(exposure=0.5))
+    assert np.array_equal(pixels, picture.to_srgb(exposure=0.5))
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("heliograph-bands")]
+
+
+def test_the_table_gives_the_levels_of_the_formula():
+    """At and beside every number where a level begins, and for what no number is."""
+    begins = display._levels()[1]
+    begins = begins[np.isfinite(begins)]
+    values = np.concatenate([begins, np.nextafter(begins, 0), np.nextafter(begins, 2), np.linspace(0, 1.5, 10001)])
+    values = np.append(values, [-0.0, 5e-324, 3e38]).astype(np.float32)
+    assert len(np.unique(begins)) == 255
+    assert np.array_equal(display.srgb_bytes(values, 1), display._encode(np.clip(values, 0, 1)))
+    odd = np.array([np.nan, np.inf, -np.inf, -1, -1e-30], np.float32)
+    assert display.srgb_bytes(odd, 1).tolist() == [0, 255, 0, 0, 0]
 
 
 def test_other_programs_read_our_exr(image, tmp_path):
@@ -236,8 +266,11 @@ def test_missing_channels_and_names_are_told(box, tmp_path):
         plain.to_srgb(exposure=65)
     with pytest.raises(hg.InvalidArgument, match="'display', 'radiance'"):
         plain.to_png(layer="depth")
-    with pytest.raises(OSError):
+    with pytest.raises(KeyError):
+        plain["nope"]
+    with pytest.raises(FileNotFoundError) as told:
         plain.save(tmp_path / "no" / "folder.exr")
+    assert told.value.filename == str(tmp_path / "no" / "folder.exr")
     with pytest.raises(hg.NotFound, match="no such file"):
         hg.Image.load(tmp_path / "none.exr")
     assert repr(plain) == "<heliograph.Image 8x8, 1 samples, ended by samples>" or "error" in repr(plain)

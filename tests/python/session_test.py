@@ -90,7 +90,7 @@ def test_an_unread_session_keeps_the_newest_alone(box):
         assert len(session._core.buffer) <= 3
         assert session.dropped > 5
         frame = next(session.frames())
-        assert frame.kind == "end" and frame.view == session._core._view
+        assert frame.kind == "end" and frame.view == session.view
 
 
 def test_a_buffer_has_a_bound(box):
@@ -142,20 +142,74 @@ def test_settings_change_while_it_runs(box):
             session.exposure = 100
 
 
-def test_a_value_out_of_range_ends_the_stream_and_is_told(box):
-    session = box.session(size=SIZE, until=hg.Samples(4))
-    session.wait()
-    session.set(max_segments=70000)
+def test_a_value_out_of_range_is_told_once_and_the_session_goes_on(box):
+    session = box.session(size=SIZE, until=hg.Samples(4), seed=3)
+    before = session.wait()
+    for use in (lambda: session.wait(timeout=20), lambda: next(session.frames(timeout=20))):
+        session.set(max_segments=70000)
+        session.camera.orbit(0)
+        with pytest.raises(hg.InvalidArgument) as told:
+            for _ in range(4):  # frames() may have an event of before
+                use()
+        assert told.value.field == "max_segments"
+        assert (told.value.value, told.value.allowed) == ("70000", "[1, 65535]")
+        assert np.array_equal(session.wait(timeout=20).rgb, before.rgb)
     with pytest.raises(hg.InvalidArgument) as told:
+        session.set(size=(10**6, 4))
         session.wait(timeout=20)
-    assert told.value.field == "settings.max_segments"
-    assert (told.value.value, told.value.allowed) == ("70000", "[1, 65535]")
-    for _ in range(3):  # each a new exception, whose traceback does not grow
-        with pytest.raises(hg.InvalidArgument) as again:
-            session.camera.orbit(1)
-        assert len(again.traceback) < 6 and again.value.allowed == "[1, 65535]"
+    assert told.value.field == "size" and session.size == SIZE
+    session.set(max_segments=2)
+    assert not np.array_equal(session.wait(timeout=20).rgb, before.rgb) and session.settings.max_segments == 2
     session.close()
     eventually(lambda: not session_threads())
+
+
+def test_a_session_that_cannot_be_used_is_closed(client, box, monkeypatch):
+    """Made by the daemon, before something goes wrong here."""
+    before = references(client, box)
+    seen = []
+
+    def fail(*_):
+        seen.append(references(client, box))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("heliograph.client.Session", fail)
+    with pytest.raises(KeyboardInterrupt):
+        box.session(size=SIZE)
+    assert seen == [before + 1]
+    eventually(lambda: references(client, box) == before)
+
+
+def test_a_scene_that_is_gone_is_told_once_and_the_session_goes_on(client, box):
+    gone = box.edit(materials={"red": {"base_color": (0.3, 0.3, 0.3)}})
+    client.unload(gone)
+    with box.session(size=SIZE, until=hg.Samples(4)) as session:
+        before = session.wait()
+        session.scene = gone
+        with pytest.raises(hg.NotFound):
+            session.wait(timeout=20)
+        assert np.array_equal(session.wait(timeout=20).rgb, before.rgb) and session.scene is box
+
+
+def test_what_waits_is_of_the_newest_view(box):
+    with box.session(size=SIZE, until=hg.Samples(4)) as session:
+        first = session.wait()
+        assert first.view == session.view == 1
+        session.edit(materials={"red": {"base_color": (0.1, 0.2, 0.8)}})
+        assert session.view == 2
+        for frame in session.frames(timeout=20):
+            if frame.kind == "end":
+                break
+        assert frame.view == 2 and frame.image.view == 2 and not np.array_equal(frame.image.rgb, first.rgb)
+        session.set(until=hg.Samples(10**8))
+        session.camera.orbit(30)
+        image = session.image()
+        assert image is None or image.view == session.view
+        eventually(lambda: session.image() is not None)
+        assert session.image().view == session.view == 4 and session.stats.samples > 0
+        session.camera.orbit(-30)
+        session.wait(samples=4)
+        assert session.image().view == session.view
 
 
 def test_edits_show_in_the_session(client, box):

@@ -388,6 +388,49 @@ def test_the_logger_is_the_documented_one():
     assert tev._log is logging.getLogger("heliograph.tev")
 
 
+def live_threads():
+    return [thread for thread in threading.enumerate() if thread.name in ("tev", "heliograph-tev")]
+
+
+def test_a_session_shows_its_newest_state(box):
+    eventually(lambda: not live_threads())
+    with Receiver() as receiver:
+        with box.session(size=(96, 64), until=heliograph.Samples(8), seed=2, channels="display") as session:
+            first = session.wait()
+            shown = session.show_in_tev(address=receiver.address)
+            assert shown.name == f"heliograph session {session.id[:8]}"
+
+            def is_there(image):
+                planes = receiver.images[shown.name]["planes"]
+                return all(np.array_equal(planes[name], image.rgb[..., at]) for at, name in enumerate("RGB"))
+
+            eventually(lambda: is_there(first))
+            planes = receiver.images[shown.name]["planes"]
+            assert list(planes) == ["R", "G", "B", "display.R", "display.G", "display.B", "error", "samples"]
+            error = np.sqrt(np.mean(first.sigma**2, axis=-1))
+            assert np.allclose(planes["error"], error, rtol=1e-5) and np.array_equal(planes["samples"], first.samples)
+            session.camera.orbit(20)
+            second = session.wait()
+            eventually(lambda: is_there(second))
+            assert len(receiver.images) == 1 and shown.report.warning is None
+            shown.close()
+            shown.close()
+            eventually(lambda: not live_threads())
+            session.camera.orbit(20)
+            session.wait()
+            assert is_there(second)
+            session.show_in_tev("other", address=receiver.address)
+            session.set(size=(40, 24))
+            last = session.wait()
+            eventually(lambda: np.array_equal(receiver.images["other"]["planes"]["G"], last.rgb[..., 1]))
+            for bad in (dict(address="nowhere"), dict(name="")):
+                with pytest.raises(heliograph.InvalidArgument):
+                    session.show_in_tev(**bad)
+        eventually(lambda: not live_threads())  # ended with the session
+        with pytest.raises(heliograph.FailedPrecondition):
+            session.show_in_tev()
+
+
 def test_a_picture_of_the_package_shows_itself(box):
     image = box.render(size=(48, 32), until=heliograph.Samples(2), channels="display")
     with Receiver() as receiver:

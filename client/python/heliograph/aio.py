@@ -27,6 +27,7 @@ from . import CHANNELS as CHANNELS
 from . import operations
 from ._version import __version__ as __version__
 from .address import check_address, read_token, refuse_tls
+from .arguments import EditArguments, RenderArguments, SessionArguments, SubmitArguments
 from .budget import Error as Error
 from .budget import Limit as Limit
 from .budget import Samples as Samples
@@ -34,7 +35,7 @@ from .budget import Seconds as Seconds
 from .budget import Until as Until
 from .calls import Call, Operation, Upload
 from .camera import Camera as Camera
-from .connection import channel_options, check_process, keep_from_children, read_timeout, tell_ignored, unreachable
+from .connection import channel_options, check_process, keep_from_children, tell_ignored, unreachable
 from .daemon import Daemon as Daemon
 from .edits import Changes
 from .errors import (
@@ -61,10 +62,12 @@ from .exr import Window as Window
 from .frames import Frame as Frame
 from .image import Image as Image
 from .jobs import JobFeed, JobState, image_of, job_request
+from .outbox import Outbox
 from .progress import Progress, Reporter
 from .replay import Replay as Replay
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session_core import SessionCore, SessionMethods, session_format, session_request
+from .settings import Channel, Compression, Denoiser, PixelType, Size, read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
@@ -153,7 +156,7 @@ class _Connection:
         self.check()
         if timeout is None and call.quick:
             timeout = self.timeout
-        request = iter(call.request) if isinstance(call.request, Upload) else call.request
+        request = _messages(call.request) if isinstance(call.request, Upload) else call.request
         rpc = getattr(self.stub, call.method)(request, timeout=timeout, metadata=self.metadata, wait_for_ready=wait)
         try:
             answer = await rpc
@@ -169,19 +172,24 @@ class _Connection:
         tell_ignored(await rpc.trailing_metadata(), self.peer)
         return answer
 
-    async def run(self, operation: Operation[T]) -> T:
-        try:
-            call = next(operation)
-            while True:
-                try:
-                    answer = await self.call(call)
-                except HeliographError as error:
-                    call = operation.throw(error)
-                else:
-                    call = operation.send(answer)
-        except StopIteration as done:
-            result: T = done.value
-            return result
+    async def run(self, operation: Operation[T], reads_files: bool = False) -> T:
+        """reads_files: the operation takes its steps in another thread, so that the loop goes on."""
+
+        async def step(advance: Callable[..., Any], *arguments: Any) -> tuple[bool, Any]:
+            if reads_files:
+                return await asyncio.to_thread(_advance, advance, *arguments)
+            return _advance(advance, *arguments)
+
+        done, value = await step(operation.__next__)
+        while not done:
+            try:
+                answer = await self.call(value)
+            except HeliographError as error:
+                done, value = await step(operation.throw, error)
+            else:
+                done, value = await step(operation.send, answer)
+        result: T = value
+        return result
 
     def open(self, method: str, request: Any) -> Any:
         self.check()
@@ -201,6 +209,21 @@ class _Connection:
                     await asyncio.sleep(0.05)
                     continue
                 raise unreachable(error, self.peer) from None
+
+
+def _advance(advance: Callable[..., Any], *arguments: Any) -> tuple[bool, Any]:
+    """False and the next call, or True and the result: StopIteration does not pass through a future."""
+    try:
+        return False, advance(*arguments)
+    except StopIteration as done:
+        return True, done.value
+
+
+async def _messages(upload: Upload) -> AsyncIterator[Any]:
+    """Files are read and hashed in another thread."""
+    messages = iter(upload)
+    while (message := await asyncio.to_thread(lambda: next(messages, None))) is not None:
+        yield message
 
 
 class _Bell:
@@ -256,6 +279,17 @@ class Session(SessionMethods):
         self._finalizer = weakref.finalize(self, core.close)
         self._finalizer.atexit = False  # the loop is gone by then
 
+    @property
+    def scene(self) -> Scene:
+        """The scene that is rendered. Assign another to switch; modes that reuse pictures keep what an edit left
+        true."""
+        scene: Scene = self._core.scene  # type: ignore[assignment]
+        return scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        self._switch(scene)
+
     def frames(self, *, buffer: int | None = None, timeout: float | None = None) -> AsyncIterator[Frame]:
         """As heliograph.Session.frames."""
         if timeout is not None:
@@ -268,6 +302,7 @@ class Session(SessionMethods):
         core = self._core
 
         def next_event() -> Frame | bool | None:
+            core.check_refused()
             event = core.next_event()
             if event is None and core.error is not None:
                 raise core.error.again()
@@ -305,9 +340,8 @@ class Session(SessionMethods):
     ) -> None:
         """As heliograph.Session.edit."""
         self._core.check()
-        scene: Scene = self.scene
         self.scene = await self._client.edit(
-            scene, materials=materials, lights=lights, objects=objects, environment=environment
+            self.scene, materials=materials, lights=lights, objects=objects, environment=environment
         )
 
     async def close(self) -> None:
@@ -333,20 +367,27 @@ class Session(SessionMethods):
         await self.close()
 
 
-async def _requests(core: _Core) -> AsyncIterator[Any]:
+async def _requests(core: _Core, outbox: Outbox) -> AsyncIterator[Any]:
     while True:
-        request = await core.bell.wait_for(
-            lambda: core.outbox.take() or (False if core.outbox.ended else None), None, ""
-        )
+        request = await core.bell.wait_for(lambda: outbox.take() or (False if outbox.ended else None), None, "")
         if request is False:
             return
         yield request
 
 
 async def _read_session(core: _Core, connection: _Connection) -> None:
+    failure = await _receive_session(core, connection)
+    while core.resume(failure):
+        failure = await _receive_session(core, connection)
+    core.finish(failure)
+
+
+async def _receive_session(core: _Core, connection: _Connection) -> HeliographError | None:
+    """All answers; what ended them, None: they ended well."""
     failure: HeliographError | None = None
-    call = connection.open("StreamFrames", _requests(core))
+    call = None
     try:
+        call = connection.open("StreamFrames", _requests(core, core.outbox))
         async for response in call:
             core.receive(response)
     except grpc.RpcError as error:
@@ -360,8 +401,9 @@ async def _read_session(core: _Core, connection: _Connection) -> None:
     except Exception as error:  # a fault of this package must reach whoever waits
         failure = Internal(f"{type(error).__name__}: {error}", problems=())
     finally:
-        call.cancel()
-        core.finish(failure)
+        if call is not None:
+            call.cancel()
+    return failure
 
 
 class Job:
@@ -370,7 +412,7 @@ class Job:
     def __init__(self, connection: _Connection, request: Any, views: int) -> None:
         self.views = views
         self._connection = connection
-        self._state = JobState()
+        self._state = JobState(views)
         self._bell = _Bell()
         self._task = asyncio.create_task(_read_job(self._state, self._bell, connection, request))
         self._finalizer = weakref.finalize(self, _cancel, self._task, asyncio.get_running_loop())
@@ -383,6 +425,7 @@ class Job:
 
     @property
     def id(self) -> str:
+        """The daemon's name of it."""
         return self._state.id
 
     @property
@@ -423,7 +466,11 @@ class Job:
 
     async def cancel(self) -> None:
         """As heliograph.Job.cancel."""
-        if not self.done:
+        if self.done:
+            return
+        self._state.cancelled = True
+        self._bell.ring()
+        with contextlib.suppress(NotFound):
             await self._connection.run(operations.cancel_job(self.id))
 
     async def close(self) -> None:
@@ -479,19 +526,19 @@ class Scene(SceneValues):
         super().__init__(info, loaded, notices)
         self._client = client
 
-    def render(self, **arguments: Any) -> Awaitable[Image]:
+    def render(self, **arguments: Unpack[RenderArguments]) -> Awaitable[Image]:
         """As Client.render."""
         return self._client.render(self, **arguments)
 
-    def session(self, **arguments: Any) -> Awaitable[Session]:
+    def session(self, **arguments: Unpack[SessionArguments]) -> Awaitable[Session]:
         """As Client.session."""
         return self._client.session(self, **arguments)
 
-    def submit(self, **arguments: Any) -> Awaitable[Job]:
+    def submit(self, **arguments: Unpack[SubmitArguments]) -> Awaitable[Job]:
         """As Client.submit."""
         return self._client.submit(self, **arguments)
 
-    def edit(self, **changes: Any) -> Awaitable[Scene]:
+    def edit(self, **changes: Unpack[EditArguments]) -> Awaitable[Scene]:
         """As Client.edit."""
         return self._client.edit(self, **changes)
 
@@ -518,6 +565,7 @@ class Client:
 
     @property
     def address(self) -> str:
+        """Of the daemon: "HOST:PORT" or "unix:PATH"."""
         return self._connection.peer
 
     async def info(self) -> ServerInfo:
@@ -536,7 +584,7 @@ class Client:
     ) -> Scene:
         """As heliograph.Client.load."""
         info, loaded = await self._connection.run(
-            operations.load(path, environment, on_server, time, animation, strict)
+            operations.load(path, environment, on_server, time, animation, strict), reads_files=True
         )
         scene = Scene(self, info, loaded)
         warn_of(scene, 3)
@@ -583,13 +631,13 @@ class Client:
         scene: SceneLike,
         *,
         until: Until,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         progress: Progress = False,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Image:
         """As heliograph.Client.render. Cancelling the task cancels the job on the daemon."""
@@ -627,13 +675,13 @@ class Client:
         scene: SceneLike,
         *,
         until: Until,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         views: Iterable[Camera | str | int] | None = None,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Job:
         """As heliograph.Client.submit."""
@@ -661,25 +709,48 @@ class Client:
         scene: SceneLike,
         *,
         until: Until | None = None,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         exposure: float = 0,
         buffer: int = 0,
         grace: float = 0,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Session:
         """As heliograph.Client.session: `async with await client.session(...) as session`."""
         loaded = await self._scene(scene)
         view = loaded.camera(camera)
-        request = session_request(loaded, size=size, until=until, camera=view, grace=grace, settings=settings)
+        request = session_request(
+            loaded,
+            size=size,
+            until=until,
+            camera=view,
+            exposure=exposure,
+            buffer=buffer,
+            grace=grace,
+            settings=settings,
+        )
         tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
         created = await self._connection.run(operations.create_session(request))
-        core = _Core(created.session_id, loaded, view, exposure, request.settings, request.budget, tile_format, buffer)
-        session = Session(self, self._connection, core)
+        try:
+            core = _Core(
+                created.session_id,
+                loaded,
+                view,
+                float(exposure),
+                request.settings,
+                request.budget,
+                tile_format,
+                buffer,
+            )
+            session = Session(self, self._connection, core)
+        except BaseException:
+            with contextlib.suppress(HeliographError):
+                await self._connection.run(operations.close_session(created.session_id))
+            raise
         self._open.add(session)
         return session
 
@@ -734,12 +805,19 @@ async def serve(
     *,
     scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     threads: int | None = None,
+    drain_grace: float = 1.0,
     arguments: Sequence[str] = (),
     timeout: float = 30,
 ) -> Client:
     """As heliograph.serve."""
     daemon = await asyncio.to_thread(
-        Daemon, program, scene_roots=scene_roots, threads=threads, arguments=arguments, timeout=timeout
+        Daemon,
+        program,
+        scene_roots=scene_roots,
+        threads=threads,
+        drain_grace=drain_grace,
+        arguments=arguments,
+        timeout=timeout,
     )
     try:
         client = await connect(daemon.address, token=daemon.token, wait=timeout)

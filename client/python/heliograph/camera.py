@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 from .errors import Problem, invalid, invalid_all
 from .v1 import types_pb2 as types
@@ -83,6 +83,16 @@ def _vector(message: types.Vec3) -> Vector:
     return message.x, message.y, message.z
 
 
+class Lens(TypedDict, total=False):
+    """Arguments of Camera.with_lens."""
+
+    fov: float | None
+    half_height: float | None
+    lens_radius: float | None
+    focus_distance: float | None
+    aspect: float | None
+
+
 class Camera:
     """Where a picture is taken from. A value: every method answers another camera.
 
@@ -138,6 +148,7 @@ class Camera:
 
     @property
     def position(self) -> Vector:
+        """World, scene's unit."""
         return _vector(self._view.position)
 
     @property

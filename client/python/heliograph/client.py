@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import weakref
@@ -12,12 +13,13 @@ import grpc
 
 from . import operations
 from .address import check_address, read_token, refuse_tls
+from .arguments import EditArguments, RenderArguments, SessionArguments, SubmitArguments
 from .budget import Until
 from .camera import Camera
-from .connection import Connection, read_timeout
+from .connection import Connection
 from .daemon import Daemon
 from .edits import Changes
-from .errors import from_rpc
+from .errors import HeliographError, from_rpc
 from .image import Image
 from .job import Job
 from .jobs import JobFeed, image_of, job_request
@@ -26,7 +28,7 @@ from .replay import Replay
 from .scene import Details, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session import Session
 from .session_core import SessionCore, session_format, session_request
-from .settings import Settings
+from .settings import Channel, Compression, Denoiser, PixelType, Settings, Size, read_timeout
 from .stats import make_stats
 from .v1 import render_service_pb2 as service
 
@@ -44,19 +46,19 @@ class Scene(SceneValues):
         super().__init__(info, loaded, notices)
         self._client = client
 
-    def render(self, **arguments: Any) -> Image:
+    def render(self, **arguments: Unpack[RenderArguments]) -> Image:
         """As Client.render."""
         return self._client.render(self, **arguments)
 
-    def session(self, **arguments: Any) -> Session:
+    def session(self, **arguments: Unpack[SessionArguments]) -> Session:
         """As Client.session."""
         return self._client.session(self, **arguments)
 
-    def submit(self, **arguments: Any) -> Job:
+    def submit(self, **arguments: Unpack[SubmitArguments]) -> Job:
         """As Client.submit."""
         return self._client.submit(self, **arguments)
 
-    def edit(self, **changes: Any) -> Scene:
+    def edit(self, **changes: Unpack[EditArguments]) -> Scene:
         """As Client.edit."""
         return self._client.edit(self, **changes)
 
@@ -88,6 +90,7 @@ class Client:
 
     @property
     def address(self) -> str:
+        """Of the daemon: "HOST:PORT" or "unix:PATH"."""
         return self._connection.peer
 
     # ---- scenes
@@ -171,13 +174,13 @@ class Client:
         scene: SceneLike,
         *,
         until: Until,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         progress: Progress = False,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Image:
         """Renders a still and answers it. Ctrl-C cancels it on the daemon, too.
@@ -228,13 +231,13 @@ class Client:
         scene: SceneLike,
         *,
         until: Until,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         views: Iterable[Camera | str | int] | None = None,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Job:
         """Starts a job and answers at once; arguments as of render(). views: a camera path, each of whose views gets
@@ -264,15 +267,15 @@ class Client:
         scene: SceneLike,
         *,
         until: Until | None = None,
-        size: Any = None,
+        size: Size | None = None,
         camera: Camera | str | int | None = None,
         exposure: float = 0,
         buffer: int = 0,
         grace: float = 0,
-        channels: str | Iterable[str] = (),
-        denoiser: str | None = None,
-        pixel_type: str = "float",
-        compression: str | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
         **settings: Unpack[Settings],
     ) -> Session:
         """Opens a session, which begins to render; use it as a context manager. Arguments as of render(), and
@@ -284,13 +287,34 @@ class Client:
         """
         loaded = self._scene(scene)
         view = loaded.camera(camera)
-        request = session_request(loaded, size=size, until=until, camera=view, grace=grace, settings=settings)
+        request = session_request(
+            loaded,
+            size=size,
+            until=until,
+            camera=view,
+            exposure=exposure,
+            buffer=buffer,
+            grace=grace,
+            settings=settings,
+        )
         tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
         created = self._connection.run(operations.create_session(request))
-        core = SessionCore(
-            created.session_id, loaded, view, exposure, request.settings, request.budget, tile_format, buffer
-        )
-        session = Session(self, self._connection, core)
+        try:
+            core = SessionCore(
+                created.session_id,
+                loaded,
+                view,
+                float(exposure),
+                request.settings,
+                request.budget,
+                tile_format,
+                buffer,
+            )
+            session = Session(self, self._connection, core)
+        except BaseException:
+            with contextlib.suppress(HeliographError):
+                self._connection.run(operations.close_session(created.session_id))
+            raise
         self._open.add(session)
         return session
 
@@ -359,11 +383,19 @@ def serve(
     *,
     scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     threads: int | None = None,
+    drain_grace: float = 1.0,
     arguments: Sequence[str] = (),
     timeout: float = 30,
 ) -> Client:
     """Starts a daemon on this machine and answers a client of it; close() ends both. Arguments as of Daemon."""
-    daemon = Daemon(program, scene_roots=scene_roots, threads=threads, arguments=arguments, timeout=timeout)
+    daemon = Daemon(
+        program,
+        scene_roots=scene_roots,
+        threads=threads,
+        drain_grace=drain_grace,
+        arguments=arguments,
+        timeout=timeout,
+    )
     try:
         client = connect(daemon.address, token=daemon.token, wait=timeout)
     except BaseException:

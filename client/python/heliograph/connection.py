@@ -11,7 +11,7 @@ from typing import Any
 import grpc
 
 from .calls import IGNORED_FIELDS, Call, Operation, T, Upload
-from .errors import FailedPrecondition, HeliographError, HeliographWarning, Unavailable, from_rpc, invalid
+from .errors import FailedPrecondition, HeliographError, HeliographWarning, Unavailable, from_rpc
 from .v1 import render_service_pb2 as service
 from .v1 import render_service_pb2_grpc as api
 from .wire import add_streams
@@ -32,17 +32,6 @@ def channel_options(timeout: float) -> list[tuple[str, Any]]:
         ("grpc.use_local_subchannel_pool", 1),
         ("grpc.max_receive_message_length", _LARGEST_MESSAGE),
     ]
-
-
-def read_timeout(name: str, value: Any, zero: bool = False) -> float:
-    """Seconds. InvalidArgument: not a number in (0, 86400], or with `zero` in [0, 86400]."""
-    try:
-        seconds = float(value)
-    except (TypeError, ValueError):
-        seconds = -1.0
-    if not (0 <= seconds if zero else 0 < seconds) or seconds > 86400:
-        raise invalid(name, value, f"{'[' if zero else '('}0, 86400] s")
-    return seconds
 
 
 def tell_ignored(metadata: Any, peer: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import contextlib
 import json
 import os
 import pathlib
@@ -19,27 +20,31 @@ import weakref
 from collections.abc import Iterable, Sequence
 
 from .errors import DeadlineExceeded, NotFound, Unavailable, invalid
+from .settings import read_timeout
 
 _LINES = 200  # of its log that are kept
 _TERM_S = 5.0  # beyond the drain grace, before it is killed
 
 # Ends the daemon when a line comes or when this process is gone, however it went: a notebook's kernel is often
-# killed. The daemon's exit code becomes the shell's.
+# killed. Then it removes the folder with the token, its first argument. The daemon's exit code becomes the shell's.
 _GUARD = """
+folder=$1; shift
 exec 3<&0
 "$@" </dev/null 3<&- & daemon=$!
 { read _ <&3; kill -TERM $daemon 2>/dev/null; } >/dev/null 2>&1 & guard=$!
 exec 3<&-
 wait $daemon; code=$?
 kill $guard 2>/dev/null
+rm -rf -- "$folder"
 exit $code
 """
 
 
 def find_program(program: str | os.PathLike[str] | None = None) -> pathlib.Path:
-    """heliographd: the argument, HELIOGRAPH_DAEMON, on PATH, beside this Python, or in the build folder of a checkout.
+    """heliographd: the argument, HELIOGRAPH_DAEMON, on PATH, beside this Python, or in a build folder of a checkout:
+    the one that holds this package, that it was installed from, or that the working directory is in.
 
-    NotFound names the places that were tried.
+    NotFound says what to do.
     """
     if program is not None:
         found = shutil.which(os.fspath(program))
@@ -47,21 +52,48 @@ def find_program(program: str | os.PathLike[str] | None = None) -> pathlib.Path:
             raise NotFound(f"{os.fspath(program)} is no program that can be run", problems=())
         return pathlib.Path(found)
     beside = pathlib.Path(sys.executable).parent
-    checkout = pathlib.Path(__file__).resolve().parents[3]
-    tried = [
-        os.environ.get("HELIOGRAPH_DAEMON", ""),
-        "heliographd",
-        str(beside / "heliographd"),
-        str(checkout / "build" / "release" / "bin" / "heliographd"),
-    ]
-    for candidate in tried:
+    named = os.environ.get("HELIOGRAPH_DAEMON", "")
+    for candidate in (named, "heliographd", str(beside / "heliographd"), *_built()):
         found = shutil.which(candidate) if candidate else None
         if found:
             return pathlib.Path(found)
-    places = ", ".join(["HELIOGRAPH_DAEMON", "PATH", *tried[2:]])
+    wrong = f" (HELIOGRAPH_DAEMON={named} is no program that can be run)" if named else ""
     raise NotFound(
-        f"heliographd was not found; tried {places}. Install the package heliograph, or name the program", problems=()
+        f"heliographd was not found{wrong}. Build it in a checkout (cmake --preset release && cmake --build --preset "
+        "release), or install it so that it is on PATH, or let the variable HELIOGRAPH_DAEMON name it. Tried: "
+        f"HELIOGRAPH_DAEMON, PATH, {beside}, and build/*/bin of {', '.join(map(str, _checkouts())) or 'no checkout'}",
+        problems=(),
     )
+
+
+def _checkouts() -> list[pathlib.Path]:
+    """Of this project, nearest first, that belong to this user or to root: what lies in them is run."""
+    recorded = []
+    with contextlib.suppress(ImportError):
+        from ._checkout import CHECKOUT  # type: ignore[import-not-found]
+
+        recorded.append(pathlib.Path(CHECKOUT))
+    found: dict[pathlib.Path, None] = {}
+    try:
+        here = pathlib.Path.cwd()
+    except OSError:  # it was removed
+        here = pathlib.Path("/")
+    for folder in (*pathlib.Path(__file__).resolve().parents, *recorded, here, *here.parents):
+        with contextlib.suppress(OSError):
+            own = folder.stat().st_uid in (0, os.getuid())
+            if own and (folder / "client" / "python" / "hatch_build.py").is_file():
+                found[folder] = None
+    return list(found)
+
+
+def _built() -> list[str]:
+    """Programs in build folders of checkouts; of one, release first, then the newest."""
+    programs: list[str] = []
+    for checkout in _checkouts():
+        there = [path for path in checkout.glob("build/*/bin/heliographd") if path.is_file()]
+        there.sort(key=lambda path: (path.parts[-3] != "release", -path.stat().st_mtime))
+        programs += map(str, there)
+    return programs
 
 
 class Daemon:
@@ -92,6 +124,8 @@ class Daemon:
             isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024
         ):
             raise invalid("threads", threads, "[1, 1024], or None")
+        drain_grace = read_timeout("drain_grace", drain_grace, zero=True)
+        timeout = read_timeout("timeout", timeout)
         roots = [scene_roots] if isinstance(scene_roots, (str, os.PathLike)) else list(scene_roots)
         self.token = secrets.token_hex(16)
         command = [
@@ -114,7 +148,7 @@ class Daemon:
         command += ["--token-file", str(file), *map(str, arguments)]
         # A session of its own keeps Ctrl-C in the terminal from it.
         self._process = subprocess.Popen(
-            ["/bin/sh", "-c", _GUARD, "sh", *command],
+            ["/bin/sh", "-c", _GUARD, "sh", folder.name, *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -161,6 +195,7 @@ class Daemon:
 
     @property
     def running(self) -> bool:
+        """It was started and has not ended."""
         return self._finalizer.alive and self._process.poll() is None
 
     def stop(self) -> int | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
-from typing import Any, Union
+from typing import Any
 
 from .camera import read_vector
 from .errors import HeliographError, Problem, invalid, invalid_all
@@ -43,6 +44,21 @@ def make_edits(
     if not made:
         raise invalid("edit", "nothing", "any of materials, lights, objects, environment")
     return made
+
+
+def argument_of(made: list[edits.SceneEdit], field: str) -> str:
+    """Of edits[0].material.base_color "materials['red'].base_color": what the caller wrote."""
+    match = re.fullmatch(r"edits\[(\d+)\]\.(material|light|object|environment)(?:\.(\w+))?(.*)", field)
+    if match is None or int(match[1]) >= len(made) or made[int(match[1])].WhichOneof("edit") != match[2]:
+        return field
+    place = match[2]
+    if match[2] != "environment":
+        message = getattr(made[int(match[1])], match[2])
+        target = message.name if message.WhichOneof("target") == "name" else message.index
+        place = f"{match[2]}s[{target!r}]"
+        if match[3] in ("name", "index"):
+            return place
+    return place + (f".{match[3]}" if match[3] else "") + match[4]
 
 
 def _fill(message: Any, values: Mapping[str, Any], place: str, problems: list[Problem]) -> None:

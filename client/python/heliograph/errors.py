@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import grpc
@@ -12,8 +12,8 @@ import grpc
 class Problem(NamedTuple):
     """One offending field."""
 
-    field: str  # path in the request, such as "settings.width", or the name of an argument
-    value: str  # as it was found
+    field: str  # the argument, setting or part of it, such as "size", "adaptive.min_samples", "materials['red']"
+    value: str  # as it was found, without quotes; empty where the message has a sentence instead
     allowed: str  # range or choices; empty where the message gives none
 
 
@@ -29,7 +29,8 @@ class HeliographError(Exception):
     ) -> None:
         super().__init__(message)
         self.message = message
-        self.problems = parse_problems(message) if problems is None else problems
+        found = parse_problems(message) if problems is None else problems
+        self.problems = tuple(problem._replace(value=_unquoted(problem.value)) for problem in found)
         self.retry_after_s = retry_after_s
 
     def __str__(self) -> str:
@@ -41,14 +42,17 @@ class HeliographError(Exception):
 
     @property
     def field(self) -> str:
+        """The argument, setting or path in the file that is to blame; empty: none."""
         return self.problems[0].field if self.problems else ""
 
     @property
     def value(self) -> str:
+        """What it was, as text without quotes; empty where the message has a sentence instead."""
         return self.problems[0].value if self.problems else ""
 
     @property
     def allowed(self) -> str:
+        """Range or choices; empty where the message gives none."""
         return self.problems[0].allowed if self.problems else ""
 
 
@@ -60,7 +64,7 @@ class NotFound(HeliographError, LookupError):
     """No such scene, session, job, file or program."""
 
 
-class MissingChannel(NotFound, AttributeError):
+class MissingChannel(NotFound, KeyError, AttributeError):
     """The picture has no such channel; the message says how to ask for it. hasattr(image, "depth") is False then."""
 
 
@@ -130,9 +134,26 @@ _BY_STATUS: dict[str, type[HeliographError]] = {
     "UNAVAILABLE": Unavailable,
 }
 
+# Fields of requests, and the arguments that they come from.
+_ARGUMENTS = [
+    (re.compile(pattern), argument)
+    for pattern, argument in (
+        (r"settings\.(?:width|height)", "size"),
+        (r"(?:open\.)?format\.display_denoiser", "denoiser"),
+        (r"(?:settings|(?:open\.)?format)\.", ""),
+        (r"budget(?:\.\w+)?", "until"),
+        (r"begin\.time_s", "time"),
+        (r"begin\.main_file", "path"),
+        (r"(?:begin|view)\.", ""),
+        (r"grace_s", "grace"),
+    )
+]
 # "a.b[2]: VALUE; allowed: RANGE; c: VALUE ..."
 _NEXT_FIELD = re.compile(r"; (?!allowed\b)(?=[a-z_][\w.\[\]]*: )")
 _ONE_FIELD = re.compile(r"([a-z_][\w.\[\]]*): (.*?)(?:; allowed[^:;]*: (.*))?", re.DOTALL)
+_FIELD = re.compile(r"(^|; )(?!allowed\b)([a-z_][\w.\[\]]*): ")
+# A value, perhaps with a remark; anything else is a sentence.
+_LITERAL = re.compile(r"""('[^']*'|"[^"]*"|\([^()]*\)|\[[^\[\]]*\]|-?[\d.][^; ]*|[^\s;]+)(?:;.*)?""", re.DOTALL)
 _RETRY_TEXT = re.compile(r"; try again in [\d.e+-]+ s$")
 
 
@@ -142,8 +163,32 @@ def parse_problems(message: str) -> tuple[Problem, ...]:
     for part in _NEXT_FIELD.split(_RETRY_TEXT.sub("", message)):
         match = _ONE_FIELD.fullmatch(part)
         if match:
-            found.append(Problem(match[1], match[2], match[3] or ""))
+            literal = _LITERAL.fullmatch(match[2])
+            found.append(Problem(match[1], literal[1] if literal else "", match[3] or ""))
     return tuple(found)
+
+
+def _unquoted(value: str) -> str:
+    quoted = len(value) >= 2 and value[0] == value[-1] and value[0] in "'\"" and value[0] not in value[1:-1]
+    return value[1:-1] if quoted else value
+
+
+def renamed(message: str, name: Callable[[str], str]) -> str:
+    """A message of the daemon, each of whose fields got the name that name() answers."""
+
+    def replace(match: re.Match[str]) -> str:
+        return match[1] + name(match[2]) + ": "
+
+    return _FIELD.sub(replace, message)
+
+
+def argument_of(field: str) -> str:
+    """Of settings.width "size": the argument of this package that became a field of a request."""
+    for pattern, argument in _ARGUMENTS:
+        match = pattern.match(field)
+        if match:
+            return argument + field[match.end() :]
+    return field
 
 
 def invalid(field: str, value: object, allowed: str) -> InvalidArgument:
@@ -213,7 +258,7 @@ def _retry_after(details: bytes) -> float | None:
 def from_rpc(error: grpc.RpcError, peer: str) -> HeliographError:
     """What a failed call means. `peer` is the daemon's address."""
     status = error.code().name
-    text = error.details() or ""
+    text = renamed(error.details() or "", argument_of)
     kind = _BY_STATUS.get(status, Internal)
     retry_after_s = None
     for key, value in _metadata(error):

@@ -27,7 +27,8 @@ class Frame:
     kind: "film": the picture is whole and newer than at the event before; "preview": a whole picture for the eye
     while the camera moves, biased and with the layer display alone; "end": the film's picture ended, and
     stats.ended_by says why.
-    view: number of the camera update that it shows. number: of the frame within the session.
+    view: number of the change of camera, settings, budget or scene that it shows; Session.view is that of the newest.
+    number: of the frame within the session.
     """
 
     kind: str
@@ -53,6 +54,7 @@ class Frame:
             unsampled=self.unsampled,
             notices=self.notices,
             seed=self.seed,
+            view=self.view,
         )
 
     @property
@@ -147,11 +149,22 @@ class FrameFeed:
             self.end = event
         return [event]
 
+    @property
+    def view(self) -> int:
+        """Of the newest frame of the film; 0: none has begun."""
+        return self._film.begin.tag.view_id if self._film is not None else 0
+
     def latest(self) -> Frame | None:
         """The film as it is now; None: not all of it has come yet."""
         if self._film is None or not self._film.assembly.complete:
             return None
         return self._film.event("film", self._stats(self._film.assembly.samples))
+
+
+def check_buffer(size: int) -> None:
+    """InvalidArgument: not in [0, 1024]."""
+    if isinstance(size, bool) or not isinstance(size, int) or not 0 <= size <= _MOST_BUFFERED:
+        raise invalid("buffer", size, f"[0, {_MOST_BUFFERED}]; 0: the newest of each kind")
 
 
 class FrameBuffer:
@@ -169,8 +182,7 @@ class FrameBuffer:
 
     def resize(self, size: int) -> None:
         """InvalidArgument: not in [0, 1024]."""
-        if isinstance(size, bool) or not isinstance(size, int) or not 0 <= size <= _MOST_BUFFERED:
-            raise invalid("buffer", size, f"[0, {_MOST_BUFFERED}]; 0: the newest of each kind")
+        check_buffer(size)
         self.size = size
         while size and len(self._events) > size:
             self._events.popleft()
@@ -187,6 +199,13 @@ class FrameBuffer:
             self.dropped += len(self._events) - len(kept)
             self._events = deque(kept)
             self._events.append(event)
+
+    def forget_before(self, view: int) -> None:
+        """A newer view was sent: with size 0, what waits of older ones is no present state."""
+        if self.size == 0:
+            kept = [event for event in self._events if event.view >= view]
+            self.dropped += len(self._events) - len(kept)
+            self._events = deque(kept)
 
     def take(self) -> Frame | None:
         return self._events.popleft() if self._events else None

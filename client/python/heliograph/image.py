@@ -14,12 +14,14 @@ from . import display, exr
 from .errors import InvalidArgument, MissingChannel, NotFound, Unavailable, invalid
 from .exr import Window
 from .files import write_atomically
+from .settings import read_stops
 from .stats import Stats
 from .tiles import GROUPS, in_stack_order
 
 Array = npt.NDArray[np.float32]
 
 _MOST_PIXELS = 1 << 31
+_KEPT = ("seed", "samples", "error", "endedBy", "notices")  # after "heliograph.": attributes of a file
 _ASKED_BY = {
     "alpha": "A",
     "depth": "Z",
@@ -38,7 +40,8 @@ class Image:
     planes: channel name to array of H x W; names are those of the EXR files ("R", "variance.G", "samples", "Z", ...).
     window: the region of the film that the arrays cover; None: all of it. frame: (width, height) of the film.
     stats: how it came about. unsampled, notices: what the integrator leaves out, and how the picture differs from
-    what the view asks for, a sentence each. seed: of its samples, None where it is not known.
+    what the view asks for, a sentence each. seed: of its samples, None where it is not known. view: of a session, number
+    of what it shows, as Session.view; of a camera path, from 1 on; None where it is not known.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class Image:
         unsampled: Sequence[str] = (),
         notices: Sequence[str] = (),
         seed: int | None = None,
+        view: int | None = None,
     ) -> None:
         self._planes = {name: np.asarray(plane, np.float32) for name, plane in planes.items()}
         shapes = {plane.shape for plane in self._planes.values()}
@@ -65,6 +69,7 @@ class Image:
         self.unsampled = tuple(unsampled)
         self.notices = tuple(notices)
         self.seed = seed
+        self.view = view
 
     # ---- channels
 
@@ -205,7 +210,7 @@ class Image:
         layer: "display" or "radiance"; None: display where it is there. InvalidArgument: anything else.
         """
         rgb = self._layer(layer)[1]
-        factor = display.auto_exposure(rgb) if exposure is None else 2.0 ** _stops(exposure)
+        factor = display.auto_exposure(rgb) if exposure is None else 2.0 ** read_stops(exposure, automatic=True)
         return display.srgb_bytes(rgb, factor)
 
     def _layer(self, layer: str | None) -> tuple[str, Array]:
@@ -235,7 +240,8 @@ class Image:
     ) -> pathlib.Path:
         """Writes the file in one step (temporary file, then rename) and answers its path.
 
-        .exr: all channels as floats, compression "zip" or "none". .png: as to_srgb(exposure, layer).
+        .exr: all channels as floats, compression "zip" or "none", and seed, samples, error, what ended the picture,
+        `unsampled` and `notices` as attributes, which load() reads. .png: as to_srgb(exposure, layer).
         InvalidArgument: another ending, or an option that does not go with it. OSError: it cannot be written.
         """
         target = pathlib.Path(path)
@@ -244,7 +250,12 @@ class Image:
             if exposure is not None or layer is not None:
                 raise invalid("path", str(target), "a name that ends in .png: exposure and layer do not go with .exr")
             data = exr.encode(
-                self._planes, self.window, self.frame, comments="\n".join(self.unsampled), compression=compression
+                self._planes,
+                self.window,
+                self.frame,
+                comments="\n".join(self.unsampled),
+                texts=self._texts(),
+                compression=compression,
             )
         elif ending == ".png":
             data = self.to_png(exposure, layer)
@@ -252,6 +263,18 @@ class Image:
             raise invalid("path", str(target), "a name that ends in .exr or .png")
         write_atomically(target, data)
         return target
+
+    def _texts(self) -> dict[str, str]:
+        """What a file keeps besides its channels, by the names of its attributes."""
+        stats = self.stats
+        texts = {
+            "heliograph.seed": str(self.seed) if self.seed is not None else "",
+            "heliograph.samples": str(stats.samples) if stats.samples else "",
+            "heliograph.error": repr(stats.error) if stats.error is not None else "",
+            "heliograph.endedBy": stats.ended_by,
+            "heliograph.notices": "\n".join(self.notices),
+        }
+        return {name: text for name, text in texts.items() if text}
 
     def show_in_tev(self, name: str | None = None, *, address: str = "127.0.0.1:14158", timeout: float = 10) -> str:
         """Shows radiance, display, standard error and samples in tev or HDRView, and answers the picture's name there.
@@ -271,7 +294,8 @@ class Image:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Image:
-        """Reads an EXR file of one flat part, uncompressed or by zip; other compressions need the extra `exr`.
+        """Reads an EXR file of one flat part, uncompressed or by zip; other compressions need the extra `exr`. Of a
+        file that save() wrote, `stats` has samples, error and ended_by, and seed, unsampled and notices are there.
 
         NotFound: no such file. InvalidArgument: broken, or another kind of file.
         """
@@ -283,13 +307,25 @@ class Image:
             header, planes = exr.decode(data, _MOST_PIXELS)
         except InvalidArgument as error:
             raise InvalidArgument(f"{os.fspath(path)}: {error}", problems=()) from None
-        block = np.stack([np.asarray(planes[name], np.float32) for name in in_stack_order(list(planes))])
-        ordered = {name: block[index] for index, name in enumerate(in_stack_order(list(planes)))}
+        names = in_stack_order(list(planes))
+        block = np.empty((len(names), header.window.height, header.window.width), np.float32)
+        for index, name in enumerate(names):
+            block[index] = planes[name]
+        ordered = {name: block[index] for index, name in enumerate(names)}
+        texts = {name: header.texts.get(f"heliograph.{name}", "") for name in _KEPT}
+        stats = Stats(
+            samples=int(texts["samples"]) if texts["samples"].isdecimal() else 0,
+            error=_number_in(texts["error"]),
+            ended_by=texts["endedBy"],
+        )
         return cls(
             ordered,
             window=header.window,
             frame=header.frame,
             unsampled=header.comments.splitlines() if header.comments else (),
+            notices=texts["notices"].splitlines(),
+            stats=stats,
+            seed=int(texts["seed"]) if texts["seed"].isdecimal() and len(texts["seed"]) <= 20 else None,
         )
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> npt.NDArray[Any]:
@@ -306,11 +342,8 @@ class Image:
         return f"<heliograph.Image {', '.join(told)}>"
 
 
-def _stops(exposure: float) -> float:
+def _number_in(text: str) -> float | None:
     try:
-        stops = float(exposure)
-    except (TypeError, ValueError):
-        stops = float("nan")
-    if not -64 <= stops <= 64:
-        raise invalid("exposure", exposure, "[-64, 64] stops, or None")
-    return stops
+        return float(text)
+    except ValueError:
+        return None

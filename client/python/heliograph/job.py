@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
@@ -12,10 +13,11 @@ from typing import Any
 import grpc
 
 from . import operations
-from .connection import Connection, read_timeout
-from .errors import BrokenTile, DeadlineExceeded, FailedPrecondition, HeliographError, Internal, from_rpc
+from .connection import Connection
+from .errors import BrokenTile, DeadlineExceeded, FailedPrecondition, HeliographError, Internal, NotFound, from_rpc
 from .image import Image
 from .jobs import JobState, image_of
+from .settings import read_timeout
 from .stats import Stats
 
 
@@ -29,7 +31,7 @@ class Job:
     def __init__(self, connection: Connection, request: Any, views: int) -> None:
         self.views = views  # pictures that it makes
         self._connection = connection
-        self._state = JobState()
+        self._state = JobState(views)
         self._changed = threading.Condition()
         self._call = connection.open("RunJob", request)
         self._thread = threading.Thread(
@@ -44,6 +46,7 @@ class Job:
 
     @property
     def id(self) -> str:
+        """The daemon's name of it."""
         return self._state.id
 
     @property
@@ -95,8 +98,17 @@ class Job:
                 self._changed.wait(left)
 
     def cancel(self) -> None:
-        """Ends the job; result() then answers what was rendered, if all of the picture was, or raises Cancelled."""
-        if not self.done:
+        """Ends the job; result() then answers what was rendered, if all of the picture was, or raises Cancelled.
+
+        images() gives the pictures of a path that wait, then raises Cancelled. Nothing happens where the job is done.
+        """
+        self._connection.check_process()
+        with self._changed:
+            if self._state.over:
+                return
+            self._state.cancelled = True
+            self._changed.notify_all()
+        with contextlib.suppress(NotFound):  # the daemon has finished, and the rest is on its way
             self._connection.run(operations.cancel_job(self.id))
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from .errors import Cancelled, HeliographError, Internal, RenderFailed, invalid
 from .frames import Frame
 from .image import Image
 from .scene import SceneValues
-from .settings import choices, make_format, make_settings
+from .settings import Channel, Compression, Denoiser, PixelType, Size, choices, make_format, make_settings
 from .stats import Stats, make_stats
 from .tiles import Assembly, Lazy
 from .v1 import job_pb2 as messages
@@ -27,14 +27,14 @@ def job_request(
     scene: SceneValues,
     peer: str,
     *,
-    size: Any,
+    size: Size | None,
     until: Until,
     camera: Camera | str | int | None,
     views: Iterable[Camera | str | int] | None,
-    channels: str | Iterable[str],
-    denoiser: str | None,
-    pixel_type: str,
-    compression: str | None,
+    channels: Channel | Iterable[Channel],
+    denoiser: Denoiser | None,
+    pixel_type: PixelType,
+    compression: Compression | None,
     settings: Mapping[str, Any],
 ) -> messages.RunJobRequest:
     """InvalidArgument: anything that is not allowed; what the daemon checks it tells with the first answer."""
@@ -130,8 +130,11 @@ class JobFeed:
 class JobState:
     """A job as its reader and those who wait for it see it. Guarded by the lock of whoever owns it."""
 
-    def __init__(self) -> None:
+    def __init__(self, views: int) -> None:
         self.feed = JobFeed()
+        self.cancelled = False  # somebody asked for it: pictures of a path that come now are not kept
+        self._path = views > 1
+        self._lost = False
         self.done: deque[Frame] = deque()
         self.error: HeliographError | None = None
         self.over = False
@@ -140,16 +143,20 @@ class JobState:
     @property
     def full(self) -> bool:
         """The reader waits: the daemon then holds back the next view of a path."""
-        return len(self.done) >= _WAITING
+        return len(self.done) >= _WAITING and not self.cancelled
 
     def add(self, response: messages.RunJobResponse) -> None:
         frame = self.feed.add(response)
-        if frame is not None:
+        if frame is not None and self.cancelled and self._path:
+            self._lost = True
+        elif frame is not None:
             self.newest = frame
             self.done.append(frame)
 
     def finish(self, error: HeliographError | None) -> None:
         self.over = True
+        if error is None and self._lost:
+            error = Cancelled("the job was cancelled", problems=())
         if error is None and not self.feed.over:
             error = Internal("the daemon ended the job without a result", problems=())
         if self.error is None:

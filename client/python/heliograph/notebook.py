@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import pathlib
-from typing import Any
+from typing import Any, Protocol
 
 from .errors import Internal, MissingPackage, invalid
 from .module_linker import LinkError, link
@@ -57,6 +57,16 @@ def front_end() -> tuple[str, str]:
         return link(_read, _ENTRY), _read("widget/widget.css")
     except (LinkError, OSError) as error:
         raise Internal(f"the widget's modules are damaged or not installed: {error}", problems=()) from None
+
+
+class Widget(Protocol):
+    """What show() answers: an anywidget.AnyWidget with these names besides."""
+
+    exposure: float  # stops, [-12, 12]
+    channel: str  # one of CHANNELS; empty: by what the session has
+
+    def close(self) -> None:
+        """Takes the widget off every page and ends its traffic. The session goes on."""
 
 
 @functools.cache
@@ -120,7 +130,7 @@ def _read_channel(value: str | None) -> str:
     return value or ""
 
 
-def show(session: SessionMethods, *, exposure: float = 0, channel: str | None = None) -> Any:
+def show(session: SessionMethods, *, exposure: float = 0, channel: str | None = None) -> Widget:
     """A widget with the session's picture, an anywidget.AnyWidget; display it as a cell's last value, or by display().
 
     Drag: orbit; shift or right drag: pan; wheel and pinch: towards the cursor; double click with the channel depth:
@@ -134,4 +144,5 @@ def show(session: SessionMethods, *, exposure: float = 0, channel: str | None = 
     """
     session._core.check()
     traits = {"exposure": _read_exposure(exposure), "channel": _read_channel(channel)}
-    return _widget_class()(session, **traits)
+    widget: Widget = _widget_class()(session, **traits)
+    return widget

@@ -9,10 +9,11 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from .calls import Call, Operation, Upload
-from .edits import Changes, make_edits
-from .errors import Internal, InvalidArgument
+from .edits import Changes, argument_of, make_edits
+from .errors import HeliographError, Internal, InvalidArgument, invalid, renamed
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, make_server_info, vector_of
 from .scene_files import LocalScene, SceneFile, collect, environment_text, names_map
+from .settings import read_number
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 from .v1 import replay_pb2 as replay_messages
@@ -32,7 +33,16 @@ def load(
     animation: str,
     strict: bool,
 ) -> Operation[tuple[service.SceneInfo, service.LoadSceneResponse]]:
-    begin = service.LoadSceneRequest.Begin(time_s=time, animation=animation, strict=strict)
+    if not isinstance(path, (str, os.PathLike)):
+        raise invalid("path", path, "a file's path")
+    if isinstance(animation, bool) or not isinstance(animation, (str, int)):
+        raise invalid("animation", animation, "name or number of a clip, or empty")
+    for name, flag in (("strict", strict), ("on_server", on_server)):
+        if not isinstance(flag, (bool, int)):
+            raise invalid(name, flag, "True or False")
+    begin = service.LoadSceneRequest.Begin(
+        time_s=read_number("time", time), animation=str(animation), strict=bool(strict)
+    )
     if on_server:
         begin.path = os.fspath(path)
         begin.environment = environment_text(environment)
@@ -97,7 +107,13 @@ def edit(
     environment: dict[str, Any] | None,
 ) -> Operation[tuple[service.SceneInfo, tuple[str, ...]]]:
     request = service.EditSceneRequest(scene_id=scene.id, edits=make_edits(materials, lights, objects, environment))
-    answer = yield Call("EditScene", request, quick=False)
+    made = list(request.edits)
+    try:
+        answer = yield Call("EditScene", request, quick=False)
+    except HeliographError as error:
+        text = renamed(error.message, lambda field: argument_of(made, field))
+        problems = tuple(problem._replace(field=argument_of(made, problem.field)) for problem in error.problems)
+        raise type(error)(text, problems=problems, retry_after_s=error.retry_after_s) from None
     info = yield from _with_all_cameras(answer.scene)
     return info, tuple(answer.notices)
 

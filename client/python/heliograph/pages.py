@@ -52,13 +52,15 @@ class Pages:
     def __init__(self, session: SessionMethods, send: Send) -> None:
         self._core: SessionCore | None = session._core  # None: it ended, and no page shows its last picture any more
         self._session = weakref.ref(session)
-        self._held: SessionMethods | None = session  # until the last page closes: a session on show is not forgotten
+        # Until the last page closes: a session on show is not forgotten.
+        self._held: SessionMethods | None = session
         self._send = send
         self._lock = threading.RLock()
         self._pages: dict[str, _Page] = {}
         self._newest: Frame | None = None
         self._closed = False
         self._end = ""  # how the session ended
+        self._refusals = session._core.refusals  # that the pages know of
         session._core.observe(self._observe)
         with self._lock:
             self._take([session._core.snapshot()])
@@ -88,8 +90,12 @@ class Pages:
                 return
             self._take(events)
             self._see_end()
+            refusals = self._core.refusals if self._core is not None else self._refusals
+            refused, self._refusals = refusals != self._refusals, refusals
             for name in list(self._pages):
                 try:
+                    if refused:
+                        self._send({"kind": "problem", "page": name, "text": refusals[1]}, ())
                     self._supply(name)
                 except Exception:  # the notebook is gone; the session goes on
                     self._pages.pop(name, None)

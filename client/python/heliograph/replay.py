@@ -27,6 +27,7 @@ class Replay:
 
     @property
     def finite(self) -> bool:
+        """Whether the radiance is neither NaN nor infinite."""
         return self.message.finite
 
     @property

@@ -83,6 +83,7 @@ class SceneValues:
 
     @property
     def name(self) -> str:
+        """Name of the scene's file."""
         return self.info.name
 
     @property

@@ -8,11 +8,11 @@ import math
 import os
 import pathlib
 import posixpath
+import re
 import struct
 import urllib.parse
 import xml.etree.ElementTree as xml
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from .errors import NotFound, invalid
 
@@ -146,22 +146,27 @@ def _names_in(scene: pathlib.Path) -> list[str]:
     return []
 
 
+_URI_KEY = re.compile(rb'"(?:uri|image)"\s*:\s*"(?!data:)')
+_STRING = re.compile(rb'(?:[^"\\]++|\\.)*+"', re.DOTALL)
+_STEP = 1 << 20  # bytes between which other threads get their turn
+_OVERLAP = 256  # longer than a key with the white space about its colon
+
+
 def _gltf_uris(text: bytes) -> list[str]:
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError):
-        return []  # the daemon says where it is broken
+    """Values of the keys "uri" and "image". Found without a parser, which would hold all threads of the process for the
+    time that a large file takes. In a file that is broken it may find any of them: the daemon says where it is."""
     found: dict[str, None] = {}
-    waiting: list[Any] = [document]
-    while waiting:
-        item = waiting.pop()
-        if isinstance(item, dict):
-            for key, value in item.items():
-                if key in ("uri", "image") and isinstance(value, str) and value and not value.startswith("data:"):
-                    found[value] = None
-            waiting.extend(item.values())
-        elif isinstance(item, list):
-            waiting.extend(item)
+    for start in range(0, len(text), _STEP):
+        for key in _URI_KEY.finditer(text, start, min(len(text), start + _STEP + _OVERLAP)):
+            value = _STRING.match(text, key.end())
+            if value is None:
+                continue
+            try:
+                name = json.loads(b'"' + value[0])
+            except (ValueError, UnicodeDecodeError):
+                continue
+            if name and not name.startswith("data:"):
+                found[name] = None
     return list(found)
 
 

@@ -8,17 +8,22 @@ import threading
 import time
 import weakref
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import grpc
 
 from . import operations
-from .connection import Connection, read_timeout
+from .connection import Connection
 from .edits import Changes
 from .errors import Cancelled, DeadlineExceeded, HeliographError, Internal, from_rpc
 from .frames import Frame
 from .image import Image
+from .outbox import Outbox
 from .session_core import SessionCore, SessionMethods
+from .settings import read_timeout
+
+if TYPE_CHECKING:
+    from .client import Scene
 
 _CLOSE_S = 10.0  # that the daemon gets to end a session
 
@@ -32,14 +37,24 @@ class Session(SessionMethods):
     def __init__(self, client: Any, connection: Connection, core: SessionCore) -> None:
         self._client = client
         self._core = core
-        call = connection.open("StreamFrames", _requests(core))
+        self._calls = [connection.open("StreamFrames", _requests(core, core.outbox))]  # the last one is open
         self._thread = threading.Thread(
-            target=_read, args=(core, connection, call), name="heliograph-session", daemon=True
+            target=_read, args=(core, connection, self._calls), name="heliograph-session", daemon=True
         )
         self._thread.start()
-        self._call = call
         self._finalizer = weakref.finalize(self, _abandon, core, os.getpid())
         self._connection = connection
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is rendered. Assign another to switch; modes that reuse pictures keep what an edit left
+        true."""
+        scene: Scene = self._core.scene  # type: ignore[assignment]
+        return scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        self._switch(scene)
 
     # ---- waiting
 
@@ -48,7 +63,11 @@ class Session(SessionMethods):
 
         buffer: 0: the newest of each kind alone, so that a slow loop sees the present state; n in [1, 1024]: up to n
         events are kept, then the oldest are dropped; None: as it was (0 at first). timeout: seconds without an event
-        after which DeadlineExceeded is raised; None: none. Whatever ended the stream is raised, too.
+        after which DeadlineExceeded is raised; None: none. A change that the daemon refused is raised once, and what
+        ended the stream whenever it is asked.
+
+        With buffer 0, a change of camera, settings, budget or scene drops what waits of the views before it, and ends
+        of these are not told; a picture of the view before may come still (Frame.view, Session.view).
         """
         if timeout is not None:
             timeout = read_timeout("timeout", timeout, zero=True)
@@ -63,7 +82,10 @@ class Session(SessionMethods):
             self._connection.check_process()
             with core.lock:
                 end = None if timeout is None else time.monotonic() + timeout
-                while not len(core.buffer):
+                while True:
+                    core.check_refused()
+                    if len(core.buffer):
+                        break
                     if core.error is not None:
                         raise core.error.again()
                     if core.over or core.closing:
@@ -89,7 +111,8 @@ class Session(SessionMethods):
         error, samples, seconds: the budget from now on, as of Error, Samples and Seconds, the first to be reached;
         without any the one that the session has. timeout: seconds to wait at most, then DeadlineExceeded; the render
         goes on.
-        InvalidArgument: no budget at all. RenderFailed. Whatever ended the stream is raised, too.
+        InvalidArgument: no budget at all, or a change that the daemon refused before, which is told once: the session
+        goes on with what it had. RenderFailed. Whatever ended the stream is raised, too.
         """
         self._connection.check_process()
         end = None if timeout is None else time.monotonic() + read_timeout("timeout", timeout, zero=True)
@@ -130,7 +153,7 @@ class Session(SessionMethods):
             self._thread.join(_CLOSE_S)
         finally:
             if self._thread.is_alive():  # the daemon does not answer, or Ctrl-C
-                self._call.cancel()
+                self._calls[-1].cancel()
         self._thread.join(_CLOSE_S)
         if self._core.left_behind:
             with contextlib.suppress(HeliographError):
@@ -146,18 +169,31 @@ class Session(SessionMethods):
 # The threads of a session refer to its core, never to the session, so that one that is forgotten can be collected.
 
 
-def _requests(core: SessionCore) -> Iterator[Any]:
+def _requests(core: SessionCore, outbox: Outbox) -> Iterator[Any]:
     while True:
         with core.lock:
-            while not len(core.outbox):
-                if core.outbox.ended:
+            while not len(outbox):
+                if outbox.ended:
                     return
                 core.changed.wait()
-            request = core.outbox.take()
+            request = outbox.take()
         yield request
 
 
-def _read(core: SessionCore, connection: Connection, call: Any) -> None:
+def _read(core: SessionCore, connection: Connection, calls: list[Any]) -> None:
+    failure = _receive(core, connection, calls[-1])
+    while core.resume(failure):
+        try:
+            calls[:] = [connection.open("StreamFrames", _requests(core, core.outbox))]
+        except HeliographError as error:  # closed meanwhile
+            failure = error
+            break
+        failure = _receive(core, connection, calls[-1])
+    core.finish(failure)
+
+
+def _receive(core: SessionCore, connection: Connection, call: Any) -> HeliographError | None:
+    """All answers; what ended them, None: they ended well."""
     failure: HeliographError | None = None
     try:
         for response in call:
@@ -172,8 +208,7 @@ def _read(core: SessionCore, connection: Connection, call: Any) -> None:
     except Exception as error:  # a fault of this package must reach whoever waits
         failure = Internal(f"{type(error).__name__}: {error}", problems=())
         call.cancel()
-    finally:
-        core.finish(failure)
+    return failure
 
 
 def _abandon(core: SessionCore, process: int) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 from .address import is_near
 from .budget import Until, limits_of, make_budget
-from .camera import Camera
+from .camera import Camera, Lens
 from .errors import (
     FailedPrecondition,
     HeliographError,
@@ -17,25 +18,52 @@ from .errors import (
     InvalidArgument,
     NotFound,
     RenderFailed,
+    ResourceExhausted,
     Unavailable,
     invalid,
 )
-from .frames import Frame, FrameBuffer, FrameFeed
+from .frames import Frame, FrameBuffer, FrameFeed, check_buffer
 from .image import Image
 from .outbox import Outbox
 from .scene import SceneValues
-from .settings import Settings, make_format, make_settings
+from .settings import (
+    Channel,
+    Compression,
+    Denoiser,
+    PixelType,
+    Settings,
+    Size,
+    make_format,
+    make_settings,
+    read_stops,
+    read_timeout,
+)
 from .stats import Stats, make_stats
+from .tev import DEFAULT_ADDRESS
 from .v1 import frame_stream_pb2 as stream
 from .v1 import render_service_pb2 as service
 from .v1 import types_pb2 as types
 
+if TYPE_CHECKING:
+    from .live_tev import LiveTev
+    from .notebook import Widget
+
 
 def session_request(
-    scene: SceneValues, *, size: Any, until: Until | None, camera: Camera, grace: float, settings: Mapping[str, Any]
+    scene: SceneValues,
+    *,
+    size: Size | None,
+    until: Until | None,
+    camera: Camera,
+    exposure: float,
+    buffer: int,
+    grace: float,
+    settings: Mapping[str, Any],
 ) -> service.CreateSessionRequest:
-    """InvalidArgument: anything that is not allowed."""
-    request = service.CreateSessionRequest(scene_id=scene.id, grace_s=grace)
+    """InvalidArgument: anything that is not allowed, before the daemon makes a session."""
+    read_stops(exposure)
+    check_buffer(buffer)
+    request = service.CreateSessionRequest(scene_id=scene.id, grace_s=read_timeout("grace", grace, zero=True))
     request.settings.CopyFrom(make_settings(size, settings))
     scene.complete(request.settings, camera)
     request.budget.CopyFrom(make_budget(until))
@@ -43,7 +71,11 @@ def session_request(
 
 
 def session_format(
-    peer: str, channels: str | Iterable[str], denoiser: str | None, pixel_type: str, compression: str | None
+    peer: str,
+    channels: Channel | Iterable[Channel],
+    denoiser: Denoiser | None,
+    pixel_type: PixelType,
+    compression: Compression | None,
 ) -> types.TileFormat:
     if compression is None:
         compression = "none" if is_near(peer) else "zip"
@@ -54,10 +86,23 @@ def session_format(
 Observer = Callable[[Sequence[Frame]], None]
 
 _MOST_OBSERVERS = 64
+_MOST_UNPROVEN = 64  # changes that the daemon has not answered and that are told apart
+
+
+class _State(NamedTuple):
+    """What the daemon may refuse: size and settings by their ranges and its limits, a scene that it does not hold."""
+
+    view: int  # the first that shows it
+    scene: SceneValues
+    settings: types.RenderSettings
 
 
 class SessionCore:
-    """Guarded by `lock`. `wake` is called, with the lock held, when there is something to send or to see."""
+    """Guarded by `lock`. `wake` is called, with the lock held, when there is something to send or to see.
+
+    A change that the daemon refuses ends the stream, not the session: resume() goes back to the last settings and scene
+    that were rendered, and prepares another stream. The refusal is then raised once, by whoever waits next.
+    """
 
     def __init__(
         self,
@@ -87,24 +132,55 @@ class SessionCore:
         self.closing = False
         self._view = 0
         self._observers: tuple[Observer, ...] = ()
-        self.outbox.put(stream.StreamRequest(open=stream.StreamRequest.Open(session_id=session_id, format=tile_format)))
+        self._process = os.getpid()
+        self._format = tile_format
+        self._refused: HeliographError | None = None
+        self.refusals: tuple[int, str] = (0, "")  # how many so far, and what the last one says
+        self._proven = _State(0, scene, settings)
+        self._unproven: list[_State] = []
+        self._resumed = False  # and nothing has been rendered since
+        self._open()
         self.send_view()
+
+    def _open(self) -> None:
+        request = stream.StreamRequest.Open(session_id=self.id, format=self._format)
+        self.outbox.put(stream.StreamRequest(open=request))
 
     def wake(self) -> None:
         self.changed.notify_all()
 
     # ---- what goes out
 
+    def check_process(self) -> None:
+        """FailedPrecondition: made by the process that this one was forked from. Before the lock, for a thread of the
+        parent may have held it."""
+        if os.getpid() != self._process:
+            raise FailedPrecondition(
+                "this session was made in the parent process, and gRPC does not survive fork()", problems=()
+            )
+
+    @property
+    def view(self) -> int:
+        return self._view
+
     def check(self) -> None:
         """FailedPrecondition, or what ended the stream."""
+        self.check_process()
         if self.error is not None:
             raise self.error.again()
         if self.closing or self.over:
             raise FailedPrecondition("this session is closed", problems=())
 
+    def check_refused(self) -> None:
+        """Raises once what the daemon refused."""
+        refused, self._refused = self._refused, None
+        if refused is not None:
+            raise refused.again()
+
     def send_view(self) -> None:
         with self.lock:
             self._view += 1
+            self.buffer.forget_before(self._view)
             view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
             self._put(stream.StreamRequest(view=view))
 
@@ -113,23 +189,31 @@ class SessionCore:
             self.outbox.put(request)
             self.wake()
 
+    def _note(self) -> None:
+        """The change that was put last is not proven yet."""
+        if len(self._unproven) >= _MOST_UNPROVEN:
+            del self._unproven[-1]
+        self._unproven.append(_State(self._view, self.scene, self.settings))
+
     def set_camera(self, camera: Camera) -> None:
+        self.check_process()
         with self.lock:
             self.check()
             self.camera = camera
             self.send_view()
 
     def set_exposure(self, stops: float) -> None:
-        if not -64 <= stops <= 64:
-            raise invalid("exposure", stops, "[-64, 64] stops")
+        number = read_stops(stops)
+        self.check_process()
         with self.lock:
             self.check()
-            self.exposure = float(stops)
+            self.exposure = number
             self.send_view()
 
-    def set_settings(self, size: Any, values: Mapping[str, Any]) -> None:
+    def set_settings(self, size: Size | None, values: Mapping[str, Any]) -> None:
         """Changes what is named; the rest stays."""
         changed = make_settings(size, values)
+        self.check_process()
         with self.lock:
             self.check()
             settings = types.RenderSettings()
@@ -142,9 +226,11 @@ class SessionCore:
             self.settings = settings
             self._put(stream.StreamRequest(settings=settings))
             self.send_view()  # so that an end tells whether it knew of this
+            self._note()
 
     def set_budget(self, until: Until | None) -> None:
         budget = make_budget(until)
+        self.check_process()
         with self.lock:
             self.check()
             self.budget = budget
@@ -152,11 +238,13 @@ class SessionCore:
             self.send_view()
 
     def set_scene(self, scene: SceneValues) -> None:
+        self.check_process()
         with self.lock:
             self.check()
             self.scene = scene
             self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=scene.id)))
             self.send_view()
+            self._note()
 
     def close(self) -> None:
         """Asks the daemon to end the session; its stream then ends by itself. Never blocks, and may be called again."""
@@ -173,7 +261,11 @@ class SessionCore:
         """BrokenTile: the stream cannot be trusted."""
         with self.lock:
             events = self.feed.add(response)
-            self.buffer.add(events)
+            self._prove(self.feed.view)
+            # Whoever takes the newest alone waits for the end of the newest view; pictures of a view before it are
+            # still shown, so that a camera that never rests is seen to move.
+            every = self.buffer.size > 0
+            self.buffer.add([event for event in events if every or event.kind != "end" or event.view >= self._view])
             self.wake()
             told = [text for is_warning, text in self.feed.notices if is_warning]
             self.feed.notices.clear()
@@ -182,6 +274,40 @@ class SessionCore:
             observer(events)
         for text in told:
             warnings.warn(text, HeliographWarning, stacklevel=2)
+
+    def _prove(self, view: int) -> None:
+        while self._unproven and self._unproven[0].view <= view:
+            self._proven = self._unproven.pop(0)
+            self._resumed = False
+
+    def resume(self, error: HeliographError | None) -> bool:
+        """The stream ended by `error`. True: the daemon refused a change, and the session goes on as it was before,
+        over another stream, whose requests are in a new outbox."""
+        with self.lock:
+            of_change = isinstance(error, (InvalidArgument, ResourceExhausted)) or (
+                isinstance(error, NotFound) and any(state.scene is not self._proven.scene for state in self._unproven)
+            )
+            if error is None or not of_change or not self._unproven or self.closing:
+                return False
+            if self._resumed and len(self._unproven) == 1:
+                return False  # what was good before is refused, too
+            switched = any(state.scene is not self._proven.scene for state in self._unproven)
+            self._resumed = True
+            self._refused = error
+            self.refusals = (self.refusals[0] + 1, str(error))
+            self._unproven = []
+            self.scene, self.settings = self._proven.scene, self._proven.settings
+            self.outbox.end()
+            self.outbox = Outbox()
+            self._open()
+            if switched:
+                self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=self.scene.id)))
+            self._put(stream.StreamRequest(settings=self.settings))
+            self._put(stream.StreamRequest(budget=self.budget))
+            self.send_view()
+            self._proven = _State(self._view, self.scene, self.settings)
+            self._note()
+            return True
 
     def finish(self, error: HeliographError | None) -> None:
         """The stream is over, by an error or well."""
@@ -203,7 +329,9 @@ class SessionCore:
         """
         with self.lock:
             if len(self._observers) >= _MOST_OBSERVERS:
-                raise FailedPrecondition(f"{_MOST_OBSERVERS} widgets show this session already", problems=())
+                raise FailedPrecondition(
+                    f"{_MOST_OBSERVERS} widgets and viewers show this session already", problems=()
+                )
             self._observers += (observer,)
 
     def forget(self, observer: Observer) -> None:
@@ -221,7 +349,9 @@ class SessionCore:
     def begin_wait(self, *, error: float | None, samples: int | None, seconds: float | None) -> int:
         """Sets the budget, if one is given, and answers the view whose end is waited for."""
         limits = limits_of(error=error, samples=samples, seconds=seconds)
+        self.check_process()
         with self.lock:
+            self.check_refused()
             self.check()
             if limits:
                 self.set_budget(limits)
@@ -233,8 +363,10 @@ class SessionCore:
             return self._view
 
     def awaited(self, view: int) -> Frame | None:
-        """The end of a picture of this view or a newer one; None: not yet. RenderFailed, or what ended the stream."""
+        """The end of a picture of this view or a newer one; None: not yet. RenderFailed, what the daemon refused, or
+        what ended the stream."""
         with self.lock:
+            self.check_refused()
             end = self.feed.end
             if end is not None and end.view >= view:
                 if end.stats.ended_by == "failed":
@@ -244,6 +376,7 @@ class SessionCore:
             return None
 
     def snapshot(self) -> Frame | None:
+        self.check_process()
         with self.lock:
             return self.feed.latest()
 
@@ -253,7 +386,10 @@ class SessionCore:
 
     @property
     def stats(self) -> Stats:
+        self.check_process()
         with self.lock:
+            if self.feed.view < self._view:
+                return Stats()
             frame = self.feed.latest()
             if frame is not None:
                 return frame.stats
@@ -268,16 +404,16 @@ class SessionMethods:
 
     @property
     def id(self) -> str:
+        """The daemon's name of it, hexadecimal."""
         return self._core.id
 
     @property
-    def scene(self) -> Any:
-        """The scene that is rendered. Assign another to switch; modes that reuse pictures keep what an edit left
-        true."""
-        return self._core.scene
+    def view(self) -> int:
+        """Number of the newest change of camera, settings, budget or scene, from 1 on: a Frame or Image of that view
+        shows all of them."""
+        return self._core.view
 
-    @scene.setter
-    def scene(self, scene: SceneValues) -> None:
+    def _switch(self, scene: SceneValues) -> None:
         if not isinstance(scene, SceneValues):
             raise invalid("scene", scene, "what load() or edit() of a client answered")
         self._core.set_scene(scene)
@@ -317,7 +453,7 @@ class SessionMethods:
 
     @property
     def stats(self) -> Stats:
-        """Figures of the picture at this moment."""
+        """Figures of the picture of the present view at this moment; without samples until it has begun."""
         return self._core.stats
 
     @property
@@ -326,11 +462,11 @@ class SessionMethods:
         with self._core.lock:
             return self._core.buffer.dropped
 
-    def set(self, *, size: Any = None, until: Until | None = None, **settings: Unpack[Settings]) -> None:
+    def set(self, *, size: Size | None = None, until: Until | None = None, **settings: Unpack[Settings]) -> None:
         """Changes settings by keyword (heliograph.Settings), the size or the budget; the rest stays.
 
-        InvalidArgument at once: an unknown name or word. A value that is out of the daemon's range ends the stream, and
-        the next call tells.
+        InvalidArgument at once: an unknown name or word. A value that the daemon refuses changes nothing: the session
+        goes on with the settings that it had, and the next wait() or frames() raises once what was refused.
         """
         if size is not None or settings:
             self._core.set_settings(size, settings)
@@ -338,11 +474,26 @@ class SessionMethods:
             self._core.set_budget(until)
 
     def image(self) -> Image | None:
-        """The film as it is now; None: not all of its tiles have come yet."""
+        """The film of the present view as it is now; None: not all of its tiles have come yet. Never one of an older
+        view: right after a change of camera, settings, budget or scene it is None, and wait() waits."""
         frame = self._core.snapshot()
-        return None if frame is None else frame.image
+        return None if frame is None or frame.view < self._core.view else frame.image
 
-    def show(self, *, exposure: float = 0, channel: str | None = None) -> Any:
+    def show_in_tev(self, name: str | None = None, *, address: str = DEFAULT_ADDRESS) -> LiveTev:
+        """Keeps the film up to date in tev or HDRView while it is rendered, and answers what ends that: close().
+
+        Radiance, display where the session has it, standard error and samples, at most ten times a second, always the
+        newest state; previews are not sent. It ends with the session, too. A viewer that is absent, gone or blocked is
+        warned of once by the logger "heliograph.tev" and tried again every 5 s; rendering does not wait for it.
+        name: an image of that name is replaced; None: one of the session's own. address: "HOST:PORT", "[IPV6]:PORT" or
+        "unix:PATH". InvalidArgument: the address or the name. FailedPrecondition: 64 viewers and widgets are there.
+        """
+        from .live_tev import LiveTev
+
+        self._core.check()
+        return LiveTev(self._core, name, address)
+
+    def show(self, *, exposure: float = 0, channel: str | None = None) -> Widget:
         """A widget for Jupyter: the picture as it comes, with the camera under the mouse. See heliograph.notebook.show.
 
         exposure: stops, [-12, 12]. channel: "radiance", "display", "error" and others; None: display where the session
@@ -359,7 +510,11 @@ class SessionMethods:
 
 
 class LiveCamera:
-    """The camera of a session: the methods of Camera, each of which moves it and is sent at once."""
+    """The camera of a session: the methods of Camera, each of which moves it, is sent at once and answers this object.
+
+    Arguments, units and errors are those of Camera; FailedPrecondition: the session is closed. `value` is the camera as
+    a value, to keep or to render a still from.
+    """
 
     def __init__(self, session: SessionMethods) -> None:
         self._session = session
@@ -399,24 +554,28 @@ class LiveCamera:
         """As Camera.look_at."""
         return self._set(self.value.look_at(target, position=position, up=up))
 
-    def with_lens(self, **lens: Any) -> LiveCamera:
+    def with_lens(self, **lens: Unpack[Lens]) -> LiveCamera:
         """As Camera.with_lens."""
         return self._set(self.value.with_lens(**lens))
 
     @property
     def position(self) -> tuple[float, float, float]:
+        """World, scene's unit."""
         return self.value.position
 
     @property
     def forward(self) -> tuple[float, float, float]:
+        """Unit vector along the view."""
         return self.value.forward
 
     @property
     def up(self) -> tuple[float, float, float]:
+        """Unit vector, perpendicular to forward."""
         return self.value.up
 
     @property
     def pivot(self) -> tuple[float, float, float]:
+        """What orbit() turns around; world, scene's unit."""
         return self.value.pivot
 
     def __repr__(self) -> str:

@@ -9,10 +9,48 @@ from __future__ import annotations
 import numbers
 import operator
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any, Literal, TypedDict, Union
 
 from .errors import InvalidArgument, Problem, invalid, invalid_all
 from .v1 import types_pb2 as types
+
+Mode = Literal["pt", "adaptive", "reproject", "combined"]
+Integrator = Literal["path", "light", "bdpt", "pt+bdpt", "lvc", "vcm", "photon"]
+PixelType = Literal["float", "half"]
+#: (width, height) in pixels.
+Size = Union[tuple[int, int], Sequence[int]]
+
+
+class Adaptive(TypedDict, total=False):
+    """Settings of the modes with adaptive counts."""
+
+    min_samples: int  # of a pixel before counts differ, even, [4, 65536], paper: [2, 65536]
+    max_samples: int  # paper: iterations, (min_samples, 2^20]
+    measure: Literal["rmse", "relmse"]  # the error that the counts make small
+
+
+class Reprojection(TypedDict, total=False):
+    """Settings of the modes that reuse pictures."""
+
+    stored_hits: Literal[1, 4]  # paper: first hits kept per pixel
+    max_error: float  # paper: radiance, (0, 1e6]
+    mapping: Literal["reverse"]
+
+
+class LightCache(TypedDict, total=False):
+    """Settings of integrators that store light vertices."""
+
+    connections: int  # of a camera vertex, [1, 64]
+    radius: float  # within which the first pass merges, of the scene's radius, [1e-6, 0.1]
+    shrinking: float  # 0.75
+
+
+class Technique(TypedDict, total=False):
+    """The one bidirectional technique that is rendered alone."""
+
+    light_vertices: int  # at least 0
+    camera_vertices: int  # at least 1
+    unweighted: Literal[False]
 
 
 class Settings(TypedDict, total=False):
@@ -21,26 +59,30 @@ class Settings(TypedDict, total=False):
     Names and ranges are those of RenderSettings in proto/heliograph/v1/types.proto. Choices are words.
     """
 
-    mode: str  # "pt" (default), "adaptive", "reproject", "combined"
-    integrator: str  # "path" (default), "light", "bdpt", "pt+bdpt", "lvc", "vcm", "photon"
+    mode: Mode  # "pt" (default), "adaptive", "reproject", "combined"
+    integrator: Integrator  # "path" (default), "light", "bdpt", "pt+bdpt", "lvc", "vcm", "photon"
     seed: int  # [0, 2^64)
     max_segments: int  # of a path, the camera's included, [1, 65535]
     roulette_from: int  # first vertex at which Russian roulette may end a path, [1, 65535]
-    roulette: str  # "root" (default), "throughput"
+    roulette: Literal["root", "throughput"]  # "root" (default), "throughput"
     region: Sequence[int]  # x0, y0, x1, y1 in pixels, half open: what is rendered of the film
-    filter: str  # "box" (default), "tent", "gaussian"
+    filter: Literal["box", "tent", "gaussian"]  # "box" (default), "tent", "gaussian"
     filter_scale: float  # pixels, (0, 16]: the tent's radius, the Gaussian's standard deviation
-    variant: str  # "bounded" (default), "paper"
-    adaptive: Mapping[str, Any]  # min_samples, max_samples, measure ("rmse", "relmse")
-    reprojection: Mapping[str, Any]  # stored_hits, max_error
-    light_cache: Mapping[str, Any]  # connections, radius
-    technique: Mapping[str, Any]  # light_vertices, camera_vertices
+    variant: Literal["bounded", "paper"]  # "bounded" (default), "paper"
+    adaptive: Adaptive
+    reprojection: Reprojection
+    light_cache: LightCache
+    technique: Technique
     preview_rate: float  # previews a second while the camera moves, [0, 120]; sessions only
     preview_budget_ms: float  # wall time of a preview, [5, 1000]
 
 
+Channel = Literal["alpha", "depth", "normal", "albedo", "history", "density", "display"]
+Compression = Literal["none", "zip", "zips", "rle", "piz", "dwaa"]
+Denoiser = Literal["oidn"]
+
 #: Names of the channels that a picture may have besides R, G, B, variance and samples.
-CHANNELS = ("alpha", "depth", "normal", "albedo", "history", "density", "display")
+CHANNELS: tuple[Channel, ...] = ("alpha", "depth", "normal", "albedo", "history", "density", "display")
 
 
 def short_name(value: Any) -> str:
@@ -126,7 +168,36 @@ def _fill_region(rect: Any, value: Any, where: str, problems: list[Problem]) -> 
         problems.append(Problem(where, repr(value), "four whole numbers of pixels: x0, y0, x1, y1"))
 
 
-def read_size(size: Any) -> tuple[int, int]:
+def read_stops(exposure: Any, automatic: bool = False) -> float:
+    """InvalidArgument: not a number in [-64, 64]. automatic: what the message allows besides."""
+    try:
+        stops = float("nan") if isinstance(exposure, str) else float(exposure)
+    except (TypeError, ValueError):
+        stops = float("nan")
+    if not -64 <= stops <= 64:
+        raise invalid("exposure", exposure, "[-64, 64] stops" + (", or None" if automatic else ""))
+    return stops
+
+
+def read_number(name: str, value: Any) -> float:
+    """InvalidArgument: no number."""
+    if isinstance(value, (bool, str)) or not isinstance(value, numbers.Real):
+        raise invalid(name, value, "a number")
+    return float(value)
+
+
+def read_timeout(name: str, value: Any, zero: bool = False) -> float:
+    """Seconds. InvalidArgument: not a number in (0, 86400], or with `zero` in [0, 86400]."""
+    try:
+        seconds = -1.0 if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        seconds = -1.0
+    if not (0 <= seconds if zero else 0 < seconds) or seconds > 86400:
+        raise invalid(name, value, f"{'[' if zero else '('}0, 86400] s")
+    return seconds
+
+
+def read_size(size: Size | Any) -> tuple[int, int]:
     """(width, height) in pixels. InvalidArgument: not two whole numbers of at least 1; the daemon has the upper
     limit."""
     try:
@@ -140,7 +211,7 @@ def read_size(size: Any) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def make_settings(size: Any, values: Mapping[str, Any]) -> types.RenderSettings:
+def make_settings(size: Size | None, values: Mapping[str, Any]) -> types.RenderSettings:
     """InvalidArgument names every wrong name and value at once; the daemon checks ranges."""
     settings = types.RenderSettings()
     problems: list[Problem] = []
@@ -157,7 +228,7 @@ def make_settings(size: Any, values: Mapping[str, Any]) -> types.RenderSettings:
 
 
 def make_format(
-    channels: str | Iterable[str], pixel_type: str, compression: str, denoiser: str | None
+    channels: Channel | Iterable[Channel], pixel_type: PixelType, compression: Compression, denoiser: Denoiser | None
 ) -> types.TileFormat:
     """The TileFormat with these channels. InvalidArgument: unknown words, all at once."""
     tile_format = types.TileFormat()

@@ -1,0 +1,53 @@
+"""Keyword arguments of render, submit, session and edit, for type checkers: the methods of a scene pass them on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Required, TypedDict
+
+from .budget import Until
+from .camera import Camera
+from .edits import Changes
+from .progress import Progress
+from .settings import Channel, Compression, Denoiser, PixelType, Settings, Size
+
+
+class _Picture(Settings, total=False):
+    size: Size | None
+    camera: Camera | str | int | None
+    channels: Channel | Iterable[Channel]
+    denoiser: Denoiser | None
+    pixel_type: PixelType
+    compression: Compression | None
+
+
+class RenderArguments(_Picture, total=False):
+    """Of Client.render."""
+
+    until: Required[Until]
+    progress: Progress
+
+
+class SubmitArguments(_Picture, total=False):
+    """Of Client.submit."""
+
+    until: Required[Until]
+    views: Iterable[Camera | str | int] | None
+
+
+class SessionArguments(_Picture, total=False):
+    """Of Client.session."""
+
+    until: Until | None
+    exposure: float
+    buffer: int
+    grace: float
+
+
+class EditArguments(TypedDict, total=False):
+    """Of Client.edit."""
+
+    materials: Changes | None
+    lights: Changes | None
+    objects: Changes | None
+    environment: dict[str, Any] | None
