@@ -30,7 +30,9 @@ void expect_same(const TevReceivedImage& image, const std::string& file) {
   for (const char* name : {"R", "G", "B", "samples", "display.R", "display.G", "display.B"}) {
     const bool there = std::count(image.channels.begin(), image.channels.end(), name) > 0;
     ASSERT_EQ(there, picture->find(name) != nullptr) << name;
-    if (there) EXPECT_EQ(image.plane(name), *picture->find(name)) << name;
+    if (there) {
+      EXPECT_EQ(image.plane(name), *picture->find(name)) << name;
+    }
   }
   const std::vector<float>& error = image.plane("error");
   const auto &r = *picture->find("variance.R"), &g = *picture->find("variance.G"), &b = *picture->find("variance.B");
