@@ -1,6 +1,5 @@
 #include "server/web/web_server.h"
 
-#include <netinet/tcp.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
@@ -27,7 +26,6 @@ constexpr std::string_view kFull =
     "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: text/plain\r\nRetry-After: 5\r\n\r\n"
     "all connections of this daemon are in use (--max-http-connections)\n";
 // When there are no file descriptors left, accepting fails at once, again and again.
-constexpr int kUnsentBytes = 64 << 10;
 constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
 
 std::vector<std::string> names(const WebServer::Options& options, const ListenAddress& listen) {
@@ -136,8 +134,6 @@ class WebServer::Impl {
         socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
       } else {
         socket.set_option(tcp::no_delay(true), ignored);
-        // Over a slow link the newest tile is not to wait behind what the kernel would take of older ones.
-        socket.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(kUnsentBytes), ignored);
         std::make_shared<HttpConnection>(std::move(socket), site_, connections_)->read();
       }
       accept();

@@ -48,6 +48,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void write_next();  // something waits, and nothing is under way
   void wrote(boost::beast::error_code error, std::size_t bytes);
   void tell_link(double bytes_per_second);
+  void hold_little(bool little);
   void drop();
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
@@ -69,6 +70,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   std::string head_;
   std::vector<grpc::Slice> slices_;  // of the response that is being written
   SendRate send_rate_;
+  bool holds_little_ = false;
 };
 
 }  // namespace helio

@@ -46,6 +46,23 @@ TEST(SendRate, IsToldWhereTheConnectionHoldsWritesUp) {
   EXPECT_EQ(*zero, 0);
 }
 
+TEST(SendRate, KnowsAFastConnection) {
+  SendRate rate;
+  SendRate::Time now;
+  const auto write = [&](int times, std::chrono::milliseconds each) {
+    for (int i = 0; i < times; ++i) {
+      rate.write_begun(now);
+      now += each;
+      static_cast<void>(rate.write_ended(400'000, now));
+      now += std::chrono::milliseconds(200);  // waiting for the renderer says nothing
+    }
+    return rate.fast();
+  };
+  EXPECT_FALSE(write(4, std::chrono::milliseconds(1))) << "too little to tell";
+  EXPECT_TRUE(write(1, std::chrono::milliseconds(1)));
+  EXPECT_FALSE(write(5, std::chrono::milliseconds(40))) << "10 MB/s";
+}
+
 TEST(Envelope, GivesTheContentAsItIs) {
   pb::WebRequest request;
   request.set_id(kMaxCallId);
