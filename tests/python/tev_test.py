@@ -402,13 +402,14 @@ def test_a_session_shows_its_newest_state(box):
 
             def is_there(image):
                 planes = receiver.images[shown.name]["planes"]
-                return all(np.array_equal(planes[name], image.rgb[..., at]) for at, name in enumerate("RGB"))
+                error = np.sqrt(np.mean(image.sigma**2, axis=-1))
+                same = all(np.array_equal(planes[name], image.rgb[..., at]) for at, name in enumerate("RGB"))
+                same = same and np.array_equal(planes["samples"], image.samples)
+                return same and np.allclose(planes["error"], error, rtol=1e-5)
 
             eventually(lambda: is_there(first))
             planes = receiver.images[shown.name]["planes"]
             assert list(planes) == ["R", "G", "B", "display.R", "display.G", "display.B", "error", "samples"]
-            error = np.sqrt(np.mean(first.sigma**2, axis=-1))
-            assert np.allclose(planes["error"], error, rtol=1e-5) and np.array_equal(planes["samples"], first.samples)
             session.camera.orbit(20)
             second = session.wait()
             eventually(lambda: is_there(second))
