@@ -270,7 +270,7 @@ def test_a_program_that_just_ends_leaves_nothing(program):
 FORKED = """
 import gc, os, sys, threading, heliograph as hg
 client = hg.serve(sys.argv[1])
-session = client.session(sys.argv[2], size=(32, 32))
+session = client.session(sys.argv[2], size=(32, 32), until=hg.Samples(1))
 session.wait(samples=1)
 child = os.fork()
 if child == 0:
