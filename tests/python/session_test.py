@@ -261,7 +261,7 @@ def test_what_waits_to_be_sent_is_the_newest_of_each_kind():
 
 
 def test_a_budget_that_is_reached_already_ends_at_once(box):
-    with box.session(size=SIZE, seed=7) as session:
+    with box.session(size=SIZE, seed=7, until=hg.Samples(16)) as session:
         image = session.wait(samples=16)
         again = session.wait(samples=4, timeout=20)
         assert again.stats.samples == 16 and np.array_equal(again.rgb, image.rgb)
