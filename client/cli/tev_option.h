@@ -15,7 +15,7 @@ void add_tev_option(CLI::App& app, TextOption& option);
 // Looks the host up. None where the option is absent, or a problem was told.
 std::optional<TevAddress> read_tev(const TextOption& option, OptionReader& reader);
 
-// What FrameAssembler::add() does; a tile that is taken is shown, too. `tev` may be null.
+// Adds a tile as FrameAssembler::add() does, and shows it when it is taken. `tev` may be null.
 Result<FrameAssembler::Outcome> add_and_show(FrameAssembler& picture, heliograph::v1::Tile tile, TevBridge* tev);
 
 // Null where there is no address. Warns on the terminal, which has to outlive it.

@@ -1,4 +1,4 @@
-// Where a tev or HDRView listens.
+// The address at which tev or HDRView listens.
 #pragma once
 
 #include <sys/socket.h>

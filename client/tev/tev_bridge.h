@@ -16,7 +16,8 @@ class TevBridge {
   TevBridge(TevAddress address, const heliograph::v1::TileFormat& format, std::function<void(const std::string&)> warn,
             const TevTiming& timing = {});
 
-  // Of all frames that follow: scene and session, so that two runs have an image each, and a viewer can compare them.
+  // Names the image of all frames that follow by scene and session: two runs have an image each, which a viewer can
+  // compare.
   void set_name(const std::string& scene, const std::string& session_id);
   // A frame of that size; the same size again goes on with the image. Errors: those of TevSender::begin().
   Status begin(const heliograph::v1::RenderSettings& settings);

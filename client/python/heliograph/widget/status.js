@@ -10,7 +10,7 @@ const ENDS = {
   failed: 'failed',
 };
 
-// Of a message `picture`.
+// The picture that a message `picture` holds.
 export function statusText({ preview, size, status }) {
   const { samples, seconds, error, all_black: black, reuse_share: carried, ended_by: end } = status;
   const parts = [preview ? 'moving' : (ENDS[end] ?? 'rendering'), `${size[0]} × ${size[1]}`];

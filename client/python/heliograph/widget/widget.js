@@ -26,7 +26,7 @@ class View {
     this.look = newLook();
     this.look.exposure = model.get('exposure');
     this.camera = new Camera();
-    // What listenToCamera asks of its app besides camera, moved, hover, pickPivot and pickFocus.
+    // listenToCamera asks this of its app besides camera, moved, hover, pickPivot and pickFocus.
     this.tool = null;
     this.inspector = { viewport: null, at: null };
     this.histogram = new Histogram(this);
@@ -92,7 +92,7 @@ class View {
     this.#adopt();
   }
 
-  // What the model says, which Python may have set.
+  // Takes the values of the model, which Python may have set.
   #adopt() {
     this.look.exposure = this.model.get('exposure');
     this.#refresh();
