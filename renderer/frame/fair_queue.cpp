@@ -21,6 +21,7 @@ FairQueue::Id FairQueue::add(std::size_t group) {
 void FairQueue::remove(Id id) {
   HELIO_DCHECK(clients_.at(id).in_flight == 0);
   set_ready(id, false);
+  if (holder_ == id) holder_.reset();
   clients_.erase(id);
 }
 
@@ -39,6 +40,7 @@ void FairQueue::set_ready(Id id, bool ready) {
 }
 
 bool FairQueue::any_ready() const {
+  if (holder_) return clients_.at(*holder_).ready;
   return std::any_of(groups_.begin(), groups_.end(), [](const Group& group) { return group.ready > 0; });
 }
 
@@ -50,15 +52,17 @@ void FairQueue::charge(Client& client, double seconds) {
 std::optional<FairQueue::Id> FairQueue::take() {
   Group* group = nullptr;
   for (Group& g : groups_) {
+    if (holder_ && clients_.at(*holder_).group != &g) continue;
     if (g.ready > 0 && (!group || g.virtual_time < group->virtual_time)) group = &g;
   }
   if (!group) return std::nullopt;
   auto best = clients_.end();
   for (auto it = clients_.begin(); it != clients_.end(); ++it) {
     const Client& c = it->second;
-    if (!c.ready || c.group != group) continue;
+    if (!c.ready || c.group != group || !may_run(it->first)) continue;
     if (best == clients_.end() || c.virtual_time < best->second.virtual_time) best = it;
   }
+  if (best == clients_.end()) return std::nullopt;  // another of the holder's group
   Client& client = best->second;
   group_time_ = std::max(group_time_, group->virtual_time);
   group->client_time = std::max(group->client_time, client.virtual_time);

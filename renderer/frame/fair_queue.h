@@ -26,7 +26,11 @@ class FairQueue {
   // Says if the client has something to run. One that was idle starts level with those that were not, and so does a
   // group of which all were: idling saves up no credit.
   void set_ready(Id id, bool ready);
-  bool any_ready() const;
+  bool any_ready() const;  // of those that may have a turn
+
+  // Nobody else has a turn from now on; nothing: everyone has, again. A client that is removed holds no longer.
+  void hold(std::optional<Id> id) { holder_ = id; }
+  std::optional<Id> holder() const { return holder_; }
 
   // The client whose turn it is, charged in advance with what its pieces usually take.
   std::optional<Id> take();
@@ -52,9 +56,11 @@ class FairQueue {
     double charged_ahead = 0;     // seconds charged for pieces in flight
   };
   static void charge(Client& client, double seconds);
+  bool may_run(Id id) const { return !holder_ || *holder_ == id; }
 
   std::vector<Group> groups_;
   std::map<Id, Client> clients_;
+  std::optional<Id> holder_;
   double group_time_ = 0;  // virtual time of the group of which the last piece was handed out
   Id next_id_ = 1;
 };

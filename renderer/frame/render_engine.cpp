@@ -67,8 +67,30 @@ void RenderEngine::Impl::remove(FairQueue::Id id) {
   clients_.at(id).removing = true;
   queue_.set_ready(id, false);
   piece_finished_.wait(lock, [&] { return queue_.in_flight(id) == 0; });
+  if (queue_.holder() == id) end_hold();
   queue_.remove(id);
   clients_.erase(id);
+}
+
+void RenderEngine::Impl::hold(FairQueue::Id id, double seconds) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.hold(id);
+    hold_until_s_ = now_s() + seconds;
+    first_wake_s_ = std::min(first_wake_s_, hold_until_s_);
+  }
+  work_or_stop_.notify_all();  // someone has to be awake when it ends
+}
+
+void RenderEngine::Impl::release(FairQueue::Id id) {
+  const std::lock_guard lock(mutex_);
+  if (queue_.holder() == id) end_hold();
+}
+
+void RenderEngine::Impl::end_hold() {
+  queue_.hold(std::nullopt);
+  hold_until_s_ = kNever;
+  work_or_stop_.notify_all();
 }
 
 void RenderEngine::Impl::set_ready(FairQueue::Id id, Client& client) {
@@ -99,7 +121,8 @@ void RenderEngine::Impl::wake_at(FairQueue::Id id, double at_s) {
 void RenderEngine::Impl::wake_due() {
   const double now = now_s();
   if (now < first_wake_s_) return;
-  first_wake_s_ = kNever;
+  if (hold_until_s_ <= now) end_hold();
+  first_wake_s_ = hold_until_s_;
   for (auto& [id, client] : clients_) {
     if (client.wake_at_s <= now) {
       client.wake_at_s = kNever;

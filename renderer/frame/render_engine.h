@@ -43,6 +43,9 @@ struct RenderEngine::Impl {
   void wake(FairQueue::Id id);    // run_piece() has something to do
   // The same, once now_s() is at_s; the newest call for a source counts.
   void wake_at(FairQueue::Id id, double at_s);
+  // Nobody else is rendered for so long, or until release(id) or remove(id). The newest call counts.
+  void hold(FairQueue::Id id, double seconds);
+  void release(FairQueue::Id id);
   double used_seconds(FairQueue::Id id) const;
   int threads() const { return int(workers_.size()); }
 
@@ -62,12 +65,14 @@ struct RenderEngine::Impl {
   bool run_piece(PieceSource& source) noexcept;
   void set_ready(FairQueue::Id id, Client& client);
   void wake_due();
+  void end_hold();  // with mutex_ held
 
   mutable std::mutex mutex_;
   std::condition_variable work_or_stop_, piece_finished_;
   FairQueue queue_;  // groups: by RenderRank
   std::map<FairQueue::Id, Client> clients_;
-  double first_wake_s_ = kNever;  // of the clients', or earlier
+  double first_wake_s_ = kNever;  // of the clients' and the hold's end, or earlier
+  double hold_until_s_ = kNever;
   bool stop_ = false;
   std::unique_ptr<Arena> arena_;
   std::vector<std::thread> workers_;

@@ -979,6 +979,14 @@ FrameProgress RenderLoop::progress() const {
 double RenderLoop::used_seconds() const {
   return impl_->engine.used_seconds(impl_->id);
 }
+
+void RenderLoop::hold_others(double seconds) {
+  impl_->engine.hold(impl_->id, seconds);
+}
+
+void RenderLoop::release_others() {
+  impl_->engine.release(impl_->id);
+}
 std::size_t RenderLoop::memory_bytes() const {
   return impl_->memory_bytes();
 }

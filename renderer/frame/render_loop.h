@@ -137,6 +137,10 @@ class RenderLoop {
   std::uint64_t revision() const;
   FrameProgress progress() const;    // of the frame in flight, or of the last one; counts as of its last whole plan
   double used_seconds() const;       // workers' processor time charged to this loop
+  // No other loop of the engine is rendered for so long, or until release_others(), or until this one is gone: for
+  // measurements. The newest call of any loop counts.
+  void hold_others(double seconds);
+  void release_others();
   std::size_t memory_bytes() const;  // film and scratch
   std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
 

@@ -67,6 +67,27 @@ TEST(FairQueue, EmptyHasNoTurn) {
   EXPECT_FALSE(queue.any_ready());
 }
 
+TEST(FairQueue, WhoHoldsItHasEveryTurn) {
+  FairQueue queue({8, 1});
+  const auto first = queue.add(0), neighbour = queue.add(1), holder = queue.add(1);
+  for (const auto id : {first, neighbour, holder}) queue.set_ready(id, true);
+  queue.hold(holder);
+  EXPECT_EQ(queue.holder(), holder);
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_EQ(queue.take(), holder);
+    queue.finish(holder, 1);
+  }
+  queue.set_ready(holder, false);
+  EXPECT_FALSE(queue.any_ready()) << "others wait although it does nothing";
+  EXPECT_FALSE(queue.take().has_value());
+  queue.hold(std::nullopt);
+  EXPECT_EQ(queue.take(), first);
+  queue.finish(first, 1);
+  queue.hold(holder);
+  queue.remove(holder);
+  EXPECT_TRUE(queue.any_ready()) << "it holds no longer";
+}
+
 TEST(FairQueue, TimeIsSharedEvenlyWhateverThePiecesCost) {
   FairQueue queue({1});
   std::vector<std::pair<FairQueue::Id, double>> costs;

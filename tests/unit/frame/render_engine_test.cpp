@@ -117,6 +117,40 @@ TEST(RenderEngine, WakesAtATime) {
   engine.remove(late_id);
 }
 
+TEST(RenderEngine, OthersWaitWhileALoopHoldsTheEngine) {
+  RenderEngine engine(2);
+  FakeIntegrator for_holder, for_other;
+  for_holder.seconds_per_sample = for_other.seconds_per_sample = 1e-6;
+  auto holder = endless_loop(engine, for_holder, 256, RenderRank::job, std::make_shared<RecordingSink>());
+  const auto other = endless_loop(engine, for_other, 256, RenderRank::interactive, std::make_shared<RecordingSink>());
+  const auto goes_on = [&] {
+    const double before = other->used_seconds(), deadline = now_s() + 60;
+    while (other->used_seconds() == before && now_s() < deadline)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return other->used_seconds() > before;
+  };
+  ASSERT_TRUE(goes_on());
+  holder->hold_others(3600);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // pieces in flight end
+  const double used = other->used_seconds(), own = holder->used_seconds();
+  while (holder->used_seconds() < own + 0.1) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(other->used_seconds(), used);
+  // Although the holder has nothing to do, until it lets go, its time is over, or it is gone.
+  holder->cancel();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(other->used_seconds(), used);
+  holder->release_others();
+  EXPECT_TRUE(goes_on());
+  const double held = now_s();
+  holder->hold_others(0.05);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_TRUE(goes_on());
+  EXPECT_GE(now_s() - held, 0.02);
+  holder->hold_others(3600);
+  holder.reset();
+  EXPECT_TRUE(goes_on());
+}
+
 TEST(RenderEngine, EightLoopsShareEvenly) {
   RenderEngine engine(2);
   std::vector<FakeIntegrator> integrators(8);
