@@ -46,7 +46,9 @@ Result<TevAddress> resolve_tev_address(const std::string& text) {
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  const int problem = getaddrinfo(host.c_str(), text.substr(colon + 1).c_str(), &wanted, &found);
+  // Loopback needs no name service, and machines without /etc/hosts have none that knows it.
+  const char* const name = host == "localhost" ? nullptr : host.c_str();
+  const int problem = getaddrinfo(name, text.substr(colon + 1).c_str(), &wanted, &found);
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> list(found, freeaddrinfo);
   if (problem != 0) {
     return Error{ErrorCode::not_found, "the host of '" + text + "' cannot be found: " + gai_strerror(problem), "tev"};
