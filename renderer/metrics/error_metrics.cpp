@@ -13,15 +13,15 @@ namespace {
 
 constexpr double kOutlierShare = 0.001;
 
-double mean_of(const PictureView& picture) {
+}  // namespace
+
+double picture_mean(const PictureView& picture) {
   double total = 0;
   for (const float* channel : picture.channels) {
     for (std::size_t i = 0; i < picture.pixels(); ++i) total += channel[i];
   }
   return total / (3.0 * double(picture.pixels()));
 }
-
-}  // namespace
 
 Result<SquaredError> squared_error(const PictureView& picture, const PictureView& reference) {
   if (Status valid = check_pictures(picture, reference); !valid) return valid.error();
@@ -47,24 +47,31 @@ Result<double> RelativeEpsilon::added_to_square(double reference_mean) const {
                "must be positive; relative to a black reference there is no relative error", "epsilon"};
 }
 
-Result<RelativeError> relative_error(const PictureView& picture, const PictureView& reference,
-                                     const RelativeEpsilon& epsilon) {
+Result<std::vector<double>> relative_error_map(const PictureView& picture, const PictureView& reference,
+                                               const RelativeEpsilon& epsilon) {
   if (Status valid = check_pictures(picture, reference); !valid) return valid.error();
-  const Result<double> positive = epsilon.added_to_square(mean_of(reference));
+  const Result<double> positive = epsilon.added_to_square(picture_mean(reference));
   if (!positive) return positive.error();
   const double added = *positive;
-  const std::size_t pixels = picture.pixels();
-  std::vector<double> errors(pixels, 0.0);
-  double total = 0;
+  std::vector<double> errors(picture.pixels(), 0.0);
   for (int c = 0; c < 3; ++c) {
-    for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t i = 0; i < errors.size(); ++i) {
       const double r = reference.channels[c][i];
       const double d = picture.channels[c][i] - r;
-      const double e = d * d / (r * r + added);
-      errors[i] += e;
-      total += e;
+      errors[i] += d * d / (r * r + added);
     }
   }
+  return errors;
+}
+
+Result<RelativeError> relative_error(const PictureView& picture, const PictureView& reference,
+                                     const RelativeEpsilon& epsilon) {
+  Result<std::vector<double>> map = relative_error_map(picture, reference, epsilon);
+  if (!map) return map.error();
+  std::vector<double>& errors = *map;
+  const std::size_t pixels = errors.size();
+  double total = 0;
+  for (const double e : errors) total += e;
   const std::size_t outliers = std::max<std::size_t>(1, std::size_t(kOutlierShare * double(pixels)));
   std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(outliers) - 1, errors.end(), std::greater<>());
   double largest = 0;
@@ -81,9 +88,9 @@ Result<Bias> estimate_bias(std::span<const PictureView> pictures, const PictureV
   std::vector<double> biases;
   for (const PictureView& picture : pictures) {
     if (Status valid = check_pictures(picture, reference); !valid) return valid.error();
-    biases.push_back(mean_of(picture));
+    biases.push_back(picture_mean(picture));
   }
-  const double reference_mean = mean_of(reference);
+  const double reference_mean = picture_mean(reference);
   if (!(std::abs(reference_mean) > 0)) {
     return Error{ErrorCode::invalid_argument, "has mean 0: no relative bias exists", "reference"};
   }

@@ -5,11 +5,15 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "renderer/base/picture_view.h"
 #include "renderer/base/result.h"
 
 namespace helio {
+
+// Mean over pixels and channels. Precondition: at least one pixel.
+double picture_mean(const PictureView& picture);
 
 struct SquaredError {
   double mse = 0;                // mean((x - r)^2); Schalk 2018, eq. 2
@@ -40,6 +44,11 @@ struct RelativeError {
 // invalid_argument also when epsilon is not positive (of_image_mean with a black reference: no relative error exists).
 Result<RelativeError> relative_error(const PictureView& picture, const PictureView& reference,
                                      const RelativeEpsilon& epsilon = RelativeEpsilon::image_mean());
+
+// Of each pixel, row-major: the sum over channels of (x - r)^2 / (r^2 + epsilon), of which `relmse` is a third of the
+// mean. Errors as for relative_error.
+Result<std::vector<double>> relative_error_map(const PictureView& picture, const PictureView& reference,
+                                               const RelativeEpsilon& epsilon = RelativeEpsilon::image_mean());
 
 struct Bias {
   double bias = 0;            // mean(x - r) / mean(r), averaged over the pictures

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "renderer/frame/integrate_function.h"
+#include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/bench/commands/study.h"
 #include "tests/bench/commands/tile_tracing.h"
 #include "tests/bench/reports/statistics.h"
-#include "tests/bench/scenes/dark_half.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/over_scenes.h"
 #include "tests/bench/subcommands.h"

@@ -2,11 +2,11 @@
 
 #include <cstdio>
 
+#include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/bench/reports/error_plot.h"
 #include "tests/bench/reports/report_files.h"
-#include "tests/bench/scenes/dark_half.h"
 
 namespace helio::bench {
 

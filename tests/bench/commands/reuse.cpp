@@ -6,10 +6,10 @@
 #include <numeric>
 #include <span>
 
+#include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/bench/commands/study.h"
 #include "tests/bench/reports/reuse_report.h"
-#include "tests/bench/scenes/dark_half.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/newly_seen.h"
 #include "tests/bench/scenes/over_scenes.h"

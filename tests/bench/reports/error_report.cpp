@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
+
+#include "renderer/comparison/power_law.h"
+#include "renderer/comparison/student_t.h"
 
 namespace helio::bench {
 
@@ -38,26 +40,7 @@ std::vector<double> values_of(std::span<const PictureError> seeds, double Pictur
   return values;
 }
 
-// The integral of cos^power from 0 to `end`.
-double integrate_cosine_power(int power, double end) {
-  constexpr int kIntervals = 1000;
-  const double step = end / kIntervals;
-  double sum = 1 + std::pow(std::cos(end), power);
-  for (int i = 1; i < kIntervals; ++i) sum += (i % 2 ? 4 : 2) * std::pow(std::cos(i * step), power);
-  return sum * step / 3;
-}
-
 }  // namespace
-
-double student_t_95(int freedom) {
-  double low = 0, high = std::numbers::pi / 2;
-  const double target = 0.95 * integrate_cosine_power(freedom - 1, high);
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (integrate_cosine_power(freedom - 1, middle) < target ? low : high) = middle;
-  }
-  return std::sqrt(double(freedom)) * std::tan(low);
-}
 
 Interval mean_interval(std::span<const double> values) {
   const double n = double(values.size());
@@ -98,8 +81,7 @@ double value_at(const CurveReport& curve, Interval CurvePointReport::*measure, d
   const double value_a = (a.*measure).mean, value_b = (b.*measure).mean;
   if (!(value_a > 0 && value_b > 0 && a.seconds.mean > 0 && b.seconds.mean > a.seconds.mean && seconds > 0))
     return kNan;
-  return value_b *
-         std::pow(seconds / b.seconds.mean, std::log(value_b / value_a) / std::log(b.seconds.mean / a.seconds.mean));
+  return std::exp(log_on_power_law(a.seconds.mean, value_a, b.seconds.mean, value_b, seconds));
 }
 
 std::string to_json(std::span<const CurveReport> curves) {

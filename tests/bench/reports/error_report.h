@@ -43,10 +43,6 @@ struct CurveReport {
   std::vector<FrameRate> frame_rates{};  // none: not asked for
 };
 
-// Two-sided 95 % quantile of Student's t with `freedom` >= 1 degrees of freedom, relative error below 1e-6: the density
-// integrated by Simpson's rule in the angle x = sqrt(freedom) tan a, where it is a power of the cosine, and bisected.
-double student_t_95(int freedom);
-
 // Precondition: not empty.
 Interval mean_interval(std::span<const double> values);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "renderer/comparison/student_t.h"
 #include "tests/bench/reports/statistics.h"
 #include "tests/bench/scenes/over_scenes.h"
 

@@ -1,27 +1,32 @@
-#include "tests/bench/scenes/dark_half.h"
+#include "renderer/metrics/dark_half.h"
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "renderer/base/math.h"
 #include "renderer/metrics/error_metrics.h"
 
-namespace helio::bench {
+namespace helio {
 
-DarkHalf compare_dark_half(const PictureView& picture, const PictureView& reference) {
+std::vector<std::size_t> dark_half_pixels(const PictureView& reference) {
   const std::size_t pixels = reference.pixels();
-  const auto brightness = [&](std::size_t i) {
-    return luminance(Rgb(reference.channels[0][i], reference.channels[1][i], reference.channels[2][i]));
-  };
-  std::vector<float> sorted(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) sorted[i] = brightness(i);
+  if (pixels == 0) return {};
+  std::vector<float> brightness(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    brightness[i] = luminance(Rgb(reference.channels[0][i], reference.channels[1][i], reference.channels[2][i]));
+  }
+  std::vector<float> sorted = brightness;
   const auto middle = sorted.begin() + std::ptrdiff_t((pixels - 1) / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
   std::vector<std::size_t> dark;
   for (std::size_t i = 0; i < pixels; ++i) {
-    if (brightness(i) <= *middle) dark.push_back(i);
+    if (brightness[i] <= *middle) dark.push_back(i);
   }
+  return dark;
+}
+
+DarkHalf compare_dark_half(const PictureView& picture, const PictureView& reference) {
+  const std::vector<std::size_t> dark = dark_half_pixels(reference);
   const double values = 3.0 * double(dark.size());
   double mean = 0, difference = 0, relative = 0;
   for (int c = 0; c < 3; ++c) {
@@ -41,4 +46,4 @@ DarkHalf compare_dark_half(const PictureView& picture, const PictureView& refere
   return {relative, difference / mean};
 }
 
-}  // namespace helio::bench
+}  // namespace helio

@@ -1,0 +1,42 @@
+// What pictures of sampling modes are compared by: the names of measures, and a measured value.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace helio {
+
+enum class Measure {
+  mse,                // mean((x - r)^2)
+  relmse,             // mean((x - r)^2 / (r^2 + 0.01 mean(r)^2))
+  bias,               // mean(x - r) / mean(r)
+  distance_variance,  // variance over pixels and channels of |x - r| (Schalk 2018, chapter 4)
+  dssim,
+  flip,         // mean of LDR-FLIP
+  flip_median,  // its weighted median
+  hdr_flip,
+  hdr_flip_median,
+  flicker,
+  outlier_share,  // of the squared relative error, that of the 0.1 % of pixels with the largest, [0, 1]
+  told_rmse,      // the standard error that a mode tells of its picture
+};
+inline constexpr int kMeasures = int(Measure::told_rmse) + 1;
+
+const char* to_string(Measure measure);
+
+// Whether less of it is better and it is never below 0, up to the noise of the reference: that one mode's value may be
+// divided by another's. False of bias, outlier_share and told_rmse.
+bool is_error(Measure measure);
+
+// As the region of values of the pixels whose reference is no brighter (in luminance) than half of them.
+inline constexpr const char* kDarkHalf = "dark half";
+
+struct MeasuredValue {
+  Measure measure = Measure::mse;
+  std::string region;  // empty: the whole picture
+  double value = 0;    // finite
+
+  bool operator==(const MeasuredValue&) const = default;
+};
+
+}  // namespace helio

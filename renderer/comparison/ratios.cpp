@@ -1,0 +1,217 @@
+#include "renderer/comparison/ratios.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "renderer/comparison/curve.h"
+#include "renderer/comparison/log_ratio.h"
+#include "renderer/comparison/power_law.h"
+
+namespace helio {
+namespace {
+
+constexpr double kSameTime = 0.05;  // relative difference of times that count as equal
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+using Seeds = std::vector<std::uint32_t>;
+
+Seeds seeds_of(const SeedTable& table, std::size_t mode, std::uint32_t budgets) {
+  Seeds all;
+  for (std::uint32_t budget = 0; budget < budgets; ++budget) {
+    for (const SeedValues& seed : table.over_views(mode, budget)) all.push_back(seed.seed_number);
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+double log_or_nan(const std::optional<double>& value) {
+  return value && *value > 0 ? std::log(*value) : kNan;
+}
+
+std::optional<double> mean_of(const LeaveOneOutMean& mean, const std::optional<std::uint32_t>& left_out) {
+  return left_out ? mean.without(*left_out) : std::optional(mean.mean());
+}
+
+Verdict verdict_of(RatioKind kind, const Interval& ratio) {
+  if (!ratio.known) return Verdict::undecided;
+  const bool more_is_better = kind == RatioKind::equal_error;
+  if (ratio.low > 1) return more_is_better ? Verdict::better : Verdict::worse;
+  if (ratio.high < 1) return more_is_better ? Verdict::worse : Verdict::better;
+  return Verdict::undecided;
+}
+
+class Pair {
+ public:
+  Pair(const ComparisonScript& script, const SeedTable& table, std::size_t mode, std::size_t baseline)
+      : script_(script),
+        table_(table),
+        budgets_(std::uint32_t(script.budgets.size())),
+        mode_(mode),
+        baseline_(baseline) {
+    if (!script.common_seeds) return;
+    const Seeds of_mode = seeds_of(table, mode, budgets_), of_baseline = seeds_of(table, baseline, budgets_);
+    common_.emplace();
+    std::set_intersection(of_mode.begin(), of_mode.end(), of_baseline.begin(), of_baseline.end(),
+                          std::back_inserter(*common_));
+  }
+
+  std::vector<ComparedRatio> ratios() {
+    if (!script_.budgets_are_seconds) speed();
+    for (std::size_t key = 0; key < table_.keys().size(); ++key) {
+      if (!is_error(table_.keys()[key].measure)) continue;
+      key_ = table_.keys()[key];
+      const Curve mode = curve(mode_, key), baseline = curve(baseline_, key);
+      if (!script_.budgets_are_seconds) equal_samples(mode, baseline);
+      equal_time(mode, baseline);
+      equal_error(mode, baseline);
+    }
+    return std::move(ratios_);
+  }
+
+ private:
+  Curve curve(std::size_t mode, std::size_t key) const {
+    return make_curve(table_, mode, key, budgets_, common_ ? &*common_ : nullptr);
+  }
+
+  // means: those that log_value is made of. With too few seeds in one of them there are no values without one.
+  template <class LogValue>
+  LogJackknife leave_one_out(std::span<const LeaveOneOutMean* const> means, const LogValue& log_value) const {
+    Seeds seeds;
+    for (const LeaveOneOutMean* mean : means) {
+      if (mean->seeds().size() < std::size_t(kLeastSeeds)) return jackknife({}, log_value);
+      seeds.insert(seeds.end(), mean->seeds().begin(), mean->seeds().end());
+    }
+    std::sort(seeds.begin(), seeds.end());
+    seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+    return jackknife(common_ ? *common_ : seeds, log_value);
+  }
+
+  LogJackknife log_of(const LeaveOneOutMean& mean) const {
+    const LeaveOneOutMean* means[] = {&mean};
+    return leave_one_out(means,
+                         [&](std::optional<std::uint32_t> left_out) { return log_or_nan(mean_of(mean, left_out)); });
+  }
+
+  // On the segment's line where an error is reached.
+  LogJackknife log_seconds_at(const CurveSegment& segment, double error) const {
+    return on_line(segment.begin->error, segment.begin->seconds, segment.end->error, segment.end->seconds, error);
+  }
+  LogJackknife log_error_at(const CurveSegment& segment, double seconds) const {
+    return on_line(segment.begin->seconds, segment.begin->error, segment.end->seconds, segment.end->error, seconds);
+  }
+  LogJackknife on_line(const LeaveOneOutMean& x0, const LeaveOneOutMean& y0, const LeaveOneOutMean& x1,
+                       const LeaveOneOutMean& y1, double x) const {
+    const LeaveOneOutMean* means[] = {&x0, &y0, &x1, &y1};
+    // Whether the line rises or falls along x is that of all seeds; without one it must do the same.
+    const bool falling = x1.mean() < x0.mean();
+    return leave_one_out(means, [&, falling](std::optional<std::uint32_t> left_out) {
+      const auto a = mean_of(x0, left_out), b = mean_of(y0, left_out), c = mean_of(x1, left_out),
+                 d = mean_of(y1, left_out);
+      if (!(a && b && c && d && *a > 0 && *b > 0 && *c > 0 && *d > 0 && x > 0)) return kNan;
+      if (*a == *c || (*c < *a) != falling) return kNan;
+      return log_on_power_law(*a, *b, *c, *d, x);
+    });
+  }
+
+  void add(RatioKind kind, double at, const LogJackknife& top, const LogJackknife& bottom) {
+    const std::optional<Interval> ratio = log_ratio(top, bottom, common_.has_value());
+    if (!ratio) return;
+    ComparedRatio entry{kind,   script_.modes[mode_],    script_.modes[baseline_], key_.measure, key_.region, at,
+                        *ratio, verdict_of(kind, *ratio)};
+    ratios_.push_back(std::move(entry));
+  }
+
+  std::optional<LeaveOneOutMean> log_seconds(std::size_t mode, std::uint32_t budget) const {
+    Seeds numbers;
+    std::vector<double> logs;
+    for (const SeedValues& seed : table_.over_views(mode, budget)) {
+      if (!(seed.seconds > 0)) return std::nullopt;
+      if (common_ && !std::binary_search(common_->begin(), common_->end(), seed.seed_number)) continue;
+      numbers.push_back(seed.seed_number);
+      logs.push_back(std::log(seed.seconds));
+    }
+    if (numbers.empty()) return std::nullopt;
+    return LeaveOneOutMean(numbers, logs);
+  }
+
+  void speed() {
+    for (std::uint32_t budget = 0; budget < budgets_; ++budget) {
+      const auto mode = log_seconds(mode_, budget), baseline = log_seconds(baseline_, budget);
+      if (!mode || !baseline) continue;
+      const auto mean_log = [&](const LeaveOneOutMean& mean) {
+        const LeaveOneOutMean* means[] = {&mean};
+        return leave_one_out(
+            means, [&](std::optional<std::uint32_t> left_out) { return mean_of(mean, left_out).value_or(kNan); });
+      };
+      add(RatioKind::speed, script_.budgets[budget], mean_log(*mode), mean_log(*baseline));
+    }
+  }
+
+  void equal_samples(const Curve& mode, const Curve& baseline) {
+    for (std::uint32_t budget = 0; budget < budgets_; ++budget) {
+      const CurvePoint *top = mode.at_budget(budget), *bottom = baseline.at_budget(budget);
+      if (top && bottom)
+        add(RatioKind::equal_samples, script_.budgets[budget], log_of(top->error), log_of(bottom->error));
+    }
+  }
+
+  void equal_time(const Curve& mode, const Curve& baseline) {
+    const auto interpolated = [&](double seconds) {
+      const auto top = mode.enclosing_seconds(seconds), bottom = baseline.enclosing_seconds(seconds);
+      if (top && bottom)
+        add(RatioKind::equal_time, seconds, log_error_at(*top, seconds), log_error_at(*bottom, seconds));
+    };
+    for (const CurvePoint& point : baseline.points()) {
+      const CurvePoint* other = mode.at_budget(point.budget);
+      const double seconds = point.seconds.mean();
+      if (script_.budgets_are_seconds && other && std::abs(other->seconds.mean() - seconds) <= kSameTime * seconds) {
+        add(RatioKind::equal_time, script_.budgets[point.budget], log_of(other->error), log_of(point.error));
+      } else {
+        interpolated(seconds);
+      }
+    }
+    if (script_.budgets_are_seconds || mode.joined().empty() || baseline.joined().empty()) return;
+    const double of_mode = mode.joined().back().seconds.mean(), of_baseline = baseline.joined().back().seconds.mean();
+    if (of_mode < of_baseline) interpolated(of_mode);
+  }
+
+  void equal_error(const Curve& mode, const Curve& baseline) {
+    const auto compare = [&](double error) {
+      const auto top = baseline.enclosing_error(error), bottom = mode.enclosing_error(error);
+      if (top && bottom)
+        add(RatioKind::equal_error, error, log_seconds_at(*top, error), log_seconds_at(*bottom, error));
+    };
+    const auto lowest = [](const Curve& curve) {
+      double error = std::numeric_limits<double>::infinity();
+      for (const CurvePoint& point : curve.joined()) error = std::min(error, point.error.mean());
+      return error;
+    };
+    for (const CurvePoint& point : baseline.joined()) compare(point.error.mean());
+    if (lowest(mode) > lowest(baseline)) compare(lowest(mode));
+  }
+
+  const ComparisonScript& script_;
+  const SeedTable& table_;
+  std::uint32_t budgets_;
+  std::size_t mode_, baseline_;
+  std::optional<Seeds> common_;        // where ratios are paired: those of both
+  ValueKey key_{Measure::relmse, {}};  // of speed, which has none: the measure that ComparedRatio has of itself
+  std::vector<ComparedRatio> ratios_;
+};
+
+}  // namespace
+
+std::vector<ComparedRatio> compare_modes(const ComparisonScript& script, const SeedTable& table, std::size_t mode,
+                                         std::size_t baseline) {
+  return Pair(script, table, mode, baseline).ratios();
+}
+
+}  // namespace helio

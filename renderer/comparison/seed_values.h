@@ -1,0 +1,54 @@
+// Units sorted into points: what each seed of a mode came to at a budget and a view, or on average over all views.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "renderer/comparison/comparison_table.h"
+
+namespace helio {
+
+struct ValueKey {
+  Measure measure = Measure::mse;
+  std::string region;
+
+  auto operator<=>(const ValueKey&) const = default;
+};
+
+struct SeedValues {
+  std::uint32_t seed_number = 1;
+  double seconds = 0, samples = 0;
+  std::vector<std::optional<double>> values;  // by the index of their key; none: not defined for this picture
+  std::uint32_t disturbed = 0;                // units
+};
+
+class SeedTable {
+ public:
+  SeedTable(const ComparisonScript& script, const std::vector<ComparedUnit>& units);
+
+  // All that some unit has, by measure; of each, the whole picture, the dark half, then the other regions by name.
+  const std::vector<ValueKey>& keys() const { return keys_; }
+
+  // By rising seed number; of several units of one mode, seed, budget and view the first. Indices of the script.
+  const std::vector<SeedValues>& at(std::size_t mode, std::uint32_t budget, std::uint32_t view) const;
+
+  // Means over all views, of the seeds that have all of them. A value is a mean over those views in which some unit has
+  // it, and is there only for seeds that have it in all of these. Of a still the same as its view.
+  const std::vector<SeedValues>& over_views(std::size_t mode, std::uint32_t budget) const;
+
+ private:
+  std::vector<SeedValues> mean_over_views(std::size_t mode, std::uint32_t budget) const;
+
+  std::uint32_t views_;
+  std::vector<ValueKey> keys_;
+  std::vector<std::vector<bool>> has_key_;  // by view and key: whether some unit has it
+  std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>, std::vector<SeedValues>> points_;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::vector<SeedValues>> means_;
+};
+
+}  // namespace helio

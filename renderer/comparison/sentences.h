@@ -1,0 +1,17 @@
+// What a comparison says, in sentences for the readers of its report.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "renderer/comparison/comparison_table.h"
+#include "renderer/comparison/seed_values.h"
+
+namespace helio {
+
+// From points and ratios that are complete; of a path, from those over all views. First who is best, then each mode
+// against the first, then what limits the answers.
+std::vector<std::string> comparison_sentences(const ComparisonScript& script, const SeedTable& seeds,
+                                              const ComparisonTable& table);
+
+}  // namespace helio

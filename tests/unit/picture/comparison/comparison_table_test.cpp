@@ -1,0 +1,212 @@
+// From units to points and sentences.
+#include "renderer/comparison/comparison_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/unit/picture/comparison/draws.h"
+
+namespace helio {
+namespace {
+
+ComparedUnit unit(const std::string& mode, int seed, std::uint32_t budget, std::uint32_t view, double seconds,
+                  std::vector<MeasuredValue> values) {
+  ComparedUnit result;
+  result.mode = mode;
+  result.seed_number = std::uint32_t(seed);
+  result.budget = budget;
+  result.view = view;
+  result.seconds = seconds;
+  result.samples = 1 << budget;
+  result.values = std::move(values);
+  return result;
+}
+
+// Modes of errors 1, 0.5, 0.25, ... times a factor, seeds within 10 % of these.
+std::vector<ComparedUnit> units_of(const std::string& mode, int seeds, double seconds, double factor,
+                                   double outlier_share = 0.01) {
+  std::vector<ComparedUnit> units;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    for (std::uint32_t budget = 0; budget < 3; ++budget) {
+      const double error = factor * (1 + 0.02 * (seed - (seeds + 1) / 2.0)) / (1 << budget);
+      units.push_back(unit(mode, seed, budget, 0, seconds * (1 << budget) * (1 + 0.001 * seed),
+                           {{Measure::relmse, "", error},
+                            {Measure::relmse, kDarkHalf, 2 * error},
+                            {Measure::outlier_share, "", outlier_share},
+                            {Measure::bias, "", 0.001 * (seed - (seeds + 1) / 2.0)}}));
+    }
+  }
+  return units;
+}
+
+ComparisonScript still(std::vector<std::string> modes) {
+  ComparisonScript script;
+  script.modes = std::move(modes);
+  script.budgets = {1, 2, 4};
+  return script;
+}
+
+std::vector<ComparedUnit> together(std::vector<ComparedUnit> a, const std::vector<ComparedUnit>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+std::string all(const ComparisonTable& table) {
+  std::string text;
+  for (const std::string& sentence : table.sentences) text += sentence + "\n";
+  return text;
+}
+
+#define EXPECT_SAYS(table, part) EXPECT_NE(all(table).find(part), std::string::npos) << all(table)
+#define EXPECT_SAYS_NOTHING_OF(table, part) EXPECT_EQ(all(table).find(part), std::string::npos) << all(table)
+
+TEST(ComparisonTable, HasPointsInTheOrderOfTheScript) {
+  std::vector<ComparedUnit> units = together(units_of("vcm", 5, 2, 0.25), units_of("pt", 5, 1, 1));
+  std::reverse(units.begin(), units.end());
+  units.push_back(unit("unknown", 1, 0, 0, 1, {}));
+  units.push_back(unit("pt", 1, 7, 0, 1, {}));
+  units.push_back(unit("pt", 1, 0, 3, 1, {}));
+  units[0].disturbed = true;
+  const ComparisonTable table = compare_units(still({"pt", "vcm"}), units);
+  ASSERT_EQ(table.points.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const ComparedPoint& point = table.points[i];
+    EXPECT_EQ(point.mode, i < 3 ? "pt" : "vcm");
+    EXPECT_EQ(point.budget, i % 3);
+    EXPECT_EQ(point.view, std::optional(0u));
+    EXPECT_EQ(point.seeds, 5u);
+    EXPECT_EQ(point.samples, 1 << i % 3);
+    ASSERT_EQ(point.values.size(), 4u);
+    EXPECT_EQ(point.values[0].measure, Measure::relmse);
+    EXPECT_EQ(point.values[1].region, kDarkHalf);
+    EXPECT_NEAR(point.values[0].value.mean, (i < 3 ? 1 : 0.25) / (1 << i % 3), 1e-12);
+    EXPECT_TRUE(point.values[0].value.known);
+  }
+  EXPECT_SAYS(table, "1 picture was disturbed by other programs: 1 of pt.");
+}
+
+TEST(ComparisonTable, CountsTheFirstOfSeveralEqualUnits) {
+  std::vector<ComparedUnit> units = units_of("pt", 5, 1, 1);
+  units.push_back(unit("pt", 3, 0, 0, 1, {{Measure::relmse, "", 1e9}}));
+  const ComparisonTable table = compare_units(still({"pt"}), units);
+  EXPECT_EQ(table.points[0].seeds, 5u);
+  EXPECT_NEAR(table.points[0].values[0].value.mean, 1, 1e-12);
+}
+
+// Three views; flicker from the second on. Seed 6 lacks a view, so it counts for the views alone.
+TEST(ComparisonTable, OfAPathHasMeansOverItsViews) {
+  ComparisonScript script = still({"pt"});
+  script.views = 3;
+  script.budgets = {1};
+  std::vector<ComparedUnit> units;
+  for (int seed = 1; seed <= 6; ++seed) {
+    for (std::uint32_t view = 0; view < 3; ++view) {
+      if (seed == 6 && view == 2) continue;
+      std::vector<MeasuredValue> values = {{Measure::relmse, "", double(seed + view)}};
+      if (view > 0) values.push_back({Measure::flicker, "", 10.0 * seed + view});
+      units.push_back(unit("pt", seed, 0, view, 1 + view, values));
+    }
+  }
+  const ComparisonTable table = compare_units(script, units);
+  ASSERT_EQ(table.points.size(), 4u);
+  EXPECT_EQ(table.points[0].seeds, 6u);
+  EXPECT_EQ(table.points[2].seeds, 5u);
+  const ComparedPoint& path = table.points[3];
+  EXPECT_FALSE(path.view.has_value());
+  EXPECT_EQ(path.seeds, 5u);
+  EXPECT_DOUBLE_EQ(path.seconds.mean, 2);
+  ASSERT_EQ(path.values.size(), 2u);
+  EXPECT_NEAR(path.values[0].value.mean, 3 + 1, 1e-12);
+  EXPECT_NEAR(path.values[1].value.mean, 30 + 1.5, 1e-12);
+}
+
+TEST(ComparisonSentences, TellWhoIsBestAndByHowMuch) {
+  // vcm: a quarter of the error in twice the time: at equal time one half.
+  const ComparisonTable table =
+      compare_units(still({"pt", "vcm"}), together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 2, 0.25)));
+  EXPECT_SAYS(table, "After 4 samples per pixel vcm has the lowest relmse of 2 modes: 0.0625 (95 %: ");
+  EXPECT_SAYS(table, "The next is pt: vcm has 0.25 of that of pt (95 %: 0.2");
+  EXPECT_SAYS(table, "To the relmse 0.25, vcm is faster than pt: 2 times as fast (95 %: 1.");
+  EXPECT_SAYS(table, "the relmse of vcm is 0.5 of that of pt (95 %: 0.4");
+  EXPECT_SAYS(table, "4 samples per pixel take vcm 2 times as long as pt (95 %: ");
+  EXPECT_SAYS(table, "In the same time vcm is, against pt, better in relmse of the dark half.");
+  EXPECT_SAYS_NOTHING_OF(table, "A few pixels");
+  EXPECT_SAYS_NOTHING_OF(table, "disturbed");
+  EXPECT_SAYS_NOTHING_OF(table, "differs from that of the reference");
+}
+
+TEST(ComparisonSentences, TellLossesAsPlainly) {
+  const ComparisonTable table =
+      compare_units(still({"vcm", "pt"}), together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 2, 0.25)));
+  EXPECT_SAYS(table, "pt is slower than vcm: it takes 2 times as long (95 %: ");
+  EXPECT_SAYS(table, "the relmse of pt is 2 times that of vcm (95 %: ");
+  EXPECT_SAYS(table, "worse in relmse of the dark half");
+  EXPECT_SAYS(table, "4 samples per pixel take pt 0.5 of the time of vcm (95 %: ");
+}
+
+TEST(ComparisonSentences, TellWhatIsUndecided) {
+  const ComparisonTable table =
+      compare_units(still({"pt", "bdpt"}), together(units_of("pt", 5, 1, 1), units_of("bdpt", 5, 1, 0.99)));
+  EXPECT_SAYS(table, "That it is lower than the next is undecided: it is 0.99 of that of pt");
+  EXPECT_SAYS(table, "is faster to the relmse 0.25 is undecided: pt's time is 1.01 times that of bdpt");
+  EXPECT_SAYS(table, "): undecided.");
+}
+
+TEST(ComparisonSentences, TellWhatLimitsTheAnswers) {
+  std::vector<ComparedUnit> units = together(units_of("pt", 3, 1, 1, 0.7), units_of("vcm", 5, 100, 0.01));
+  for (ComparedUnit& u : units) {
+    if (u.mode != "vcm") continue;
+    if (u.budget == 2) u.values[0].value = (u.seed_number - 3.2) * 1e-6;
+    u.values[3].value = 0.02 + 0.001 * u.seed_number;
+  }
+  const ComparisonTable table = compare_units(still({"pt", "vcm"}), units);
+  EXPECT_SAYS(table,
+              "A few pixels decide the relmse of pt at 1, 2 and 4 samples per pixel: on average 0.1 % of the pixels "
+              "have 70 % of a picture's squared relative error at the last.");
+  EXPECT_SAYS(table, "The reference does not resolve the relmse of vcm at 4 samples per pixel");
+  EXPECT_SAYS(table, "Of pt there are only 3 seeds at some budgets: below 5 seeds there are no intervals");
+  EXPECT_SAYS(table, "No time to an equal relmse is told of vcm and pt");
+  EXPECT_SAYS(table, "is not compared at equal time: they have no time in common.");
+  EXPECT_SAYS(table, "the mean of vcm's pictures differs from that of the reference by 2.3 % (95 %: ");
+  for (const ComparedRatio& ratio : table.ratios) EXPECT_EQ(ratio.verdict, Verdict::undecided);
+}
+
+TEST(ComparisonSentences, AreThereWithoutAnyUnit) {
+  EXPECT_SAYS(compare_units(still({"pt"}), {}), "There are no pictures to compare.");
+  EXPECT_SAYS(compare_units(still({"pt", "vcm"}), units_of("pt", 5, 1, 1)), "There is no complete seed of vcm.");
+  EXPECT_TRUE(compare_units({}, {}).points.empty());
+}
+
+TEST(ComparisonTable, HasNeitherNanNorInfinityOfExtremeValues) {
+  const double extremes[] = {0, 5e-324, 1e-300, 1, 1e30, 1e300, -1e300};
+  test::Draws draws(9);
+  for (int run = 0; run < 200; ++run) {
+    std::vector<ComparedUnit> units;
+    const auto pick = [&] { return extremes[std::size_t(draws.uniform() * 6.99)]; };
+    for (const char* mode : {"pt", "vcm"}) {
+      for (int seed = 1; seed <= 6; ++seed) {
+        for (std::uint32_t budget = 0; budget < 3; ++budget) {
+          units.push_back(unit(mode, seed, budget, 0, std::abs(pick()), {{Measure::mse, "", pick()}}));
+        }
+      }
+    }
+    const ComparisonTable table = compare_units(still({"pt", "vcm"}), units);
+    const auto finite = [](const Interval& i) {
+      return std::isfinite(i.mean) && std::isfinite(i.low) && std::isfinite(i.high);
+    };
+    for (const ComparedPoint& point : table.points) {
+      EXPECT_TRUE(finite(point.seconds));
+      for (const ComparedPoint::Value& value : point.values) EXPECT_TRUE(finite(value.value));
+    }
+    for (const ComparedRatio& ratio : table.ratios) EXPECT_TRUE(finite(ratio.ratio) && std::isfinite(ratio.at));
+    EXPECT_EQ(all(table).find("nan"), std::string::npos) << all(table);
+    EXPECT_EQ(all(table).find("inf"), std::string::npos) << all(table);
+  }
+}
+
+}  // namespace
+}  // namespace helio

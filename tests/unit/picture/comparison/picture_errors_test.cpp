@@ -1,0 +1,190 @@
+// All errors of one picture: that noise of the reference is taken off, regions, and what is not defined.
+#include "renderer/comparison/picture_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tests/unit/picture/comparison/draws.h"
+#include "tests/unit/picture/metrics/test_picture.h"
+
+namespace helio {
+namespace {
+
+using test::Picture;
+
+std::optional<double> find(const std::vector<MeasuredValue>& values, Measure measure, const std::string& region = {}) {
+  for (const MeasuredValue& value : values) {
+    if (value.measure == measure && value.region == region) return value.value;
+  }
+  return std::nullopt;
+}
+
+ReferenceView plain(const Picture& picture) {
+  ReferenceView reference;
+  reference.mean = picture.view();
+  return reference;
+}
+
+TEST(ComparisonPictureErrors, HaveEveryMeasureOnce) {
+  const Picture reference(16, 16, 0.5f), picture(16, 16, 0.6f);
+  const auto values = picture_errors(picture.view(), plain(reference));
+  ASSERT_TRUE(values.ok()) << values.error().to_string();
+  for (int i = 0; i < kMeasures; ++i) {
+    int found = 0;
+    for (const MeasuredValue& value : *values) found += value.measure == Measure(i) && value.region.empty();
+    const bool elsewhere = Measure(i) == Measure::flicker || Measure(i) == Measure::told_rmse;
+    EXPECT_EQ(found, elsewhere ? 0 : 1) << to_string(Measure(i));
+  }
+  EXPECT_NEAR(*find(*values, Measure::mse), 0.01, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::relmse), 0.01 / (0.25 * 1.01), 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::bias), 0.2, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::distance_variance), 0, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::outlier_share), 1.0 / 256, 1e-6);
+}
+
+TEST(ComparisonPictureErrors, AreThoseThatAreAskedFor) {
+  const Picture reference(16, 16, 0.5f), picture(16, 16, 0.6f);
+  PictureErrorOptions options;
+  options.measures = 1u << unsigned(Measure::flip_median);
+  const auto values = picture_errors(picture.view(), plain(reference), options);
+  ASSERT_TRUE(values.ok());
+  ASSERT_EQ(values->size(), 1u);
+  EXPECT_EQ((*values)[0].measure, Measure::flip_median);
+}
+
+// A truth of 1, a picture 0.1 above it, and halves with noise of variance 0.04 each: their mean has 0.02.
+TEST(ComparisonPictureErrors, AreFreeOfTheNoiseOfTheReference) {
+  test::Draws draws(3);
+  const Picture picture(64, 64, 1.1f);
+  Picture a(64, 64, 1), b(64, 64, 1), mean(64, 64, 1), variance(64, 64, 0.02f);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < 64 * 64; ++i) {
+      a.channels[c][i] += float(0.2 * draws.normal());
+      b.channels[c][i] += float(0.2 * draws.normal());
+      mean.channels[c][i] = (a.channels[c][i] + b.channels[c][i]) / 2;
+    }
+  }
+  ReferenceView with_noise = plain(mean), with_halves = with_noise, with_variance = with_noise;
+  with_halves.half_a = a.view();
+  with_halves.half_b = b.view();
+  with_variance.variance = variance.view();
+  PictureErrorOptions options;
+  options.regions = {{"window", {8, 8, 40, 56}}};
+  const auto noisy = picture_errors(picture.view(), with_noise, options);
+  const auto halves = picture_errors(picture.view(), with_halves, options);
+  const auto variances = picture_errors(picture.view(), with_variance, options);
+  ASSERT_TRUE(noisy.ok() && halves.ok() && variances.ok());
+  EXPECT_NEAR(*find(*noisy, Measure::mse), 0.03, 0.002);
+  EXPECT_NEAR(*find(*halves, Measure::mse), 0.01, 0.003);
+  EXPECT_NEAR(*find(*variances, Measure::mse), 0.01, 0.002);
+  EXPECT_NEAR(*find(*halves, Measure::mse, "window"), 0.01, 0.005);
+  EXPECT_NEAR(*find(*variances, Measure::mse, "window"), 0.01, 0.004);
+  // (x - a)(x - b) = (x - r)^2 - (a - b)^2 / 4: what is taken off is the reference's own error, for both.
+  for (const auto& [values, view] : {std::pair(&*halves, &with_halves), std::pair(&*variances, &with_variance)}) {
+    const double taken_off = *find(*noisy, Measure::relmse) - *find(*values, Measure::relmse);
+    EXPECT_NEAR(taken_off, *reference_error(*view) * *reference_error(*view), 1e-9);
+  }
+  // sqrt(0.02 / 1.01) but for the noise of the denominator.
+  EXPECT_NEAR(*reference_error(with_halves), std::sqrt(0.02 / 1.01), 0.006);
+  EXPECT_NEAR(*reference_error(with_variance), std::sqrt(0.02 / 1.01), 0.006);
+  EXPECT_FALSE(reference_error(with_noise).has_value());
+}
+
+// The reference itself: the variance of its mean is all that the error is, so that it comes to less than 0 or near it.
+TEST(ComparisonPictureErrors, MayBeNegative) {
+  const Picture reference(8, 8, 1), variance(8, 8, 0.02f);
+  ReferenceView view = plain(reference);
+  view.variance = variance.view();
+  const auto values = picture_errors(reference.view(), view);
+  ASSERT_TRUE(values.ok());
+  EXPECT_NEAR(*find(*values, Measure::mse), -0.02, 1e-7);
+  EXPECT_LT(*find(*values, Measure::relmse, kDarkHalf), 0);
+}
+
+TEST(ComparisonPictureErrors, OfRegionsCountTheirPixelsAlone) {
+  Picture reference(8, 4, 1), picture(8, 4, 1);
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 4; x < 8; ++x) reference.channels[0][std::size_t(y * 8 + x)] = 4;
+  }
+  for (auto& channel : picture.channels) channel[3 * 8 + 1] = 3;
+  PictureErrorOptions options;
+  options.regions = {{"corner", {0, 2, 2, 4}}, {"right", {4, 0, 8, 4}}};
+  const auto values = picture_errors(picture.view(), plain(reference), options);
+  ASSERT_TRUE(values.ok());
+  EXPECT_NEAR(*find(*values, Measure::mse, "corner"), 4.0 / 4, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::relmse, "corner"), 4.0 / 4 / 1.01, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::bias, "corner"), 2.0 / 4, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::outlier_share, "corner"), 1, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::mse, "right"), 9.0 / 3, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::bias, "right"), -1.0 / 2, 1e-6);
+  // The left half is the darker one.
+  EXPECT_NEAR(*find(*values, Measure::mse, kDarkHalf), 4.0 / 16, 1e-6);
+  EXPECT_FALSE(find(*values, Measure::flip, "right").has_value());
+}
+
+TEST(ComparisonPictureErrors, LeaveOutWhatIsNotDefined) {
+  const Picture black(8, 8, 0), picture(8, 8, 0.5f);
+  const auto values = picture_errors(picture.view(), plain(black));
+  ASSERT_TRUE(values.ok()) << values.error().to_string();
+  EXPECT_FALSE(find(*values, Measure::relmse).has_value());
+  EXPECT_FALSE(find(*values, Measure::bias).has_value());
+  EXPECT_FALSE(find(*values, Measure::outlier_share).has_value());
+  EXPECT_NEAR(*find(*values, Measure::mse), 0.25, 1e-6);
+  for (const MeasuredValue& value : *values) EXPECT_TRUE(std::isfinite(value.value)) << to_string(value.measure);
+  EXPECT_FALSE(reference_error(plain(black)).has_value());
+  EXPECT_TRUE(worst_pixels(picture.view(), black.view(), 4).empty());
+}
+
+TEST(ComparisonPictureErrors, AreFiniteForHugeAndTinyRadiance) {
+  for (const float scale : {1e30f, 1e-30f, 1e-44f}) {
+    const Picture reference(16, 16, scale), picture(16, 16, 2 * scale);
+    const auto values = picture_errors(picture.view(), plain(reference));
+    ASSERT_TRUE(values.ok()) << values.error().to_string();
+    for (const MeasuredValue& value : *values) EXPECT_TRUE(std::isfinite(value.value)) << to_string(value.measure);
+    EXPECT_NEAR(find(*values, Measure::relmse).value_or(0), 1 / 1.01, 1e-6) << scale;
+  }
+}
+
+TEST(ComparisonPictureErrors, RefuseWhatCannotBeCompared) {
+  const Picture reference(8, 8, 1), small(4, 8, 1);
+  Picture broken(8, 8, 1), negative(8, 8, 1);
+  broken.channels[1][5] = std::numeric_limits<float>::quiet_NaN();
+  negative.channels[2][9] = -0.5f;
+  const auto size = picture_errors(small.view(), plain(reference));
+  ASSERT_FALSE(size.ok());
+  EXPECT_EQ(size.error().code, ErrorCode::invalid_argument);
+  EXPECT_FALSE(picture_errors(broken.view(), plain(reference)).ok());
+  ReferenceView view = plain(reference);
+  view.variance = negative.view();
+  const auto variance = picture_errors(reference.view(), view);
+  ASSERT_FALSE(variance.ok());
+  EXPECT_NE(variance.error().to_string().find("channel 2 of pixel (1, 1)"), std::string::npos)
+      << variance.error().to_string();
+}
+
+TEST(ComparisonWorstPixels, AreTheLargestFirstAndByPlaceWhereEqual) {
+  const Picture reference(4, 2, 1);
+  Picture picture(4, 2, 1);
+  picture.channels[0][6] = 3;  // error 4
+  picture.channels[0][1] = 2;  // 1
+  picture.channels[0][4] = 2;  // 1
+  const auto worst = worst_pixels(picture.view(), reference.view(), 10);
+  ASSERT_EQ(worst.size(), 3u);
+  EXPECT_EQ(worst[0].x, 2);
+  EXPECT_EQ(worst[0].y, 1);
+  EXPECT_NEAR(worst[0].share, 4.0 / 6, 1e-12);
+  EXPECT_EQ(worst[1].x, 1);
+  EXPECT_EQ(worst[1].y, 0);
+  EXPECT_EQ(worst[2].x, 0);
+  EXPECT_EQ(worst[2].y, 1);
+  EXPECT_EQ(worst_pixels(picture.view(), reference.view(), 1).size(), 1u);
+  EXPECT_TRUE(worst_pixels(picture.view(), reference.view(), 0).empty());
+}
+
+}  // namespace
+}  // namespace helio
