@@ -34,9 +34,10 @@ constexpr double kResultSeconds = 0.5;
 
 struct Server::Impl {
   Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn, AccessTokens tokens)
-      : core(config, std::move(roots), std::move(oidn), std::move(tokens)), service(core) {}
+      : core(config, std::move(roots), std::move(oidn), std::move(tokens)), compare(core), service(compare) {}
 
   ServiceCore core;
+  CompareCore compare;
   RenderService service;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<WebServer> web;  // null: none
@@ -131,7 +132,7 @@ bool Server::drain(double grace_s) {
   ServiceCore& core = impl_->core;
   const auto idle = [&](double seconds) {
     const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
-    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy();
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy() && !impl_->compare.queue.busy();
   };
   if (impl_->drained) return idle(0);
   impl_->drained = true;
@@ -145,6 +146,9 @@ bool Server::drain(double grace_s) {
     core.jobs.cancel_all();
     core.jobs.wait_until_empty(deadline);
   }
+  // What has been told is told, and a later call goes on from there.
+  impl_->compare.queue.cancel_all();
+  impl_->compare.queue.wait_until_empty(deadline);
   const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {
     impl_->server->Shutdown(last_calls);

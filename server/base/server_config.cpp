@@ -151,6 +151,23 @@ std::vector<ConfigOption> make_options() {
        "bytes of scenes, films and queues together, suffixes K, M, G, T; 0: three quarters of the machine's", false,
        [](Config& c, Text t) { return read_bytes(t, 0, c.max_memory); },
        [](const Config& c) { return std::to_string(c.max_memory); }},
+      {"max-reference-memory", "bytes of the references that comparisons keep, suffixes K, M, G, T", false,
+       [](Config& c, Text t) { return read_bytes(t, 1, c.max_reference_memory); },
+       [](const Config& c) { return std::to_string(c.max_reference_memory); }},
+      {"max-compare-units", "modes x seeds x budgets x views of one comparison, [1, 65536]", false,
+       [](Config& c, Text t) { return read_number<std::uint64_t>(t, 1, 65536, c.max_compare_units); },
+       [](const Config& c) { return std::to_string(c.max_compare_units); }},
+      {"max-compare-pixels", "modes x seeds x views x pixels of one comparison, [1, 2^53]", false,
+       [](Config& c, Text t) { return read_number<std::uint64_t>(t, 1, 1ull << 53, c.max_compare_pixels); },
+       [](const Config& c) { return std::to_string(c.max_compare_pixels); }},
+      {"allow-exclusive",
+       "on or off: comparisons may let everyone else wait while they measure, 10 s at a time at most", false,
+       [](Config& c, Text t) {
+         std::string value;
+         std::string problem = read_name(t, {"on", "off"}, value);
+         return c.allow_exclusive = value == "on", problem;
+       },
+       [](const Config& c) { return std::string(c.allow_exclusive ? "on" : "off"); }, true},
       {"strict",
        "on or off: refuse scene files that break a rule of their format although their meaning is beyond doubt", false,
        [](Config& c, Text t) {

@@ -11,9 +11,11 @@
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/rpc/compare_reactor.h"
 #include "server/rpc/edit_scene_reactor.h"
 #include "server/rpc/frame_stream_reactor.h"
 #include "server/rpc/job_reactor.h"
+#include "server/rpc/load_reference_reactor.h"
 #include "server/rpc/load_scene_reactor.h"
 #include "server/rpc/replay_reactor.h"
 #include "server/rpc/scene_messages.h"
@@ -209,6 +211,9 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   limits.set_max_memory(config.max_memory);
   limits.set_max_message_bytes(kMaxMessage);
   limits.set_max_scenes(config.max_scenes);
+  limits.set_max_reference_memory(config.max_reference_memory);
+  limits.set_max_compare_units(config.max_compare_units);
+  limits.set_max_compare_pixels(config.max_compare_pixels);
   for (const RenderMode mode : kEveryRenderMode) response.add_modes(to_message(mode));
   for (const Integrator integrator : kEveryIntegrator) response.add_integrators(to_message(integrator));
   response.add_scene_formats("gltf");
@@ -359,6 +364,18 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
         if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
         return pb::CancelJobResponse();
       });
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::Compare(grpc::CallbackServerContext* context,
+                                                                   const grpc::ByteBuffer* request) {
+  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
+  return new CompareReactor(compare_, *context, *request);
+}
+
+grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadReference(grpc::CallbackServerContext* context,
+                                                                        grpc::ByteBuffer* response) {
+  if (!allowed(*context)) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>();
+  return new LoadReferenceReactor(compare_, *context, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext* context,

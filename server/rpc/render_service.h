@@ -4,6 +4,7 @@
 #pragma once
 
 #include "heliograph/v1/render_service.grpc.pb.h"
+#include "server/compare/compare_core.h"
 #include "server/sessions/service_core.h"
 
 namespace helio {
@@ -19,13 +20,14 @@ using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<
                     Rpcs::WithRawCallbackMethod_WatchFrames<Rpcs::WithRawCallbackMethod_RunJob<
                         Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
                             Rpcs::WithRawCallbackMethod_EditScene<Rpcs::WithRawCallbackMethod_DescribeScene<
-                                Rpcs::WithRawCallbackMethod_ListFiles<Rpcs::Service>>>>>>>>>>>>>>>>;
+                                Rpcs::WithRawCallbackMethod_ListFiles<Rpcs::WithRawCallbackMethod_Compare<
+                                    Rpcs::WithRawCallbackMethod_LoadReference<Rpcs::Service>>>>>>>>>>>>>>>>>>;
 
 }  // namespace raw
 
 class RenderService final : public raw::Service {
  public:
-  explicit RenderService(ServiceCore& core) : core_(core) {}
+  explicit RenderService(CompareCore& compare) : core_(compare.core), compare_(compare) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
@@ -51,6 +53,10 @@ class RenderService final : public raw::Service {
                                                      const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                       grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Compare(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* LoadReference(grpc::CallbackServerContext* context,
+                                                           grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ReplaySample(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
@@ -66,6 +72,7 @@ class RenderService final : public raw::Service {
   bool allowed(const grpc::CallbackServerContext& context) const;
 
   ServiceCore& core_;
+  CompareCore& compare_;
 };
 
 }  // namespace helio

@@ -102,7 +102,7 @@ Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::
 Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& resources, SceneLease scene,
                                                              const RenderSettings& settings, const Budget& budget,
                                                              RenderRank rank, FramePublisher::Tiles tiles,
-                                                             unsigned channels) {
+                                                             unsigned channels, std::shared_ptr<FrameSink> sink) {
   auto film = reserve_film(resources, settings);
   if (!film) return film.error();
   auto scratch = reserve_scratch(resources, settings);
@@ -132,8 +132,9 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.previews = std::move(*previews);
   options.display = std::move(*display);
   rendering->scratch_ = *scratch;
+  if (!sink) sink = rendering->publisher_;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
-                                                  rendering->publisher_, options);
+                                                  std::move(sink), options);
   return rendering;
 }
 

@@ -33,10 +33,12 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
   };
 
-  // Reserves and allocates the film, which for gigabytes takes seconds. resource_exhausted: max_memory.
+  // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;
+  // null: to publisher(). resource_exhausted: max_memory.
   static Result<std::shared_ptr<RenderContext>> create(const Resources& resources, SceneLease scene,
                                                        const RenderSettings& settings, const Budget& budget,
-                                                       RenderRank rank, FramePublisher::Tiles tiles, unsigned channels);
+                                                       RenderRank rank, FramePublisher::Tiles tiles, unsigned channels,
+                                                       std::shared_ptr<FrameSink> sink = nullptr);
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;

@@ -1,0 +1,115 @@
+#include "server/compare/compared_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/base/clock.h"
+#include "server/base/processor_time.h"
+
+namespace helio {
+namespace {
+
+// Shorter ones say nothing of the machine: its clock ticks a hundred times a second.
+constexpr double kMachineTold = 1;
+
+Error failed(const std::string& why) {
+  return {ErrorCode::internal, "the picture failed: " + why, {}};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ComparedSession>> ComparedSession::create(const RenderContext::Resources& resources,
+                                                                 std::shared_ptr<const LoadedScene> scene,
+                                                                 const ComparedMode& mode, std::uint64_t seed) {
+  std::unique_ptr<ComparedSession> session(new ComparedSession);
+  session->display_ = mode.picture == ComparedMode::Picture::display;
+  session->previews_ = mode.picture == ComparedMode::Picture::preview;
+  session->time_s_ = scene->manifest.time_s;
+  session->threads_ = resources.engine.threads();
+  session->collector_ =
+      std::make_shared<PictureCollector>(mode.settings.width, mode.settings.height, session->display_);
+  RenderSettings settings = mode.settings;
+  settings.seed = seed;
+  auto rendering =
+      RenderContext::create(resources, SceneLease(std::move(scene)), settings, Budget(), RenderRank::job,
+                            FramePublisher::Tiles::final_only, mode.channels() | kResolveSamples, session->collector_);
+  if (!rendering) return rendering.error();
+  session->rendering_ = std::move(*rendering);
+  return session;
+}
+
+View ComparedSession::next_view(const CameraPose& camera) {
+  View view;
+  view.id = ++view_id_;
+  view.camera = camera;
+  view.time_s = time_s_;
+  return view;
+}
+
+template <class Wait>
+Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle,
+                                             const Wait& wait) {
+  RenderLoop& loop = rendering_->loop();
+  const double started = now_s(), own = loop.used_seconds(), process = process_cpu_s();
+  const std::optional<double> machine = machine_busy_s();
+  const std::uint64_t revision = loop.update(update);
+  const auto frame = wait(revision, [&] { idle(loop.progress()); });
+  const double wall = now_s() - started, process_used = process_cpu_s() - process;
+  if (!frame) {
+    loop.cancel();
+    return Error{ErrorCode::cancelled, "the comparison was cancelled", {}};
+  }
+  if (frame->end.reason == FrameEndReason::failed) return failed(frame->end.message);
+  PictureCost cost;
+  cost.progress = frame->end.progress;
+  cost.seconds = frame->end.progress.seconds;
+  cost.samples = frame->end.progress.samples_per_pixel;
+  const double there_was = std::max(wall, 1e-6) * threads_;
+  double others = process_used - (loop.used_seconds() - own);
+  const auto machine_now = machine_busy_s();
+  if (machine && machine_now && wall >= kMachineTold) others = std::max(others, *machine_now - *machine - process_used);
+  cost.others_share = std::clamp(others / there_was, 0.0, 1.0);
+  begin_ = frame->begin;
+  return cost;
+}
+
+Result<PictureCost> ComparedSession::film(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle) {
+  auto cost = measure(std::move(update), cancel, idle, [&](std::uint64_t revision, const auto& told) {
+    return collector_->wait_for_film(revision, cancel, told);
+  });
+  if (!cost) return cost;
+  const FilmError& error = cost->progress.error;
+  told_rmse_ = display_ ? collector_->display_error() : error.known ? std::optional(error.rmse) : std::nullopt;
+  return cost;
+}
+
+Result<PictureCost> ComparedSession::render(const CameraPose& view, const Budget& budget, const CancelToken& cancel,
+                                            const Idle& idle) {
+  RenderLoop::Update update;
+  update.view = next_view(view);
+  update.budget = budget;
+  return film(std::move(update), cancel, idle);
+}
+
+Result<PictureCost> ComparedSession::go_on(const Budget& budget, const CancelToken& cancel, const Idle& idle) {
+  RenderLoop::Update update;
+  update.budget = budget;
+  return film(std::move(update), cancel, idle);
+}
+
+Result<PictureCost> ComparedSession::preview(const CameraPose& view, const CancelToken& cancel, const Idle& idle) {
+  RenderLoop::Update update;
+  update.view = next_view(view);
+  const double asked = now_s();
+  double came = asked;
+  auto cost = measure(std::move(update), cancel, idle, [&](std::uint64_t, const auto& told) {
+    auto frame = collector_->wait_for_preview(view_id_, cancel, told);
+    came = now_s();
+    return frame;
+  });
+  told_rmse_.reset();
+  if (cost) cost->seconds = came - asked;
+  return cost;
+}
+
+}  // namespace helio
