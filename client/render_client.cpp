@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "client/grpc_error.h"
+#include "client/reference_upload.h"
 #include "client/scene_upload.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
@@ -18,6 +19,9 @@ namespace helio {
 namespace pb = heliograph::v1;
 
 namespace {
+
+// The table of a comparison of many views is larger than gRPC's 4 MiB.
+constexpr int kMaxReceivedMessage = 64 << 20;
 
 // Waits until the channel is connected. The state machine of gRPC tries by itself, with a growing pause in between;
 // without `retry` the first failure is final.
@@ -46,6 +50,7 @@ Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& a
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, static_cast<int>(attempt_ms));
   // A proxy for the web must not swallow calls to a daemon on this machine or at the end of a tunnel.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetMaxReceiveMessageSize(kMaxReceivedMessage);
   // Two clients of one process never share a connection: one that stops reading must not hold the other back.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   std::shared_ptr<grpc::Channel> channel =
@@ -247,6 +252,49 @@ Status RenderClient::cancel_job(const std::string& job_id) {
   pb::CancelJobRequest request;
   request.set_job_id(job_id);
   return without_value(call(&Stub::CancelJob, request));
+}
+
+Result<pb::CompareResponse::Result> RenderClient::compare(const pb::CompareRequest& request,
+                                                          const CompareCallbacks& callbacks, CallControl* control) {
+  grpc::ClientContext context;
+  authorize(context);
+  const CallControl::Scope scope(control, context);
+  const auto call = stub_->Compare(&context, request);
+  std::optional<pb::CompareResponse::Result> result;
+  pb::CompareResponse response;
+  while (call->Read(&response)) {
+    if (response.has_accepted() && callbacks.accepted) callbacks.accepted(response.accepted());
+    if (response.has_progress() && callbacks.progress) callbacks.progress(response.progress());
+    if (response.has_reference() && callbacks.reference) callbacks.reference(response.reference());
+    if (response.has_unit() && callbacks.unit) callbacks.unit(response.unit());
+    if (response.has_picture() && callbacks.picture) callbacks.picture(std::move(*response.mutable_picture()));
+    if (response.has_result()) result = std::move(*response.mutable_result());
+  }
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
+  if (!result) return Error{ErrorCode::internal, "the server ended the comparison without a result", {}};
+  return *std::move(result);
+}
+
+Result<pb::LoadReferenceResponse> RenderClient::load_reference(
+    const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& uploaded, CallControl* control) {
+  grpc::ClientContext context;
+  authorize(context);
+  const CallControl::Scope scope(control, context);
+  pb::LoadReferenceResponse response;
+  const auto call = stub_->LoadReference(&context, &response);
+  const Status written = write_reference(*call, path, uploaded);
+  if (!written) {
+    context.TryCancel();
+    call->Finish();
+    return written.error();
+  }
+  call->WritesDone();
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
+  return response;
 }
 
 Result<pb::ReplaySampleResponse> RenderClient::replay_sample(const std::string& token, CallControl* control) {

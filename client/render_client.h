@@ -29,7 +29,7 @@ namespace helio {
 struct ConnectOptions {
   double timeout_s = 10;  // for the connection, > 0
   bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
-  double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams and jobs), > 0
+  double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams, jobs and comparisons), > 0
   std::string token;           // a line of the daemon's token file; empty: none. Travels unencrypted
   // Told on the thread of a call when the server is older than this client and ignored some of its request's fields.
   std::function<void(const std::string& text)> notice;
@@ -51,6 +51,15 @@ struct JobCallbacks {
   // All tiles of a view of a path have come; those that follow are of the next one, which wants a FrameAssembler begun
   // anew. The last view's end is what run_job returns.
   std::function<void(const heliograph::v1::RunJobResponse::ViewResult&)> view_result;
+};
+
+// Called on the thread of compare, in the order of arrival; empty ones are skipped.
+struct CompareCallbacks {
+  std::function<void(const heliograph::v1::CompareResponse::Accepted&)> accepted;
+  std::function<void(const heliograph::v1::CompareResponse::Progress&)> progress;
+  std::function<void(const heliograph::v1::CompareResponse::Reference&)> reference;
+  std::function<void(const heliograph::v1::CompareUnit&)> unit;
+  std::function<void(heliograph::v1::CompareResponse::Picture)> picture;
 };
 
 // Thread safe: calls may run side by side. Every failure is an Error; ErrorCode::unavailable means that the daemon
@@ -97,6 +106,17 @@ class RenderClient {
                                            CallControl* control = nullptr);
   Status cancel_job(const std::string& job_id);
 
+  // Blocks until every unit has come and answers the table of all. Cancelled by `control`, it ends with
+  // ErrorCode::cancelled; units that came before stay valid, as CompareRequest.done of a later call.
+  Result<heliograph::v1::CompareResponse::Result> compare(const heliograph::v1::CompareRequest& request,
+                                                          const CompareCallbacks& callbacks,
+                                                          CallControl* control = nullptr);
+  // Sends an EXR file that pictures are to be compared with, in chunks, with its SHA-256. `uploaded` is called with the
+  // bytes sent so far and in total.
+  Result<heliograph::v1::LoadReferenceResponse> load_reference(
+      const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& uploaded = {},
+      CallControl* control = nullptr);
+
   // One sample again, told vertex by vertex; `token`: FrameEnd.replay_token. The scene must be loaded: not_found says
   // which.
   Result<heliograph::v1::ReplaySampleResponse> replay_sample(const std::string& token, CallControl* control = nullptr);
@@ -105,7 +125,7 @@ class RenderClient {
   // With the deadline of short calls.
   template <class Request, class Response>
   Result<Response> call(grpc::Status (heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*,
-                                                                                            const Request&, Response*),
+                                                                                             const Request&, Response*),
                         const Request& request, CallControl* control = nullptr);
   void tell_ignored(const grpc::ClientContext& context) const;
   void authorize(grpc::ClientContext& context) const;

@@ -23,6 +23,7 @@ Command add_scene(CLI::App& root);
 Command add_replay(CLI::App& root);
 Command add_edit(CLI::App& root);
 Command add_techniques(CLI::App& root);
+Command add_compare(CLI::App& root);
 
 // Flags that the command does not know become problems, so that they are reported with the others.
 class OptionReader;

@@ -29,6 +29,7 @@ struct Connection {
   // In process: the viewer's page, HOST:PORT; empty: none. Who wants it names connect.token.
   std::string http;
   std::vector<std::string> scene_roots;  // in process
+  bool allow_exclusive = false;  // in process: comparisons may keep everything else waiting
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -21,7 +21,8 @@ class SideBySideTest : public testing::Test {
     auto roots = SceneRoots::open({});
     ASSERT_TRUE(roots.ok());
     core_ = std::make_unique<ServiceCore>(complete(config), std::move(*roots));
-    service_ = std::make_unique<RenderService>(*core_);
+    compare_ = std::make_unique<CompareCore>(*core_);
+    service_ = std::make_unique<RenderService>(*compare_);
     grpc::ServerBuilder builder;
     builder.RegisterService(service_.get());
     server_ = builder.BuildAndStart();
@@ -98,6 +99,7 @@ class SideBySideTest : public testing::Test {
   std::promise<void> hold_;
   bool held_ = false;
   std::unique_ptr<ServiceCore> core_;
+  std::unique_ptr<CompareCore> compare_;
   std::unique_ptr<RenderService> service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<pb::RenderService::Stub> stub_;

@@ -3,24 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <set>
-#include <system_error>
 
 #include "client/camera_path.h"
 #include "client/cli/command.h"
 #include "client/cli/commands/move_player.h"
 #include "client/cli/commands/open_scene.h"
 #include "client/cli/commands/output_check.h"
+#include "client/cli/commands/path_option.h"
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/commands/play_path.h"
 #include "client/cli/commands/render_report.h"
 #include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/tev_option.h"
-#include "client/named_paths.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
 
@@ -32,7 +29,6 @@ namespace {
 
 constexpr double kDegreesPerStep = 5;
 constexpr std::uint32_t kPreviewQuality = 90;  // JPEG
-constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 
 struct MoveOptions {
   SceneOptions scene;
@@ -147,15 +143,11 @@ std::optional<double> read_play(const MoveOptions& options, OptionReader& reader
   return play;
 }
 
-bool by_name(const MoveOptions& options) {
-  return options.path.given() && is_path_name(options.path.text);
-}
-
 PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
   PathScale scale;
   scale.step = reader.number(options.step, {-360, 360});
   if (const auto steps = reader.integer(options.steps, 1, 100000)) scale.steps = static_cast<int>(*steps);
-  if (!by_name(options)) {
+  if (!is_path_by_name(options.path)) {
     if (options.step.given()) reader.problem(options.step, "is only valid with a --path by name");
     return scale;
   }
@@ -163,29 +155,6 @@ PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
   const auto path = named_path(options.path.text, 1, scale);
   if (!path) reader.problem(options.path, path.error().to_string());
   return scale;
-}
-
-std::string read_path_file(const TextOption& option, OptionReader& reader) {
-  if (!option.given() || is_path_name(option.text)) return {};
-  std::error_code ignored;
-  if (std::filesystem::is_directory(option.text, ignored)) {
-    reader.problem(option, "'" + option.text + "' is a folder, not a file");
-    return {};
-  }
-  std::ifstream file(option.text, std::ios::binary | std::ios::ate);
-  const auto bytes = file ? static_cast<std::int64_t>(file.tellg()) : -1;
-  if (bytes < 0) {
-    reader.problem(option, fmt::format("'{}' cannot be opened, and is none of {}", option.text, path_names()));
-    return {};
-  }
-  if (bytes > std::int64_t(kMaxPathBytes)) {
-    reader.problem(option, fmt::format("'{}' has more than {} bytes", option.text, kMaxPathBytes));
-    return {};
-  }
-  std::string text(std::max<std::int64_t>(bytes, 0), '\0');
-  file.seekg(0);
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  return text;
 }
 
 CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, OptionReader& reader) {
@@ -200,26 +169,13 @@ CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, Opt
     reader.problem(options.pivot, "is only valid with --orbit or --path: nothing else turns around it");
   }
   const bool moves = options.turn.given() || options.orbit.given() || options.shift.given();
-  if (by_name(options)) {
+  if (is_path_by_name(options.path)) {
     if (moves) reader.problem(options.path, "does not go with --turn, --orbit and --move");
   } else if (options.path.given() && (moves || options.steps.given())) {
     reader.problem(options.path, "does not go with --turn, --orbit, --move and --steps");
   }
   if (!options.path.given() && !moves) reader.problems().add("--path", "or one of --turn, --orbit, --move is required");
   return motion;
-}
-
-V3d centre(const pb::SceneInfo& scene) {
-  const pb::Vec3 &low = scene.bounds_min(), &high = scene.bounds_max();
-  return (V3d(low.x(), low.y(), low.z()) + V3d(high.x(), high.y(), high.z())) * 0.5;
-}
-
-Result<std::vector<PathView>> path_by_name(const std::string& name, const PathScale& scale, const PathStart& start) {
-  const Result<CameraFrame> home = camera_frame(start.camera);
-  if (!home) return home.error();
-  const auto path = named_path(name, length(start.pivot - home->position), scale);
-  if (!path) return path.error();
-  return play_named_path(*path, start);
 }
 
 // Writes the view's picture and describes it. `json` gets the members of render's.
@@ -361,7 +317,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
-  if (!by_name(options)) outputs.add_input(options.path.text, "the camera path");
+  if (!is_path_by_name(options.path)) outputs.add_input(options.path.text, "the camera path");
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return context.refuse();
   if (!asks_for_mode(options.settings) && request.settings().mode() == pb::MODE_PT) {
@@ -384,10 +340,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   auto& open = std::get<OpenScene>(opened);
   RenderClient& client = open.renderer.client();
   const pb::SceneInfo& scene = open.scene();
-  const PathStart start{open.camera.view(), pivot.value_or(centre(scene)), cameras_of(scene)};
-  const auto views = by_name(options)       ? path_by_name(options.path.text, scale, start)
-                     : options.path.given() ? parse_camera_path(path_text, options.path.text, start)
-                                            : play_motion(motion, start);
+  const PathStart start{open.camera.view(), pivot.value_or(centre_of(scene)), cameras_of(scene)};
+  const auto views = is_path_by_name(options.path) ? path_by_name(options.path.text, scale, start)
+                     : options.path.given()        ? parse_camera_path(path_text, options.path.text, start)
+                                                   : play_motion(motion, start);
   if (!views) return terminal.fail(kUsage, views.error().to_string());
   for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
     outputs.check(numbered(patterns, static_cast<int>(i)), problems);
