@@ -20,7 +20,9 @@ import { newLook, PicturePanel } from './panels/picture_panel.js';
 import { RenderPanel } from './panels/render_panel.js';
 import { savePicture } from './picture/save.js';
 import { ScenePanel } from './panels/scene_panel.js';
+import { SessionsPanel } from './panels/sessions_panel.js';
 import { Scenes } from './protocol/scenes.js';
+import { MOST_SESSIONS, newOwn, ownToText, readFields } from './session_settings.js';
 import { statusLine, usedBudget } from './panels/status_line.js';
 import { exposeForTests } from './test_access.js';
 import { BoxTool, HandTool, SplitTool } from './tools.js';
@@ -32,6 +34,8 @@ const RESIZE_MS = 250;
 const HISTOGRAM_MS = 700;
 const DEPTH_MS = 8000;
 const INSPECT_MS = 350;
+// Of the sessions' lines in the plot.
+const COLOURS = ['#f0b860', '#86d29a', '#d58bd9', '#ff8a70', '#5fd3d6', '#c9d05a', '#b6a0ff', '#e6e6e6'];
 const SIGHT = 24; // CSS pixels from the stage's edge to a pixel that keys chose
 
 // Width and height of a size that does not follow the window.
@@ -64,9 +68,8 @@ class App {
     this.camera = new Camera();
     this.counters = { views: 0, whole: 0, previews: 0, previewTiles: 0, filmTiles: 0 };
     this.viewports = [];
+    this.leader = null; // alone has previews, which all show: the first viewport when the camera last moved
     this.wanted = {
-      mode: 0,
-      integrator: 0,
       seed: 0,
       max_segments: 0,
       preview_rate: 20,
@@ -101,9 +104,6 @@ class App {
   get main() {
     return this.viewports[0];
   }
-  get second() {
-    return this.viewports[1];
-  }
   get active() {
     return this.main;
   }
@@ -114,7 +114,7 @@ class App {
     addEventListener('hashchange', () => this.#followLink());
     const connecting = this.connection.start(); // answers later than what follows here
     try {
-      this.viewports.push(new Viewport(this, find('stage-a')));
+      this.leader = this.#open(newOwn(0, 0));
     } catch (error) {
       banner(
         error.message === 'WebGL2'
@@ -124,7 +124,6 @@ class App {
       this.connection.stop();
       return;
     }
-    this.#listen(this.main);
     await connecting;
   }
 
@@ -189,7 +188,10 @@ class App {
       mode: codec.enum('Mode').MODE_COMBINED,
       integrator: codec.enum('Integrator').INTEGRATOR_PATH,
     };
-    Object.assign(this.wanted, defaults);
+    const { mode = defaults.mode, integrator = defaults.integrator } = state;
+    const owns = state.sessions ?? [newOwn(mode, integrator)];
+    for (const own of owns) this.#settle(own, defaults);
+    Object.assign(this.main.own, owns[0]);
     for (const name of Object.keys(this.wanted)) if (state[name] !== undefined) this.wanted[name] = state[name];
     for (const name of ['samples', 'time_s', 'error']) if (state[name] !== undefined) this.budget[name] = state[name];
     const shown = { channel: 'channel', exposure: 'exposure', tone: 'toneMap', filter: 'filter', split: 'split' };
@@ -201,20 +203,14 @@ class App {
       this.ignored.push(`size=${this.wanted.size} (${problem})`);
       this.wanted.size = 'window';
     }
-    for (const name of ['mode', 'integrator']) {
-      const known = this.info[`${name}s`] ?? [];
-      if (!known.length || known.includes(this.wanted[name])) continue;
-      if (state[name] !== undefined) this.ignored.push(`${name}=${state[name]} (the daemon has ${known.join(', ')})`);
-      this.wanted[name] = known.includes(defaults[name]) ? defaults[name] : known[0];
-    }
     if (state.range) Object.assign(this.look, { range: state.range, autoRange: false });
     if (state.linear) this.look.logarithmic = false;
-    const render = new RenderPanel(this, this.info);
     this.panels = {
       picture: new PicturePanel(this),
-      render,
+      render: new RenderPanel(this, this.info),
+      sessions: new SessionsPanel(this, this.info),
       plot: new ConvergencePlot(this),
-      compare: new ComparePanel(this, render),
+      compare: new ComparePanel(this),
       scene: new ScenePanel(this),
       camera: new CameraPanel(this),
       link: new LinkPanel(this),
@@ -222,7 +218,7 @@ class App {
     };
     this.inspector = new Inspector(this);
     this.sceneName = make('span', { id: 'scene-name' });
-    const { picture, plot, compare, scene, camera, link, open } = this.panels;
+    const { picture, render, sessions, plot, compare, scene, camera, link, open } = this.panels;
     find('panel').append(
       make(
         'div',
@@ -231,7 +227,7 @@ class App {
         this.sceneName,
         button('help-open', '?', () => find('help').showModal(), { 'aria-label': 'All keys', title: 'All keys (?)' }),
       ),
-      ...[picture, render, plot, compare, camera, scene, open, link].map((panel) => panel.element),
+      ...[picture, render, sessions, plot, compare, camera, scene, open, link].map((panel) => panel.element),
     );
     listenToKeys(this);
     find('pause').addEventListener('click', () => this.pause(!this.paused));
@@ -240,6 +236,7 @@ class App {
     addEventListener('pagehide', () => this.viewports.forEach((viewport) => viewport.session.close()));
     addEventListener('pageshow', (event) => event.persisted && this.#visible());
     this.#showPause();
+    this.#showSessions();
     exposeForTests(this);
   }
 
@@ -259,7 +256,7 @@ class App {
         this.setCompare(compareNames.indexOf(state.compare));
         say('The link compares with a pinned picture, which no link has: pin one (P).', 'info');
       }
-      if (state.second) this.#secondFromLink(state.second);
+      this.addSessions(state.sessions?.slice(1) ?? [], false);
     } catch (error) {
       say(error.message, 'error');
       find('open-note').textContent = error.message;
@@ -287,9 +284,20 @@ class App {
     }
   }
 
-  #secondFromLink(second) {
-    if (this.panels.compare.choose(...second)) this.sideBySide(true);
-    else this.#ignore(`second=${second} (a mode and an integrator of the daemon)`);
+  // Replaces what the daemon has not of a session's settings.
+  #settle(own, defaults) {
+    for (const name of ['mode', 'integrator']) {
+      const known = this.info[`${name}s`] ?? [];
+      if (!known.length || known.includes(own[name])) continue;
+      this.ignored.push(`${name}=${own[name]} (the daemon has ${known.join(', ')})`);
+      own[name] = known.includes(defaults[name]) ? defaults[name] : known[0];
+    }
+    try {
+      readFields(this.connection.codec, own.more);
+    } catch (error) {
+      this.ignored.push(error.message);
+      own.more = '';
+    }
   }
 
   // Names a part of the link that the page cannot follow.
@@ -364,11 +372,11 @@ class App {
     return '';
   }
 
-  #size(viewport) {
+  #size() {
     const { size } = this.wanted,
       fixed = fixedSize(size);
     if (fixed) return fixed;
-    const { clientWidth, clientHeight } = viewport.stage,
+    const { clientWidth, clientHeight } = this.main.stage,
       { max_film_pixels: pixels = 0 } = this.info.limits ?? {};
     const most = Math.min(MOST_PIXELS, Number(pixels) || Infinity);
     const wanted = { half: 0.5, screen: devicePixelRatio }[size] ?? 1; // times CSS pixels
@@ -378,33 +386,135 @@ class App {
 
   #settings(viewport) {
     const { size, region, ...rest } = this.wanted;
-    const [width, height] = this.#size(viewport);
+    const [width, height] = this.#size();
     const box =
       region && region[2] <= width && region[3] <= height
         ? { region: { x0: region[0], y0: region[1], x1: region[2], y1: region[3] } }
         : {};
-    const own = viewport === this.second ? this.panels.compare.settings() : {};
-    const settings = { ...rest, width, height, ...box, ...own };
-    this.#wantedOf.set(settings, { size, region });
+    const { layer, more, ...own } = viewport.own;
+    const settings = { ...rest, ...own, ...readFields(this.connection.codec, more), width, height, ...box };
+    if (viewport !== this.leader) settings.preview_rate = 0;
+    this.#wantedOf.set(settings, { wanted: { ...this.wanted }, own: { ...viewport.own } });
     return settings;
   }
 
   #budget() {
-    return { ...this.budget, bytes_per_second: this.link.limit };
+    return { ...this.budget, bytes_per_second: this.link.limit / this.viewports.length };
   }
 
   setSettings(changes) {
     Object.assign(this.wanted, changes);
-    for (const viewport of this.viewports) viewport.session.setSettings(this.#settings(viewport));
+    this.#sendSettings();
     this.panels.render.refresh();
-    this.panels.compare.refresh();
     this.saveState();
   }
 
-  secondSettings() {
-    this.second?.session.setSettings(this.#settings(this.second));
+  #lead() {
+    this.leader = this.main;
+    this.#sendSettings();
+  }
+
+  #sendSettings() {
+    for (const viewport of this.viewports) viewport.session.setSettings(this.#settings(viewport));
+  }
+
+  // Settings of one session. Where there are several, all begin anew, so that their times are equal.
+  setOwn(viewport, changes) {
+    Object.assign(viewport.own, changes);
+    viewport.trouble = '';
+    viewport.session.setFormat(viewport.format());
+    this.#sessionsChanged();
+    if (this.viewports.length > 1) this.#restart();
+  }
+
+  #restart() {
+    for (const { session } of this.viewports) session.restart();
+  }
+
+  // Of several, how many columns make the pictures largest.
+  #layOut() {
+    const { clientWidth, clientHeight } = find('tiles'),
+      [width, height] = fixedSize(this.wanted.size) ?? [16, 9];
+    const zoom = (columns) =>
+      Math.min(clientWidth / columns / width, clientHeight / Math.ceil(this.viewports.length / columns) / height);
+    const [columns] = this.viewports.map((viewport, i) => i + 1).sort((a, b) => zoom(b) - zoom(a));
+    find('tiles').style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
+  }
+
+  // A session with its tile, after the others.
+  #open(own) {
+    const viewport = new Viewport(this, own);
+    find('tiles').append(viewport.stage);
+    this.viewports.push(viewport);
+    viewport.colour = COLOURS.find((colour) => !this.viewports.some((each) => each.colour === colour));
+    listenToCamera(this, viewport);
+    viewport.listeners.add((what) => this.#heard(viewport, what));
+    return viewport;
+  }
+
+  // Answers the sessions that were added: as many as there is room for. anew: those that were there begin anew.
+  addSessions(owns, anew = true) {
+    const room = MOST_SESSIONS - this.viewports.length;
+    if (owns.length > room) say(`The page shows ${MOST_SESSIONS} sessions at most.`, 'info');
+    if (this.tool.use) this.tool.leave();
+    const added = [];
+    try {
+      for (const own of owns.slice(0, room)) added.push(this.#open({ ...own }));
+    } catch (error) {
+      say(`The browser has no room for another picture: ${error.message}`, 'error');
+    }
+    if (!added.length) return added;
+    this.#sessionsChanged(`${this.viewports.length} sessions.`);
+    if (anew) this.#restart();
+    for (const viewport of added) {
+      viewport.session.fallback = false;
+      this.#startSession(viewport, false);
+    }
+    return added;
+  }
+
+  closeSession(viewport) {
+    if (this.viewports.length < 2) return;
+    this.viewports.splice(this.viewports.indexOf(viewport), 1);
+    viewport.close();
+    for (const { session, trouble } of this.viewports) if (trouble) session.tryNow();
+    this.#sessionsChanged(`Closed: ${viewport.name}.`);
+    this.main.overlay.focus({ preventScroll: true });
+  }
+
+  makeMain(viewport) {
+    if (viewport === this.main) return;
+    this.viewports.sort((a, b) => (b === viewport) - (a === viewport));
+    find('tiles').prepend(viewport.stage);
+    this.#sessionsChanged(`${viewport.name} is the first.`);
+    this.main.overlay.focus({ preventScroll: true });
+  }
+
+  // What tells of the sessions follows them. sentence: for screen readers.
+  #sessionsChanged(sentence = '') {
+    this.#layOut();
+    this.inspector.hover(this.main, NaN, NaN);
+    this.#showSessions();
+    this.#sendSettings();
+    this.setBudget({}); // they share the link
+    this.stopped(this.main, this.main.stopReason);
     this.panels.compare.refresh();
-    this.saveState();
+    this.panels.picture.refresh();
+    this.panels.picture.measure();
+    this.#status();
+    if (sentence) announce(sentence);
+  }
+
+  #showSessions() {
+    this.viewports.forEach((viewport, i) => viewport.tile.refresh(i, this.viewports.length > 1, viewport.colour));
+    this.panels.sessions.refresh();
+  }
+
+  // What a session tells a person. kind: as messages.js has it.
+  problem(viewport, sentence, kind) {
+    if (kind === 'error') viewport.trouble = sentence;
+    say(this.viewports.length > 1 ? `${viewport.name}: ${sentence}` : sentence, kind);
+    viewport.tile.tell();
   }
 
   setSize(size) {
@@ -427,10 +537,12 @@ class App {
 
   // The daemon refused settings: those before are in force again.
   refused(viewport, settings, budget) {
+    const { mode } = settings,
+      before = this.#wantedOf.get(settings);
+    Object.assign(viewport.own, before?.own ?? { mode });
+    this.#showSessions();
     if (viewport !== this.main) return;
-    const { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms = 0 } = settings;
-    Object.assign(this.wanted, { mode, integrator, seed, max_segments, preview_rate, preview_budget_ms });
-    Object.assign(this.wanted, this.#wantedOf.get(settings) ?? {});
+    Object.assign(this.wanted, before?.wanted);
     const { samples = 0, time_s = 0, error = 0 } = budget;
     this.budget = { samples, time_s, error };
     this.panels.render.refresh();
@@ -461,7 +573,11 @@ class App {
   // The camera has changed, by an event of this time.
   moved(time) {
     this.counters.views++;
-    for (const viewport of this.viewports) viewport.sendView(time);
+    if (this.leader !== this.main) this.#lead();
+    for (const viewport of this.viewports) {
+      if (viewport === this.main || !this.wanted.preview_rate) viewport.sendView(time);
+      else viewport.follow();
+    }
     this.inspector.refresh();
     this.panels.camera.refresh();
     this.saveState();
@@ -476,7 +592,8 @@ class App {
 
   // The daemon refused a view. good: the newest one that gave a picture; null: none is known, and the scene's own
   // camera is tried.
-  viewRefused(good) {
+  viewRefused(viewport, good) {
+    if (viewport !== this.main) return; // the first is refused it, too
     const saved = good && this.#cameraOf.get(good);
     if (saved) this.camera.restore(saved);
     else if (this.#wentHome) return; // nothing is left to be tried
@@ -487,7 +604,13 @@ class App {
 
   // sentence: why there are no pictures for now; '': there are again.
   stopped(viewport, sentence) {
-    if (viewport !== this.main || sentence === this.stopReason) return;
+    const known = viewport.stopReason === sentence;
+    viewport.stopReason = viewport.trouble = sentence;
+    if (viewport !== this.main) {
+      if (!known && sentence) this.problem(viewport, sentence, 'error');
+      return;
+    }
+    if (sentence === this.stopReason) return;
     this.stopReason = sentence;
     if (this.connection.state === 'open') {
       find('connection').dataset.state = sentence ? 'stopped' : 'open';
@@ -581,25 +704,6 @@ class App {
     this.saveState();
   }
 
-  sideBySide(on) {
-    if (on === !!this.second) return;
-    find('stage-b').hidden = !on;
-    if (on) {
-      this.secondView ??= new Viewport(this, find('stage-b'));
-      this.viewports.push(this.secondView);
-      this.secondView.place();
-      if (!this.secondView.listening) this.#listen(this.secondView);
-      this.#startSession(this.second, false);
-    } else {
-      this.second.session.close();
-      this.viewports.pop();
-    }
-    this.panels.compare.refresh();
-    this.panels.plot.begin(true);
-    this.inspector.hover(this.main, NaN, NaN);
-    this.saveState();
-  }
-
   pause(on) {
     this.paused = on;
     for (const { session } of this.viewports) {
@@ -612,18 +716,7 @@ class App {
 
   #showPause() {
     const path = this.paused ? 'M5 3.500v9l7-4.500z' : 'M5 3.500v9M11 3.500v9';
-    const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-    for (const [name, value] of [
-      ['viewBox', '0 0 16 16'],
-      ['width', 16],
-      ['height', 16],
-      ['aria-hidden', true],
-    ])
-      svg.setAttribute(name, value);
-    const line = document.createElementNS('http://www.w3.org/2000/svg', 'path');
-    line.setAttribute('d', path);
-    svg.append(line);
-    find('pause').replaceChildren(svg);
+    find('pause').querySelector('path').setAttribute('d', path);
     find('pause').setAttribute('aria-label', this.paused ? 'Go on' : 'Pause');
     this.#status();
   }
@@ -785,9 +878,11 @@ class App {
     clearTimeout(this.#resizeTimer);
     this.#resizeTimer = setTimeout(() => {
       if (!this.scenes.current || /\d/.test(this.wanted.size)) return;
-      for (const each of this.viewports) each.session.setSettings(this.#settings(each));
+      this.#sendSettings();
     }, RESIZE_MS);
-    if (viewport === this.main) this.panels?.plot.refresh();
+    if (viewport !== this.main || !this.panels) return;
+    this.#layOut();
+    this.panels.plot.refresh();
   }
 
   #linkChanged() {
@@ -827,7 +922,7 @@ class App {
   }
 
   async copyLink() {
-    const link = address({ ...this.#address(), size: this.#size(this.main).join('x') });
+    const link = address({ ...this.#address(), size: this.#size().join('x') });
     const without = this.connection.token ? ', without the token: whoever opens it needs one' : '';
     try {
       await navigator.clipboard.writeText(new URL(link, location.href).href);
@@ -852,6 +947,7 @@ class App {
   #address() {
     const { look, wanted, budget, scenes } = this,
       { path, environment } = scenes.source;
+    const several = this.viewports.length > 1 || ownToText(this.main.own).split(',').length > 2;
     return {
       scene: path,
       id: path ? '' : scenes.loaded.scene_id,
@@ -859,8 +955,9 @@ class App {
       edits: scenes.editEntries(),
       camera: this.camera.isHome ? '' : this.camera.toText(),
       size: wanted.size === 'window' ? '' : wanted.size,
-      mode: wanted.mode,
-      integrator: wanted.integrator,
+      ...(several
+        ? { sessions: this.viewports.map((viewport) => ownToText(viewport.own)).join(';') }
+        : { mode: this.main.own.mode, integrator: this.main.own.integrator }),
       seed: wanted.seed || '',
       max_segments: wanted.max_segments || '',
       preview_rate: wanted.preview_rate,
@@ -879,7 +976,6 @@ class App {
       centre: this.frame?.centre.join(','),
       compare: compareNames[this.keptCompare ?? look.compare],
       split: look.split === 0.5 ? '' : look.split,
-      second: this.second ? Object.values(this.panels.compare.settings()).join(',') : '',
     };
   }
 
@@ -893,28 +989,25 @@ class App {
     location.reload();
   }
 
-  #listen(viewport) {
-    viewport.listening = true;
-    listenToCamera(this, viewport);
-    const second = viewport.stage.id === 'stage-b';
-    viewport.listeners.add((what) => {
-      if (!this.panels) return;
-      if (what === 'begin') {
-        this.#wentHome = false;
-        if (!viewport.continued) this.panels.plot.begin(second);
-        this.scenes.sweep();
-        if (!second) this.panels.render.refresh();
-        if (!second && this.comparing() === Compare.ERRORS) this.panels.picture.refresh(); // its scale tells how
-      } else if (what === 'progress' || what === 'end') {
-        this.panels.plot.add(viewport.progress, second);
-        if (!second) this.#status();
-        if (what === 'end') this.scenes.sweep();
-        if (what === 'end' && !second) announce(statusLine(this));
-      } else if (what === 'tile' || what === 'whole') {
-        if (!second) this.#measure();
-        if (this.inspector.at) this.#clip();
-      }
-    });
+  #heard(viewport, what) {
+    if (!this.panels) return;
+    const main = viewport === this.main;
+    if (what === 'begin') {
+      this.#wentHome = false;
+      if (!viewport.continued) viewport.points = [];
+      this.scenes.sweep();
+      if (main) this.panels.render.refresh();
+      if (main && this.comparing() === Compare.ERRORS) this.panels.picture.refresh(); // its scale tells how
+    } else if (what === 'progress' || what === 'end') {
+      this.panels.plot.add(viewport);
+      if (main) this.#status();
+      if (what === 'end') this.scenes.sweep();
+      if (what === 'end' && main) announce(statusLine(this));
+    } else if (what === 'tile' || what === 'whole') {
+      if (main) this.#measure();
+      if (this.inspector.at) this.#clip();
+    }
+    if (what !== 'tile' && what !== 'drawn') for (const { tile } of main ? this.viewports : [viewport]) tile.tell();
   }
 
   // Inspector: at most ten times a second.

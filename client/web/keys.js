@@ -23,6 +23,7 @@ const HELP = [
   ['Enter, alt arrows', 'Inspect the middle; the pixel beside, with shift ten on'],
   ['G', 'Inspect the noisiest pixel of what is shown'],
   ['C', 'Copy the pixel'],
+  ['K', 'Compare modes: sessions side by side'],
   ['I, \\', 'Figures; side panel'],
   ['Space', 'Pause, go on'],
 ];
@@ -56,6 +57,7 @@ export function listenToKeys(app) {
     KeyO: () => app.pickPivot(...app.inspected),
     KeyG: () => app.inspectNoisiest(),
     KeyC: () => app.copyPixel(),
+    KeyK: () => app.panels.sessions.show(),
     KeyI: () => app.panels.link.showHud(find('hud').hidden),
     Backslash: () => app.togglePanel(),
     Space: () => app.pause(!app.paused),

@@ -7,13 +7,14 @@ const plain = (state) =>
   JSON.parse(JSON.stringify(state, (name, value) => (typeof value === 'bigint' ? String(value) : value)));
 
 export function exposeForTests(app) {
-  const viewport = (second) => (second ? app.second : app.main);
+  const viewport = (number = 0) => app.viewports[number];
   globalThis.heliograph = {
     app,
     counters: app.counters,
     camera: app.camera,
-    state: (second) => {
-      const { picture, session, progress, end, settings, moving } = viewport(second);
+    state: (number) => {
+      if (!viewport(number)) return null;
+      const { picture, session, progress, end, settings, moving, name, own, trouble, error, points } = viewport(number);
       return plain({
         connection: app.connection.state,
         scene: app.scenes.current?.scene_id ?? '',
@@ -39,15 +40,20 @@ export function exposeForTests(app) {
         planes: picture.film?.names(picture.revision) ?? [],
         pinned: picture.reference !== null,
         frame: app.frame,
-        second: app.second ? app.panels.compare.settings() : null,
+        sessions: app.viewports.length,
+        name,
+        own,
+        trouble,
+        error,
+        points,
         zoom: picture.zoom,
         origin: picture.origin,
         bytes: app.connection.bytes,
       });
     },
-    pixel: (x, y, second) => viewport(second).picture.pixel(x, y),
+    pixel: (x, y, number) => viewport(number).picture.pixel(x, y),
     inspect: (x, y) => app.inspector.read(app.main, x, y),
-    latencies: (second) => viewport(second).meter.latencies,
+    latencies: (number) => viewport(number).meter.latencies,
     figures: () => app.panels.link.figures(app.main),
     exr: () => exrOf(app.main.picture),
     png: () => pngOf(app.main.picture),

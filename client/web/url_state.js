@@ -4,6 +4,7 @@
 import { isCamera } from './camera/camera.js';
 import { channels } from './picture/channels.js';
 import { compareNames } from './picture/compare.js';
+import { MOST_SESSIONS, ownFromText } from './session_settings.js';
 
 export const ZOOMS = [0.05, 256]; // pixels of the screen for one of the film
 
@@ -70,6 +71,11 @@ function readEdits(text) {
   }
 }
 
+function readSessions(text) {
+  const owns = text.split(';').map(ownFromText);
+  return owns.length <= MOST_SESSIONS && owns.every(Boolean) ? owns : undefined;
+}
+
 function inRange(name) {
   const [low, high] = RANGES[name];
   const read = where(numbers(1), ([value]) => value >= low && value <= high);
@@ -99,7 +105,7 @@ const PARTS = {
   filter: oneOf(['auto', 'nearest', 'linear']),
   centre: [where(numbers(2), (centre) => centre.every((v) => v >= 0 && v <= 1)), 'two numbers from 0 to 1'],
   compare: oneOf(compareNames.filter(Boolean)),
-  second: [where(numbers(2), (both) => both.every(Number.isInteger)), 'numbers of mode and integrator'],
+  sessions: [readSessions, `${MOST_SESSIONS} at most, apart by semicolons, each as mode,integrator,NAME=VALUE,...`],
 };
 
 // { state, ignored }: what the address says, and a sentence of each part that says nothing.
@@ -133,5 +139,5 @@ export function address(state) {
     if (value === undefined || value === null || value === '' || (Array.isArray(value) && !value.length)) continue;
     parameters.set(name, name === 'edits' ? JSON.stringify(value) : String(value));
   }
-  return `#${parameters.toString().replaceAll('%2F', '/').replaceAll('%2C', ',')}`;
+  return `#${parameters.toString().replace(/%(2F|2C|3B|3D)/g, decodeURIComponent)}`;
 }

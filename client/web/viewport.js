@@ -5,9 +5,13 @@ import { channelById, tileFormat } from './picture/channels.js';
 import { Meter } from './meter.js';
 import { Picture } from './picture/picture.js';
 import { plain, Session } from './protocol/session.js';
+import { sessionName } from './session_settings.js';
+import { Tile } from './tile.js';
 import { ZOOMS } from './url_state.js';
 
 const VARIANCE_EVERY = 4; // tiles of a place, on slow links
+const LATE_MS = 120; // from an input event to its preview
+const LONGEST_WAIT_MS = 1000; // for the first session's film, after the last move
 
 export class Viewport {
   #pending = 0; // tiles that were taken and not drawn yet
@@ -20,13 +24,22 @@ export class Viewport {
   #secondsBefore = 0; // of frames that went on with it
   #sessionId = '';
   #anew = true; // the stream's film begins at nothing
+  #follows = 0; // timer: takes the newest view when it ends; 0: has it
+  #watchers = []; // viewports that show the preview that is being received
+  #turn = 0; // of the others, the one that shows a preview where these come late
 
-  // stage: the element that holds the canvases. app: look, camera, link, callbacks.
-  constructor(app, stage) {
+  // own: the settings of this session alone (session_settings.js). app: look, camera, link, callbacks.
+  constructor(app, own) {
     this.app = app;
-    this.stage = stage;
-    this.canvas = stage.querySelector('.picture');
-    this.overlay = stage.querySelector('.overlay');
+    this.own = own;
+    this.tile = new Tile(app, this);
+    this.stage = this.tile.element;
+    this.canvas = this.stage.querySelector('.picture');
+    this.overlay = this.stage.querySelector('.overlay');
+    this.look = Object.create(app.look, { channel: { get: () => this.#channel } });
+    this.behind = false; // shows the first session's previews until its own film of the view begins
+    this.trouble = this.stopReason = ''; // why the session gives no pictures; why it waits for the daemon
+    this.points = []; // [seconds, error] of the present picture, for the plot
     this.meter = new Meter();
     this.extra = new Set(); // parts of TileFormat that were asked for besides the shown channel
     this.moving = false;
@@ -36,7 +49,8 @@ export class Viewport {
     this.settings = null; // in force
     this.told = new Set(); // notices of this scene's pictures, each told once
     this.listeners = new Set(); // called with (what): 'begin', 'progress', 'end', 'whole', 'drawn', 'tile'
-    this.picture = new Picture(this.canvas, app.look, (lost) => {
+    this.picture = new Picture(this.canvas, this.look, (lost) => {
+      if (this.closed) return;
       app.say(
         lost
           ? 'The graphics context was lost; the picture comes back when the browser gives it back.'
@@ -50,6 +64,7 @@ export class Viewport {
         this.#pending = 0;
         this.#anew = !resumed || id !== this.#sessionId;
         this.#sessionId = id;
+        if (this.#anew) this.#previewFrames.clear();
       },
       frameBegin: (begin) => this.#begin(begin),
       tile: (tile, bytes) => this.#tile(tile, bytes),
@@ -59,13 +74,33 @@ export class Viewport {
         this.#tell('progress');
       },
       notice: (severity, text) => app.say(text, severity >= 2 ? 'error' : 'info'),
-      problem: (sentence, kind) => app.say(sentence, kind),
+      problem: (sentence, kind) => app.problem(this, sentence, kind),
       settings: (settings, budget) => app.refused(this, settings, budget),
-      view: (camera) => app.viewRefused(camera),
+      view: (camera) => app.viewRefused(this, camera),
       stopped: (sentence) => app.stopped(this, sentence),
     });
-    new ResizeObserver(() => this.resize()).observe(stage);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(this.stage);
     this.resize();
+  }
+
+  // Ends the session, and gives back what the picture holds.
+  close() {
+    this.closed = true;
+    clearTimeout(this.#follows);
+    this.session.close();
+    this.observer.disconnect();
+    this.overlay.blur(); // no key is held any more
+    this.stage.remove();
+    this.picture.loseContext();
+  }
+
+  // Which channel is shown: the one that all share, or this session's own layer in place of film and display.
+  get #channel() {
+    const { channel } = this.app.look,
+      { layer } = this.own;
+    if (!layer || !['display', 'radiance'].includes(channel)) return channel;
+    return layer === 'oidn' ? 'display' : layer;
   }
 
   #tell(what) {
@@ -186,9 +221,22 @@ export class Viewport {
     return [(2 * fx) / this.picture.width - 1, 1 - (2 * fy) / this.picture.height];
   }
 
-  // Mode and integrator, where a second picture is beside it.
   get name() {
-    return this.stage.querySelector('.stage-name').textContent;
+    return sessionName(this.app.connection.codec, this.own);
+  }
+
+  // { rmse, relmse } of what the session is to show by its own estimate; relmse of the film alone. null: not known.
+  get error() {
+    const { film } = this.picture;
+    const { error } = this.progress ?? {};
+    if (!this.own.layer || this.own.layer === 'radiance') return error?.known && error.rmse > 0 ? error : null;
+    const plane = this.own.layer === 'display' && film?.planes.get('display.error');
+    if (!plane || !this.picture.whole || this.picture.under) return null;
+    let sum = 0;
+    for (let y = 0; y < film.height; y++)
+      for (let x = 0; x < film.width; x++) sum += film.at('display.error', x, y) ** 2;
+    const rmse = Math.sqrt(sum / (film.width * film.height));
+    return rmse > 0 && rmse < Infinity ? { rmse } : null;
   }
 
   // The mode carries samples of earlier pictures over.
@@ -203,9 +251,11 @@ export class Viewport {
 
   format() {
     const { link } = this.app;
-    const needs = new Set(['variance', 'samples', ...channelById(this.app.look.channel).needs, ...this.extra]);
-    const { COMPRESSION_ZIP } = this.app.connection.codec.enum('Compression');
+    const needs = new Set(['variance', 'samples', ...channelById(this.look.channel).needs, ...this.extra]);
+    const { codec } = this.app.connection,
+      { COMPRESSION_ZIP } = codec.enum('Compression');
     return tileFormat(needs, {
+      display_denoiser: needs.has('display') && this.own.layer === 'oidn' ? codec.enum('Denoiser').DENOISER_OIDN : 0,
       preview_jpeg: link.jpeg ? link.jpegQuality : 0,
       compression: link.zip ? COMPRESSION_ZIP : 0,
       variance_every: link.slow ? VARIANCE_EVERY : 0,
@@ -227,12 +277,37 @@ export class Viewport {
     if (id) this.meter.sent(id, inputTime);
   }
 
+  // The camera moves: shows the first session's previews of it, and takes the view once that begins its film, which is
+  // when the camera rests.
+  follow() {
+    this.setMoving();
+    this.behind = true;
+    clearTimeout(this.#follows);
+    this.#follows = setTimeout(() => this.catchUp(), LONGEST_WAIT_MS);
+  }
+
+  catchUp() {
+    if (!this.#follows) return;
+    clearTimeout(this.#follows);
+    this.#follows = 0;
+    this.sendView(performance.now());
+  }
+
   setMoving() {
     this.moving = true;
     clearTimeout(this.#moveTimer);
     this.#moveTimer = setTimeout(() => {
       this.moving = false;
     }, 400);
+  }
+
+  // The other sessions' pictures that show the next preview: one in turn where previews come late, as where no
+  // graphics card draws, else all.
+  #followers() {
+    const { viewports, main } = this.app;
+    const others = this === main ? viewports.filter((viewport) => viewport !== this && viewport.behind) : [];
+    const late = this.meter.median('preview') > LATE_MS;
+    return late && others.length ? [others[this.#turn++ % others.length]] : others;
   }
 
   // Another stream, as for another channel, is another frame, but its film goes on where it was: so does its time.
@@ -267,13 +342,19 @@ export class Viewport {
   #begin(begin) {
     if (begin.preview) {
       this.#previewFrames.add(begin.tag.frame);
-      this.picture.beginPreview(begin);
+      this.#watchers = [this, ...this.#followers()];
+      for (const { picture } of this.#watchers) picture.beginPreview(begin);
       this.previewBytes = 0;
       this.previewStart = performance.now();
     } else {
       this.#goOn(begin);
       this.settings = begin.settings;
       this.unsampled = begin.unsampled;
+      this.trouble = '';
+      if (!this.#follows && begin.tag.view_id === this.session.viewId) {
+        this.behind = false;
+        if (this === this.app.main) for (const viewport of this.app.viewports) viewport.catchUp();
+      }
       this.end = null;
       this.progress = null;
       const { width, height } = this.picture;
@@ -296,7 +377,7 @@ export class Viewport {
     try {
       if (tile.preview) {
         this.previewBytes += bytes;
-        this.picture.addPreviewTile(tile);
+        for (const { picture } of this.#watchers) picture.addPreviewTile(tile);
         this.app.counters.previewTiles++;
         // Shown, and its credit returned, with the whole preview: but it must not wait for what it alone returns.
         if (2 * this.#pending >= this.session.credit) this.#returnCredit();
@@ -322,7 +403,10 @@ export class Viewport {
       }
       this.app.link.measured(this.previewBytes, performance.now() - this.previewStart);
       this.meter.previewPasses = end.passes;
-      await this.picture.showPreview(end.tag, 2 ** this.session.exposure);
+      const gain = 2 ** this.session.exposure;
+      for (const viewport of this.#watchers)
+        if (viewport.behind) viewport.picture.showPreview({ revision: Infinity }, gain).then(() => viewport.place());
+      await this.picture.showPreview(end.tag, gain);
       this.#lastDrawn.preview = end.tag.view_id;
       this.app.counters.previews++;
       this.place();

@@ -35,10 +35,12 @@ class LinkTest(ViewerCase):
         self.page.wait_for_end()
         self.canvas().click()
         self.canvas().send_keys("\ue014")
-        self.page.run("""const { app } = heliograph;
-            app.panels.compare.choose(3, 1);
-            app.sideBySide(true);""")
-        self.page.wait("heliograph.state(true)?.complete")
+        self.page.run("""heliograph.app.addSessions([
+            { mode: 3, integrator: 1, variant: 0, layer: '', more: '' },
+            { mode: 2, integrator: 1, variant: 2, layer: 'radiance', more: 'adaptive.min_samples=8' },
+            { mode: 1, integrator: 1, variant: 0, layer: '', more: 'roulette=throughput max_segments=6' },
+          ])""")
+        self.page.wait("[1, 2, 3].every((i) => heliograph.state(i)?.complete)")
         self.page.run("document.getElementById('pin').click()")
         self.set("compare", 3)
         self.page.run("heliograph.app.moveSplit(0.1234)")
@@ -48,20 +50,25 @@ class LinkTest(ViewerCase):
         self.set("range-low", "0.0123456")
         self.set("range-high", "0.75")
         self.page.run("heliograph.app.main.zoomBy(3.3, 120, 90); heliograph.app.main.shift(-21.7, 4.1)")
-        self.page.wait("heliograph.state().end && heliograph.state(true).end")
+        self.page.wait("[0, 1, 2, 3].every((i) => heliograph.state(i).end)")
         time.sleep(0.6)  # the address follows the state after a moment
-        reading = """const { look, frame, second, camera, settings, budget, zoom, origin, scene } = heliograph.state();
-            const { settings: { mode, integrator } } = heliograph.state(true);
-            return { look, frame, second, camera, settings, budget, zoom, origin, scene, secondMode: [mode, integrator],
+        reading = """const { look, frame, camera, settings, budget, zoom, origin, scene } = heliograph.state();
+            const sessions = [0, 1, 2, 3].map((i) => heliograph.state(i)).map(({ name, own, settings, camera }) =>
+              ({ name, own, settings, camera }));
+            return { look, frame, camera, settings, budget, zoom, origin, scene, sessions,
               mean: ['R', 'G', 'B'].map((name) => heliograph.pixel(70, 60)[name]) };"""
         before, link = self.page.run(reading), self.page.driver.current_url
         self.page.open(link)
-        self.page.wait("globalThis.heliograph?.app.second && heliograph.state(true).complete && heliograph.state(true).end"
-                       " && heliograph.state().end")
+        self.page.wait("globalThis.heliograph?.app.viewports.length === 4"
+                       " && [0, 1, 2, 3].every((i) => heliograph.state(i).complete && heliograph.state(i).end)")
         after = self.page.run(reading)
         for kept in before, after:
             del kept["look"]["floor"]  # measured, of the picture
         self.assertEqual(after["look"]["compare"], 3)
+        *_, third, last = after["sessions"]
+        self.assertEqual([last["settings"]["roulette"], last["settings"]["max_segments"]], [2, 6])
+        self.assertEqual(third["settings"]["adaptive"]["min_samples"], 8)
+        self.assertEqual(third["name"], "Adaptive · as published · Film · adaptive.min_samples=8")
         # A comparison waits for its reference, and the page says so.
         self.assertFalse(self.page.state()["pinned"])
         told = "return document.getElementById('link-text').textContent"
@@ -78,9 +85,9 @@ class LinkTest(ViewerCase):
         damaged = {"exposure": "bright", "tone": "7", "channel": "colour", "camera": "1,2,3", "range": "5,1",
                    "region": "9,9,9",
                    "edits": "[1", "filter": "cubic", "zoom": "-1", "centre": "2,2", "compare": "flip", "split": "NaN",
-                   "second": "1,1234", "mode": "99", "size": "10", "samples": "", "colour": "red", "__proto__": "1"}
+                   "sessions": "1;2,1", "mode": "99", "size": "10", "samples": "", "colour": "red", "__proto__": "1"}
         self.open(**damaged)
-        text = self.page.wait("document.getElementById('link-text').textContent.includes('second=')"
+        text = self.page.wait("document.getElementById('link-text').textContent.includes('sessions=')"
                               " && document.getElementById('link-text').textContent")
         for name, value in damaged.items():
             self.assertIn(f"{name}={value}", text)
@@ -88,7 +95,15 @@ class LinkTest(ViewerCase):
         self.page.screenshot("damaged-link")
         look = self.page.state()["look"]
         self.assertEqual([look["exposure"], look["filter"], look["compare"]], [0, "auto", 0])
-        self.assertIsNone(self.page.state()["second"])
+        self.assertEqual(self.page.state()["sessions"], 1)
+        # Of sessions, what the daemon has not.
+        self.open(**FIXED | {"mode": ""}, sessions="1,1;2,1234;1,1,colour=1;1,1,roulette=never")
+        self.page.wait("heliograph.state(1)?.complete")
+        text = self.page.run("return document.getElementById('link-text').textContent")
+        for part in ("integrator=1234 (the daemon has 1, ", "colour=1: no number NAME=VALUE", "roulette=never: one of"):
+            self.assertIn(part, text)
+        owns = self.page.run("return heliograph.app.viewports.map(({ own }) => [own.mode, own.integrator, own.more])")
+        self.assertEqual(owns, [[1, 1, ""], [2, 1, ""], [1, 1, ""], [1, 1, ""]])
         # An edit of what is not there.
         edits = json.dumps([["material:99", {"material": {"index": 99, "base_color": {"x": 1}}}]]).replace(" ", "")
         self.open(**FIXED, edits=edits)

@@ -1,4 +1,4 @@
-"""What the mouse does, by keys alone and by fingers alone; pictures side by side."""
+"""What the mouse does, by keys alone and by fingers alone."""
 import contextlib
 import time
 
@@ -133,67 +133,3 @@ class ToolsTest(ViewerCase):
         self.show("section-camera")
         touch(self.canvas(), (0.5, 0.4))
         tap("focus-here", "heliograph.camera.optics.lens_radius > 0")
-
-    def test_pictures_side_by_side_share_zoom_and_pixel(self):
-        self.open(**FIXED)
-        self.page.run("document.getElementById('side-by-side').click()")
-        self.page.wait("heliograph.state(true)?.complete")
-        places = ("const [a, b] = [heliograph.state(), heliograph.state(true)];"
-                  "return [[a.zoom, ...a.origin], [b.zoom, ...b.origin]]")
-
-        def placed():
-            a, b = self.page.run(places)
-            self.assertAlmostEqual(a[0], b[0])
-            for i in (1, 2):
-                self.assertAlmostEqual(a[i], b[i], delta=1.01)  # the stages' widths may differ by a pixel
-            return a
-
-        first = self.page.run(places)[0]
-        second = self.page.driver.find_element("id", "view-b")
-        box = second.rect
-        self.actions().move_to_element(second).click().perform()
-        for x in (box["x"] + box["width"] / 2 + 40, box["x"] + box["width"] / 2 - 50):
-            self.page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
-                "type": "mouseWheel", "x": x, "y": box["y"] + box["height"] / 2, "deltaX": 0, "deltaY": -200,
-                "modifiers": 1})  # alt
-            self.page.wait(f"heliograph.state().zoom > {first[0]}")
-            first = placed()
-        # Keys and the box zoom both, too: its first key shows a box of half the sides, an arrow moves it by a fortieth.
-        self.page.run("document.getElementById('view').focus()")
-        self.canvas().send_keys("+")
-        self.assertGreater(browser.eventually(lambda: placed()[0] > first[0] and placed())[0], first[0])
-        self.canvas().send_keys("z")
-        self.canvas().send_keys("\ue007")
-        self.canvas().send_keys("\ue014\ue007")
-        zoomed = placed()
-        state = self.page.state()
-        self.assertEqual(state["frame"]["centre"], [0.525, 0.5])
-        rect = self.canvas().rect
-        self.assertAlmostEqual(state["zoom"], min(rect["width"] / 80, rect["height"] / 60), places=3)
-        self.page.screenshot("side-by-side-zoomed")
-        self.assertEqual(zoomed[0], state["zoom"])
-        # The pixel under the pointer is marked in both, and told of both.
-        self.actions().move_to_element_with_offset(second, 10, 20).perform()
-        at = self.page.wait("heliograph.app.inspector.at")
-        marks = self.page.run("""return heliograph.app.viewports.map((viewport) => {
-              const [x, y] = viewport.stageAt(arguments[0][0], arguments[0][1]), { zoom } = viewport.picture;
-              const { data } = viewport.overlay.getContext('2d').getImageData(x - 8, y - 8, zoom + 16, zoom + 16);
-              return data.some((value) => value > 0);
-            })""", at)
-        self.assertEqual(marks, [True, True])
-        told = self.page.run("return document.querySelectorAll('#inspector .rgb').length")
-        self.assertEqual(told, 2)
-        self.page.screenshot("side-by-side-inspected")
-        self.canvas().send_keys("0")
-        self.page.wait("heliograph.state().frame === null")
-        placed()
-        self.page.run("document.getElementById('side-by-side').click()")
-
-    def test_a_second_session_comes_and_goes(self):
-        self.open(**FIXED)
-        for on in (True, False, True):
-            self.page.run("document.getElementById('side-by-side').click()")
-            if on:
-                self.page.wait("heliograph.state(true).complete")
-        self.assertNotIn("made again", self.page.run("return document.getElementById('messages').textContent"))
-        self.page.run("document.getElementById('side-by-side').click()")

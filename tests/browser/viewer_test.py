@@ -318,14 +318,14 @@ class ViewerTest(ViewerCase):
 
     def test_a_hidden_tab_asks_for_no_pictures(self):
         self.open(size="160x120", samples=2**30, mode=1)
-        self.page.run("document.getElementById('side-by-side').click()")
-        self.page.wait("heliograph.state(true)?.complete")
+        self.page.run("document.getElementById('session-add').click()")
+        self.page.wait("heliograph.state(1)?.complete")
         self.page.run("""globalThis.log = [];
             const note = () => log.push({ state: document.visibilityState, tiles: heliograph.counters.filmTiles,
-              attached: [heliograph.state().attached, heliograph.state(true).attached], bytes: heliograph.state().bytes });
+              attached: [heliograph.state().attached, heliograph.state(1).attached], bytes: heliograph.state().bytes });
             document.addEventListener('visibilitychange', note);
             globalThis.noting = setInterval(note, 100);""")
-        ids = [self.page.state()["session"], self.page.run("return heliograph.state(true).session")]
+        ids = [self.page.state()["session"], self.page.run("return heliograph.state(1).session")]
         driver = self.page.driver
         first = driver.current_window_handle
         # From here on no command may go to the first tab, which would show it again.
@@ -353,7 +353,6 @@ class ViewerTest(ViewerCase):
         self.page.wait(f"heliograph.counters.filmTiles > {late[0]['tiles']}")
         for was, i in zip(before, ids):
             browser.eventually(lambda: (now := self.sessions()[i])["attached"] and now["samples"] > was[1], what="more samples")
-        self.page.run("document.getElementById('side-by-side').click()")
 
     # ---- the connection ---------------------------------------------------------------------------------------------
 

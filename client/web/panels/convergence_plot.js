@@ -1,19 +1,18 @@
-// Standard error of the picture against time, both axes logarithmic, with the pinned picture's curve beside it. The
+// Standard error against time, both axes logarithmic: a line for each session, and the pinned picture's. The
 // target is a line that can be dragged (or moved with the arrow keys): it becomes the budget's error.
 
 import { make, section, short } from '../dom.js';
+import { MOST_SESSIONS } from '../session_settings.js';
 
+const NONE = [[1], ...Array.from({ length: MOST_SESSIONS + 1 }, () => [null])];
 const GRAB = 8; // pixels from the line
 const QUIET = '#8b919b',
   LINE = '#272b31',
-  OWN = '#f0b860',
   PINNED = '#6fa8ff',
   TARGET = '#86d29a';
 
 export class ConvergencePlot {
-  #points = []; // [seconds, error] of the present picture
   #pinned = [];
-  #second = []; // of the second picture
   #dragging = false;
   #timer = 0;
   #loading = null;
@@ -29,7 +28,7 @@ export class ConvergencePlot {
 
   // The library is fetched when there is something to plot, so that the first picture does not wait for it.
   #load() {
-    if (this.#loading || !this.#points.length) return;
+    if (this.#loading || !this.points.length) return;
     const loaded = () => {
       this.#create(globalThis.uPlot);
       this.refresh();
@@ -74,13 +73,17 @@ export class ConvergencePlot {
         axes: [axis(24), axis(46)],
         series: [
           {},
-          { stroke: OWN, width: 1.5, points: { show: false }, spanGaps: true },
           { stroke: PINNED, width: 1, points: { show: false }, spanGaps: true },
-          { stroke: TARGET, width: 1, points: { show: false }, spanGaps: true },
+          ...Array.from({ length: MOST_SESSIONS }, (_, i) => ({
+            stroke: () => this.app.viewports[i]?.colour,
+            width: 1.5,
+            points: { show: false },
+            spanGaps: true,
+          })),
         ],
         hooks: { draw: [(u) => this.#drawTarget(u)] },
       },
-      [[1], [null], [null], [null]],
+      NONE,
       this.holder,
     );
     const { over } = this.plot;
@@ -112,7 +115,7 @@ export class ConvergencePlot {
     over.addEventListener('keydown', (event) => {
       const factor = { ArrowUp: 1.1, ArrowDown: 1 / 1.1, PageUp: 2, PageDown: 0.5 }[event.key];
       if (event.key === 'Delete') this.app.setBudget({ error: 0 });
-      else if (factor) this.app.setBudget({ error: (this.target || this.#points.at(-1)?.[1] || 0.01) * factor });
+      else if (factor) this.app.setBudget({ error: (this.target || this.points.at(-1)?.[1] || 0.01) * factor });
       else return;
       event.preventDefault();
     });
@@ -147,11 +150,11 @@ export class ConvergencePlot {
   }
 
   #say() {
-    const last = this.#points.at(-1);
+    const last = this.points.at(-1);
     const now = last ? `Standard error ${short(last[1], 3)} after ${short(last[0], 3)} s. ` : '';
     const none = 'Click, drag or press arrow keys in the plot to set a target.';
     this.note.textContent = now + (this.target ? `Ends at ${short(this.target, 3)}.` : none);
-    const highest = Math.max(this.target, ...this.#points.map(([, error]) => error), 1e-6);
+    const highest = Math.max(this.target, ...this.points.map(([, error]) => error), 1e-6);
     const target = this.target ? short(this.target, 3) : 'none';
     const told = { valuemin: 0, valuemax: highest, valuenow: this.target, valuetext: target };
     for (const [name, value] of Object.entries(told)) {
@@ -159,23 +162,17 @@ export class ConvergencePlot {
     }
   }
 
-  begin(second) {
-    if (second) this.#second = [];
-    else this.#points = [];
-  }
-
-  add(progress, second = false) {
-    if (!progress?.error?.known || !(progress.error.rmse > 0) || !(progress.seconds > 0)) return;
-    const points = second ? this.#second : this.#points,
-      last = points.at(-1);
-    if (last && progress.seconds <= last[0]) return;
-    points.push([progress.seconds, progress.error.rmse]);
+  // What a session tells of its error now: a point when it has measured it anew.
+  add({ progress, error, points }) {
+    const [seconds, before] = points.at(-1) ?? [0, 0];
+    if (!error || error.rmse === before || !(progress?.seconds > seconds)) return;
+    points.push([progress.seconds, error.rmse]);
     if (points.length > 1000) points.splice(0, 1000, ...points.filter((point, i) => i % 2 || i > 900));
     this.#timer ||= setTimeout(() => this.refresh(), 250);
   }
 
   pin() {
-    this.#pinned = [...this.#points];
+    this.#pinned = [...this.points];
     this.refresh();
   }
 
@@ -184,8 +181,9 @@ export class ConvergencePlot {
     this.refresh();
   }
 
+  // Of the first session.
   get points() {
-    return this.#points;
+    return this.app.main.points;
   }
 
   refresh() {
@@ -198,13 +196,14 @@ export class ConvergencePlot {
       return;
     }
     if (this.plot.width !== this.holder.clientWidth) this.plot.setSize({ width: this.holder.clientWidth, height: 178 });
-    const all = [this.#points, this.#pinned, this.#second];
+    const { viewports } = this.app;
+    const all = [this.#pinned, ...Array.from({ length: MOST_SESSIONS }, (_, i) => viewports[i]?.points ?? [])];
     const times = [...new Set(all.flat().map(([time]) => time))].sort((a, b) => a - b);
     const columns = all.map((points) => {
       const at = new Map(points);
       return times.map((time) => at.get(time) ?? null);
     });
-    this.plot.setData(times.length ? [times, ...columns] : [[1], [null], [null], [null]]);
+    this.plot.setData(times.length ? [times, ...columns] : NONE);
     this.#say();
   }
 }

@@ -23,7 +23,7 @@ export class Histogram {
     const { picture } = this.app.active,
       { film } = picture;
     const compares = this.app.comparing();
-    const chosen = channelById(this.app.look.channel);
+    const chosen = channelById(this.app.active.picture.look.channel);
     const inErrors = compares === Compare.ERRORS && isColour(chosen);
     const channel = inErrors ? channelById('radiance') : chosen;
     if (!film || !channel.planes.every((name) => film.planes.has(name))) return null;

@@ -95,12 +95,15 @@ export class Inspector {
           make('span', { text: standardError ? `± ${short(standardError[i], 3)}` : '' }),
         ]),
       );
-    // The same pixel of the other picture.
+    // The same pixel of the other pictures.
     const others = this.app.viewports
       .filter((viewport) => viewport !== this.viewport)
-      .map((viewport) => [viewport, this.read(viewport, ...this.at)])
-      .filter(([, read]) => read)
-      .flatMap(([viewport, read]) => [make('h2', { text: viewport.name }), colour(read)]);
+      .flatMap((viewport) => {
+        const { rgb, standardError } = this.read(viewport, ...this.at) ?? {};
+        if (!rgb) return [];
+        const text = rgb.map((v, i) => `${short(v, 3)}${standardError ? ` ± ${short(standardError[i], 2)}` : ''}`);
+        return [make('dt', { text: viewport.name }), make('dd', { text: text.join(', ') })];
+      });
     const list = [];
     const add = (name, value, digits = 4) =>
       value !== undefined && list.push(make('dt', { text: name }), make('dd', { text: short(value, digits) }));
@@ -127,7 +130,7 @@ export class Inspector {
       make('h2', {}, `${pixel.x}, ${pixel.y}`, swatch),
       colour(pixel),
       make('dl', {}, ...list),
-      ...others,
+      make('dl', { class: 'others' }, ...others),
     );
   }
 

@@ -1,23 +1,9 @@
 // How the daemon renders: mode, integrator, budget, size, region, seed, previews.
 
+import { offeredIntegrators, offeredModes } from '../session_settings.js';
 import { RANGES } from '../url_state.js';
 import { button, field, make, number, section, select, short } from '../dom.js';
 
-const MODES = {
-  MODE_COMBINED: 'Combined',
-  MODE_REPROJECT: 'Reproject',
-  MODE_ADAPTIVE: 'Adaptive',
-  MODE_PT: 'Path tracing',
-};
-const INTEGRATORS = {
-  INTEGRATOR_PATH: 'Path',
-  INTEGRATOR_BDPT: 'Bidirectional',
-  INTEGRATOR_PT_BDPT: 'Path or bidirectional',
-  INTEGRATOR_LVC: 'Light vertex cache',
-  INTEGRATOR_VCM: 'Vertex merging',
-  INTEGRATOR_PHOTON: 'Photon mapping',
-  INTEGRATOR_LIGHT: 'Light tracing',
-};
 const SIZES = [
   ['window', 'Window'],
   ['screen', 'Window, screen pixels'],
@@ -29,17 +15,6 @@ const SIZES = [
   ['custom', 'Other …'],
 ];
 
-export const modeName = (codec, mode) => MODES[codec.nameOf('Mode', mode)] ?? codec.nameOf('Mode', mode);
-export const integratorName = (codec, value) => INTEGRATORS[codec.nameOf('Integrator', value)] ?? 'Path';
-
-// What the daemon has of an enum: [[number, name], ...].
-function offered(codec, name, words, known) {
-  const numbers = codec.enum(name);
-  return Object.entries(words)
-    .filter(([key]) => key in numbers && (!known.length || known.includes(numbers[key])))
-    .map(([key, text]) => [String(numbers[key]), text]);
-}
-
 export class RenderPanel {
   // info: GetServerInfoResponse
   constructor(app, info) {
@@ -48,10 +23,9 @@ export class RenderPanel {
       { wanted } = app;
     const change = (name) => (value) => app.setSettings({ [name]: Number(value) });
     const budget = (name) => (value) => app.setBudget({ [name]: Math.max(0, Number(value) || 0) });
-    this.modes = offered(codec, 'Mode', MODES, info.modes);
-    this.mode = select('mode', this.modes, String(wanted.mode), change('mode'));
-    this.integrators = offered(codec, 'Integrator', INTEGRATORS, info.integrators);
-    this.integrator = select('integrator', this.integrators, String(wanted.integrator), change('integrator'));
+    const own = (name) => (value) => app.setOwn(app.main, { [name]: Number(value) });
+    this.mode = select('mode', offeredModes(codec, info.modes), '', own('mode'));
+    this.integrator = select('integrator', offeredIntegrators(codec, info.integrators), '', own('integrator'));
     this.samples = number('budget-samples', '', budget('samples'), {
       min: 0,
       max: RANGES.samples[1],
@@ -133,8 +107,9 @@ export class RenderPanel {
 
   refresh() {
     const { wanted, budget } = this.app;
-    this.mode.value = String(wanted.mode);
-    this.integrator.value = String(wanted.integrator);
+    const { own } = this.app.main;
+    this.mode.value = String(own.mode);
+    this.integrator.value = String(own.integrator);
     this.samples.value = budget.samples || '';
     this.time.value = budget.time_s || '';
     this.error.value = budget.error ? short(budget.error, 3) : '';

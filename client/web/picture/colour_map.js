@@ -35,8 +35,3 @@ export const colourMap = new Uint8Array(2 * 256 * 4);
 [sequential, diverging].forEach((map, row) => {
   for (let i = 0; i < 256; i++) colourMap.set([...map(i / 255), 255], (row * 256 + i) * 4);
 });
-
-export const colourAt = (t, row = 0) => {
-  const at = (row * 256 + Math.round(255 * Math.min(Math.max(t, 0), 1))) * 4;
-  return colourMap.subarray(at, at + 3);
-};

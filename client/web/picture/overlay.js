@@ -120,7 +120,7 @@ function numbers(g, app, viewport, x, y) {
   const { picture, overlay, ratio } = viewport,
     { zoom, film } = picture;
   if (!film) return;
-  const channel = channelById(app.look.channel);
+  const channel = channelById(viewport.look.channel);
   const from = viewport.filmAt(0, 0).map((v) => Math.max(0, Math.floor(v)));
   const to = [
     Math.min(picture.width, Math.ceil((overlay.width - picture.origin[0]) / zoom)),

@@ -94,7 +94,7 @@ export class Picture {
 
   loseContext(restoreAfterMs) {
     const extension = this.#gl.getExtension('WEBGL_lose_context');
-    extension.loseContext();
+    extension?.loseContext();
     if (restoreAfterMs) setTimeout(() => extension.restoreContext(), restoreAfterMs);
   }
 

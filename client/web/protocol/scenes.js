@@ -179,10 +179,6 @@ export class Scenes {
     }
   }
 
-  describe(first = {}) {
-    return this.connection.call('describe_scene', { scene_id: this.current.scene_id, ...first });
-  }
-
   async #isHeld({ scene_id: id }) {
     try {
       return (await this.connection.call('list_scenes', { scene_id: id })).scenes.length > 0;

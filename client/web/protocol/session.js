@@ -7,7 +7,11 @@ import { CallError, Code } from './connection.js';
 const GRACE_S = 60;
 const RETRY_S = 3;
 const LONGEST_RETRY_S = 60;
+const LONGEST_TURN_MS = 1000;
 const VIEWS = 256; // sent, and not known to have given a picture: kept at most
+
+// Sessions are made one after the other, each with its stream: a full daemon ends sessions that have none yet.
+let turn = Promise.resolve();
 
 // A message as text.
 export const plain = (value) => JSON.stringify(value, (name, v) => (typeof v === 'bigint' ? String(v) : v));
@@ -34,7 +38,9 @@ export class Session {
   #retry_s = RETRY_S;
   #stopped = false;
   #hadOne = false; // a session that the daemon may have lost
-  #fallback = true;
+  #closed = false;
+  #passOn = () => {}; // the next session's turn begins
+  #asked = false; // for the session that is to be made
 
   constructor(connection, scenes, handlers) {
     this.connection = connection;
@@ -48,6 +54,7 @@ export class Session {
     this.viewId = 0;
     this.wanted = false; // a stream is wanted: not paused, not hidden
     this.attached = false;
+    this.fallback = true; // to path tracing, once, where the daemon refuses the first settings
   }
 
   get id() {
@@ -98,6 +105,7 @@ export class Session {
   // Starts, or goes on with, the stream.
   run() {
     this.wanted = true;
+    this.#closed = false;
     return this.#run();
   }
 
@@ -118,9 +126,29 @@ export class Session {
     stream?.send({ close: {} });
   }
 
+  // Begins anew, with another session that knows nothing of earlier pictures.
+  async restart() {
+    const id = this.#id;
+    if (!id || this.#running) {
+      this.#sync();
+      return;
+    }
+    this.#running = true; // until the daemon has room for the new one
+    this.#again(null);
+    this.#stream?.send({ close: {} });
+    this.#stream = null;
+    this.attached = false;
+    this.#id = '';
+    this.#asked = true;
+    await this.connection.call('close_session', { session_id: id }).catch(() => {});
+    this.#running = false;
+    this.#run();
+  }
+
   // Ends the session on the daemon.
   close() {
     this.wanted = false;
+    this.#closed = true;
     this.#again(null);
     this.#tellStopped('');
     if (this.attached) this.#stream.send({ close: { close_session: true } });
@@ -149,15 +177,24 @@ export class Session {
     this.#again(null);
     try {
       if (!this.#id) await this.#create();
-      if (this.wanted) this.#attach();
+      if (this.#closed) this.close();
+      else if (this.wanted) this.#attach();
     } catch (error) {
       this.#failed(error);
     } finally {
+      if (!this.attached) this.#passOn();
       this.#running = false;
     }
   }
 
   async #create() {
+    const before = turn;
+    turn = new Promise((resolve) => {
+      this.#passOn = resolve;
+    });
+    await before;
+    setTimeout(this.#passOn, LONGEST_TURN_MS);
+    if (!this.wanted) return;
     const again = this.#hadOne;
     const scene = again ? await this.scenes.ensure() : this.scenes.current;
     let { settings } = this;
@@ -168,8 +205,8 @@ export class Session {
       answer = await this.connection.call('create_session', request);
     } catch (error) {
       const { MODE_PT } = this.connection.codec.enum('Mode');
-      if (error.code !== Code.INVALID_ARGUMENT || again || !this.#fallback) throw error;
-      this.#fallback = false;
+      if (error.code !== Code.INVALID_ARGUMENT || again || !this.fallback) throw error;
+      this.fallback = false;
       this.settings = settings = { ...this.settings, mode: MODE_PT };
       answer = await this.connection.call('create_session', { ...request, settings });
       this.handlers.settings(settings, budget);
@@ -180,7 +217,10 @@ export class Session {
     this.#sent = { scene: scene.scene_id, settings, budget };
     this.viewId = 0;
     this.#views.clear();
-    if (again) this.handlers.problem('The daemon no longer had the session: made again from this page.', 'good');
+    if (again && !this.#asked) {
+      this.handlers.problem('The daemon no longer had the session: made again from this page.', 'good');
+    }
+    this.#asked = false;
   }
 
   #attach(previewFirst = false) {
@@ -244,6 +284,7 @@ export class Session {
     } else if (answer.progress) {
       handlers.progress(answer.progress);
     } else if (answer.opened) {
+      this.#passOn();
       handlers.opened(answer.opened);
     } else if (answer.notice) {
       handlers.notice(answer.notice.severity, answer.notice.text);
