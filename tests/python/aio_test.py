@@ -42,7 +42,7 @@ def test_names_and_arguments_are_the_same():
                     inspect.signature(getattr(blocking, member)).parameters.keys()
                     == inspect.signature(getattr(form, member)).parameters.keys()
                 ), member
-    for name in ("connect", "serve"):
+    for name in ("compare", "connect", "serve"):
         assert (
             inspect.signature(getattr(heliograph, name)).parameters == inspect.signature(getattr(hg, name)).parameters
         )

@@ -15,6 +15,7 @@ import pytest
 from conftest import ROOT
 
 import heliograph as hg
+from heliograph import comparison
 from heliograph.settings import CHANNELS
 from heliograph.v1 import types_pb2 as types
 
@@ -59,7 +60,9 @@ def test_wheel_holds_stubs_and_types(pytestconfig):
         "heliograph/py.typed",
         "heliograph/v1/types_pb2.py",
         "heliograph/v1/types_pb2.pyi",
+        "heliograph/v1/compare_pb2.py",
         "heliograph/v1/render_service_pb2_grpc.py",
+        "heliograph/comparison/result.py",
         "heliograph/aio.py",
     ):
         assert name in names
@@ -144,7 +147,7 @@ def test_every_public_name_is_documented():
         return isinstance(thing, property) and not thing.__doc__ and owner is not None
 
     missing = []
-    for module in (hg, importlib.import_module("heliograph.aio")):
+    for module in (hg, importlib.import_module("heliograph.aio"), comparison):
         for name in module.__all__:
             thing = getattr(module, name)
             if undocumented(None, name, thing):
@@ -155,9 +158,11 @@ def test_every_public_name_is_documented():
                     for member, value in vars(thing).items()
                     if not member.startswith("_") and undocumented(thing, member, value)
                 ]
-    for found in pkgutil.iter_modules(hg.__path__):
-        if found.name not in ("v1", "_version") and not importlib.import_module(f"heliograph.{found.name}").__doc__:
-            missing.append(found.name)
+    modules = [f"heliograph.{found.name}" for found in pkgutil.iter_modules(hg.__path__)]
+    modules += [f"heliograph.comparison.{found.name}" for found in pkgutil.iter_modules(comparison.__path__)]
+    for name in modules:
+        if name not in ("heliograph.v1", "heliograph._version") and not importlib.import_module(name).__doc__:
+            missing.append(name)
     assert missing == []
 
 

@@ -11,6 +11,8 @@ import pytest
 
 import heliograph as hg
 from heliograph import settings
+from heliograph.comparison import request
+from heliograph.v1 import compare_pb2 as compare
 from heliograph.v1 import types_pb2 as types
 
 PROGRAM = """
@@ -28,6 +30,10 @@ c.render(scene, mode="fast", until=hg.Samples(1))  # error: Argument "mode" to "
 scene.submit(until=hg.Samples(1), compression="lzw")  # error: Argument "compression" to "submit" of "Scene" has
 scene.session(untill=3)  # error: Unexpected keyword argument "untill"
 scene.session(size="64x48")  # error: Argument "size" to "session" of "Scene" has incompatible type
+result = scene.compare(["pt", {"name": "fast", "mode": "combined", "picture": "display"}], samples=(1, 4))
+reveal_type(result)  # note: Revealed type is "heliograph.comparison.result.Comparison"
+scene.compare(["pt"], seed=1, semples=4)  # error: Unexpected keyword argument "semples"
+scene.compare(["pt"], measures="psnr")  # error: Argument "measures" to "compare" of "Scene" has
 scene.edit(material={})  # error: Unexpected keyword argument "material"
 with scene.session(adaptive={"min_samples": 8}) as s:
     reveal_type(s.scene)  # note: Revealed type is "heliograph.client.Scene"
@@ -90,6 +96,9 @@ def test_words_are_those_of_the_protocol():
     ):
         assert set(typing.get_args(words)) == set(settings.choices(formats[field].enum_type)), field
     assert typing.get_args(settings.Channel) == hg.CHANNELS
+    measures = set(typing.get_args(request.Measure))
+    assert measures == set(settings.choices(compare.CompareMeasure.DESCRIPTOR)) and len(measures) == 12
+    assert set(typing.get_args(request.ComparedPicture)) == set(settings.choices(compare.ComparedPicture.DESCRIPTOR))
     for name in ("adaptive", "reprojection", "light_cache", "technique"):
         assert set(hints[name].__annotations__) == set(fields[name].message_type.fields_by_name), name
 
@@ -99,9 +108,9 @@ def test_arguments_are_those_of_the_clients_methods():
 
     from heliograph import arguments
 
-    for name in ("render", "submit", "session", "edit"):
+    for name in ("render", "submit", "session", "compare", "edit"):
         shared = set(typing.get_type_hints(getattr(arguments, f"{name.capitalize()}Arguments")))
         of_client = inspect.signature(getattr(hg.Client, name)).parameters
-        own = {p for p in of_client if p not in ("self", "scene", "settings")}
+        own = {p for p in of_client if p not in ("self", "scene", "modes", "settings")}
         assert shared - set(hg.Settings.__annotations__) == own | ({"camera"} & shared), name
     assert sys.version_info >= (3, 11)

@@ -6,14 +6,15 @@
         image.save("box.exr")
         print(image.rgb.shape, image.sigma.mean())
 
-connect() or serve() answer a Client; it loads scenes, renders stills, submits jobs and opens sessions. heliograph.aio
-has the same names for asyncio. README.md of this package is the manual.
+connect() or serve() answer a Client; it loads scenes, renders stills, submits jobs, opens sessions and compares modes.
+heliograph.aio has the same names for asyncio. README.md of this package is the manual.
 """
 
 from ._version import __version__
 from .budget import Error, Limit, Samples, Seconds, Until
 from .camera import Camera
-from .client import Client, Scene, connect, serve
+from .client import Client, Scene, compare, connect, serve
+from .comparison import Comparison
 from .daemon import Daemon
 from .errors import (
     BrokenTile,
@@ -50,6 +51,7 @@ __all__ = [
     "Camera",
     "Cancelled",
     "Client",
+    "Comparison",
     "Daemon",
     "DeadlineExceeded",
     "Details",
@@ -86,6 +88,7 @@ __all__ = [
     "Until",
     "Window",
     "__version__",
+    "compare",
     "connect",
     "serve",
 ]

@@ -17,7 +17,7 @@ import os
 import pathlib
 import time as clock
 import weakref
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar, Union, Unpack
 
 import grpc
@@ -27,7 +27,7 @@ from . import CHANNELS as CHANNELS
 from . import operations
 from ._version import __version__ as __version__
 from .address import check_address, read_token, refuse_tls
-from .arguments import EditArguments, RenderArguments, SessionArguments, SubmitArguments
+from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
 from .budget import Error as Error
 from .budget import Limit as Limit
 from .budget import Samples as Samples
@@ -35,6 +35,9 @@ from .budget import Seconds as Seconds
 from .budget import Until as Until
 from .calls import Call, Operation, Upload
 from .camera import Camera as Camera
+from .comparison import Comparison as Comparison
+from .comparison.request import Measure, Modes, Reference, make_plan
+from .comparison.run import ComparisonRun, keeping
 from .connection import channel_options, check_process, keep_from_children, tell_ignored, unreachable
 from .daemon import Daemon as Daemon
 from .edits import Changes
@@ -57,13 +60,14 @@ from .errors import (
     Unavailable,
     Unimplemented,
     from_rpc,
+    invalid,
 )
 from .exr import Window as Window
 from .frames import Frame as Frame
 from .image import Image as Image
 from .jobs import JobFeed, JobState, image_of, job_request
 from .outbox import Outbox
-from .progress import Progress, Reporter
+from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay as Replay
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session_core import SessionCore, SessionMethods, session_format, session_request
@@ -81,6 +85,7 @@ __all__ = [
     "Camera",
     "Cancelled",
     "Client",
+    "Comparison",
     "Daemon",
     "DeadlineExceeded",
     "Details",
@@ -117,6 +122,7 @@ __all__ = [
     "Until",
     "Window",
     "__version__",
+    "compare",
     "connect",
     "serve",
 ]
@@ -191,9 +197,9 @@ class _Connection:
         result: T = value
         return result
 
-    def open(self, method: str, request: Any) -> Any:
+    def open(self, method: str, request: Any, timeout: float | None = None) -> Any:
         self.check()
-        return getattr(self.stub, method)(request, metadata=self.metadata)
+        return getattr(self.stub, method)(request, timeout=timeout, metadata=self.metadata)
 
     async def greet(self, wait: float) -> service.GetServerInfoResponse:
         call = Call("GetServerInfo", service.GetServerInfoRequest())
@@ -538,6 +544,10 @@ class Scene(SceneValues):
         """As Client.submit."""
         return self._client.submit(self, **arguments)
 
+    def compare(self, modes: Modes, **arguments: Unpack[CompareArguments]) -> Awaitable[Comparison]:
+        """As Client.compare."""
+        return self._client.compare(self, modes, **arguments)
+
     def edit(self, **changes: Unpack[EditArguments]) -> Awaitable[Scene]:
         """As Client.edit."""
         return self._client.edit(self, **changes)
@@ -754,6 +764,83 @@ class Client:
         self._open.add(session)
         return session
 
+    async def compare(
+        self,
+        scene: SceneLike,
+        modes: Modes,
+        *,
+        seeds: int = 5,
+        samples: Iterable[int] | int | None = None,
+        times: Iterable[float] | float | None = None,
+        size: Size | None = None,
+        camera: Camera | str | int | None = None,
+        views: Iterable[Camera | str | int] | None = None,
+        reference: Reference = None,
+        reference_error: float | None = None,
+        reference_samples: int | None = None,
+        regions: Mapping[str, Sequence[int]] | None = None,
+        measures: Measure | Iterable[Measure] | None = None,
+        common_seeds: bool = False,
+        exclusive: bool = False,
+        pictures: bool = False,
+        worst_pixels: int = 0,
+        resume: Comparison | None = None,
+        mix: bool = False,
+        progress: CompareProgress = False,
+        timeout: float | None = None,
+        **settings: Unpack[Settings],
+    ) -> Comparison:
+        """As heliograph.Client.compare. Cancelling the task ends the comparison on the daemon; the CancelledError, too,
+        has in `comparison` what had come."""
+        loaded = await self._scene(scene)
+        scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
+        plan = await asyncio.to_thread(  # it looks into files, and encodes arrays
+            make_plan,
+            loaded,
+            scene_file,
+            modes,
+            seeds=seeds,
+            samples=samples,
+            times=times,
+            camera=camera,
+            views=views,
+            size=size,
+            reference=reference,
+            reference_error=reference_error,
+            reference_samples=reference_samples,
+            regions=regions,
+            measures=measures,
+            common_seeds=common_seeds,
+            exclusive=exclusive,
+            pictures=pictures,
+            worst_pixels=worst_pixels,
+            resume=resume,
+            mix=mix,
+            timeout=timeout,
+            settings=settings,
+        )
+        run = ComparisonRun(plan)
+        with keeping(run), ComparisonReporter(progress) as reporter:
+            while True:
+                references = [
+                    await self._connection.run(operations.load_reference(file), reads_files=True) for file in run.files
+                ]
+                call = self._connection.open("Compare", run.request(references), run.seconds_left())
+                try:
+                    async for response in call:
+                        told = run.add(response)
+                        if told is not None:
+                            reporter.update(told)
+                    tell_ignored(await call.trailing_metadata(), self.address)
+                    return run.result()
+                except grpc.RpcError as error:
+                    failure = run.failed(from_rpc(error, self.address))
+                    if failure is not None:
+                        raise failure from None
+                except BaseException:
+                    call.cancel()
+                    raise
+
     async def replay(self, token: str) -> Replay:
         """As heliograph.Client.replay."""
         return Replay(await self._connection.run(operations.replay(token)))
@@ -826,3 +913,25 @@ async def serve(
         raise
     client.daemon = daemon
     return client
+
+
+async def compare(
+    scene: SceneLike,
+    modes: Modes,
+    *,
+    address: str | None = None,
+    token: str | None = None,
+    token_file: str | os.PathLike[str] | None = None,
+    **arguments: Unpack[CompareArguments],
+) -> Comparison:
+    """As heliograph.compare."""
+    if isinstance(scene, Scene):
+        if address is not None:
+            raise invalid("address", address, "none beside a Scene, whose daemon is asked")
+        return await scene.compare(modes, **arguments)
+    if address is not None:
+        async with await connect(address, token=token, token_file=token_file) as client:
+            return await client.compare(scene, modes, **arguments)
+    exclusive = ["--allow-exclusive", "on"] if arguments.get("exclusive") else []
+    async with await serve(arguments=exclusive) as client:
+        return await client.compare(scene, modes, **arguments)

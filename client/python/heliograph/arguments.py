@@ -1,14 +1,16 @@
-"""Keyword arguments of render, submit, session and edit, for type checkers: the methods of a scene pass them on."""
+"""Keyword arguments of a client's methods, for type checkers: the methods of a scene pass them on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Required, TypedDict
 
 from .budget import Until
 from .camera import Camera
+from .comparison import Comparison
+from .comparison.request import Measure, Reference
 from .edits import Changes
-from .progress import Progress
+from .progress import CompareProgress, Progress
 from .settings import Channel, Compression, Denoiser, PixelType, Settings, Size
 
 
@@ -42,6 +44,30 @@ class SessionArguments(_Picture, total=False):
     exposure: float
     buffer: int
     grace: float
+
+
+class CompareArguments(Settings, total=False):
+    """Of Client.compare."""
+
+    seeds: int
+    samples: Iterable[int] | int | None
+    times: Iterable[float] | float | None
+    size: Size | None
+    camera: Camera | str | int | None
+    views: Iterable[Camera | str | int] | None
+    reference: Reference
+    reference_error: float | None
+    reference_samples: int | None
+    regions: Mapping[str, Sequence[int]] | None
+    measures: Measure | Iterable[Measure] | None
+    common_seeds: bool
+    exclusive: bool
+    pictures: bool
+    worst_pixels: int
+    resume: Comparison | None
+    mix: bool
+    progress: CompareProgress
+    timeout: float | None
 
 
 class EditArguments(TypedDict, total=False):

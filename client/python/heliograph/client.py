@@ -6,24 +6,27 @@ import contextlib
 import os
 import pathlib
 import weakref
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Union, Unpack
 
 import grpc
 
 from . import operations
 from .address import check_address, read_token, refuse_tls
-from .arguments import EditArguments, RenderArguments, SessionArguments, SubmitArguments
+from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
 from .budget import Until
 from .camera import Camera
-from .connection import Connection
+from .comparison import Comparison
+from .comparison.request import Measure, Modes, Reference, make_plan
+from .comparison.run import ComparisonRun, keeping
+from .connection import Connection, tell_ignored
 from .daemon import Daemon
 from .edits import Changes
-from .errors import HeliographError, from_rpc
+from .errors import HeliographError, from_rpc, invalid
 from .image import Image
 from .job import Job
 from .jobs import JobFeed, image_of, job_request
-from .progress import Progress, Reporter
+from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay
 from .scene import Details, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session import Session
@@ -57,6 +60,10 @@ class Scene(SceneValues):
     def submit(self, **arguments: Unpack[SubmitArguments]) -> Job:
         """As Client.submit."""
         return self._client.submit(self, **arguments)
+
+    def compare(self, modes: Modes, **arguments: Unpack[CompareArguments]) -> Comparison:
+        """As Client.compare."""
+        return self._client.compare(self, modes, **arguments)
 
     def edit(self, **changes: Unpack[EditArguments]) -> Scene:
         """As Client.edit."""
@@ -318,6 +325,107 @@ class Client:
         self._open.add(session)
         return session
 
+    def compare(
+        self,
+        scene: SceneLike,
+        modes: Modes,
+        *,
+        seeds: int = 5,
+        samples: Iterable[int] | int | None = None,
+        times: Iterable[float] | float | None = None,
+        size: Size | None = None,
+        camera: Camera | str | int | None = None,
+        views: Iterable[Camera | str | int] | None = None,
+        reference: Reference = None,
+        reference_error: float | None = None,
+        reference_samples: int | None = None,
+        regions: Mapping[str, Sequence[int]] | None = None,
+        measures: Measure | Iterable[Measure] | None = None,
+        common_seeds: bool = False,
+        exclusive: bool = False,
+        pictures: bool = False,
+        worst_pixels: int = 0,
+        resume: Comparison | None = None,
+        mix: bool = False,
+        progress: CompareProgress = False,
+        timeout: float | None = None,
+        **settings: Unpack[Settings],
+    ) -> Comparison:
+        """Compares sampling modes: error against time and samples, over seeds, and answers all of it. Ctrl-C ends it on
+        the daemon, too.
+
+        modes: the first is what the others are compared with. A list of words of modes and integrators ("pt",
+        "combined", "pt+bdpt") and dicts of settings ({"name": "fast", "mode": "combined", "picture": "display"}), or a
+        dict from names to these (heliograph.comparison.CompareMode). **settings: those of every mode that does not have
+        its own; seed: other numbers for all.
+        seeds: of each mode, [1, 1000]; below five there are no intervals. common_seeds: modes have the same ones, so
+        that two that draw the same numbers have the same noise.
+        samples: rising budgets, per pixel, [1, 2^30]; None: 1, 2, 4 to 64. times: instead of these seconds of wall time
+        of a view, [0.001, 86400]. Of a still one picture grows from each budget to the next; a path is played anew.
+        size: None: the reference's, or as of render(). camera: as of render(); views: a path of cameras.
+        reference: None: rendered by path tracing, to reference_error (root of its relative mean square error,
+        [1e-4, 1]; None: 0.01) or reference_samples (even; None: 65536), whichever comes first, and kept by the daemon
+        for later calls; a dict of settings: rendered with these instead of the first mode's; or the path of an EXR
+        file, an array H x W x 3 of radiance or an Image, for several views a sequence of them.
+        regions: names to (x0, y0, x1, y1) in pixels, whose errors are told apart. measures: None: all that apply.
+        exclusive: the daemon renders nothing else meanwhile, where it was configured to allow that. pictures: the
+        result has pictures. worst_pixels: to be told of each unit of the last budget, [0, 64].
+        resume: an earlier result, whole or in part: the units that it has are not rendered again, and the answer has
+        the modes, seeds and budgets of both. mix: also where these were rendered with other settings, or by another
+        daemon.
+        progress: True: a bar by tqdm, where that is installed; or a function that takes
+        heliograph.comparison.ComparisonProgress. timeout: seconds for all of it.
+
+        InvalidArgument names every wrong name and value, and what differs from `resume`. PermissionDenied: exclusive.
+        ResourceExhausted: a limit. DeadlineExceeded. Every exception, KeyboardInterrupt included, has in `comparison`
+        what had come before, or None.
+        """
+        loaded = self._scene(scene)
+        scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
+        plan = make_plan(
+            loaded,
+            scene_file,
+            modes,
+            seeds=seeds,
+            samples=samples,
+            times=times,
+            camera=camera,
+            views=views,
+            size=size,
+            reference=reference,
+            reference_error=reference_error,
+            reference_samples=reference_samples,
+            regions=regions,
+            measures=measures,
+            common_seeds=common_seeds,
+            exclusive=exclusive,
+            pictures=pictures,
+            worst_pixels=worst_pixels,
+            resume=resume,
+            mix=mix,
+            timeout=timeout,
+            settings=settings,
+        )
+        run = ComparisonRun(plan)
+        with keeping(run), ComparisonReporter(progress) as reporter:
+            while True:
+                references = [self._connection.run(operations.load_reference(file)) for file in run.files]
+                call = self._connection.open("Compare", run.request(references), run.seconds_left())
+                try:
+                    for response in call:
+                        told = run.add(response)
+                        if told is not None:
+                            reporter.update(told)
+                    tell_ignored(call.trailing_metadata(), self.address)
+                    return run.result()
+                except grpc.RpcError as error:
+                    failure = run.failed(from_rpc(error, self.address))
+                    if failure is not None:
+                        raise failure from None
+                except BaseException:
+                    call.cancel()
+                    raise
+
     def replay(self, token: str) -> Replay:
         """Traces a sample again that came out NaN or infinite, vertex by vertex. token: Image.stats.replay_token.
 
@@ -403,3 +511,26 @@ def serve(
         raise
     client.daemon = daemon
     return client
+
+
+def compare(
+    scene: SceneLike,
+    modes: Modes,
+    *,
+    address: str | None = None,
+    token: str | None = None,
+    token_file: str | os.PathLike[str] | None = None,
+    **arguments: Unpack[CompareArguments],
+) -> Comparison:
+    """As Client.compare, of the daemon that holds `scene`; of a file, of the daemon at `address`, or without an address
+    of one that is started for it alone. token, token_file: as of connect()."""
+    if isinstance(scene, Scene):
+        if address is not None:
+            raise invalid("address", address, "none beside a Scene, whose daemon is asked")
+        return scene.compare(modes, **arguments)
+    if address is not None:
+        with connect(address, token=token, token_file=token_file) as client:
+            return client.compare(scene, modes, **arguments)
+    exclusive = ["--allow-exclusive", "on"] if arguments.get("exclusive") else []
+    with serve(arguments=exclusive) as client:
+        return client.compare(scene, modes, **arguments)

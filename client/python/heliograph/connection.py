@@ -154,10 +154,10 @@ class Connection:
             result: T = done.value
             return result
 
-    def open(self, method: str, request: Any) -> Any:
-        """A call with a stream of answers."""
+    def open(self, method: str, request: Any, timeout: float | None = None) -> Any:
+        """A call with a stream of answers. timeout: seconds for all of them."""
         self.check()
-        call = getattr(self.stub, method)(request, metadata=self.metadata)
+        call = getattr(self.stub, method)(request, timeout=timeout, metadata=self.metadata)
         keep_from_children(call)
         return call
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import grpc
+
+if TYPE_CHECKING:
+    from .comparison import Comparison
 
 
 class Problem(NamedTuple):
@@ -22,7 +25,10 @@ class HeliographError(Exception):
 
     problems: every offending field. field, value, allowed: those of the first, empty where no field is to blame.
     retry_after_s: seconds after which the same request may succeed; None: waiting does not help.
+    comparison: the units that compare() had received before the error, for resume=; None: none, or another call.
     """
+
+    comparison: Comparison | None = None
 
     def __init__(
         self, message: str, *, problems: tuple[Problem, ...] | None = None, retry_after_s: float | None = None
@@ -180,6 +186,13 @@ def renamed(message: str, name: Callable[[str], str]) -> str:
         return match[1] + name(match[2]) + ": "
 
     return _FIELD.sub(replace, message)
+
+
+def with_fields_renamed(error: HeliographError, name: Callable[[str], str]) -> HeliographError:
+    """The error with each of its fields under the name that name() answers. What then is there twice is told once."""
+    parts = dict.fromkeys(renamed(part, name) for part in _NEXT_FIELD.split(error.message))
+    problems = dict.fromkeys(problem._replace(field=name(problem.field)) for problem in error.problems)
+    return type(error)("; ".join(parts), problems=tuple(problems), retry_after_s=error.retry_after_s)
 
 
 def argument_of(field: str) -> str:

@@ -9,11 +9,21 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from .calls import Call, Operation, Upload
+from .comparison.references import LoadedReference, ReferenceFile
 from .edits import Changes, argument_of, make_edits
-from .errors import HeliographError, Internal, InvalidArgument, invalid, renamed
+from .errors import (
+    HeliographError,
+    Internal,
+    InvalidArgument,
+    NotFound,
+    ResourceExhausted,
+    invalid,
+    with_fields_renamed,
+)
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, make_server_info, vector_of
 from .scene_files import LocalScene, SceneFile, collect, environment_text, names_map
 from .settings import read_number
+from .v1 import compare_pb2 as comparisons
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 from .v1 import replay_pb2 as replay_messages
@@ -111,9 +121,7 @@ def edit(
     try:
         answer = yield Call("EditScene", request, quick=False)
     except HeliographError as error:
-        text = renamed(error.message, lambda field: argument_of(made, field))
-        problems = tuple(problem._replace(field=argument_of(made, problem.field)) for problem in error.problems)
-        raise type(error)(text, problems=problems, retry_after_s=error.retry_after_s) from None
+        raise with_fields_renamed(error, lambda field: argument_of(made, field)) from None
     info = yield from _with_all_cameras(answer.scene)
     return info, tuple(answer.notices)
 
@@ -167,6 +175,40 @@ def files(folder: str | os.PathLike[str]) -> Operation[list[pathlib.PurePosixPat
     """Scenes and environment maps under the daemon's roots, folder by folder."""
     answer = yield Call("ListFiles", service.ListFilesRequest(folder=os.fspath(folder)))
     return [pathlib.PurePosixPath(entry.path) for entry in answer.entries]
+
+
+def load_reference(file: ReferenceFile) -> Operation[LoadedReference]:
+    """NotFound: the file cannot be read. InvalidArgument, ResourceExhausted: as the daemon says, with the file."""
+    try:
+        with file.open() as source:
+            digest, size = hashlib.sha256(), 0
+            while chunk := source.read(_CHUNK):
+                digest.update(chunk)
+                size += len(chunk)
+    except OSError as error:
+        raise NotFound(f"{file.name}: cannot be read ({error.strerror})", problems=()) from None
+    if size == 0:
+        raise InvalidArgument(f"{file.name}: the file is empty", problems=())
+    begin = comparisons.LoadReferenceRequest.Begin(bytes=size, sha256=digest.digest())
+    try:
+        answer = yield Call("LoadReference", Upload(_reference_chunks(file, begin)), quick=False)
+    except (InvalidArgument, ResourceExhausted) as error:
+        raise type(error)(f"{file.name}: {error}", problems=(), retry_after_s=error.retry_after_s) from None
+    return LoadedReference(answer.reference_id, file.path, digest.digest())
+
+
+def _reference_chunks(
+    file: ReferenceFile, begin: comparisons.LoadReferenceRequest.Begin
+) -> Iterator[comparisons.LoadReferenceRequest]:
+    yield comparisons.LoadReferenceRequest(begin=begin)
+    left = begin.bytes
+    with file.open() as source:
+        while left > 0:
+            chunk = source.read(min(left, _CHUNK))
+            if not chunk:
+                raise Internal(f"{file.name} changed while it was uploaded", problems=())
+            left -= len(chunk)
+            yield comparisons.LoadReferenceRequest(data=chunk)
 
 
 def replay(token: str) -> Operation[replay_messages.ReplaySampleResponse]:

@@ -1,0 +1,383 @@
+"""Arguments of compare() to the protocol's CompareRequest, with every problem told at once."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import operator
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal, Union
+
+from ..camera import Camera
+from ..errors import HeliographError, Problem, invalid_all
+from ..scene import SceneValues
+from ..settings import Denoiser, Settings, Size, choices, make_settings, read_number, read_size, read_timeout
+from ..v1 import compare_pb2 as messages
+from ..v1 import types_pb2 as types
+from .record import make_plain
+from .references import ReferenceFile, ReferencePicture, read_references
+from .result import Comparison
+from .values import MEASURES
+
+Measure = Literal[
+    "mse",
+    "relmse",
+    "bias",
+    "distance-variance",
+    "dssim",
+    "flip",
+    "flip-median",
+    "hdr-flip",
+    "hdr-flip-median",
+    "flicker",
+    "outlier-share",
+    "told-rmse",
+]
+ComparedPicture = Literal["film", "display", "preview"]
+
+
+class CompareMode(Settings, total=False):
+    """A way to render that takes part in a comparison: settings, and
+
+    name: unique; 1 to 64 of A-Z, a-z, 0-9, ".", "_", "+", "-", the first a letter or digit; without one mode and
+    integrator.
+    picture: "film" (default); "display": the layer display; "preview": previews along a path of cameras, with
+    preview_rate above 0. denoiser: of the display.
+    """
+
+    name: str
+    picture: ComparedPicture
+    denoiser: Denoiser
+
+
+#: The modes of a comparison, the first being what the others are compared with: words of modes and integrators or dicts
+#: of settings; or a dict from names to these.
+Modes = Union[Mapping[str, Union[str, CompareMode]], Iterable[Union[str, CompareMode]]]
+Reference = Union[ReferencePicture, Iterable[ReferencePicture], Settings, None]
+
+_DEFAULT_SAMPLES = (1, 2, 4, 8, 16, 32, 64)
+_MODES = choices(types.Mode.DESCRIPTOR)
+_INTEGRATORS = choices(types.Integrator.DESCRIPTOR)
+_PICTURES = choices(messages.ComparedPicture.DESCRIPTOR)
+_DENOISERS = choices(types.Denoiser.DESCRIPTOR)
+_LARGEST = 2**32
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What compare() was asked for. The request has neither loaded references nor units that are done."""
+
+    request: messages.CompareRequest
+    files: tuple[ReferenceFile, ...]  # the references of the views; none: they are rendered
+    scene_name: str
+    scene_file: str
+    resume: Comparison | None
+    mix: bool
+    timeout: float | None
+    given_views: bool  # views= and not camera=
+
+    def argument_of(self, field: str) -> str:
+        """Of modes[1].settings.max_segments "modes['bdpt'].max_segments": what the caller wrote."""
+        mode = re.match(r"modes\[(\d+)\](?:\.settings)?", field)
+        if mode and int(mode[1]) < len(self.request.modes):
+            rest = field[mode.end() :]
+            if rest in (".width", ".height", ".width x height"):
+                return "size"
+            name = self.request.modes[int(mode[1])].name
+            return f"modes[{mode[1]}].name" if rest == ".name" else f"modes[{name!r}]{rest}"
+        if len(self.files) == 1 and field == "reference.loaded.reference_ids[0]":
+            return "reference"
+        for pattern, argument in _ARGUMENTS:
+            match = pattern.match(field)
+            if match:
+                return argument + field[match.end() :]
+        view = re.match(r"views\[0\]", field)
+        return "camera" + field[view.end() :] if view and not self.given_views else field
+
+
+_ARGUMENTS = [
+    (re.compile(pattern), argument)
+    for pattern, argument in (
+        (r"times_s", "times"),
+        (r"done\b", "resume.units"),
+        (r"reference\.rendered\.error", "reference_error"),
+        (r"reference\.rendered\.max_samples", "reference_samples"),
+        (r"reference\.rendered(?:\.settings)?", "reference"),
+        (r"reference\.loaded\.reference_ids", "reference"),
+        (r"first_seed", "seed"),
+        (r"send_pictures", "pictures"),
+    )
+]
+
+
+class _Problems(list[Problem]):
+    @contextlib.contextmanager
+    def within(self, place: str = "") -> Iterator[None]:
+        """Collects what is raised, with `place` before its fields."""
+        try:
+            yield
+        except HeliographError as error:
+            if not error.problems:
+                raise
+            self.extend(problem._replace(field=place + problem.field) for problem in error.problems)
+
+    def add(self, field: str, value: object, allowed: str) -> None:
+        self.append(Problem(field, value if isinstance(value, str) else repr(value), allowed))
+
+
+def make_plan(
+    scene: SceneValues,
+    scene_file: str,
+    modes: Modes,
+    *,
+    seeds: int,
+    samples: Iterable[int] | int | None,
+    times: Iterable[float] | float | None,
+    camera: Camera | str | int | None,
+    views: Iterable[Camera | str | int] | None,
+    size: Size | None,
+    reference: Reference,
+    reference_error: float | None,
+    reference_samples: int | None,
+    regions: Mapping[str, Sequence[int]] | None,
+    measures: Measure | Iterable[Measure] | None,
+    common_seeds: bool,
+    exclusive: bool,
+    pictures: bool,
+    worst_pixels: int,
+    resume: Comparison | None,
+    mix: bool,
+    timeout: float | None,
+    settings: Mapping[str, Any],
+) -> Plan:
+    """InvalidArgument: everything that is wrong; the daemon checks ranges. NotFound: a file of a reference."""
+    problems = _Problems()
+    request = messages.CompareRequest(scene_id=scene.id)
+    cameras: list[Camera] = []
+    with problems.within():
+        cameras = _cameras(scene, camera, views, problems)
+    request.views.extend(view.view for view in cameras)
+    shared = dict(settings)
+    request.first_seed = _whole(shared.pop("seed", None) or 0, "seed", 2**64, problems)
+    _add_modes(request, modes, shared, problems)
+    files: tuple[ReferenceFile, ...] = ()
+    if reference is None or isinstance(reference, Mapping):
+        _add_rendered(request, reference, reference_error, reference_samples, problems)
+    else:
+        with problems.within():
+            files = read_references(reference, max(1, len(cameras)))
+        for name, limit in (("reference_error", reference_error), ("reference_samples", reference_samples)):
+            if limit is not None:
+                problems.add(name, limit, "none: the reference is given, and not rendered")
+    with problems.within():
+        size = read_size(size) if size is not None else files[0].size if files else None
+    if cameras:
+        _complete(request, scene, cameras[0], size)
+    request.seeds = _whole(seeds, "seeds", _LARGEST, problems)
+    _add_budgets(request, samples, times, problems)
+    _add_regions(request, regions, problems)
+    _add_measures(request, measures, problems)
+    for name, flag in (("common_seeds", common_seeds), ("exclusive", exclusive), ("pictures", pictures), ("mix", mix)):
+        if not isinstance(flag, bool):
+            problems.add(name, flag, "True or False")
+    request.common_seeds, request.exclusive = bool(common_seeds), bool(exclusive)
+    request.send_pictures = bool(pictures)
+    request.worst_pixels = _whole(worst_pixels, "worst_pixels", _LARGEST, problems)
+    with problems.within():
+        timeout = None if timeout is None else read_timeout("timeout", timeout)
+    if resume is not None and not isinstance(resume, Comparison):
+        problems.add("resume", resume, "a Comparison, or None")
+    if problems:
+        raise invalid_all(problems)
+    return Plan(request, files, scene.name, scene_file, resume, mix, timeout, views is not None)
+
+
+def _cameras(
+    scene: SceneValues,
+    camera: Camera | str | int | None,
+    views: Iterable[Camera | str | int] | None,
+    problems: _Problems,
+) -> list[Camera]:
+    if views is None:
+        return [scene.camera(camera)]
+    if camera is not None:
+        problems.add("camera", camera, "either camera or views")
+    found = []
+    for number, choice in enumerate([views] if isinstance(views, (str, int, Camera)) else views):
+        with problems.within(f"views[{number}]."):
+            found.append(scene.camera(choice))
+    if not found and not problems:
+        problems.add("views", [], "at least one camera")
+    return found
+
+
+def _whole(value: Any, name: str, end: int, problems: _Problems) -> int:
+    """0 where it is no whole number in [0, end)."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        number = operator.index(value)
+        if 0 <= number < end:
+            return number
+    except TypeError:
+        pass
+    problems.add(name, value, f"whole numbers in [0, 2^{end.bit_length() - 1})")
+    return 0
+
+
+def _listed(modes: Modes, problems: _Problems) -> Iterator[tuple[int, str, dict[str, Any]]]:
+    """Number, name and values of each mode that can be read; a name is empty where it is to be made up."""
+    words = ", ".join(repr(word) for word in dict.fromkeys([*_MODES, *_INTEGRATORS]))
+    allowed = f"{words}, or a dict of settings"
+    named: Iterable[tuple[str, Any]] = ()
+    try:
+        if isinstance(modes, Mapping):
+            named = list(modes.items())
+        else:
+            named = [("", modes)] if isinstance(modes, str) else [("", mode) for mode in modes]
+    except TypeError:
+        problems.add("modes", modes, f"a list of modes, or a dict of them by name; a mode is one of {allowed}")
+    for number, (name, mode) in enumerate(named):
+        place = f"modes[{name!r}]" if name else f"modes[{number}]"
+        if not isinstance(name, str):
+            problems.add(place, name, "a dict from names, which are strings")
+        elif isinstance(mode, str) and mode in _MODES:
+            yield number, name or mode, {"mode": mode}
+        elif isinstance(mode, str) and mode in _INTEGRATORS:
+            yield number, name or mode, {"integrator": mode}
+        elif isinstance(mode, Mapping):
+            values = dict(mode)
+            own = values.pop("name", None)
+            if own is not None and (name or not isinstance(own, str)):
+                problems.add(f"{place}.name", own, "a string, and in a dict of modes none")
+            yield number, name or str(own or ""), values
+        else:
+            problems.add(place, mode, allowed)
+
+
+def _add_modes(request: messages.CompareRequest, modes: Modes, shared: dict[str, Any], problems: _Problems) -> None:
+    names: set[str] = set()
+    for number, given, own in _listed(modes, problems):
+        picture = {key: own.pop(key, None) for key in ("picture", "denoiser")}
+        values = {**shared, **own}
+        words = [
+            str(values[key])
+            for key, usual in (("mode", "pt"), ("integrator", "path"))
+            if values.get(key, usual) != usual
+        ]
+        name = given or "-".join(words) or "pt"
+        if name in names:
+            problems.add(f"modes[{number}].name", name, "another name: this one is there twice")
+        names.add(name)
+        place = f"modes[{name!r}]."
+        mode = request.modes.add(name=name)
+        for key, allowed in (("picture", _PICTURES), ("denoiser", _DENOISERS)):
+            word = picture[key]
+            if isinstance(word, str) and word in allowed:
+                setattr(mode, key, allowed[word])
+            elif word is not None:
+                problems.add(place + key, word, ", ".join(repr(choice) for choice in allowed))
+        for key, why in (
+            ("seed", "seed= of the comparison gives every mode its seeds"),
+            ("region", "whole pictures are compared"),
+        ):
+            word = values.pop(key, None)
+            if word is not None:
+                problems.add(place + key, word, f"none: {why}")
+        with problems.within(place):
+            mode.settings.CopyFrom(make_settings(None, values))
+    if not request.modes and not problems:
+        problems.add("modes", modes, "at least one mode")
+
+
+def _add_rendered(
+    request: messages.CompareRequest,
+    own: Mapping[str, Any] | None,
+    error: float | None,
+    samples: int | None,
+    problems: _Problems,
+) -> None:
+    """own: settings in place of the first mode's, None: none."""
+    rendered = request.reference.rendered
+    if own is not None and request.modes:
+        rendered.settings.CopyFrom(request.modes[0].settings)
+        make_plain(rendered.settings)
+        with problems.within("reference."):
+            rendered.settings.MergeFrom(make_settings(None, own))
+    if error is not None:
+        with problems.within():
+            rendered.error = read_number("reference_error", error)
+    rendered.max_samples = _whole(samples or 0, "reference_samples", _LARGEST, problems)
+
+
+def _complete(request: messages.CompareRequest, scene: SceneValues, camera: Camera, size: Sequence[int] | None) -> None:
+    """Fills in what the file and its camera ask for, but for a crop: whole pictures are compared."""
+    every = [mode.settings for mode in request.modes]
+    if request.reference.rendered.HasField("settings"):
+        every.append(request.reference.rendered.settings)
+    for settings in every:
+        if size is not None:
+            settings.width, settings.height = size
+        scene.complete(settings, camera)
+        settings.ClearField("region")
+
+
+def _add_budgets(
+    request: messages.CompareRequest,
+    samples: Iterable[int] | int | None,
+    times: Iterable[float] | float | None,
+    problems: _Problems,
+) -> None:
+    if samples is not None and times is not None:
+        problems.add("times", times, "either samples or times")
+        return
+    name, given = ("samples", _DEFAULT_SAMPLES if samples is None else samples) if times is None else ("times", times)
+    try:
+        listed: list[Any] = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+    except TypeError:
+        listed = [given]
+    if not listed:
+        problems.add(name, given, "at least one budget")
+    before: Any = 0
+    for number, budget in enumerate(listed):
+        place = f"{name}[{number}]"
+        if name == "samples":
+            request.samples.append(_whole(budget, place, _LARGEST, problems))
+        else:
+            with problems.within():
+                request.times_s.append(read_number(place, budget))
+        budgets = request.samples if name == "samples" else request.times_s
+        if budgets and number > 0 and not budgets[-1] > before:
+            problems.add(place, f"{budget!r} after {before!r}", "rising budgets")
+        before = budgets[-1] if budgets else 0
+
+
+def _add_regions(
+    request: messages.CompareRequest, regions: Mapping[str, Sequence[int]] | None, problems: _Problems
+) -> None:
+    if regions is not None and not isinstance(regions, Mapping):
+        problems.add("regions", regions, "a dict from names to x0, y0, x1, y1 in pixels")
+        return
+    for name, sides in (regions or {}).items():
+        try:
+            if not isinstance(name, str):
+                raise TypeError
+            x0, y0, x1, y1 = (operator.index(side) for side in sides)
+            request.regions.add(name=name, rect=types.Rect(x0=x0, y0=y0, x1=x1, y1=y1))
+        except (TypeError, ValueError):
+            problems.add(f"regions[{name!r}]", sides, "a name, and four whole numbers of pixels: x0, y0, x1, y1")
+
+
+def _add_measures(
+    request: messages.CompareRequest, measures: Measure | Iterable[Measure] | None, problems: _Problems
+) -> None:
+    try:
+        listed = [measures] if isinstance(measures, str) else list(measures or ())
+    except TypeError:
+        listed = [measures]  # type: ignore[list-item]
+    for measure in listed:
+        if isinstance(measure, str) and measure in MEASURES:
+            request.measures.append(MEASURES[measure])  # type: ignore[arg-type]
+        else:
+            problems.add("measures", measure, ", ".join(repr(word) for word in MEASURES))

@@ -1,0 +1,414 @@
+"""Comparisons of sampling modes: units, tables, resuming, interruptions, references, folders, both clients."""
+
+import asyncio
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+from conftest import BOX, ROOT
+
+import heliograph as hg
+import heliograph.aio as ahg
+from heliograph import operations
+from heliograph.comparison.references import LoadedReference
+
+SIZE = (32, 32)
+SMALL = {"size": SIZE, "reference_samples": 64, "measures": ("mse", "relmse", "bias")}
+
+
+@pytest.fixture(scope="module")
+def result(box):
+    """Two modes, five seeds, two budgets, with pictures."""
+    return box.compare(["pt", "pt+bdpt"], samples=(2, 4), pictures=True, regions={"left": (0, 0, 16, 32)}, **SMALL)
+
+
+@pytest.fixture(scope="module")
+def picture(box):
+    return box.render(size=SIZE, until=hg.Samples(16), seed=99)
+
+
+def values_of(result):
+    """Of every unit, by what it is."""
+    return {(u.mode, u.seed_number, result.budgets[u.budget], u.view): (u.seed, u.values) for u in result.units}
+
+
+def test_errors_are_those_of_the_pictures(box, picture):
+    """Against a reference without a noise of its own: the formulas of compare.proto."""
+    told = []
+    found = box.compare(
+        ["adaptive", "pt"],
+        samples=4,
+        seeds=1,
+        reference=picture.rgb,
+        pictures=True,
+        worst_pixels=2,
+        progress=lambda progress: told.append(progress),
+        measures=SMALL["measures"],
+    )
+    reference = picture.rgb.astype(np.float64)
+    assert np.array_equal(found.reference, picture.rgb) and found.references[0].noise == "unspecified"
+    for number, mode in enumerate(("adaptive", "pt")):
+        difference = found.pictures[mode] - reference
+        denominator = reference**2 + 0.01 * reference.mean() ** 2
+        for measure, value in (
+            ("mse", (difference**2).mean()),
+            ("relmse", (difference**2 / denominator).mean()),
+            ("bias", difference.mean() / reference.mean()),
+        ):
+            assert found.errors(measure)[number, 0, 0] == pytest.approx(value, rel=1e-4), (mode, measure)
+    unit = found.units[1]
+    again = box.render(size=SIZE, until=hg.Samples(4), seed=unit.seed)
+    assert unit.mode == "pt" and np.array_equal(again.rgb, found.pictures["pt"])  # the unit's seed renders its picture
+    worst = unit.worst[0]
+    assert worst.picture == pytest.approx(found.pictures["pt"][worst.y, worst.x]) and worst.share >= unit.worst[1].share
+    assert box._client.replay(worst.replay_token).pixel == (worst.x, worst.y)
+    assert all(progress.units == 2 and str(progress) for progress in told)
+
+
+def test_units_points_and_curves(result):
+    assert result.complete and result.modes == ("pt", "pt+bdpt") and len(result.units) == result.unit_count == 20
+    assert result.budgets.tolist() == [2, 4] and not result.budgets_are_seconds and result.views == 1
+    errors = result.errors()
+    assert errors.shape == (2, 5, 2) and np.isfinite(errors).all() and (result.seconds() > 0).all()
+    assert result.samples().tolist() == [[[2, 4]] * 5] * 2
+    curve = result.curve("pt+bdpt", "mse", region="dark half")
+    assert np.allclose(curve.mean, result.errors("mse", region="dark half")[1].mean(axis=0))
+    assert (curve.low <= curve.mean).all() and (curve.mean <= curve.high).all()
+    assert np.allclose(curve.seconds, result.seconds()[1].mean(axis=0)) and curve.samples.tolist() == [2, 4]
+    point = next(p for p in result.points if p.mode == "pt" and p.budget == 1)
+    assert point.seeds == 5 and point.values["relmse"].known
+    assert point.values["relmse"].mean == pytest.approx(errors[0, :, 1].mean())
+    assert set(result.regions) == {"dark half", "left"} and result.measures == ("mse", "relmse", "bias")
+    speed = [ratio for ratio in result.ratios if ratio.kind == "speed"]
+    assert [(ratio.mode, ratio.baseline, ratio.at) for ratio in speed] == [("pt+bdpt", "pt", 2), ("pt+bdpt", "pt", 4)]
+    assert result.sentences and result.references[0].noise == "halves" and result.references[0].samples == 64
+    assert result.reference.shape == result.pictures["pt"].shape == (32, 32, 3) and len(result.pictures) == 2
+    for call, field in (
+        (lambda: result.errors("psnr"), "measure"),
+        (lambda: result.errors("flicker"), "measure"),
+        (lambda: result.errors(region="right"), "region"),
+        (lambda: result.curve("pt", view=1), "view"),
+        (lambda: result.curve("bdpt"), "mode"),
+    ):
+        with pytest.raises(hg.InvalidArgument) as told:
+            call()
+        assert told.value.field == field and told.value.allowed
+    with pytest.raises(KeyError, match="no picture of the mode 'bdpt'; there are 'pt', 'pt[+]bdpt'"):
+        result.pictures["bdpt"]
+
+
+def test_a_path_has_views(box):
+    views = [box.camera(), box.camera().orbit(5)]
+    found = box.compare("combined", views=views, samples=2, seeds=2, pictures=True, size=SIZE, reference_samples=64)
+    assert found.errors("relmse").shape == (1, 2, 1, 2) and found.pictures["combined"].shape == (2, 32, 32, 3)
+    flicker = found.errors("flicker")
+    assert np.isnan(flicker[..., 0]).all() and np.isfinite(flicker[..., 1]).all()
+    by_view = [found.curve("combined", view=view).mean[0] for view in (0, 1)]
+    assert found.curve("combined").mean[0] == pytest.approx(np.mean(by_view))
+    assert not np.array_equal(found.reference[0], found.reference[1])
+
+
+def test_modes_are_words_dicts_or_both(box):
+    wanted = {
+        "a": {"mode": "adaptive", "integrator": "bdpt"},
+        "b": "pt",
+        "c": {"picture": "display", "max_segments": 2},
+    }
+    found = box.compare(wanted, samples=1, seeds=1, max_segments=4, reference={"integrator": "bdpt"}, seed=5, **SMALL)
+    settings = {mode.name: mode.settings for mode in found.record.request.modes}
+    assert [s.max_segments for s in settings.values()] == [4, 4, 2]
+    assert (settings["a"].mode, settings["a"].integrator) == (2, 3) and found.record.request.modes[2].picture == 2
+    rendered = found.record.request.reference.rendered.settings
+    assert (rendered.integrator, rendered.max_segments, found.record.request.first_seed) == (3, 4, 5)
+    listed = box.compare(
+        ["pt", {"mode": "adaptive", "integrator": "bdpt"}, {"name": "x"}], times=(0.001, 0.002), seeds=1, **SMALL
+    )
+    assert listed.modes == ("pt", "adaptive-bdpt", "x") and listed.budgets_are_seconds
+    assert listed.curve("x").budgets.tolist() == [0.001, 0.002]
+
+
+def test_resuming_renders_what_is_missing(box, result):
+    more = box.compare(
+        ["adaptive", "pt"], samples=(1, 4), seeds=6, regions={"left": (0, 0, 16, 32)}, resume=result, **SMALL
+    )
+    assert more.modes == ("adaptive", "pt", "pt+bdpt") and more.budgets.tolist() == [1, 2, 4] and more.complete
+    assert len(more.units) == 3 * 6 * 3 and more.record.calls[-1].units == 54 - 20 and len(more.record.calls) == 2
+    before, after = values_of(result), values_of(more)
+    assert {key: after[key] for key in before} == before
+    assert np.array_equal(more.pictures["pt"], result.pictures["pt"]) and len(result.units) == 20
+    keys = [(u.mode, u.seed_number, u.budget) for u in more.units]
+    assert keys == sorted(keys, key=lambda key: (more.modes.index(key[0]), *key[1:]))
+    nothing = box.compare(
+        more.modes, samples=(1, 2, 4), seeds=6, regions={"left": (0, 0, 16, 32)}, resume=more, **SMALL
+    )
+    assert nothing.record.calls[-1].units == 0 and nothing.points == more.points
+
+
+def test_resuming_something_else_is_refused(box, result):
+    arguments = {"samples": 4, "seeds": 1, "regions": {"left": (0, 0, 16, 32)}, "resume": result} | SMALL
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare(["pt"], max_segments=3, common_seeds=True, **arguments)
+    for text in ("mode pt settings.max_segments: 10 -> 3", "common seeds: no -> yes", "allowed: the same, or mix=True"):
+        assert text in str(told.value)
+    assert told.value.field == "resume" and told.value.comparison is result
+    mixed = box.compare(["pt"], common_seeds=True, mix=True, **arguments)
+    assert mixed.complete and mixed.notices == ("common seeds: no -> yes",)
+    with pytest.raises(hg.InvalidArgument, match="picture size: 32x32 -> 16x16.*budgets in: samples -> seconds"):
+        box.compare(["pt"], mix=True, **arguments | {"size": (16, 16), "samples": None, "times": 0.01})
+
+
+def test_what_came_before_an_interruption_is_kept(box):
+    def interrupt(progress):
+        if progress.units_done:
+            raise KeyboardInterrupt
+
+    arguments = {"seeds": 1, **SMALL}
+    with pytest.raises(KeyboardInterrupt) as told:
+        box.compare(["pt", "adaptive"], samples=(1, 10**7), progress=interrupt, **arguments)
+    part = told.value.comparison
+    assert not part.complete and 1 <= len(part.units) < 4 and part.points == [] and part.sentences == ()
+    first = part.units[0]
+    assert part.errors()[0, 0, 0] == first.values["relmse"] == part.curve(first.mode).mean[0]
+    assert np.isnan(part.errors()[0, 0, 1]) and "incomplete: " in part._repr_html_()
+    with pytest.raises(hg.DeadlineExceeded, match="not done within 0.2 s") as late:
+        box.compare("pt", samples=10**7, resume=part, timeout=0.2, **arguments)
+    # Whether the daemon took the call in that time or not, nothing is lost.
+    assert len(late.value.comparison.units) == len(part.units) and late.value.comparison.seeds == 1
+    with pytest.raises(hg.InvalidArgument) as refused:
+        box.compare("pt", seeds=1001, samples=1)
+    assert refused.value.comparison is None
+
+
+def test_references_are_files_arrays_and_images(box, picture, tmp_path):
+    path = picture.save(tmp_path / "reference.exr")
+    small = {"samples": 1, "seeds": 1, "measures": ("mse",)}
+    for reference, noise in ((path, "variance"), (picture, "variance"), (picture.rgb, "unspecified")):
+        found = box.compare("pt", reference=reference, **small)
+        assert found.references[0].noise == noise and found.record.request.modes[0].settings.width == 32
+        assert found.record.reference_files[0].path == (str(path) if reference is path else "")
+    pair = box.compare("pt", views=[0, box.camera().orbit(3)], reference=[picture, path], **small)
+    assert len(pair.references) == 2
+    broken = picture.rgb.copy()
+    broken[3, 4, 1] = np.nan
+    for reference, text in (
+        (broken, r"reference: nan in channel G of pixel \(4, 3\); allowed: finite numbers"),
+        (picture.rgb[..., 0], "reference: 32 pictures; allowed: 1, one for each view"),
+        ([picture, picture], "reference: 2 pictures; allowed: 1, one for each view"),
+        (np.zeros((4, 4, 4)), r"reference: an array of shape \(4, 4, 4\)"),
+        (7, "reference: 7; allowed: the path of an EXR file"),
+    ):
+        with pytest.raises(hg.InvalidArgument, match=text):
+            box.compare("pt", reference=reference, **small)
+    with pytest.raises(hg.InvalidArgument, match="^reference: 32 x 32 pixels; allowed: 16 x 16, those of the modes$"):
+        box.compare("pt", reference=path, size=(16, 16), **small)
+    with pytest.raises(hg.InvalidArgument, match="reference_error: 0.1; allowed: none: the reference is given"):
+        box.compare("pt", reference=path, reference_error=0.1, **small)
+    with pytest.raises(hg.NotFound, match="none.exr: No such file"):
+        box.compare("pt", reference=tmp_path / "none.exr", **small)
+    (tmp_path / "text.exr").write_text("no picture")
+    with pytest.raises(hg.InvalidArgument, match="text.exr: "):
+        box.compare("pt", reference=tmp_path / "text.exr", **small)
+
+
+def test_a_reference_that_was_let_go_is_loaded_again(box, picture, monkeypatch):
+    real, tries = operations.load_reference, []
+
+    def load(file):
+        tries.append(file)
+        answer = yield from real(file)
+        return LoadedReference("0" * 64, answer.path, answer.sha256) if len(tries) in lost else answer
+
+    monkeypatch.setattr(operations, "load_reference", load)
+    lost = (1, 2)
+    found = box.compare("pt", samples=1, seeds=1, reference=picture)
+    assert found.complete and len(tries) == 3 and found.references[0].id != "0" * 64
+    lost, tries = range(100), []
+    with pytest.raises(hg.NotFound, match="^reference: no reference '000.*load it again"):
+        box.compare("pt", samples=1, seeds=1, reference=picture)
+    assert len(tries) == 3
+
+
+def test_every_problem_is_told_at_once(client, box):
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare(
+            ["x", {"name": "a", "mode": "fast", "region": (0, 0, 1, 1)}, "pt", "pt"],
+            samples=(4, 2.5, 2),
+            size=(0, 1),
+            regions={"left": (1, 2, 3)},
+            measures="psnr",
+            pictures=1,
+            timeout=-1,
+            resume=3,
+            camera="none",
+            reference_error="small",
+            max_segmants=3,
+        )
+    fields = {problem.field for problem in told.value.problems}
+    assert fields >= {"modes[0]", "modes['a'].mode", "modes['a'].region", "modes[3].name", "samples[1]", "size"}
+    assert fields >= {"regions['left']", "measures", "pictures", "timeout", "resume", "camera", "reference_error"}
+    assert "modes['pt'].max_segmants" in fields
+    with pytest.raises(hg.InvalidArgument) as told:  # the daemon's, by the names of the arguments, each once
+        box.compare(["pt", "adaptive"], size=(10**6, 8), seeds=0, samples=1, worst_pixels=65, reference_error=2)
+    fields = [problem.field for problem in told.value.problems]
+    assert sorted(fields) == ["reference_error", "seeds", "size", "worst_pixels"]
+    assert str(told.value).startswith("size: 1000000; allowed: [1, 65536]; ")
+    with pytest.raises(hg.InvalidArgument, match="either samples or times"):
+        box.compare("pt", samples=1, times=1)
+    with pytest.raises(hg.InvalidArgument, match=r"samples\[1\]: 1 after 2; allowed: rising budgets"):
+        box.compare("pt", samples=(2, 1))
+    with pytest.raises(hg.PermissionDenied, match="exclusive"):
+        box.compare("pt", samples=1, exclusive=True)
+    with pytest.raises(hg.InvalidArgument, match="ComparisonProgress"):
+        box.compare("pt", samples=1, progress="bar")
+
+
+def test_folders_keep_a_comparison(result, tmp_path):
+    folder = result.save(tmp_path / "kept")
+    assert sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.*")) == [
+        "comparison.json",
+        "pictures/pt+bdpt.view0.exr",
+        "pictures/pt.view0.exr",
+        "pictures/reference.view0.exr",
+        "points.csv",
+        "ratios.csv",
+        "units.csv",
+    ]
+    record = json.loads((folder / "comparison.json").read_text())
+    assert record["format"] == 1 and len(record["units"]) == 20 and record["units"][0]["seedNumber"] == 1
+    for path in (folder, folder / "comparison.json"):
+        again = hg.Comparison.load(path)
+        assert again.units == result.units and again.points == result.points and again.ratios == result.ratios
+        assert np.array_equal(again.pictures["pt"], result.pictures["pt"])
+        assert np.array_equal(again.reference, result.reference)
+    again.save(folder)  # where it came from
+    again.save(tmp_path / "copied")
+    assert np.array_equal(hg.Comparison.load(tmp_path / "copied").reference, result.reference)
+    with open(folder / "units.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["relmse left"]) for row in rows] == [unit.regions["left"]["relmse"] for unit in result.units]
+    assert rows[1]["budget_samples"] == "4" and rows[1]["disturbed"] in "01" and rows[1]["view"] == "0"
+    with open(folder / "points.csv", newline="") as file:
+        assert len(list(csv.reader(file))) == 1 + 2 * 2 * 9  # modes, budgets, measures of the whole and of two regions
+
+
+def test_the_command_shares_folders(client, box, heliograph, tmp_path):
+    """Each goes on where the other ended, renders nothing twice, and writes the same tables."""
+    (tmp_path / "token").write_text(client.daemon.token)
+    folder = tmp_path / "shared"
+
+    def command(*arguments):
+        options = ["--size", "32x32", "--reference-samples", 64, "--measures", "mse,relmse,bias", "--seeds", 2]
+        server = ["--server", client.address, "--token-file", tmp_path / "token", "--output", folder]
+        return json.loads(heliograph("compare", BOX, *options, *server, "--json", *arguments))
+
+    assert command("--modes", "pt,combined", "--samples", "1,2")["units_rendered"] == 8
+    first = hg.Comparison.load(folder)
+    first.save(tmp_path / "again")
+    for name in ("units.csv", "points.csv", "ratios.csv"):
+        assert (folder / name).read_bytes() == (tmp_path / "again" / name).read_bytes(), name
+    more = box.compare(["pt", "adaptive"], samples=(1, 4), seeds=2, pictures=True, resume=first, **SMALL)
+    assert more.notices == () and len(more.units) == 3 * 2 * 3 and more.record.calls[-1].units == 10
+    more.save(folder)
+    told = command("--modes", "pt,adaptive,combined", "--samples", "1,2,4")
+    assert told["units_rendered"] == 0 and told["units"] == 18 and told["differences"] == []
+    assert values_of(hg.Comparison.load(folder)) == values_of(more)
+
+
+@pytest.mark.parametrize(
+    "text, told",
+    [
+        ("{", "is no record of a comparison"),
+        ("{}", "it names no format"),
+        ('{"format": 2}', "is of format 2; this version reads up to 1"),
+        ('{"format": 1, "units": [{"mode": "pt"}]}', "units/0/mode: 'pt' is no mode of the request"),
+        ('{"format": 1, "pictures": [{"file": "../a.exr"}]}', "allowed: a path within the folder"),
+        ("\udcff", "is no record of a comparison"),
+    ],
+)
+def test_broken_records_are_refused(tmp_path, text, told):
+    (tmp_path / "comparison.json").write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(hg.InvalidArgument, match="comparison.json: .*" + told):
+        hg.Comparison.load(tmp_path)
+
+
+def test_missing_files_are_told(result, tmp_path):
+    with pytest.raises(hg.NotFound, match="comparison.json: No such file"):
+        hg.Comparison.load(tmp_path)
+    loaded = hg.Comparison.load(result.save(tmp_path))
+    (tmp_path / "pictures" / "pt.view0.exr").unlink()
+    with pytest.raises(hg.NotFound, match="pt.view0.exr: No such file"):
+        loaded.pictures["pt"]
+    # Keys of a later version are passed over.
+    record = json.loads((tmp_path / "comparison.json").read_text())
+    (tmp_path / "comparison.json").write_text(json.dumps(record | {"later": 1}))
+    assert hg.Comparison.load(tmp_path).units == result.units
+
+
+def test_notebooks_show_a_table(result):
+    page = result._repr_html_()
+    assert page.count("<tr>") == 3 and "<td>pt+bdpt</td>" in page and "time, equal samples / pt" in page
+    value = next(p for p in result.points if p.mode == "pt" and p.budget == 1).values["relmse"]
+    assert f"<td>{value.mean:.3g} [{value.low:.3g}, {value.high:.3g}]</td>" in page
+    assert "20 of 20 units" in repr(result)
+    record = type(result.record)()
+    record.CopyFrom(result.record)
+    record.scene_name = "<b>"
+    assert "<caption>&lt;b&gt;" in hg.Comparison(record)._repr_html_()
+
+
+def test_frames_need_pandas(result, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    for method in (result.units_frame, result.to_pandas, result.ratios_frame):
+        with pytest.raises(hg.MissingPackage, match="needs the package pandas, which is not installed"):
+            method()
+
+
+def test_frames_of_pandas(result):
+    pytest.importorskip("pandas")
+    units = result.units_frame()
+    assert units["relmse"].tolist() == [unit.values["relmse"] for unit in result.units]
+    points = result.to_pandas()
+    means = points[(points["measure"] == "relmse") & (points["region"] == "") & (points["mode"] == "pt")]["mean"]
+    assert np.allclose(means, result.curve("pt").mean)
+    assert set(result.ratios_frame()["verdict"]) <= {"better", "worse", "undecided"}
+
+
+def test_without_a_client(client, box, program, monkeypatch):
+    arguments = {"samples": 1, "seeds": 1} | SMALL
+    found = hg.compare(BOX, "pt", address=client.address, token=client.daemon.token, **arguments)
+    assert found.record.scene_file == str(BOX) and found.record.request.scene_id == box.id
+    assert values_of(hg.compare(box, "pt", **arguments)) == values_of(found)
+    with pytest.raises(hg.InvalidArgument, match="none beside a Scene"):
+        hg.compare(box, "pt", address=client.address)
+    monkeypatch.setenv("HELIOGRAPH_DAEMON", program)
+    alone = hg.compare(ROOT / "scenes" / "cornell-box" / "cornell-box.gltf", "pt", exclusive=True, **arguments)
+    assert values_of(alone) == values_of(found)
+
+
+def test_asyncio_has_it_too(client, box):
+    arguments = {"samples": (1, 2), "seeds": 2} | SMALL
+
+    async def main():
+        async with await ahg.connect(client.address, token=client.daemon.token) as other:
+            scene = await other.load(BOX)
+            found = await scene.compare(["pt", "adaptive"], **arguments)
+            with pytest.raises(ahg.InvalidArgument, match="seeds: 0"):
+                await scene.compare("pt", seeds=0)
+            begun = asyncio.Event()
+            task = asyncio.create_task(
+                scene.compare("pt", samples=10**7, seeds=1, size=SIZE, progress=lambda progress: begun.set())
+            )
+            await asyncio.wait_for(begun.wait(), 60)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError) as cancelled:
+                await task
+            assert cancelled.value.comparison.modes == ("pt",) and not cancelled.value.comparison.complete
+            one = await ahg.compare(BOX, "pt", address=client.address, token=client.daemon.token, **arguments)
+            return found, one
+
+    found, one = asyncio.run(main())
+    expected = values_of(box.compare(["pt", "adaptive"], **arguments))
+    assert values_of(found) == expected
+    assert values_of(one) == {key: value for key, value in expected.items() if key[0] == "pt"}
