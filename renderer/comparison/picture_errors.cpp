@@ -122,7 +122,10 @@ std::vector<std::size_t> pixels_of(const PixelRect& rect, int width) {
 // Measures one picture, or some of its pixels, into a list. Preconditions: pictures that check() accepts.
 class Measurement {
  public:
-  Measurement(unsigned measures, std::vector<MeasuredValue>& values) : measures_(measures), values_(values) {}
+  Measurement(const PictureErrorOptions& options, std::vector<MeasuredValue>& values)
+      : measures_(options.measures), values_(values) {
+    flip_.threads = options.threads;
+  }
 
   bool wants(Measure measure) const { return (measures_ >> unsigned(measure) & 1u) != 0; }
 
@@ -198,7 +201,7 @@ class Measurement {
   Status flips(Result<Flip> (*flip)(const PictureView&, const PictureView&, const FlipOptions&), Measure mean,
                Measure median, const PictureView& picture, const PictureView& reference) {
     if (!wants(mean) && !wants(median)) return ok_status();
-    const Result<Flip> map = flip(picture, reference, {});
+    const Result<Flip> map = flip(picture, reference, flip_);
     if (!map) return map.error();
     if (wants(mean)) add(mean, {}, map->mean);
     if (!wants(median)) return ok_status();
@@ -209,6 +212,7 @@ class Measurement {
   }
 
   unsigned measures_;
+  FlipOptions flip_;
   std::vector<MeasuredValue>& values_;
 };
 
@@ -224,7 +228,7 @@ Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, co
                                                   const PictureErrorOptions& options) {
   if (Status valid = check(picture, reference); !valid) return valid.error();
   std::vector<MeasuredValue> values;
-  Measurement measurement(options.measures, values);
+  Measurement measurement(options, values);
   if (Status done = measurement.squared_errors(picture, reference, {}); !done) return done.error();
   if (Status done = measurement.whole_picture(picture, reference.mean); !done) return done.error();
   if ((options.measures & kOfRegions) == 0) return values;

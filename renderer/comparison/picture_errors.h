@@ -28,6 +28,7 @@ struct MeasuredRegion {
 struct PictureErrorOptions {
   unsigned measures = ~0u;  // bit i: Measure(i). flicker and told_rmse are not measured here
   std::vector<MeasuredRegion> regions;
+  int threads = 1;  // that HDR-FLIP may use, [1, 64]
 };
 
 // mse and relmse are free of the reference's noise where that is known: by products of its halves (metrics/

@@ -1,9 +1,13 @@
 #include "renderer/metrics/flip.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <future>
 #include <optional>
 #include <sstream>
+#include <string>
 
 #include "renderer/metrics/check_pictures.h"
 #include "renderer/metrics/flip_color.h"
@@ -17,6 +21,30 @@ namespace {
 // the largest, and there at kLineValue.
 constexpr float kExponent = 0.7f;
 constexpr float kLineEnd = 0.4f, kLineValue = 0.95f;
+
+// x^exponent, x and exponent >= 0, x at most 1e30, relative error below 1e-5: std::pow, which no vector instruction
+// has, took half of FLIP's time. log2 by the series of artanh((m - 1) / (m + 1)), m in [sqrt(1/2), sqrt(2)); 2^f by its
+// series, f in [-1/2, 1/2].
+inline float power(float x, float exponent) {
+  constexpr float kLeast = 1e-30f;
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(x > kLeast ? x : kLeast);
+  const auto scale = std::int32_t(bits - 0x3f3504f3u) >> 23;
+  const float m = std::bit_cast<float>(bits - (std::uint32_t(scale) << 23));
+  const float t = (m - 1) / (m + 1), t2 = t * t;
+  const float log2 = float(scale) + t * (2.885390082f + t2 * (0.961796694f + t2 * (0.577078016f + t2 * 0.412198583f)));
+  const float product = exponent * log2;
+  const float y = product > -126 ? product : -126;
+  const auto whole = std::int32_t(y + (y < 0 ? -0.5f : 0.5f));
+  const float f = y - float(whole);
+  const float root =
+      1 +
+      f * (0.693147181f + f * (0.240226507f + f * (0.0555041087f +
+                                                   f * (0.00961812911f + f * (0.00133335581f + f * 0.000154035304f)))));
+  const float result = root * std::bit_cast<float>(std::uint32_t(whole + 127) << 23);
+  // Products, because g++ makes branches of more choices, and a loop with branches no vector instructions.
+  const float positive = x > 0 ? 1.0f : 0.0f, of_zero = exponent > 0 ? 0.0f : 1.0f;
+  return positive * result + (1 - positive) * of_zero;
+}
 
 // Between green and blue, the largest that linear RGB in [0, 1] allows.
 float largest_color_difference() {
@@ -71,22 +99,28 @@ class FlipComparison {
     convert(x, picture_lab_);
     convert(r, reference_lab_);
     const HuntLabRow &p = picture_lab_, &q = reference_lab_;
-    // Apart from the powers, which no vector instruction has.
     for (std::size_t i = 0; i < width_; ++i) {
       difference_[i] = hyab_distance({p.l[i], p.a[i], p.b[i]}, {q.l[i], q.a[i], q.b[i]});
       const float edge = std::abs(x.edge[i] - r.edge[i]), point = std::abs(x.point[i] - r.point[i]);
       feature_[i] = std::sqrt((edge > point ? edge : point) * 0.70710678f);
     }
-    for (std::size_t i = 0; i < width_; ++i) {
-      const float color = redistribute(std::pow(difference_[i], kExponent));
-      error[i] = std::max(error[i], std::pow(color, std::max(0.0f, 1 - feature_[i])));
-    }
+    redistribute(difference_.data(), feature_.data(), error);
   }
 
-  float redistribute(float difference) const {
-    const float end = kLineEnd * largest_;
-    if (difference < end) return kLineValue / end * difference;
-    return std::min(1.0f, kLineValue + (difference - end) / (largest_ - end) * (1 - kLineValue));
+  // error = max(error, the difference redistributed, to the power of 1 - feature).
+  void redistribute(const float* difference, const float* feature, float* error) const {
+    const float end = kLineEnd * largest_, first = kLineValue / end;
+    const float second = (1 - kLineValue) / (largest_ - end);
+    for (std::size_t i = 0; i < width_; ++i) {
+      const float d = power(difference[i], kExponent);
+      const float above = kLineValue + (d - end) * second;
+      const float on_first = first * d, on_second = above < 1 ? above : 1;
+      const float color = d < end ? on_first : on_second;
+      const float left = 1 - feature[i], exponent = left > 0 ? left : 0;
+      const float value = power(color, exponent);
+      const float most = error[i];
+      error[i] = value > most ? value : most;
+    }
   }
 
   std::size_t width_;
@@ -104,6 +138,8 @@ std::optional<Error> check(const PictureView& picture, const PictureView& refere
     text << options.pixels_per_degree << ", must be from 1 to 1000";
     return Error{ErrorCode::invalid_argument, text.str(), "pixels_per_degree"};
   }
+  if (options.threads < 1 || options.threads > 64)
+    return Error{ErrorCode::invalid_argument, std::to_string(options.threads) + ", must be from 1 to 64", "threads"};
   return std::nullopt;
 }
 
@@ -146,19 +182,31 @@ Result<Flip> ldr_flip(const PictureView& picture, const PictureView& reference, 
 Result<Flip> hdr_flip(const PictureView& picture, const PictureView& reference, const FlipOptions& options) {
   if (const auto error = check(picture, reference, options)) return *error;
   const FlipKernels kernels(options.pixels_per_degree);
-  FlipComparison comparison(kernels, picture.width, picture.height);
   const FlipExposures range = flip_exposures(reference, options.tone_mapper);
+  const int exposures = range.stop > range.start ? range.count : 1;  // else all are one
+  const int threads = std::min(options.threads, exposures);
+  // Of exposures first, first + threads, ...: the largest error of each pixel.
+  const auto largest = [&](int first) {
+    FlipComparison comparison(kernels, picture.width, picture.height);
+    std::vector<float> error(picture.pixels(), 0.0f);
+    for (int i = first; i < exposures; i += threads) {
+      const double factor = std::exp2(range.start + (range.stop - range.start) * i / (range.count - 1));
+      with_tone_mapping(options.tone_mapper, factor, [&](const auto& map) {
+        comparison.compare(mapped_rows(picture, map), mapped_rows(reference, map), error);
+      });
+    }
+    return error;
+  };
+  std::vector<std::future<std::vector<float>>> others;
+  for (int first = 1; first < threads; ++first) others.push_back(std::async(std::launch::async, largest, first));
   Flip flip;
   flip.start_exposure = range.start;
   flip.stop_exposure = range.stop;
   flip.exposures = range.count;
-  flip.error.assign(picture.pixels(), 0.0f);
-  for (int i = 0; i < range.count; ++i) {
-    const double factor = std::exp2(range.start + (range.stop - range.start) * i / (range.count - 1));
-    with_tone_mapping(options.tone_mapper, factor, [&](const auto& map) {
-      comparison.compare(mapped_rows(picture, map), mapped_rows(reference, map), flip.error);
-    });
-    if (!(range.stop > range.start)) break;  // all exposures are one
+  flip.error = largest(0);
+  for (auto& other : others) {
+    const std::vector<float> error = other.get();
+    for (std::size_t i = 0; i < error.size(); ++i) flip.error[i] = std::max(flip.error[i], error[i]);
   }
   flip.mean = mean_of(flip.error);
   return flip;

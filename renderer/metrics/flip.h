@@ -22,6 +22,7 @@ enum class FlipToneMapper {
 struct FlipOptions {
   double pixels_per_degree = kFlipPixelsPerDegree;    // [1, 1000]
   FlipToneMapper tone_mapper = FlipToneMapper::aces;  // of hdr_flip
+  int threads = 1;  // that hdr_flip may use, [1, 64]: exposures are shared out, and the result is the same
 };
 
 struct Flip {

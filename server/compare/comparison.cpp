@@ -292,12 +292,13 @@ Result<std::vector<MeasuredValue>> Comparison::measure(const Turn& turn, const C
   const ViewState& view = views_[turn.view];
   const Picture& picture = session.picture();
   if (const Status finite = check_finite(picture); !finite.ok()) return finite.error();
-  // HDR-FLIP takes as long as all the others: it has a thread of its own.
+  // HDR-FLIP takes longer than all others together: it has threads of its own, while nothing is rendered.
   const unsigned hdr = bit(Measure::hdr_flip) | bit(Measure::hdr_flip_median);
   PictureErrorOptions first = request_.errors, second = request_.errors;
   first.measures &= ~hdr;
   second.measures &= hdr;
   second.regions.clear();
+  second.threads = std::clamp(resources_.engine.threads(), 1, 64);
   const ReferenceView reference = view.reference->view();
   auto beside = std::async(second.measures ? std::launch::async : std::launch::deferred,
                            [&] { return picture_errors(picture.view(), reference, second); });

@@ -191,6 +191,23 @@ TEST(FlipMetric, OfRadianceDoesNotDependOnItsUnit) {
   }
 }
 
+TEST(FlipMetric, OfRadianceIsTheSameByAnyNumberOfThreads) {
+  const FlipPair pair = test::flip_pairs()[4];
+  const Flip one = hdr_flip(pair.picture.view(), pair.reference.view()).value();
+  for (const int threads : {2, 3, 64}) {
+    FlipOptions options;
+    options.threads = threads;
+    const Flip flip = hdr_flip(pair.picture.view(), pair.reference.view(), options).value();
+    EXPECT_EQ(flip.error, one.error);
+    EXPECT_EQ(flip.mean, one.mean);
+  }
+  for (const int threads : {0, 65}) {
+    FlipOptions options;
+    options.threads = threads;
+    EXPECT_EQ(hdr_flip(pair.picture.view(), pair.reference.view(), options).error().where, "threads");
+  }
+}
+
 TEST(FlipMetric, BearsExtremeRadiance) {
   const float denormal = std::numeric_limits<float>::denorm_min(), largest = std::numeric_limits<float>::max();
   for (const float value : {0.0f, -1.0f, denormal, 1e-6f, 1e9f, largest}) {
