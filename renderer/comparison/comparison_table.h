@@ -28,9 +28,13 @@ struct ComparisonScript {
   bool budgets_are_seconds = false;  // false: samples per pixel
   std::uint32_t views = 1;
   bool common_seeds = false;  // ratios are then paired by seed
+  // Modes whose pictures are previews along a path: view 0 is a film of the budget, each later view one preview, whose
+  // seconds and samples do not follow the budget. They have no effect with one view.
+  std::vector<std::string> preview_modes;
 };
 
-// All seeds of one mode, budget and view; of a path also of all views, whose values are each seed's means over them.
+// All seeds of one mode, budget and view; of a path also of all views, whose values are each seed's means over them. A
+// preview mode's means leave out view 0, which is no preview.
 struct ComparedPoint {
   struct Value {
     Measure measure = Measure::mse;
@@ -49,10 +53,12 @@ struct ComparedPoint {
 };
 
 enum class RatioKind {
-  equal_error,    // the baseline's time over the mode's to the same error: above 1, the mode is faster
-  equal_time,     // the mode's error over the baseline's after the same time: below 1, the mode is better
-  equal_samples,  // the same after the same budget of samples
-  speed,          // the mode's time over the baseline's for the same budget of samples
+  // The baseline's time over the mode's to the same error: above 1, the mode is faster. Not of preview modes.
+  equal_error,
+  equal_time,  // the mode's error over the baseline's after the same time: below 1, the mode is better
+  // The same after the same budget of samples. Not of preview modes.
+  equal_samples,
+  speed,  // the mode's time over the baseline's for the same budget of samples. Not of preview modes
 };
 enum class Verdict { better, worse, undecided };
 

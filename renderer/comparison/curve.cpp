@@ -59,13 +59,13 @@ std::optional<CurveSegment> Curve::enclosing_error(double error) const {
   return std::nullopt;
 }
 
-Curve make_curve(const SeedTable& table, std::size_t mode, std::size_t key, std::uint32_t budgets,
+Curve make_curve(const SeedTable& table, std::size_t mode, std::size_t key, std::uint32_t budgets, PathViews views,
                  const std::vector<std::uint32_t>* seeds) {
   std::vector<CurvePoint> points;
   for (std::uint32_t budget = 0; budget < budgets; ++budget) {
     std::vector<std::uint32_t> numbers;
     std::vector<double> seconds, errors;
-    for (const SeedValues& seed : table.over_views(mode, budget)) {
+    for (const SeedValues& seed : table.over_views(mode, budget, views)) {
       if (!seed.values[key]) continue;
       if (seeds && !std::binary_search(seeds->begin(), seeds->end(), seed.seed_number)) continue;
       numbers.push_back(seed.seed_number);

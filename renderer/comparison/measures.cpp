@@ -5,29 +5,29 @@ namespace helio {
 const char* to_string(Measure measure) {
   switch (measure) {
     case Measure::mse:
-      return "mse";
+      return "MSE";
     case Measure::relmse:
-      return "relmse";
+      return "relative MSE";
     case Measure::bias:
       return "bias";
     case Measure::distance_variance:
-      return "distance_variance";
+      return "variance of the distance";
     case Measure::dssim:
-      return "dssim";
+      return "DSSIM";
     case Measure::flip:
-      return "flip";
+      return "LDR-FLIP";
     case Measure::flip_median:
-      return "flip_median";
+      return "weighted median of LDR-FLIP";
     case Measure::hdr_flip:
-      return "hdr_flip";
+      return "HDR-FLIP";
     case Measure::hdr_flip_median:
-      return "hdr_flip_median";
+      return "weighted median of HDR-FLIP";
     case Measure::flicker:
       return "flicker";
     case Measure::outlier_share:
-      return "outlier_share";
+      return "share of outliers";
     case Measure::told_rmse:
-      return "told_rmse";
+      return "reported standard error";
   }
   return "unknown";
 }

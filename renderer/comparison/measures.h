@@ -17,11 +17,13 @@ enum class Measure {
   hdr_flip,
   hdr_flip_median,
   flicker,
-  outlier_share,  // of the squared relative error, that of the 0.1 % of pixels with the largest, [0, 1]
-  told_rmse,      // the standard error that a mode tells of its picture
+  // Share of the squared relative error that the 0.1 % of pixels with the largest have, [0, 1]. Of 1,000 pixels or more
+  outlier_share,
+  told_rmse,  // the standard error that a mode reports of its picture
 };
 inline constexpr int kMeasures = int(Measure::told_rmse) + 1;
 
+// As a noun within a sentence, without an article: "relative MSE", "variance of the distance".
 const char* to_string(Measure measure);
 
 // Whether less of it is better and it is never below 0, up to the noise of the reference: that one mode's value may be

@@ -18,6 +18,8 @@
 namespace helio {
 namespace {
 
+constexpr std::size_t kLeastForShare = 1000;  // pixels of which 0.1 % is one
+
 bool has_halves(const ReferenceView& reference) {
   return reference.half_a && reference.half_b;
 }
@@ -146,7 +148,7 @@ class Measurement {
       if (!value) return value.error();
       add(Measure::bias, region, value->bias);
     }
-    if (wants(Measure::outlier_share) && relative_error_exists(reference.mean)) {
+    if (wants(Measure::outlier_share) && picture.pixels() >= kLeastForShare && relative_error_exists(reference.mean)) {
       const Result<RelativeError> value = relative_error(picture, reference.mean);
       if (!value) return value.error();
       add(Measure::outlier_share, region, value->outlier_share);

@@ -34,9 +34,10 @@ struct PictureErrorOptions {
 // mse and relmse are free of the reference's noise where that is known: by products of its halves (metrics/
 // reference_halves.h), or less its mean variance; they may then be negative. All others have it in them.
 //
-// Of regions and of the dark half: mse, relmse, bias and outlier_share alone; relative to the region's own mean, and
-// the share that of 0.1 % of the region's pixels, at least one. A value that is not defined is left out: relmse and
-// bias where the reference is black, dssim where SSIM is not positive. invalid_argument as for metrics/error_metrics.h.
+// Regions and the dark half have mse, relmse, bias and outlier_share alone, relative to their own mean and of 0.1 % of
+// their own pixels. A value that is not defined is left out: relmse, bias and outlier_share where the reference is
+// black, outlier_share of fewer than 1,000 pixels (0.1 % is less than one of them), dssim where SSIM is not positive.
+// invalid_argument as for metrics/error_metrics.h.
 Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, const ReferenceView& reference,
                                                   const PictureErrorOptions& options = {});
 

@@ -22,10 +22,10 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 using Seeds = std::vector<std::uint32_t>;
 
-Seeds seeds_of(const SeedTable& table, std::size_t mode, std::uint32_t budgets) {
+Seeds seeds_of(const SeedTable& table, std::size_t mode, std::uint32_t budgets, PathViews views) {
   Seeds all;
   for (std::uint32_t budget = 0; budget < budgets; ++budget) {
-    for (const SeedValues& seed : table.over_views(mode, budget)) all.push_back(seed.seed_number);
+    for (const SeedValues& seed : table.over_views(mode, budget, views)) all.push_back(seed.seed_number);
   }
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
@@ -55,20 +55,27 @@ class Pair {
         table_(table),
         budgets_(std::uint32_t(script.budgets.size())),
         mode_(mode),
-        baseline_(baseline) {
+        baseline_(baseline),
+        views_(table.views_of(mode, baseline)) {
     if (!script.common_seeds) return;
-    const Seeds of_mode = seeds_of(table, mode, budgets_), of_baseline = seeds_of(table, baseline, budgets_);
+    const Seeds of_mode = seeds_of(table, mode, budgets_, views_),
+                of_baseline = seeds_of(table, baseline, budgets_, views_);
     common_.emplace();
     std::set_intersection(of_mode.begin(), of_mode.end(), of_baseline.begin(), of_baseline.end(),
                           std::back_inserter(*common_));
   }
 
   std::vector<ComparedRatio> ratios() {
-    if (!script_.budgets_are_seconds) speed();
+    const bool previews = table_.is_preview(mode_) || table_.is_preview(baseline_);
+    if (!script_.budgets_are_seconds && !previews) speed();
     for (std::size_t key = 0; key < table_.keys().size(); ++key) {
       if (!is_error(table_.keys()[key].measure)) continue;
       key_ = table_.keys()[key];
       const Curve mode = curve(mode_, key), baseline = curve(baseline_, key);
+      if (previews) {
+        equal_time_of_previews(mode, baseline);
+        continue;
+      }
       if (!script_.budgets_are_seconds) equal_samples(mode, baseline);
       equal_time(mode, baseline);
       equal_error(mode, baseline);
@@ -78,7 +85,7 @@ class Pair {
 
  private:
   Curve curve(std::size_t mode, std::size_t key) const {
-    return make_curve(table_, mode, key, budgets_, common_ ? &*common_ : nullptr);
+    return make_curve(table_, mode, key, budgets_, views_, common_ ? &*common_ : nullptr);
   }
 
   // means: those that log_value is made of. With too few seeds in one of them there are no values without one.
@@ -132,7 +139,7 @@ class Pair {
   std::optional<LeaveOneOutMean> log_seconds(std::size_t mode, std::uint32_t budget) const {
     Seeds numbers;
     std::vector<double> logs;
-    for (const SeedValues& seed : table_.over_views(mode, budget)) {
+    for (const SeedValues& seed : table_.over_views(mode, budget, views_)) {
       if (!(seed.seconds > 0)) return std::nullopt;
       if (common_ && !std::binary_search(common_->begin(), common_->end(), seed.seed_number)) continue;
       numbers.push_back(seed.seed_number);
@@ -163,6 +170,31 @@ class Pair {
     }
   }
 
+  static bool take_as_long(const CurvePoint& mode, const CurvePoint& baseline) {
+    const double seconds = baseline.seconds.mean();
+    return std::abs(mode.seconds.mean() - seconds) <= kSameTime * seconds;
+  }
+
+  // The seconds of previews do not follow the budgets, so their points are no curve.
+  void equal_time_of_previews(const Curve& mode, const Curve& baseline) {
+    const bool of_mode = table_.is_preview(mode_), of_baseline = table_.is_preview(baseline_);
+    for (std::uint32_t budget = 0; budget < budgets_; ++budget) {
+      const CurvePoint *top = mode.at_budget(budget), *bottom = baseline.at_budget(budget);
+      if (of_mode && of_baseline) {
+        if (top && bottom && take_as_long(*top, *bottom))
+          add(RatioKind::equal_time, bottom->seconds.mean(), log_of(top->error), log_of(bottom->error));
+        continue;
+      }
+      const CurvePoint* previews = of_mode ? top : bottom;
+      if (!previews) continue;
+      const double seconds = previews->seconds.mean();
+      const auto other = (of_mode ? baseline : mode).enclosing_seconds(seconds);
+      if (!other) continue;
+      const LogJackknife of_previews = log_of(previews->error), of_film = log_error_at(*other, seconds);
+      add(RatioKind::equal_time, seconds, of_mode ? of_previews : of_film, of_mode ? of_film : of_previews);
+    }
+  }
+
   void equal_time(const Curve& mode, const Curve& baseline) {
     const auto interpolated = [&](double seconds) {
       const auto top = mode.enclosing_seconds(seconds), bottom = baseline.enclosing_seconds(seconds);
@@ -172,7 +204,7 @@ class Pair {
     for (const CurvePoint& point : baseline.points()) {
       const CurvePoint* other = mode.at_budget(point.budget);
       const double seconds = point.seconds.mean();
-      if (script_.budgets_are_seconds && other && std::abs(other->seconds.mean() - seconds) <= kSameTime * seconds) {
+      if (script_.budgets_are_seconds && other && take_as_long(*other, point)) {
         add(RatioKind::equal_time, script_.budgets[point.budget], log_of(other->error), log_of(point.error));
       } else {
         interpolated(seconds);
@@ -202,6 +234,7 @@ class Pair {
   const SeedTable& table_;
   std::uint32_t budgets_;
   std::size_t mode_, baseline_;
+  PathViews views_;
   std::optional<Seeds> common_;        // where ratios are paired: those of both
   ValueKey key_{Measure::relmse, {}};  // of speed, which has none: the measure that ComparedRatio has of itself
   std::vector<ComparedRatio> ratios_;

@@ -20,6 +20,10 @@ namespace helio {
 // by straight lines in the logarithms of time and error; nothing is extrapolated. equal_error: at the baseline's errors
 // that the mode's curve encloses, and at the lowest error that both have.
 //
+// Preview modes of a path have equal_time alone, of means over all views but the first for both sides: at the seconds
+// of the previews that belong to each budget, where the other mode's curve encloses them. Of two preview modes: at the
+// budgets where their previews took as long, up to 5 %.
+//
 // No ratio is made of a mean error that is not positive: errors without the reference's noise may be 0 or below it,
 // where the reference does not resolve them, and have no logarithm. A curve ends before such a point.
 std::vector<ComparedRatio> compare_modes(const ComparisonScript& script, const SeedTable& table, std::size_t mode,

@@ -29,12 +29,17 @@ SeedTable::SeedTable(const ComparisonScript& script, const std::vector<ComparedU
   const auto known = [&](const ComparedUnit& unit) {
     return unit.budget < script.budgets.size() && unit.view < views_ && index_of(script.modes, unit.mode).has_value();
   };
+  for (const std::string& mode : script.modes) {
+    const auto& previews = script.preview_modes;
+    previews_.push_back(views_ > 1 && std::find(previews.begin(), previews.end(), mode) != previews.end());
+  }
   std::set<ValueKey, decltype(&comes_before)> keys(&comes_before);
   for (const ComparedUnit& unit : units) {
     if (!known(unit)) continue;
     for (const MeasuredValue& value : unit.values) keys.insert({value.measure, value.region});
   }
   keys_.assign(keys.begin(), keys.end());
+  has_units_.assign(views_, false);
   has_key_.assign(views_, std::vector<bool>(keys_.size(), false));
 
   for (const ComparedUnit& unit : units) {
@@ -42,6 +47,7 @@ SeedTable::SeedTable(const ComparisonScript& script, const std::vector<ComparedU
     std::vector<SeedValues>& point = points_[{*index_of(script.modes, unit.mode), unit.budget, unit.view}];
     SeedValues seed{unit.seed_number, unit.seconds, unit.samples, {}, unit.disturbed ? 1u : 0u};
     seed.values.resize(keys_.size());
+    has_units_[unit.view] = true;
     for (const MeasuredValue& value : unit.values) {
       const auto key =
           std::lower_bound(keys_.begin(), keys_.end(), ValueKey{value.measure, value.region}, comes_before);
@@ -60,7 +66,8 @@ SeedTable::SeedTable(const ComparisonScript& script, const std::vector<ComparedU
   if (views_ == 1) return;
   for (std::size_t mode = 0; mode < script.modes.size(); ++mode) {
     for (std::uint32_t budget = 0; budget < script.budgets.size(); ++budget) {
-      means_[{mode, budget}] = mean_over_views(mode, budget);
+      for (const PathViews views : {PathViews::all, PathViews::but_the_first})
+        means_[{mode, budget, views}] = mean_over_views(mode, budget, views);
     }
   }
 }
@@ -70,31 +77,36 @@ const std::vector<SeedValues>& SeedTable::at(std::size_t mode, std::uint32_t bud
   return found == points_.end() ? kNone : found->second;
 }
 
-const std::vector<SeedValues>& SeedTable::over_views(std::size_t mode, std::uint32_t budget) const {
+const std::vector<SeedValues>& SeedTable::over_views(std::size_t mode, std::uint32_t budget, PathViews views) const {
   if (views_ == 1) return at(mode, budget, 0);
-  const auto found = means_.find({mode, budget});
+  const auto found = means_.find({mode, budget, views});
   return found == means_.end() ? kNone : found->second;
 }
 
-std::vector<SeedValues> SeedTable::mean_over_views(std::size_t mode, std::uint32_t budget) const {
+bool SeedTable::is_defined(std::size_t key, std::uint32_t view) const {
+  return has_key_[view][key] || !has_units_[view];
+}
+
+std::vector<SeedValues> SeedTable::mean_over_views(std::size_t mode, std::uint32_t budget, PathViews views) const {
   struct Sum {
     SeedValues means;
     std::uint32_t views = 0;
   };
+  const std::uint32_t first = views == PathViews::all ? 0 : 1, count = views_ - first;
   std::map<std::uint32_t, Sum> sums;
   std::vector<double> views_with(keys_.size(), 0);
-  for (std::uint32_t view = 0; view < views_; ++view) {
+  for (std::uint32_t view = first; view < views_; ++view) {
     for (std::size_t key = 0; key < keys_.size(); ++key) views_with[key] += has_key_[view][key] ? 1 : 0;
   }
-  for (std::uint32_t view = 0; view < views_; ++view) {
+  for (std::uint32_t view = first; view < views_; ++view) {
     for (const SeedValues& seed : at(mode, budget, view)) {
       Sum& sum = sums[seed.seed_number];
       if (sum.views++ == 0) {
         sum.means.seed_number = seed.seed_number;
         sum.means.values.assign(keys_.size(), 0.0);
       }
-      sum.means.seconds += seed.seconds / views_;
-      sum.means.samples += seed.samples / views_;
+      sum.means.seconds += seed.seconds / count;
+      sum.means.samples += seed.samples / count;
       sum.means.disturbed += seed.disturbed;
       for (std::size_t key = 0; key < keys_.size(); ++key) {
         if (!has_key_[view][key]) continue;
@@ -109,7 +121,7 @@ std::vector<SeedValues> SeedTable::mean_over_views(std::size_t mode, std::uint32
   }
   std::vector<SeedValues> complete;
   for (auto& [number, sum] : sums) {
-    if (sum.views == views_) complete.push_back(std::move(sum.means));
+    if (sum.views == count) complete.push_back(std::move(sum.means));
   }
   return complete;
 }

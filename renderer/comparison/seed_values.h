@@ -27,6 +27,9 @@ struct SeedValues {
   std::uint32_t disturbed = 0;                // units
 };
 
+// Which views of a path a mean is over. Of a still both are its view.
+enum class PathViews { all, but_the_first };
+
 class SeedTable {
  public:
   SeedTable(const ComparisonScript& script, const std::vector<ComparedUnit>& units);
@@ -37,18 +40,34 @@ class SeedTable {
   // By rising seed number; of several units of one mode, seed, budget and view the first. Indices of the script.
   const std::vector<SeedValues>& at(std::size_t mode, std::uint32_t budget, std::uint32_t view) const;
 
-  // Means over all views, of the seeds that have all of them. A value is a mean over those views in which some unit has
-  // it, and is there only for seeds that have it in all of these. Of a still the same as its view.
-  const std::vector<SeedValues>& over_views(std::size_t mode, std::uint32_t budget) const;
+  // A preview mode of a path, whose first view is no preview (ComparisonScript::preview_modes).
+  bool is_preview(std::size_t mode) const { return previews_[mode]; }
+  // Those that a comparison of the modes is over: with a preview mode among them, all but the first.
+  PathViews views_of(std::size_t mode) const { return is_preview(mode) ? PathViews::but_the_first : PathViews::all; }
+  PathViews views_of(std::size_t mode, std::size_t other) const {
+    return is_preview(mode) ? views_of(mode) : views_of(other);
+  }
+
+  // Means over these views, of the seeds that have all of them. A value is a mean over those views in which some unit
+  // has it, and is there only for seeds that have it in all of these. Of a still the same as its view.
+  const std::vector<SeedValues>& over_views(std::size_t mode, std::uint32_t budget, PathViews views) const;
+  const std::vector<SeedValues>& over_views(std::size_t mode, std::uint32_t budget) const {
+    return over_views(mode, budget, views_of(mode));
+  }
+
+  // Whether some unit of that view has the value; true where the view has no unit that could say otherwise.
+  bool is_defined(std::size_t key, std::uint32_t view) const;
 
  private:
-  std::vector<SeedValues> mean_over_views(std::size_t mode, std::uint32_t budget) const;
+  std::vector<SeedValues> mean_over_views(std::size_t mode, std::uint32_t budget, PathViews views) const;
 
   std::uint32_t views_;
   std::vector<ValueKey> keys_;
+  std::vector<bool> previews_;              // by mode
+  std::vector<bool> has_units_;             // by view
   std::vector<std::vector<bool>> has_key_;  // by view and key: whether some unit has it
   std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>, std::vector<SeedValues>> points_;
-  std::map<std::pair<std::size_t, std::uint32_t>, std::vector<SeedValues>> means_;
+  std::map<std::tuple<std::size_t, std::uint32_t, PathViews>, std::vector<SeedValues>> means_;
 };
 
 }  // namespace helio

@@ -9,8 +9,9 @@
 
 namespace helio {
 
-// From points and ratios that are complete; of a path, from those over all views. First who is best, then each mode
-// against the first, then what limits the answers.
+// From points and ratios that are complete; of a path, from those over all views. First which mode has the lowest
+// error, then each mode against the first, preview modes in one sentence each, then what limits the answers. At most
+// 12 sentences and three for each mode.
 std::vector<std::string> comparison_sentences(const ComparisonScript& script, const SeedTable& seeds,
                                               const ComparisonTable& table);
 

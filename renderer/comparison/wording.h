@@ -1,6 +1,7 @@
 // Numbers, intervals and lists as the sentences of a comparison have them.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -18,10 +19,25 @@ std::string interval_text(const Interval& interval);
 // "64 samples per pixel", "0.5 s".
 std::string budget_text(const ComparisonScript& script, double at);
 
-// "relmse", "relmse of the dark half", "relmse of the region window".
-std::string measure_text(Measure measure, const std::string& region);
+// "relative MSE", "relative MSE in the dark half", "relative MSE in the region window".
+std::string measure_text(const ValueKey& key);
 
-// "a", "a and b", "a, b and c".
-std::string list_text(const std::vector<std::string>& items);
+// Measures of the same regions together: "DSSIM, and MSE and relative MSE in the whole picture and the dark half".
+std::string measures_text(const std::vector<ValueKey>& keys);
+
+// "0.25 of", "2 times".
+std::string times_text(double ratio);
+
+// "better", "worse", "undecided".
+std::string verdict_text(Verdict verdict);
+
+// "a", "a and b", "a, b and c"; of more than `most` items the first ones, "and 3 others".
+std::string list_text(std::vector<std::string> items, std::size_t most = 12);
+
+// The clauses divided by semicolons, with a full stop; empty without clauses.
+std::string sentence_of(const std::vector<std::string>& clauses);
+
+// With the first letter a capital one; not for texts that start with a mode's name.
+std::string capital(std::string text);
 
 }  // namespace helio

@@ -81,6 +81,7 @@ void FairQueue::finish(Id id, double seconds) {
   --client.group->in_flight;
   charge(client, seconds - ahead);
   client.used_seconds += seconds;
+  used_seconds_ += seconds;
   client.piece_seconds += 0.1 * (seconds - client.piece_seconds);
 }
 

@@ -38,6 +38,7 @@ class FairQueue {
 
   int in_flight(Id id) const { return clients_.at(id).in_flight; }
   double used_seconds(Id id) const { return clients_.at(id).used_seconds; }
+  double used_seconds() const { return used_seconds_; }  // of all clients that there ever were
 
  private:
   struct Group {
@@ -61,6 +62,7 @@ class FairQueue {
   std::vector<Group> groups_;
   std::map<Id, Client> clients_;
   std::optional<Id> holder_;
+  double used_seconds_ = 0;
   double group_time_ = 0;  // virtual time of the group of which the last piece was handed out
   Id next_id_ = 1;
 };

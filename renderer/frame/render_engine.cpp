@@ -137,6 +137,11 @@ double RenderEngine::Impl::used_seconds(FairQueue::Id id) const {
   return queue_.used_seconds(id);
 }
 
+double RenderEngine::Impl::used_seconds() const {
+  const std::lock_guard lock(mutex_);
+  return queue_.used_seconds();
+}
+
 bool RenderEngine::Impl::run_piece(PieceSource& source) noexcept {
   try {
     return arena_->arena.execute([&] { return source.run_piece(); });
@@ -183,6 +188,9 @@ RenderEngine::RenderEngine(int threads) : impl_(std::make_unique<Impl>(threads))
 RenderEngine::~RenderEngine() = default;
 int RenderEngine::threads() const {
   return impl_->threads();
+}
+double RenderEngine::used_seconds() const {
+  return impl_->used_seconds();
 }
 
 }  // namespace helio

@@ -47,6 +47,7 @@ struct RenderEngine::Impl {
   void hold(FairQueue::Id id, double seconds);
   void release(FairQueue::Id id);
   double used_seconds(FairQueue::Id id) const;
+  double used_seconds() const;
   int threads() const { return int(workers_.size()); }
 
  private:

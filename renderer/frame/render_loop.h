@@ -51,6 +51,7 @@ class RenderEngine {
   RenderEngine& operator=(const RenderEngine&) = delete;
 
   int threads() const;
+  double used_seconds() const;  // processor time of all loops, those that are gone included
 
   struct Impl;
   Impl& impl() { return *impl_; }

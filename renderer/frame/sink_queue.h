@@ -27,7 +27,7 @@ using SinkEventSlot = std::list<SinkEvent>;
 struct FrameRecord {
   FrameBegin begin;
   double accepted_s = 0, begun_s = 0;
-  double first_tile_s = 0;  // 0: no tile was handed over yet
+  double first_tile_s = 0;           // 0: no tile was handed over yet
   PerStage<double> stage_seconds{};  // of processor time
   double publish_seconds = 0;        // of the same, in the sink
   bool begin_delivered = false;

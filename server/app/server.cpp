@@ -141,13 +141,13 @@ bool Server::drain(double grace_s) {
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
   const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
   for (const auto& session : core.sessions.list()) session->drain(status);
+  // What comparisons have told is told, and a later call goes on from there.
+  impl_->compare.queue.cancel_all();
   const double result_seconds = std::min(kResultSeconds, grace_s / 2);
   if (!core.jobs.wait_until_empty(deadline - result_seconds)) {
     core.jobs.cancel_all();
     core.jobs.wait_until_empty(deadline);
   }
-  // What has been told is told, and a later call goes on from there.
-  impl_->compare.queue.cancel_all();
   impl_->compare.queue.wait_until_empty(deadline);
   const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {

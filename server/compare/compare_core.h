@@ -12,7 +12,10 @@ struct CompareCore {
   static constexpr std::size_t kMaxWaiting = 16;
 
   explicit CompareCore(ServiceCore& service)
-      : core(service), references(service.config.max_reference_memory, service.memory), queue(kMaxWaiting) {}
+      : core(service), references(service.config.max_reference_memory, service.memory), queue(kMaxWaiting) {
+    core.room.set_spare(&references);
+  }
+  ~CompareCore() { core.room.set_spare(nullptr); }
 
   ComparisonLimits limits() const {
     return {core.render_limits(), core.config.max_compare_units, core.config.max_compare_pixels, core.oidn != nullptr,

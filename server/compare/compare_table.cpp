@@ -49,6 +49,9 @@ pb::CompareMeasure to_message(Measure measure) {
 ComparisonScript script_of(const ComparisonRequest& request) {
   ComparisonScript script;
   for (const ComparedMode& mode : request.modes) script.modes.push_back(mode.name);
+  for (const ComparedMode& mode : request.modes) {
+    if (mode.picture == ComparedMode::Picture::preview) script.preview_modes.push_back(mode.name);
+  }
   script.budgets = request.budgets;
   script.budgets_are_seconds = request.budgets_are_seconds;
   script.views = std::uint32_t(request.views.size());

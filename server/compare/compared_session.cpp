@@ -9,7 +9,8 @@
 namespace helio {
 namespace {
 
-// Shorter ones say nothing of the machine: its clock ticks a hundred times a second.
+// In less time what tells of it costs as much as it tells of, and the machine's clock ticks a hundred times a second:
+// of shorter pictures only other sessions and jobs are known.
 constexpr double kMachineTold = 1;
 
 Error failed(const std::string& why) {
@@ -20,19 +21,20 @@ Error failed(const std::string& why) {
 
 Result<std::unique_ptr<ComparedSession>> ComparedSession::create(const RenderContext::Resources& resources,
                                                                  std::shared_ptr<const LoadedScene> scene,
-                                                                 const ComparedMode& mode, std::uint64_t seed) {
+                                                                 const ComparedMode& mode, std::uint64_t seed,
+                                                                 unsigned more) {
   std::unique_ptr<ComparedSession> session(new ComparedSession);
   session->display_ = mode.picture == ComparedMode::Picture::display;
   session->previews_ = mode.picture == ComparedMode::Picture::preview;
   session->time_s_ = scene->manifest.time_s;
-  session->threads_ = resources.engine.threads();
+  session->engine_ = &resources.engine;
   session->collector_ =
       std::make_shared<PictureCollector>(mode.settings.width, mode.settings.height, session->display_);
   RenderSettings settings = mode.settings;
   settings.seed = seed;
-  auto rendering =
-      RenderContext::create(resources, SceneLease(std::move(scene)), settings, Budget(), RenderRank::job,
-                            FramePublisher::Tiles::final_only, mode.channels() | kResolveSamples, session->collector_);
+  auto rendering = RenderContext::create(resources, SceneLease(std::move(scene)), settings, Budget(), RenderRank::job,
+                                         FramePublisher::Tiles::final_only, mode.channels() | kResolveSamples | more,
+                                         session->collector_);
   if (!rendering) return rendering.error();
   session->rendering_ = std::move(*rendering);
   return session;
@@ -47,14 +49,19 @@ View ComparedSession::next_view(const CameraPose& camera) {
 }
 
 template <class Wait>
-Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle,
-                                             const Wait& wait) {
+Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const Idle& idle, const Wait& wait) {
   RenderLoop& loop = rendering_->loop();
-  const double started = now_s(), own = loop.used_seconds(), process = process_cpu_s();
+  const double started = now_s(), own = loop.used_seconds(), all = engine_->used_seconds();
+  const double process = process_cpu_s();
   const std::optional<double> machine = machine_busy_s();
+  if (hold_left_s_ > 0) loop.hold_others(hold_left_s_);
   const std::uint64_t revision = loop.update(update);
   const auto frame = wait(revision, [&] { idle(loop.progress()); });
-  const double wall = now_s() - started, process_used = process_cpu_s() - process;
+  const double wall = now_s() - started, own_used = loop.used_seconds() - own;
+  if (hold_left_s_ > 0) {
+    loop.release_others();
+    hold_left_s_ -= wall;
+  }
   if (!frame) {
     loop.cancel();
     return Error{ErrorCode::cancelled, "the comparison was cancelled", {}};
@@ -64,17 +71,20 @@ Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const Ca
   cost.progress = frame->end.progress;
   cost.seconds = frame->end.progress.seconds;
   cost.samples = frame->end.progress.samples_per_pixel;
-  const double there_was = std::max(wall, 1e-6) * threads_;
-  double others = process_used - (loop.used_seconds() - own);
-  const auto machine_now = machine_busy_s();
-  if (machine && machine_now && wall >= kMachineTold) others = std::max(others, *machine_now - *machine - process_used);
-  cost.others_share = std::clamp(others / there_was, 0.0, 1.0);
+  double others = engine_->used_seconds() - all - own_used;
+  if (wall >= kMachineTold) {
+    // Loads and encoding in this process, and whatever else runs on the machine.
+    others = std::max(others, process_cpu_s() - process - own_used);
+    const std::optional<double> machine_now = machine_busy_s();
+    if (machine && machine_now) others = std::max(others, *machine_now - *machine - own_used);
+  }
+  cost.others_share = std::clamp(others / (std::max(wall, 1e-6) * engine_->threads()), 0.0, 1.0);
   begin_ = frame->begin;
   return cost;
 }
 
 Result<PictureCost> ComparedSession::film(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle) {
-  auto cost = measure(std::move(update), cancel, idle, [&](std::uint64_t revision, const auto& told) {
+  auto cost = measure(std::move(update), idle, [&](std::uint64_t revision, const auto& told) {
     return collector_->wait_for_film(revision, cancel, told);
   });
   if (!cost) return cost;
@@ -102,11 +112,13 @@ Result<PictureCost> ComparedSession::preview(const CameraPose& view, const Cance
   update.view = next_view(view);
   const double asked = now_s();
   double came = asked;
-  auto cost = measure(std::move(update), cancel, idle, [&](std::uint64_t, const auto& told) {
+  auto cost = measure(std::move(update), idle, [&](std::uint64_t, const auto& told) {
     auto frame = collector_->wait_for_preview(view_id_, cancel, told);
     came = now_s();
     return frame;
   });
+  // No film of it: that would be rendered while the preview is measured.
+  rendering_->loop().cancel();
   told_rmse_.reset();
   if (cost) cost->seconds = came - asked;
   return cost;

@@ -22,12 +22,14 @@ struct PictureCost {
 class ComparedSession {
  public:
   // resource_exhausted: max_memory.
+  // `more`: ResolveChannels beside those that the mode needs.
   static Result<std::unique_ptr<ComparedSession>> create(const RenderContext::Resources& resources,
                                                          std::shared_ptr<const LoadedScene> scene,
-                                                         const ComparedMode& mode, std::uint64_t seed);
+                                                         const ComparedMode& mode, std::uint64_t seed,
+                                                         unsigned more = 0);
 
-  // From now on and for at most so many seconds, or until this session is gone, no other one is rendered.
-  void hold_others(double seconds) { rendering_->loop().hold_others(seconds); }
+  // While this session renders no other one is, for so many seconds of its life altogether.
+  void hold_others(double seconds) { hold_left_s_ = seconds; }
 
   // Another view, rendered to the budget from its start. What the mode carries over is. `idle` is called four times a
   // second with the progress.
@@ -41,6 +43,7 @@ class ComparedSession {
 
   const Picture& picture() const { return previews_ ? collector_->preview() : collector_->picture(); }
   const std::vector<float>& samples() const { return collector_->samples(); }
+  const Picture& variance() const { return collector_->variance(); }
   // Of the picture's film.
   const FrameBegin& begin() const { return begin_; }
   // The standard error that the mode tells of its picture; none: it knows none.
@@ -49,7 +52,7 @@ class ComparedSession {
  private:
   ComparedSession() = default;
   template <class Wait>
-  Result<PictureCost> measure(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle, const Wait& wait);
+  Result<PictureCost> measure(RenderLoop::Update update, const Idle& idle, const Wait& wait);
   Result<PictureCost> film(RenderLoop::Update update, const CancelToken& cancel, const Idle& idle);
   View next_view(const CameraPose& camera);
 
@@ -58,7 +61,8 @@ class ComparedSession {
   bool display_ = false, previews_ = false;
   std::uint64_t view_id_ = 0;
   double time_s_ = 0;
-  int threads_ = 1;
+  RenderEngine* engine_ = nullptr;
+  double hold_left_s_ = 0;
   FrameBegin begin_;
   std::optional<double> told_rmse_;
 };

@@ -28,6 +28,41 @@ constexpr double kProgress = 0.25;
 constexpr int kRowsPerTile = 64;  // of a picture: 1280 x 64 pixels of three floats are 1 MB
 constexpr std::uint64_t kTileBytes = 1 << 20;
 
+constexpr std::size_t kMostProblems = 20;
+
+// Of the motion of one view.
+std::uint64_t positions_bytes(const ComparisonRequest& request) {
+  return request.flicker ? 2 * sizeof(float) * std::uint64_t(request.width()) * std::uint64_t(request.height()) : 0;
+}
+
+// Of the mean of two independent halves: a quarter of their squared difference, each the mean over 3x3 pixels, for a
+// single difference says next to nothing of its own pixel.
+Picture variance_of(const ReferencePicture& reference) {
+  if (reference.variance) return *reference.variance;
+  if (!reference.half_a || !reference.half_b) return {};
+  const int width = reference.mean.width, height = reference.mean.height;
+  Picture variance(width, height);
+  for (int c = 0; c < 3; ++c) {
+    const auto &a = reference.half_a->channels[c], &b = reference.half_b->channels[c];
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        double sum = 0;
+        int count = 0;
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
+          for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u, ++count) {
+            const std::size_t i = std::size_t(v) * std::size_t(width) + std::size_t(u);
+            const double difference = double(a[i]) - double(b[i]);
+            sum += 0.25 * difference * difference;
+          }
+        }
+        const double mean = std::min(sum / count, double(std::numeric_limits<float>::max()));
+        variance.channels[c][std::size_t(y) * std::size_t(width) + std::size_t(x)] = float(mean);
+      }
+    }
+  }
+  return variance;
+}
+
 Error gone() {
   return {ErrorCode::cancelled, "the caller gave up", {}};
 }
@@ -64,7 +99,7 @@ Comparison::Comparison(const RenderContext::Resources& resources, ReferenceStore
       started_s_(now_s()),
       units_(request_.done) {
   for (const CameraPose& view : request_.views)
-    views_.push_back({fitted(view, request_.width(), request_.height()), {}, {}});
+    views_.emplace_back().camera = fitted(view, request_.width(), request_.height());
   for (const pb::CompareUnit& unit : units_) done_.emplace(unit.mode(), unit.seed_number(), unit.budget(), unit.view());
   came_done_ = done_.size();
 }
@@ -91,10 +126,12 @@ pb::CompareResponse::Accepted Comparison::accepted() const {
 Status Comparison::run(const CancelToken& cancel, const Send& send) {
   cancel_ = &cancel;
   send_ = &send;
+  if (cancel.cancelled()) return gone();
   auto memory = resources_.memory.reserve_with_room(picture_bytes(request_.width(), request_.height(), 6),
                                                     "the pictures of a comparison");
   if (!memory) return memory.error();
   if (done_.size() < request_.units() || request_.send_pictures) {
+    if (const Status fits = check_memory(); !fits.ok()) return fits;
     if (const Status found = find_references(); !found.ok()) return found;
   }
   // In turns, each round begun by another mode, so that what drifts (heat, other programs) hits all alike.
@@ -143,23 +180,36 @@ void Comparison::tell_progress(const std::string& doing, const Turn& turn, doubl
 
 Status Comparison::take_loaded_references() {
   const auto& loaded = request_.reference.loaded;
+  Problems problems;
+  bool missing = false;
   for (std::size_t v = 0; v < loaded.size(); ++v) {
     const std::string where = fmt::format("reference.loaded.reference_ids[{}]", v);
     const auto& reference = views_[v].reference = references_.find(loaded[v]);
     if (!reference) {
-      return Error{ErrorCode::not_found,
+      missing = true;
+      problems.add(where,
                    fmt::format("no reference '{}'{}; load it again", loaded[v].substr(0, 64),
-                               references_.was_let_go(loaded[v]) ? " is kept any more (max_reference_memory)" : ""),
-                   where};
+                               references_.was_let_go(loaded[v]) ? " is kept any more (max_reference_memory)" : ""));
+    } else if (reference->mean.width != request_.width() || reference->mean.height != request_.height()) {
+      problems.add(where, fmt::format("{} x {} pixels; allowed: {} x {}, those of the modes", reference->mean.width,
+                                      reference->mean.height, request_.width(), request_.height()));
     }
-    if (reference->mean.width != request_.width() || reference->mean.height != request_.height()) {
-      return Error{ErrorCode::invalid_argument,
-                   fmt::format("{} x {} pixels; allowed: {} x {}, those of the modes", reference->mean.width,
-                               reference->mean.height, request_.width(), request_.height()),
-                   where};
-    }
+    if (problems.size() >= kMostProblems) break;
   }
-  return ok_status();
+  if (problems.empty()) return ok_status();
+  return problems.to_error(missing ? ErrorCode::not_found : ErrorCode::invalid_argument);
+}
+
+// Before anything is rendered: a path must not find out halfway that its references do not fit.
+Status Comparison::check_memory() const {
+  std::uint64_t bytes = 0;
+  const std::uint64_t a_view = picture_bytes(request_.width(), request_.height(), 3) + positions_bytes(request_);
+  for (const ViewState& view : views_) bytes += view.reference ? positions_bytes(request_) : a_view;
+  if (bytes <= resources_.memory.obtainable()) return ok_status();
+  return Error{ErrorCode::resource_exhausted,
+               fmt::format("max_memory: {} bytes are needed for the references of {} views; {} can be had", bytes,
+                           views_.size(), resources_.memory.obtainable()),
+               {}};
 }
 
 Status Comparison::find_references() {
@@ -200,11 +250,15 @@ Status Comparison::find_references() {
       pb::CompareResponse::Picture name;
       name.set_reference(true);
       name.set_view(v);
-      if (const Status sent = tell_picture(reference.mean, name); !sent.ok()) return sent;
+      if (const Status sent = tell_picture(reference.mean, variance_of(reference), name); !sent.ok()) return sent;
     }
-    if (request_.flicker && v > 0)
+    if (request_.flicker && v > 0) {
+      auto memory = resources_.memory.reserve_with_room(positions_bytes(request_), "the motion of a view");
+      if (!memory) return memory.error();
+      view.positions = std::move(*memory);
       view.before =
           previous_positions(*scene_->snapshot, views_[v - 1].camera, view.camera, request_.width(), request_.height());
+    }
   }
   return ok_status();
 }
@@ -227,7 +281,9 @@ bool Comparison::is_done(const ComparedMode& mode, std::uint32_t seed_number, st
 }
 
 Result<std::unique_ptr<ComparedSession>> Comparison::open(const Turn& turn) {
-  auto session = ComparedSession::create(resources_, scene_, *turn.mode, request_.seed(*turn.mode, turn.seed_number));
+  const bool pictures = request_.send_pictures && turn.seed_number == 1;
+  auto session = ComparedSession::create(resources_, scene_, *turn.mode, request_.seed(*turn.mode, turn.seed_number),
+                                         pictures ? unsigned(kResolveVariance) : 0u);
   if (session && request_.exclusive) (*session)->hold_others(kMostHold);
   return session;
 }
@@ -355,7 +411,9 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
     name.set_seed_number(turn.seed_number);
     name.set_budget(turn.budget);
     name.set_view(turn.view);
-    if (const Status sent = tell_picture(session.picture(), name); !sent.ok()) return sent;
+    const bool film = turn.mode->picture == ComparedMode::Picture::film;
+    if (const Status sent = tell_picture(session.picture(), film ? session.variance() : Picture(), name); !sent.ok())
+      return sent;
   }
   const bool known = done_.count(key) > 0;
   if (known && !(request_.flicker && error_before)) return ok_status();
@@ -389,15 +447,19 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
   return tell(response);
 }
 
-Status Comparison::tell_picture(const Picture& picture, pb::CompareResponse::Picture name) {
-  const std::uint64_t row_bytes = picture_bytes(picture.width, 1, 1);
+Status Comparison::tell_picture(const Picture& picture, const Picture& variance, pb::CompareResponse::Picture name) {
+  const std::uint64_t row_bytes = picture_bytes(picture.width, 1, 2);
   const int rows = int(std::clamp<std::uint64_t>(kTileBytes / row_bytes, 1, kRowsPerTile));
   for (int y0 = 0; y0 < picture.height; y0 += rows) {
     const PixelRect window{0, y0, picture.width, std::min(y0 + rows, picture.height)};
     const std::size_t start = std::size_t(y0) * std::size_t(picture.width);
-    const TileChannel channels[] = {{"R", picture.channels[0].data() + start, true},
-                                    {"G", picture.channels[1].data() + start, true},
-                                    {"B", picture.channels[2].data() + start, true}};
+    std::vector<TileChannel> channels;
+    for (int c = 0; c < 3; ++c) {
+      const char name_of[] = {"RGB"[c], 0};
+      channels.push_back({name_of, picture.channels[c].data() + start, true});
+      if (variance.width > 0)
+        channels.push_back({std::string("variance.") + name_of, variance.channels[c].data() + start, true});
+    }
     const auto exr =
         encode_tile({window, picture.width, picture.height}, channels, {TilePixelType::float32, TileCompression::none});
     if (!exr) return exr.error();

@@ -26,8 +26,8 @@ class Comparison {
   Comparison(const RenderContext::Resources& resources, ReferenceStore& references,
              std::shared_ptr<const LoadedScene> scene, ComparisonRequest request);
 
-  // Holds the references that were loaded for it. not_found: one that is not, or no longer, there; invalid_argument: one
-  // of another size.
+  // Holds the references that were loaded for it. All problems together: not_found where one is not, or no longer,
+  // there, else invalid_argument: of another size.
   Status take_loaded_references();
   // All but the first message (accepted), once the above has been called. Errors: cancelled, resource_exhausted,
   // internal.
@@ -43,12 +43,14 @@ class Comparison {
     CameraPose camera;  // fitted
     std::shared_ptr<const ReferencePicture> reference;
     std::optional<FilmPositions> before;  // of the view before
+    Reservation positions;                // for them
   };
   struct Turn {
     const ComparedMode* mode = nullptr;
     std::uint32_t seed_number = 1, budget = 0, view = 0;
   };
 
+  Status check_memory() const;
   Status find_references();
   Status play_still(const ComparedMode& mode, std::uint32_t seed_number);
   Status play_path(const ComparedMode& mode, std::uint32_t seed_number, std::uint32_t budget);
@@ -58,8 +60,8 @@ class Comparison {
   Status tell_unit(const Turn& turn, const ComparedSession& session, const PictureCost& cost, Picture* error_before);
   Result<std::vector<MeasuredValue>> measure(const Turn& turn, const ComparedSession& session, Picture* error_before);
   void add_worst_pixels(const Turn& turn, const ComparedSession& session, pb::CompareUnit& unit) const;
-  // Of two: each turn's own.
-  Status tell_picture(const Picture& picture, pb::CompareResponse::Picture name);
+  // variance: of the picture's values; without pixels: not known.
+  Status tell_picture(const Picture& picture, const Picture& variance, pb::CompareResponse::Picture name);
   Status tell(const pb::CompareResponse& response);
   void tell_progress(const std::string& doing, const Turn& turn, double samples, double error);
   Budget budget(std::uint32_t index, bool goes_on) const;

@@ -20,6 +20,9 @@ namespace {
 constexpr int kMaxModes = 64, kMaxViews = 1000, kMaxBudgets = 64, kMaxRegions = 16;
 constexpr std::uint32_t kMaxSeeds = 1000, kMaxWorstPixels = 64;
 constexpr std::size_t kMaxName = 64;
+// Bytes that a unit has in a message without its mode's name and values, and a value of the whole picture, at most; how
+// many values a region has (picture_errors.h); and what is left of a message of 4 MiB for units.
+constexpr std::uint64_t kUnitBytes = 90, kValueBytes = 13, kRegionValues = 4, kMostBytes = 3500u << 10;
 constexpr double kLeastTime = 1e-3, kMostTime = 86400;
 
 bool good_name(std::string_view name) {
@@ -298,6 +301,20 @@ Result<ComparisonRequest> read_comparison(const pb::CompareRequest& message, con
         fmt::format("max_compare_units: {} modes x {} seeds x {} budgets x {} views; allowed: {}", request.modes.size(),
                     request.seeds, request.budgets.size(), request.views.size(), limits.max_units),
         {}};
+  }
+  // What a later call sends to go on: one message.
+  std::size_t name = 0;
+  for (const ComparedMode& mode : request.modes) name = std::max(name, mode.name.size());
+  std::uint64_t unit_bytes = kUnitBytes + name + kMeasures * kValueBytes;
+  const auto add_region = [&](std::size_t bytes) { unit_bytes += kRegionValues * (kValueBytes + 2 + bytes); };
+  add_region(std::string_view(kDarkHalf).size());
+  for (const MeasuredRegion& region : request.errors.regions) add_region(region.name.size());
+  if (request.units() * unit_bytes > kMostBytes) {
+    return Error{ErrorCode::resource_exhausted,
+                 fmt::format("max_message_bytes: {} units take {} bytes of the message that a later call would go on "
+                             "from; allowed: {}. Fewer regions, budgets, views or seeds do",
+                             request.units(), request.units() * unit_bytes, kMostBytes),
+                 {}};
   }
   const double pixels =
       double(request.modes.size()) * request.seeds * double(request.views.size()) * request.width() * request.height();

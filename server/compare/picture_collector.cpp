@@ -49,6 +49,10 @@ void PictureCollector::tile_ready(FrameTile tile) {
               picture.channels[c]);
   }
   if (tile.preview) return;
+  if (!pixels.variance[0].empty()) {
+    if (variance_.width == 0) variance_ = Picture(picture_.width, picture_.height);
+    for (int c = 0; c < 3; ++c) copy_rows(pixels.variance[c], pixels.window, picture_.width, variance_.channels[c]);
+  }
   if (!pixels.samples.empty()) {
     samples_.resize(picture_.view().pixels());
     copy_rows(pixels.samples, pixels.window, picture_.width, samples_);

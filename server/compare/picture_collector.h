@@ -43,6 +43,8 @@ class PictureCollector final : public FrameSink {
   // Of the frame that was waited for, until the next one of its kind begins.
   const Picture& picture() const { return picture_; }
   const Picture& preview() const { return preview_; }
+  // Of the film's mean; without pixels: not asked for.
+  const Picture& variance() const { return variance_; }
   const std::vector<float>& samples() const { return samples_; }  // of each pixel; empty: not asked for
   // Root of the mean square of display.error; none: not a display picture, or a value is not finite.
   std::optional<double> display_error() const;
@@ -57,7 +59,7 @@ class PictureCollector final : public FrameSink {
                             const std::function<void()>& idle);
 
   const bool display_;
-  Picture picture_, preview_;
+  Picture picture_, preview_, variance_;
   std::vector<float> samples_;
   double display_squares_ = 0;
   std::size_t display_pixels_ = 0;

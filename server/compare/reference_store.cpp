@@ -70,7 +70,7 @@ bool ReferenceStore::was_let_go(const std::string& id) const {
 }
 
 void ReferenceStore::keep(std::shared_ptr<const ReferencePicture> reference) {
-  std::list<std::shared_ptr<const ReferencePicture>> gone;  // freed without the lock
+  Kept gone;  // freed without the lock
   const std::lock_guard lock(mutex_);
   const auto same =
       std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) { return kept->id == reference->id; });
@@ -82,12 +82,35 @@ void ReferenceStore::keep(std::shared_ptr<const ReferencePicture> reference) {
     bytes += (*kept)->memory.bytes();
     if (bytes > limit_) {
       bytes -= (*kept)->memory.bytes();
-      let_go_.push_back((*kept)->id);
-      gone.splice(gone.end(), kept_, kept);
+      let_go(kept, gone);
     }
     kept = next;
   }
-  while (let_go_.size() > kLetGo) let_go_.pop_front();
+}
+
+void ReferenceStore::let_go(Kept::iterator kept, Kept& gone) {
+  let_go_.push_back((*kept)->id);
+  if (let_go_.size() > kLetGo) let_go_.pop_front();
+  gone.splice(gone.end(), kept_, kept);
+}
+
+bool ReferenceStore::free_some() {
+  Kept gone;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  for (auto kept = kept_.end(); kept != kept_.begin();) {
+    --kept;
+    if (kept->use_count() > 1) continue;
+    let_go(kept, gone);
+    return true;
+  }
+  return false;
+}
+
+std::uint64_t ReferenceStore::could_free() const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& kept : kept_) bytes += kept.use_count() == 1 ? kept->memory.bytes() : 0;
+  return bytes;
 }
 
 Result<std::shared_ptr<const ReferencePicture>> ReferenceStore::load(std::span<const std::uint8_t> exr,

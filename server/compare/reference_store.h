@@ -15,6 +15,7 @@
 #include "renderer/comparison/picture_errors.h"
 #include "server/base/memory_account.h"
 #include "server/compare/picture_collector.h"
+#include "server/sessions/idle_room.h"
 
 namespace helio {
 
@@ -34,7 +35,7 @@ struct ReferencePicture {
 std::uint64_t picture_bytes(int width, int height, int pictures);
 
 // Thread safe.
-class ReferenceStore {
+class ReferenceStore final : public SpareMemory {
  public:
   ReferenceStore(std::uint64_t limit, MemoryAccount& memory) : limit_(limit), memory_(memory) {}
 
@@ -50,15 +51,21 @@ class ReferenceStore {
   // resource_exhausted: max_reference_memory, max_memory.
   Result<std::shared_ptr<const ReferencePicture>> load(std::span<const std::uint8_t> exr, const std::string& sha256);
 
+  // Of those that no comparison uses.
+  bool free_some() override;
+  std::uint64_t could_free() const override;
+
   std::uint64_t limit() const { return limit_; }
-  MemoryAccount& memory() { return memory_; }
 
  private:
+  using Kept = std::list<std::shared_ptr<const ReferencePicture>>;
+  void let_go(Kept::iterator kept, Kept& gone);  // with mutex_ held
+
   const std::uint64_t limit_;
   MemoryAccount& memory_;
   mutable std::mutex mutex_;
-  std::list<std::shared_ptr<const ReferencePicture>> kept_;  // the most recently used first
-  std::deque<std::string> let_go_;                           // the newest last, a bounded number
+  Kept kept_;                       // the most recently used first
+  std::deque<std::string> let_go_;  // the newest last, a bounded number
 };
 
 }  // namespace helio

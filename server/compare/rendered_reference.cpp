@@ -16,6 +16,7 @@ namespace helio {
 namespace {
 
 constexpr std::uint32_t kFirstSamples = 16;  // of either half: fewer say little of the error
+constexpr std::uint32_t kBlack = 512;        // of either half, after which a picture is taken for black
 // Of the samples that the error so far asks for: it is an estimate.
 constexpr double kMargin = 1.05;
 // No step is longer, so that an error that was estimated too large costs little.
@@ -97,8 +98,9 @@ Result<std::shared_ptr<const ReferencePicture>> render_reference(
     reference->samples = 2 * done;
     reference->error = reference_error(reference->view());
     told({double(2 * done), reference->error.value_or(0)});
-    // Black pictures have no relative error, and no samples will give them one.
-    if (done >= most || !reference->error || *reference->error <= request.error) break;
+    // Black pictures have no relative error; light through a keyhole is given a chance to be found.
+    if (done >= most || (!reference->error && done >= kBlack)) break;
+    if (reference->error && *reference->error <= request.error) break;
     samples = next_samples(done, reference->error, request.error, most);
   }
   return std::shared_ptr<const ReferencePicture>(std::move(reference));

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <future>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -79,7 +80,7 @@ class CompareReactor::Call {
 
 CompareReactor::CompareReactor(CompareCore& compare, grpc::CallbackServerContext& context,
                                const grpc::ByteBuffer& request)
-    : call_(std::make_shared<Call>(*this, compare.core.config.request_timeout_s)) {
+    : compare_(compare), call_(std::make_shared<Call>(*this, compare.core.config.request_timeout_s)) {
   const auto call = call_;  // this may be gone once the call is finished
   const Status started = guarded([&] { return start(compare, context, request); });
   if (!started.ok()) call->finish(to_grpc_status(started));
@@ -118,20 +119,23 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
   pb::CompareResponse accepted;
   *accepted.mutable_accepted() = task->comparison.accepted();
   accepted.mutable_accepted()->set_comparison_id(name);
-  accepted.mutable_accepted()->set_waits_for(std::uint32_t(compare.queue.size()));
+  const auto call = call_;
+  const auto greeted = std::make_shared<std::promise<void>>();  // a comparison may begin before its greeting is sent
+  const auto place = compare.queue.submit(call->cancel, [call, task, name, greeted, &core] {
+    greeted->get_future().wait();
+    const Status ran = guarded(
+        [&] { return task->comparison.run(*call->cancel, [&](const auto& message) { return call->send(message); }); });
+    spdlog::info("{} over: {}", name, ran.ok() ? "complete" : ran.error().to_string());
+    const bool drained = !ran.ok() && ran.error().code == ErrorCode::cancelled && core.draining;
+    call->finish(drained ? to_grpc_status(core.check_accepting()) : ran.ok() ? grpc::Status::OK : to_grpc_status(ran));
+  });
+  if (!place) return place.error();
+  accepted.mutable_accepted()->set_waits_for(std::uint32_t(*place));
   spdlog::info("{} accepted scene={} modes={} units={}", name, snapshot->id.substr(0, 12),
                accepted.accepted().modes_size(), accepted.accepted().units());
-  const auto call = call_;
   call->send(accepted);
-  return compare.queue.submit(call->cancel, [call, task, name] {
-    const Status ran = guarded([&] {
-      return call->cancel->cancelled()
-                 ? Status(Error{ErrorCode::cancelled, "the comparison was cancelled", {}})
-                 : task->comparison.run(*call->cancel, [&](const auto& m) { return call->send(m); });
-    });
-    spdlog::info("{} over: {}", name, ran.ok() ? "complete" : ran.error().to_string());
-    call->finish(ran.ok() ? grpc::Status::OK : to_grpc_status(ran));
-  });
+  greeted->set_value();
+  return ok_status();
 }
 
 void CompareReactor::OnWriteDone(bool ok) {
@@ -141,8 +145,10 @@ void CompareReactor::OnWriteDone(bool ok) {
 
 void CompareReactor::OnCancel() {
   const auto call = call_;
+  CompareCore& compare = compare_;
   call->cancel->cancel();
   call->finish({grpc::StatusCode::CANCELLED, "the caller gave up"});
+  compare.queue.withdraw(*call->cancel);  // its scene is let go, and its place
 }
 
 void CompareReactor::OnDone() {

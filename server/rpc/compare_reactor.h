@@ -24,6 +24,7 @@ class CompareReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   Status start(CompareCore& compare, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
 
+  CompareCore& compare_;
   std::shared_ptr<Call> call_;
 };
 

@@ -8,11 +8,11 @@ bool IdleRoom::make_room(std::uint64_t bytes) {
   if (left >= bytes) return true;
   // Nothing is ended in vain.
   if (left + could_free() < bytes) return false;
-  return scenes_.evict_edited() || sessions_.make_room(bytes - left);
+  return scenes_.evict_edited() || (spare_ && spare_->free_some()) || sessions_.make_room(bytes - left);
 }
 
 std::uint64_t IdleRoom::could_free() const {
-  return scenes_.evictable_bytes() + sessions_.idle_bytes();
+  return scenes_.evictable_bytes() + (spare_ ? spare_->could_free() : 0) + sessions_.idle_bytes();
 }
 
 }  // namespace helio

@@ -7,6 +7,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/codec/tile_codec.h"
+#include "server/compare/compare_core.h"
 #include "service_fixture.h"
 
 namespace helio::test {
@@ -420,6 +421,101 @@ TEST_F(CompareTest, CancellingEndsItAndTheNextOneRuns) {
   }
   EXPECT_EQ(reader->Finish().error_code(), StatusCode::CANCELLED);
   other.join();
+}
+
+// References are kept for later alone: who needs their memory gets it.
+TEST_F(CompareTest, ReferencesMakeRoomForFilms) {
+  start_with_scene([](ServerConfig& config) { config.max_memory = 40'000'000; });
+  const Outcome outcome = run(request(300));
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  // Film and queue take 160 bytes a pixel, 37.2 MB, and the reference 36, 3.2 MB.
+  pb::RunJobRequest job;
+  job.set_scene_id(scene_);
+  job.mutable_settings()->set_width(482);
+  job.mutable_settings()->set_height(482);
+  job.mutable_budget()->set_samples(1);
+  grpc::ClientContext context;
+  auto reader = stub().RunJob(&context, job);
+  pb::RunJobResponse response;
+  while (reader->Read(&response)) {
+  }
+  const grpc::Status status = reader->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  const Outcome again = run(request(300));
+  ASSERT_TRUE(again.status.ok()) << again.status.error_message();
+  EXPECT_TRUE(again.references()[0].rendered_again());
+}
+
+TEST_F(CompareTest, APathWhoseReferencesDoNotFitIsRefusedBeforeAnythingIsRendered) {
+  start_with_scene([](ServerConfig& config) { config.max_memory = 24 << 20; });
+  pb::CompareRequest path = request(160);
+  for (int i = 0; i < 40; ++i) *path.add_views() = camera(0.01 * i);
+  const Outcome outcome = run(path);
+  expect_status(outcome.status, StatusCode::RESOURCE_EXHAUSTED, {"max_memory", "40 views"});
+  EXPECT_TRUE(outcome.references().empty());
+}
+
+TEST_F(CompareTest, RefusesMoreUnitsThanAMessageHolds) {
+  start_with_scene();
+  pb::CompareRequest many = request();
+  many.set_seeds(512);
+  for (int i = 3; i <= 8; ++i) many.add_samples(2u << i);
+  EXPECT_EQ(many.samples_size(), 8);
+  for (int i = 0; i < 16; ++i) {
+    pb::CompareRegion& region = *many.add_regions();
+    region.set_name("region " + std::to_string(i));
+    region.mutable_rect()->set_x1(8);
+    region.mutable_rect()->set_y1(8);
+  }
+  expect_status(run(many).status, StatusCode::RESOURCE_EXHAUSTED, {"max_message_bytes", "8192 units"});
+}
+
+TEST_F(CompareTest, WhoGivesUpLeavesItsPlaceInTheQueue) {
+  start_with_scene();
+  pb::CompareRequest endless = request(256);
+  endless.clear_samples();
+  endless.add_samples(1u << 24);
+  const auto open = [&](grpc::ClientContext& context) {
+    auto reader = stub().Compare(&context, endless);
+    pb::CompareResponse response;
+    EXPECT_TRUE(reader->Read(&response)) << reader->Finish().error_message();
+    return std::pair(std::move(reader), response.accepted().waits_for());
+  };
+  grpc::ClientContext first;
+  auto [running, before] = open(first);
+  EXPECT_EQ(before, 0u);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<pb::CompareResponse>>> waiting;
+  for (std::size_t i = 0; i < CompareCore::kMaxWaiting; ++i) {
+    auto [reader, place] = open(*contexts.emplace_back(std::make_unique<grpc::ClientContext>()));
+    EXPECT_EQ(place, i + 1);
+    waiting.push_back(std::move(reader));
+  }
+  expect_status(run(endless).status, StatusCode::RESOURCE_EXHAUSTED, {"max_comparisons", "16"});
+  contexts.front()->TryCancel();
+  EXPECT_EQ(waiting.front()->Finish().error_code(), StatusCode::CANCELLED);
+  // The daemon hears of it a little later.
+  std::unique_ptr<grpc::ClientContext> late;
+  std::unique_ptr<grpc::ClientReader<pb::CompareResponse>> reader;
+  pb::CompareResponse response;
+  const double deadline = now_s() + 10 * kPatience;
+  for (bool taken = false; !taken;) {
+    late = std::make_unique<grpc::ClientContext>();
+    reader = stub().Compare(late.get(), endless);
+    taken = reader->Read(&response);
+    ASSERT_TRUE(taken || now_s() < deadline) << reader->Finish().error_message();
+  }
+  EXPECT_EQ(response.accepted().waits_for(), CompareCore::kMaxWaiting);
+  // All end when the daemon drains, whether they run or wait.
+  server_->drain(5);
+  while (running->Read(&response)) {
+  }
+  expect_status(running->Finish(), StatusCode::UNAVAILABLE, {"draining"});
+  EXPECT_FALSE(waiting.back()->Read(&response));
+  expect_status(waiting.back()->Finish(), StatusCode::UNAVAILABLE, {"draining"});
+  late->TryCancel();
+  reader->Finish();
+  for (std::size_t i = 1; i + 1 < waiting.size(); ++i) waiting[i]->Finish();
 }
 
 TEST_F(CompareTest, ExclusiveTurnsLetOthersWait) {

@@ -31,7 +31,7 @@ ReferenceView plain(const Picture& picture) {
 }
 
 TEST(ComparisonPictureErrors, HaveEveryMeasureOnce) {
-  const Picture reference(16, 16, 0.5f), picture(16, 16, 0.6f);
+  const Picture reference(40, 25, 0.5f), picture(40, 25, 0.6f);
   const auto values = picture_errors(picture.view(), plain(reference));
   ASSERT_TRUE(values.ok()) << values.error().to_string();
   for (int i = 0; i < kMeasures; ++i) {
@@ -44,7 +44,7 @@ TEST(ComparisonPictureErrors, HaveEveryMeasureOnce) {
   EXPECT_NEAR(*find(*values, Measure::relmse), 0.01 / (0.25 * 1.01), 1e-6);
   EXPECT_NEAR(*find(*values, Measure::bias), 0.2, 1e-6);
   EXPECT_NEAR(*find(*values, Measure::distance_variance), 0, 1e-6);
-  EXPECT_NEAR(*find(*values, Measure::outlier_share), 1.0 / 256, 1e-6);
+  EXPECT_NEAR(*find(*values, Measure::outlier_share), 1.0 / 1000, 1e-6);
 }
 
 TEST(ComparisonPictureErrors, AreThoseThatAreAskedFor) {
@@ -119,7 +119,6 @@ TEST(ComparisonPictureErrors, OfRegionsCountTheirPixelsAlone) {
   EXPECT_NEAR(*find(*values, Measure::mse, "corner"), 4.0 / 4, 1e-6);
   EXPECT_NEAR(*find(*values, Measure::relmse, "corner"), 4.0 / 4 / 1.01, 1e-6);
   EXPECT_NEAR(*find(*values, Measure::bias, "corner"), 2.0 / 4, 1e-6);
-  EXPECT_NEAR(*find(*values, Measure::outlier_share, "corner"), 1, 1e-6);
   EXPECT_NEAR(*find(*values, Measure::mse, "right"), 9.0 / 3, 1e-6);
   EXPECT_NEAR(*find(*values, Measure::bias, "right"), -1.0 / 2, 1e-6);
   // The left half is the darker one.
@@ -127,8 +126,28 @@ TEST(ComparisonPictureErrors, OfRegionsCountTheirPixelsAlone) {
   EXPECT_FALSE(find(*values, Measure::flip, "right").has_value());
 }
 
+// A tenth of a percent of fewer than 1,000 pixels is no pixel, and the share of one of them would be another measure.
+TEST(ComparisonPictureErrors, HaveNoShareOfOutliersOfFewerThanAThousandPixels) {
+  Picture reference(50, 50, 1), picture(50, 50, 1);
+  for (auto& channel : picture.channels) channel[0] = 3;
+  PictureErrorOptions options;
+  options.measures = 1u << unsigned(Measure::outlier_share);
+  options.regions = {{"999", {0, 0, 27, 37}}, {"1000", {0, 0, 40, 25}}};
+  const auto values = picture_errors(picture.view(), plain(reference), options);
+  ASSERT_TRUE(values.ok()) << values.error().to_string();
+  EXPECT_NEAR(*find(*values, Measure::outlier_share), 1, 1e-6);
+  EXPECT_FALSE(find(*values, Measure::outlier_share, "999").has_value());
+  EXPECT_NEAR(*find(*values, Measure::outlier_share, "1000"), 1, 1e-6);
+
+  const Picture small(27, 37, 1);
+  const auto of_small = picture_errors(small.view(), plain(small));
+  ASSERT_TRUE(of_small.ok()) << of_small.error().to_string();
+  EXPECT_FALSE(find(*of_small, Measure::outlier_share).has_value());
+  EXPECT_FALSE(find(*of_small, Measure::outlier_share, kDarkHalf).has_value());
+}
+
 TEST(ComparisonPictureErrors, LeaveOutWhatIsNotDefined) {
-  const Picture black(8, 8, 0), picture(8, 8, 0.5f);
+  const Picture black(40, 40, 0), picture(40, 40, 0.5f);
   const auto values = picture_errors(picture.view(), plain(black));
   ASSERT_TRUE(values.ok()) << values.error().to_string();
   EXPECT_FALSE(find(*values, Measure::relmse).has_value());
