@@ -23,8 +23,7 @@ std::string quoted(const std::string& cell) {
 }
 
 void add_line(std::string& csv, const Cells& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) csv += (i ? "," : "") + quoted(cells[i]);
-  csv += "\r\n";
+  csv += csv_line(cells);
 }
 
 // The shortest text that reads back as the same number.
@@ -55,6 +54,12 @@ std::string measure_name(pb::CompareMeasure measure) {
 }
 
 }  // namespace
+
+std::string csv_line(const std::vector<std::string>& cells) {
+  std::string line;
+  for (std::size_t i = 0; i < cells.size(); ++i) line += (i ? "," : "") + quoted(cells[i]);
+  return line + "\r\n";
+}
 
 std::string units_csv(const pb::CompareRecord& record) {
   using Column = std::pair<int, std::string>;  // measure, region

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "heliograph/v1/compare.pb.h"
 
@@ -15,5 +16,8 @@ std::string units_csv(const heliograph::v1::CompareRecord& record);
 // A line for each measure and region of each point; view "all" is a path's.
 std::string points_csv(const heliograph::v1::CompareRecord& record);
 std::string ratios_csv(const heliograph::v1::CompareRecord& record);
+
+// One line, with its end; cells are quoted where they have to be.
+std::string csv_line(const std::vector<std::string>& cells);
 
 }  // namespace helio

@@ -1,8 +1,14 @@
 #include "client/comparison_folder.h"
 
+#include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <utility>
 
@@ -20,11 +26,99 @@ namespace pb = heliograph::v1;
 namespace {
 
 constexpr const char* kRecordFile = "comparison.json";
+constexpr const char* kLockFile = "comparison.lock";
+constexpr int kLockTries = 100;  // others may remove their file between our steps
+constexpr std::uint64_t kMaxPixels = std::uint64_t(1) << 28;
 constexpr std::uint64_t kMaxRecordBytes = std::uint64_t(1) << 30;
 constexpr double kSaveEvery = 1;         // seconds at least
 constexpr double kSaveShare = 1 / 20.0;  // of the time at most that a large record is being written
 
+std::string own_name() {
+  char host[256] = {};
+  if (::gethostname(host, sizeof host - 1) != 0) host[0] = 0;
+  return fmt::format("process {}{}{}", ::getpid(), host[0] ? " on " : "", host);
+}
+
+// That the holder of the lock wrote into its file.
+std::string holder(int file) {
+  char text[300];
+  const ssize_t bytes = ::pread(file, text, sizeof text, 0);
+  std::string name(text, bytes > 0 ? std::size_t(bytes) : 0);
+  const bool good = name.rfind("process ", 0) == 0 &&
+                    std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return good ? name : "another process";
+}
+
+// The path still names the file: its holder has not removed it since it was opened.
+bool is_there(int file, const std::string& path) {
+  struct stat opened {
+  }, named{};
+  return ::fstat(file, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+// The reference's variance is there, as it is in pictures of the daemon.
+bool has_variance(const std::string& path, int width, int height) {
+  const auto picture = read_exr(path, kMaxPixels);
+  if (!picture || picture->header.frame_width != width || picture->header.frame_height != height) return false;
+  return picture->find("variance.R") && picture->find("variance.G") && picture->find("variance.B");
+}
+
 }  // namespace
+
+Result<ComparisonLock> ComparisonLock::take(const fs::path& folder) {
+  const std::string path = (folder / kLockFile).string();
+  std::string problem;
+  for (int i = 0; i < kLockTries; ++i) {
+    std::error_code code;
+    const bool made = fs::create_directory(folder, code);
+    if (code)
+      return Error{ErrorCode::internal, "the folder '" + folder.string() + "' cannot be made: " + code.message(), {}};
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (file < 0) {
+      problem = std::strerror(errno);
+      if (errno == ENOENT) continue;
+      break;
+    }
+    const bool locked = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+    if (!locked && errno == EWOULDBLOCK) {
+      const Error error{
+          ErrorCode::failed_precondition,
+          "the folder '" + folder.string() + "' is in use: " + holder(file) +
+              " is writing a comparison into it; allowed: another folder, or this one once that has ended",
+          {}};
+      ::close(file);
+      return error;
+    }
+    if (locked && !is_there(file, path)) {
+      ::close(file);
+      continue;
+    }
+    const std::string name = own_name();
+    if (::ftruncate(file, 0) == 0) static_cast<void>(!::pwrite(file, name.data(), name.size(), 0));
+    return ComparisonLock(folder, file, made, locked);
+  }
+  return Error{ErrorCode::internal, "the file '" + path + "' cannot be made: " + problem, {}};
+}
+
+ComparisonLock::ComparisonLock(ComparisonLock&& other) noexcept {
+  *this = std::move(other);
+}
+
+ComparisonLock& ComparisonLock::operator=(ComparisonLock&& other) noexcept {
+  std::swap(folder_, other.folder_);
+  std::swap(file_, other.file_);
+  std::swap(made_, other.made_);
+  std::swap(effective_, other.effective_);
+  return *this;
+}
+
+ComparisonLock::~ComparisonLock() {
+  if (file_ < 0) return;
+  ::unlink((folder_ / kLockFile).c_str());  // while it is held: take() notices
+  ::close(file_);
+  if (made_) ::rmdir(folder_.c_str());
+}
 
 Result<std::optional<pb::CompareRecord>> read_comparison_folder(const fs::path& folder) {
   const std::string path = (folder / kRecordFile).string();
@@ -46,7 +140,20 @@ std::string picture_file(const pb::CompareRecord::Picture& picture) {
 }
 
 ComparisonFolder::ComparisonFolder(fs::path folder, pb::CompareRecord record, CallControl& control)
-    : folder_(std::move(folder)), record_(std::move(record)), control_(control), begun_s_(now_s()) {}
+    : folder_(std::move(folder)), record_(std::move(record)), control_(control), begun_s_(now_s()) {
+  for (const pb::CompareUnit& unit : record_.units()) {
+    if (is_last_of_first_seed(unit.seed_number(), unit.budget())) units_.emplace(unit.mode(), unit.view());
+  }
+  std::error_code ignored;
+  for (const pb::CompareRecord::Picture& picture : record_.pictures()) {
+    if (!picture.reference() && !is_last_of_first_seed(picture.seed_number(), picture.budget())) continue;
+    if (fs::exists(folder_ / picture_file(picture), ignored)) files_.insert(picture_file(picture));
+  }
+}
+
+bool ComparisonFolder::is_last_of_first_seed(std::uint32_t seed_number, std::uint32_t budget) const {
+  return seed_number == 1 && budget + std::size_t(1) == budgets_of(record_.request()).size();
+}
 
 pb::CompareRecord::Call& ComparisonFolder::call() {
   return *record_.mutable_calls(record_.calls_size() - 1);
@@ -63,10 +170,7 @@ void ComparisonFolder::accepted(const pb::CompareResponse::Accepted& accepted) {
   call().set_build(accepted.build());
   call().set_isa(accepted.isa());
   call().set_threads(accepted.threads());
-  auto& notices = *record_.mutable_notices();
-  for (const std::string& notice : accepted.notices()) {
-    if (std::find(notices.begin(), notices.end(), notice) == notices.end()) *record_.add_notices() = notice;
-  }
+  for (const std::string& text : accepted.notices()) notice(text);
   unsaved_ = true;
   save_when_due();
 }
@@ -80,7 +184,12 @@ void ComparisonFolder::reference(const pb::CompareResponse::Reference& reference
   const auto at = std::find_if(references.begin(), references.end(),
                                [&](const auto& known) { return known.view() >= reference.view(); });
   if (at != references.end() && at->view() == reference.view()) {
+    const pb::CompareResponse::Reference before = *at;
     *at = reference;
+    if (own_references_) {
+      at->set_reference_id(before.reference_id());
+      at->set_samples(before.samples());
+    }
   } else {
     const int place = int(at - references.begin());
     *record_.add_references() = reference;
@@ -92,6 +201,7 @@ void ComparisonFolder::reference(const pb::CompareResponse::Reference& reference
 
 void ComparisonFolder::unit(const pb::CompareUnit& unit) {
   *record_.add_units() = unit;
+  if (is_last_of_first_seed(unit.seed_number(), unit.budget())) units_.emplace(unit.mode(), unit.view());
   call().set_units(call().units() + 1);
   unsaved_ = true;
   save_when_due();
@@ -100,6 +210,17 @@ void ComparisonFolder::unit(const pb::CompareUnit& unit) {
 void ComparisonFolder::picture(pb::CompareResponse::Picture picture) {
   if (failure_) return;
   if (record_.request().modes().empty()) return;
+  pb::CompareRecord::Picture kept;
+  kept.set_reference(picture.reference());
+  kept.set_view(picture.view());
+  if (!picture.reference()) {
+    kept.set_mode(picture.mode());
+    kept.set_seed_number(picture.seed_number());
+    kept.set_budget(picture.budget());
+  }
+  kept.set_file(picture_file(kept));
+  // Rendered again, which in the same seconds makes another picture than the one that was measured.
+  if (!picture.reference() && units_.contains({picture.mode(), picture.view()}) && files_.contains(kept.file())) return;
   if (!std::exchange(in_picture_, true)) {
     pb::RenderSettings frame;
     frame.set_width(record_.request().modes(0).settings().width());
@@ -112,15 +233,6 @@ void ComparisonFolder::picture(pb::CompareResponse::Picture picture) {
   }
   if (!picture.last()) return;
   in_picture_ = false;
-  pb::CompareRecord::Picture kept;
-  kept.set_reference(picture.reference());
-  kept.set_view(picture.view());
-  if (!picture.reference()) {
-    kept.set_mode(picture.mode());
-    kept.set_seed_number(picture.seed_number());
-    kept.set_budget(picture.budget());
-  }
-  kept.set_file(picture_file(kept));
   if (!failure_) note(keep_picture(kept));
 }
 
@@ -137,14 +249,68 @@ Status ComparisonFolder::keep_picture(const pb::CompareRecord::Picture& picture)
   const Status written =
       write_exr((folder_ / picture.file()).string(), header, channels, {TilePixelType::float32, TileCompression::zip});
   if (!written) return written;
+  files_.insert(picture.file());
+  unsaved_ = true;
   for (pb::CompareRecord::Picture& known : *record_.mutable_pictures()) {
     if (known.file() != picture.file()) continue;
     known = picture;
     return ok_status();
   }
   *record_.add_pictures() = picture;
-  unsaved_ = true;
   return ok_status();
+}
+
+void ComparisonFolder::notice(const std::string& text) {
+  const auto& notices = record_.notices();
+  if (std::find(notices.begin(), notices.end(), text) != notices.end()) return;
+  record_.add_notices(text);
+  unsaved_ = true;
+}
+
+pb::CompareRequest ComparisonFolder::request() const {
+  pb::CompareRequest request = request_of(record_);
+  if (!request.send_pictures()) return request;
+  bool missing = false;
+  pb::CompareRecord::Picture picture;
+  for (int view = 0; view < view_count(request); ++view) {
+    picture.set_view(std::uint32_t(view));
+    picture.set_reference(true);
+    missing |= !files_.contains(picture_file(picture));
+    picture.set_reference(false);
+    for (const pb::CompareMode& mode : request.modes()) {
+      picture.set_mode(mode.name());
+      missing |= !units_.contains({mode.name(), picture.view()}) || !files_.contains(picture_file(picture));
+    }
+  }
+  request.set_send_pictures(missing);
+  return request;
+}
+
+std::vector<std::string> ComparisonFolder::rendered_reference_ids() const {
+  std::vector<std::string> ids;
+  if (!record_.request().reference().has_rendered()) return ids;
+  for (const auto& reference : record_.references()) {
+    if (reference.view() != ids.size() || reference.reference_id().empty()) return {};
+    ids.push_back(reference.reference_id());
+  }
+  if (int(ids.size()) != view_count(record_.request())) ids.clear();
+  return ids;
+}
+
+std::vector<std::string> ComparisonFolder::rendered_reference_files() const {
+  std::vector<std::string> files;
+  const std::size_t views = rendered_reference_ids().size();
+  if (views == 0 || record_.request().modes().empty()) return files;
+  const pb::RenderSettings& settings = record_.request().modes(0).settings();
+  pb::CompareRecord::Picture picture;
+  picture.set_reference(true);
+  for (std::size_t view = 0; view < views; ++view) {
+    picture.set_view(std::uint32_t(view));
+    const std::string file = (folder_ / picture_file(picture)).string();
+    if (!files_.contains(picture_file(picture)) || !has_variance(file, settings.width(), settings.height())) return {};
+    files.push_back(file);
+  }
+  return files;
 }
 
 void ComparisonFolder::set_reference_ids(const std::vector<std::string>& ids) {

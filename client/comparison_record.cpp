@@ -29,10 +29,6 @@ std::map<std::string, int> order_of_modes(const pb::CompareRequest& request) {
   return order;
 }
 
-int views_of(const pb::CompareRequest& request) {
-  return std::max(1, request.views_size());
-}
-
 // The first thing that is wrong with the units; empty: nothing.
 std::string check_units(const pb::CompareRecord& record) {
   const pb::CompareRequest& request = record.request();
@@ -46,8 +42,8 @@ std::string check_units(const pb::CompareRecord& record) {
     if (unit.seed_number() < 1 || unit.seed_number() > request.seeds())
       return fmt::format("units/{}/seedNumber: {} is not in [1, {}]", i, unit.seed_number(), request.seeds());
     if (unit.budget() >= budgets) return fmt::format("units/{}/budget: {} is not below {}", i, unit.budget(), budgets);
-    if (int(unit.view()) >= views_of(request))
-      return fmt::format("units/{}/view: {} is not below {}", i, unit.view(), views_of(request));
+    if (int(unit.view()) >= view_count(request))
+      return fmt::format("units/{}/view: {} is not below {}", i, unit.view(), view_count(request));
     if (!seen.emplace(mode->second, unit.seed_number(), unit.budget(), unit.view()).second)
       return fmt::format("units/{} is there twice", i);
   }
@@ -139,6 +135,42 @@ void compare_references(const pb::CompareRecord& record, const ComparisonCall& c
   }
 }
 
+// The call would compare with the references that the record has.
+bool has_references_of(const pb::CompareRecord& record, const ComparisonCall& call) {
+  const pb::CompareRequest &before = record.request(), &now = call.request;
+  std::vector<std::string> differences;
+  Differences found(differences);
+  compare_references(record, call, found);
+  found.compare("size", size_of(before), size_of(now));
+  found.compare("scene", before.scene_id(), now.scene_id());
+  found.compare("views", std::to_string(view_count(before)), std::to_string(view_count(now)));
+  for (int i = 0; i < std::min(before.views_size(), now.views_size()); ++i)
+    found.compare_fields("view", before.views(i), now.views(i));
+  // Units that are there stay compared with them, whatever build rendered them.
+  if (record.units().empty() && !record.calls().empty()) {
+    const pb::CompareRecord::Call& last = record.calls(record.calls_size() - 1);
+    found.compare("build", last.version() + last.build() + last.isa(), call.version + call.build + call.isa);
+  }
+  return differences.empty();
+}
+
+void drop_references(pb::CompareRecord& record) {
+  record.clear_references();
+  auto& pictures = *record.mutable_pictures();
+  pictures.erase(
+      std::remove_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.reference(); }),
+      pictures.end());
+}
+
+// Without a unit a record holds at most its references.
+void keep_references_alone(pb::CompareRecord& record) {
+  pb::CompareRecord before;
+  before.Swap(&record);
+  record.mutable_references()->Swap(before.mutable_references());
+  for (const pb::CompareRecord::Picture& picture : before.pictures())
+    if (picture.reference()) *record.add_pictures() = picture;
+}
+
 void add_new_modes(pb::CompareRequest& request, const pb::CompareRequest& before) {
   const auto names = order_of_modes(request);
   for (const pb::CompareMode& mode : before.modes()) {
@@ -189,7 +221,11 @@ std::vector<double> budgets_of(const pb::CompareRequest& request) {
 
 std::uint64_t unit_count(const pb::CompareRequest& request) {
   return std::uint64_t(request.modes_size()) * request.seeds() * budgets_of(request).size() *
-         std::uint64_t(views_of(request));
+         std::uint64_t(view_count(request));
+}
+
+int view_count(const pb::CompareRequest& request) {
+  return std::max(1, request.views_size());
 }
 
 Result<std::string> comparison_json(const pb::CompareRecord& record) {
@@ -224,7 +260,7 @@ ComparisonDifferences compare_with_record(const pb::CompareRecord& record, const
   Differences shape(found.of_shape), values(found.of_values);
   shape.compare("picture size", size_of(before), size_of(now));
   shape.compare("unit of budgets", kind_of_budgets(before), kind_of_budgets(now));
-  shape.compare("number of views", std::to_string(views_of(before)), std::to_string(views_of(now)));
+  shape.compare("number of views", std::to_string(view_count(before)), std::to_string(view_count(now)));
   shape.compare("measures", names_of(before.measures()), names_of(now.measures()));
   shape.compare("regions", text_of(before.regions()), text_of(now.regions()));
 
@@ -253,7 +289,8 @@ ComparisonDifferences compare_with_record(const pb::CompareRecord& record, const
 }
 
 void extend_record(pb::CompareRecord& record, const ComparisonCall& call, const std::vector<std::string>& differences) {
-  if (record.units().empty()) record.Clear();
+  if (!has_references_of(record, call)) drop_references(record);
+  if (record.units().empty()) keep_references_alone(record);
   record.set_format(kComparisonFormat);
   record.set_scene_name(call.scene_name);
   record.set_scene_file(call.scene_file);

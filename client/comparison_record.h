@@ -38,8 +38,9 @@ struct ComparisonDifferences {
 ComparisonDifferences compare_with_record(const heliograph::v1::CompareRecord& record, const ComparisonCall& call);
 
 // Adds the call, and whatever modes, seeds and budgets are new; what the record has stays. Modes are in the call's
-// order, then those that the record alone has. A record without units is made anew. The table goes. Precondition: no
-// differences of shape. `differences`: what the call says of itself.
+// order, then those that the record alone has. A record without units is made anew. The table goes, and so do
+// references that the call would not have. Precondition: no differences of shape. `differences`: what the call says of
+// itself.
 void extend_record(heliograph::v1::CompareRecord& record, const ComparisonCall& call,
                    const std::vector<std::string>& differences);
 
@@ -49,6 +50,7 @@ heliograph::v1::CompareRequest request_of(const heliograph::v1::CompareRecord& r
 // Samples per pixel, or seconds.
 std::vector<double> budgets_of(const heliograph::v1::CompareRequest& request);
 std::uint64_t unit_count(const heliograph::v1::CompareRequest& request);
+int view_count(const heliograph::v1::CompareRequest& request);
 
 // Into the order that CompareRecord states.
 void sort_units(heliograph::v1::CompareRecord& record);

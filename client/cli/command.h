@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -24,6 +26,9 @@ Command add_replay(CLI::App& root);
 Command add_edit(CLI::App& root);
 Command add_techniques(CLI::App& root);
 Command add_compare(CLI::App& root);
+
+// Runs a command as if `words` stood behind its name. Returns the exit code.
+int run_words(const std::function<Command(CLI::App& root)>& add, const std::vector<std::string>& words);
 
 // Flags that the command does not know become problems, so that they are reported with the others.
 class OptionReader;

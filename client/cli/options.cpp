@@ -66,6 +66,16 @@ void add_texts(CLI::App& app, std::vector<std::string>& values, const std::strin
   app.add_option(name, values, help)->type_name(value_name)->allow_extra_args(false);
 }
 
+std::vector<GivenOption> given_options(const CLI::App& app) {
+  std::vector<GivenOption> all;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() == 0) continue;
+    const bool flag = option->get_items_expected_max() == 0;
+    all.push_back({option->get_name(), flag ? std::vector<std::string>() : option->results()});
+  }
+  return all;
+}
+
 void add_flag(CLI::App& app, bool& given, const std::string& name, const std::string& help) {
   app.add_flag(name, given, help);
 }

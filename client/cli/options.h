@@ -42,6 +42,13 @@ void add_text_or_none(CLI::App& app, TextOption& option, const std::string& name
 // An option that may be repeated, with a value each time.
 void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
                const std::string& help);
+// An option as it stands on the command line; a flag has no value.
+struct GivenOption {
+  std::string name;  // "--samples"
+  std::vector<std::string> values;
+};
+std::vector<GivenOption> given_options(const CLI::App& app);
+
 void add_flag(CLI::App& app, bool& given, const std::string& name, const std::string& help);
 
 // Each reader returns none when the option is absent, and adds a problem (name, value, allowed range) and returns none

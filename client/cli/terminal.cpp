@@ -53,7 +53,7 @@ void Terminal::say(const std::string& text) {
 void Terminal::result(const Json& json) {
   const std::lock_guard lock(mutex_);
   clear_progress();
-  if (!json_) return;
+  if (!json_ || keeps_results_) return;
   // Names from scene files may hold bytes that are not UTF-8: replaced, not thrown at the user.
   std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   std::fflush(stdout);

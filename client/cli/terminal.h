@@ -21,6 +21,8 @@ class Terminal {
 
   // Whether the progress line is shown at all. At first: when stderr is a terminal.
   void show_progress(bool shown) { live_ = shown; }
+  // result() prints nothing from now on: this is one part of what a command does.
+  void keep_results() { keeps_results_ = true; }
   // Replaces the progress line, which starts with a carriage return.
   void progress(const std::string& line);
   void end_progress();
@@ -40,6 +42,7 @@ class Terminal {
 
   bool json_;
   bool live_;
+  bool keeps_results_ = false;
   std::mutex mutex_;
   std::size_t shown_ = 0;  // columns of the progress line
 };

@@ -85,6 +85,9 @@ std::string other_warnings(const ReportData& data) {
 }
 
 std::string noise_text(const pb::CompareResponse::Reference& reference) {
+  // Of one sample per half, or of a black picture, nothing can be said.
+  if (reference.noise() != pb::CompareResponse::Reference::NOISE_UNSPECIFIED && !(reference.error() > 0))
+    return "how much noise it has could not be told, so that it may be contained in all errors";
   switch (reference.noise()) {
     case pb::CompareResponse::Reference::NOISE_HALVES:
       return "its noise is known from two independent halves and taken off MSE and relative MSE";
@@ -96,13 +99,13 @@ std::string noise_text(const pb::CompareResponse::Reference& reference) {
 }
 
 std::string reference_item(const pb::CompareResponse::Reference& reference) {
-  std::string text = fmt::format("View {}: ", reference.view() + 1);
+  std::string text = fmt::format("View {}: ", reference.view());
   text +=
       reference.samples() > 0 ? counted(reference.samples(), "sample") + " per pixel" : "number of samples not known";
   text +=
       reference.error() > 0 ? ", root of its own relative MSE " + number(reference.error()) : ", own error not known";
-  if (reference.seconds() > 0) text += ", rendered in " + number(reference.seconds()) + " s";
-  if (reference.kept()) text += ", kept from an earlier comparison";
+  if (reference.seconds() > 0 && !reference.kept()) text += ", rendered in " + number(reference.seconds()) + " s";
+  if (reference.kept() && reference.samples() > 0) text += ", kept from an earlier comparison";
   if (reference.rendered_again()) text += ", rendered again after the daemon had let it go";
   return "<li>" + text + "; " + noise_text(reference) + ".\n";
 }

@@ -19,6 +19,7 @@ constexpr double kWidth = kPanelWidth - kLeft - kRight, kHeight = kPanelHeight -
 constexpr int kColors = 8, kDashes = 5, kMarkers = 7;
 constexpr double kFewDecades = 3;    // an axis of fewer also has ticks at 2 and 5
 constexpr double kManyDecades = 12;  // one of more has not all
+constexpr double kDigitWidth = 7.5;  // of text of 13 pixels, about
 constexpr double kMargin = 0.03;     // of an axis, beyond the outermost points
 
 // Distinct for the colour-blind, after Okabe and Ito 2008, darkened for white paper and lightened for black screens.
@@ -83,6 +84,9 @@ class Axis {
     if (!drawable(value, scale_)) return 0;
     return std::clamp((mapped(value) - first_) / (last_ - first_), 0.0, 1.0);
   }
+  bool holds(double value) const {
+    return drawable(value, scale_) && mapped(value) >= first_ && mapped(value) <= last_;
+  }
   std::vector<double> ticks() const {
     std::vector<double> all;
     const auto add = [&](double value) {
@@ -130,10 +134,23 @@ std::string text_at(double x, double y, const std::string& text) {
 std::string draw_axes(const Panel& panel, const LinePlot& plot) {
   const double bottom = panel.top + kHeight;
   std::string grid, below, beside;
-  for (const double tick : panel.x.ticks()) {
+  const auto add_tick = [&](double tick, bool labelled) {
     const double x = panel.at_x(tick);
     grid += fmt::format("M{} {}V{}", pixels(x), pixels(panel.top), pixels(bottom));
-    below += text_at(x, bottom + 17, tick_text(tick));
+    if (labelled) below += text_at(x, bottom + 17, tick_text(tick));
+  };
+  std::vector<double> given;
+  std::copy_if(plot.x_ticks.begin(), plot.x_ticks.end(), std::back_inserter(given),
+               [&](double tick) { return panel.x.holds(tick); });
+  if (given.empty()) {
+    for (const double tick : panel.x.ticks()) add_tick(tick, true);
+  }
+  double end = -std::numeric_limits<double>::infinity();  // of the label before
+  for (const double tick : given) {
+    const double half = kDigitWidth / 2 * double(tick_text(tick).size());
+    const bool fits = panel.at_x(tick) - half > end + kDigitWidth;
+    if (fits) end = panel.at_x(tick) + half;
+    add_tick(tick, fits);
   }
   for (const double tick : panel.y.ticks()) {
     const double y = panel.at_y(tick);

@@ -29,6 +29,7 @@ struct LinePlot {
   std::string x_label, y_label;
   PlotScale x_scale = PlotScale::logarithmic, y_scale = PlotScale::logarithmic;
   std::vector<PlotSeries> series;
+  std::vector<double> x_ticks = {};  // those of them that the axis reaches; empty: round numbers
 };
 
 // Pixels of a panel with its labels.

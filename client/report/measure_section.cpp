@@ -16,6 +16,7 @@ namespace helio::report {
 namespace {
 
 enum class Abscissa { seconds, samples };
+constexpr int kMostTicks = 12;  // more budgets would crowd the axis
 
 LinePlot plot_of(const ReportData& data, const MeasuredPart& part, Abscissa abscissa) {
   LinePlot plot;
@@ -23,6 +24,9 @@ LinePlot plot_of(const ReportData& data, const MeasuredPart& part, Abscissa absc
   plot.x_label = abscissa == Abscissa::seconds ? "seconds" : "samples per pixel";
   plot.y_label = name.title;
   plot.y_scale = name.scale;
+  const auto& budgets = data.request().samples();
+  if (abscissa == Abscissa::samples && budgets.size() <= kMostTicks)
+    plot.x_ticks.assign(budgets.begin(), budgets.end());
   for (std::size_t mode = 0; mode < data.modes(); ++mode) {
     PlotSeries series{mode, {}};
     for (const pb::ComparePoint* point : data.points_of(mode)) {

@@ -41,13 +41,12 @@ std::string references(const ReportData& data) {
   const pb::CompareRecord& record = data.record();
   for (const auto& reference : record.references()) {
     if (reference.reference_id().empty()) continue;
-    html +=
-        (html.empty() ? "" : "<br>") + fmt::format("view {}: {}", reference.view() + 1, code(reference.reference_id()));
+    html += (html.empty() ? "" : "<br>") + fmt::format("view {}: {}", reference.view(), code(reference.reference_id()));
   }
   for (int i = 0; i < record.reference_files_size(); ++i) {
     const std::string& hash = record.reference_files(i).sha256();
     html += (html.empty() ? "" : "<br>") +
-            fmt::format("view {}: file {}, SHA-256 {}", i + 1, code(record.reference_files(i).path()),
+            fmt::format("view {}: file {}, SHA-256 {}", i, code(record.reference_files(i).path()),
                         code(to_hex(std::span(reinterpret_cast<const std::uint8_t*>(hash.data()), hash.size()))));
   }
   return html.empty() ? "none yet" : html;

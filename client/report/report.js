@@ -4,6 +4,7 @@
 (() => {
   const find = (id) => document.getElementById(id);
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const kGap = 4;  // CSS pixels between pictures side by side, as in report.css
   document.documentElement.classList.add('with-script');
 
   // One measure and region at a time.
@@ -162,7 +163,7 @@
 
     const ofView = () => pictures.filter(({ view }) => view === viewList.value);
     const option = (value, text) => Object.assign(document.createElement('option'), { value, textContent: text });
-    for (const view of exposures.keys()) viewList.append(option(view, String(Number(view) + 1)));
+    for (const view of exposures.keys()) viewList.append(option(view, view));
 
     function fill() {
       const kept = [listA.selectedIndex, listB.selectedIndex];
@@ -191,17 +192,20 @@
       arrange();
     }
 
-    // Into the frame and four fifths of the window's height; small pictures at most twice their size.
-    function fittedWidth(across) {
+    // CSS pixels that a picture's pixel gets: the picture fits into the frame and four fifths of the window's height.
+    // Small ones are enlarged by a whole number of the screen's pixels.
+    function fittedScale(across) {
       const { width, height } = shown.a;
-      return Math.min(frame.clientWidth / across, 0.8 * innerHeight * width / height, 2 * width);
+      const room = Math.min((frame.clientWidth - kGap * (across - 1)) / (across * width), 0.8 * innerHeight / height);
+      const whole = Math.floor(room * devicePixelRatio) / devicePixelRatio;
+      return whole > 0 ? whole : room;
     }
 
     function arrange() {
-      const mode = modeList.value, zoom = Number(zoomList.value);
-      pair.className = `${mode === 'both' ? 'beside' : 'over'}${zoom > 0 ? ' zoomed' : ''}`;
-      const across = mode === 'both' ? 2 : 1;
-      pair.style.width = `${across * (zoom > 0 ? zoom * shown.a.width / devicePixelRatio : fittedWidth(across))}px`;
+      const mode = modeList.value, zoom = Number(zoomList.value), across = mode === 'both' ? 2 : 1;
+      const scale = zoom > 0 ? zoom / devicePixelRatio : fittedScale(across);
+      pair.className = `${mode === 'both' ? 'beside' : 'over'}${scale * devicePixelRatio >= 1 ? ' whole' : ''}`;
+      pair.style.width = `${across * scale * shown.a.width + kGap * (across - 1)}px`;
       canvases.b.style.visibility = mode === 'flip' && !flipped ? 'hidden' : 'visible';
       canvases.b.style.clipPath = mode === 'split' ? `inset(0 0 0 ${split}%)` : 'none';
       divider.hidden = mode !== 'split';

@@ -112,7 +112,7 @@ std::string settings_table(const ReportData& data) {
   names.clear();
   messages.clear();
   for (int i = 0; i < std::min(kMostViews, request.views_size()); ++i) {
-    names.push_back("view " + std::to_string(i + 1));
+    names.push_back("view " + std::to_string(i));
     messages.push_back(&request.views(i));
   }
   if (!messages.empty()) {

@@ -143,7 +143,8 @@ const std::map<std::string, Rule> kRules = {
     {"client",
      {{"renderer/base", "renderer/codec", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h",
-       "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h"}}},
+       "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h",
+       "sys/stat.h", "unistd.h"}}},
     // The viewers tev and HDRView: sockets, packets, what they show of a tile.
     {"client/tev",
      {{"renderer/base", "renderer/codec", "client", "proto"},
@@ -157,9 +158,12 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/frame", "client", "client/tev", "server/base", "server/app", "server/stream",
        "proto"},
       {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
+    // The tables of papers, as comparisons.
+    {"client/cli/presets",
+     {{"renderer/base", "renderer/codec", "client", "client/report", "client/cli", "proto"}, {"spdlog/fmt/fmt.h"}}},
     {"client/cli/commands",
-     {{"renderer/base", "renderer/codec", "client", "client/report", "client/tev", "client/cli", "server/base",
-       "server/app", "proto"},
+     {{"renderer/base", "renderer/codec", "client", "client/report", "client/tev", "client/cli", "client/cli/presets",
+       "server/base", "server/app", "proto"},
       {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "CLI/CLI.hpp", "spdlog/fmt/fmt.h",
        "spawn.h", "sys/stat.h", "sys/wait.h", "unistd.h"}}},
 };

@@ -23,9 +23,12 @@
 #include "client/cli/compare_modes.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/presets/preset_output.h"
+#include "client/cli/presets/preset_run.h"
 #include "client/cli/scene_options.h"
 #include "client/comparison_folder.h"
 #include "client/comparison_record.h"
+#include "client/enum_names.h"
 #include "client/report/comparison_report.h"
 #include "renderer/base/clock.h"
 #include "renderer/codec/atomic_file.h"
@@ -46,7 +49,14 @@ struct CompareOptions {
   CompareScriptOptions script;
   TextOption path, output, oidn_library;
   bool mix = false;
+  PresetOptions preset;
   CommonOptions common;
+};
+
+// A comparison of a preset, whose own output it stays out of.
+struct PresetPart {
+  std::string command_line;  // that the record names
+  bool json = false;         // the preset's result is JSON, alone on stdout
 };
 
 constexpr const char* kHelp =
@@ -63,11 +73,17 @@ constexpr const char* kEndHelp =
     "Example: heliograph compare room.glb --size 320x240 --modes pt,combined,pt+bdpt --samples 1..64 --output room\n"
     "Example: heliograph compare room.glb --path orbit --modes pt,combined,preview --time 0.05,0.1 --output orbit\n\n";
 
-// The command line, quoted for a shell where it has to be.
-std::string command_line() {
+std::vector<std::string> own_words() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  return words;
+}
+
+// The words as one line, quoted for a shell where they have to be.
+std::string command_line(const std::vector<std::string>& words) {
   std::string line;
-  for (std::string word; std::getline(file, word, '\0');) {
+  for (std::string word : words) {
     const bool plain = !word.empty() && word.find_first_not_of(
                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                             "0123456789_-+=./,:@%") == std::string::npos;
@@ -131,8 +147,11 @@ void read_oidn(const CompareOptions& options, const std::vector<ChosenMode>& mod
 // The command's way from its flags to the table.
 class Comparing {
  public:
-  Comparing(const CLI::App& app, const CompareOptions& options)
-      : options_(options), context_(app, options.common), terminal_(context_.terminal) {}
+  // `part`: of a preset; it outlives this. nullptr: the command's own.
+  Comparing(const CLI::App& app, const CompareOptions& options, const PresetPart* part)
+      : options_(options), part_(part), context_(app, options.common), terminal_(context_.terminal) {
+    if (part) terminal_.keep_results();
+  }
 
   int run();
 
@@ -144,13 +163,16 @@ class Comparing {
   std::vector<pb::CameraView> play(const pb::SceneInfo& scene, const pb::SceneCamera& camera);
   void check_files();
   bool grow_record();
-  Status upload_references(RenderClient& client, ComparisonFolder& folder);
+  bool lock_folder();
+  Result<std::vector<std::string>> upload_references(RenderClient& client, const std::vector<std::string>& files);
+  Result<std::vector<std::string>> upload_kept_references(RenderClient& client, ComparisonFolder& folder);
   Result<pb::CompareResponse::Result> compare(RenderClient& client, ComparisonFolder& folder);
   int finish(const Interrupt& interrupt, ComparisonFolder& folder, const Result<pb::CompareResponse::Result>& result,
              Json json);
   Status write_report(const pb::CompareRecord& record, Json& json);
 
   const CompareOptions& options_;
+  const PresetPart* part_;
   CommandContext context_;
   Terminal& terminal_;
   CallControl control_;
@@ -159,6 +181,7 @@ class Comparing {
   std::vector<ChosenMode> modes_;
   std::string path_text_;
   fs::path folder_;
+  std::optional<ComparisonLock> lock_;
   ReferenceFiles references_;
   std::pair<int, int> size_{0, 0};
   std::optional<pb::CompareRecord> kept_;  // that the folder holds
@@ -169,6 +192,8 @@ class Comparing {
 
 bool Comparing::read_flags() {
   OptionReader& reader = context_.reader;
+  for (const TextOption* option : {&options_.preset.scenes, &options_.preset.only})
+    if (option->given()) reader.problem(*option, "is only valid with --preset");
   scene_ = read_scene(options_.scene, options_.common.connection, reader);
   modes_ = read_compare_modes(options_.modes, context_.problems);
   const bool path = options_.path.given();
@@ -196,6 +221,8 @@ bool Comparing::read_flags() {
   }
   check_regions(call_.request, size_.first, size_.second, context_.problems);
   folder_ = read_folder(options_.output, reader);
+  std::error_code problem;
+  if (fs::is_directory(folder_, problem) && ::access(folder_.c_str(), W_OK | X_OK) == 0) lock_folder();
   if (!folder_.empty()) {
     auto kept = read_comparison_folder(folder_);
     if (!kept) context_.problems.add("--output", kept.error().to_string());
@@ -204,12 +231,25 @@ bool Comparing::read_flags() {
   }
   if (!context_.problems.empty()) return false;
   // Some file systems tell no sooner than now.
-  std::error_code problem;
   if (fs::create_directory(folder_, problem)) fs::remove(folder_, problem);
   if (problem)
     context_.reader.problem(options_.output,
                             "the folder '" + folder_.string() + "' cannot be made: " + problem.message());
   return context_.problems.empty();
+}
+
+bool Comparing::lock_folder() {
+  auto lock = ComparisonLock::take(folder_);
+  if (!lock) {
+    context_.problems.add("--output", lock.error().to_string());
+    return false;
+  }
+  lock_ = std::move(*lock);
+  if (!lock_->effective()) {
+    terminal_.warn("the file system of '" + folder_.string() +
+                   "' knows no locks: another comparison in this folder at the same time would lose pictures");
+  }
+  return true;
 }
 
 // Nothing that is read may be overwritten.
@@ -291,7 +331,10 @@ bool Comparing::plan(const pb::GetServerInfoResponse& info, const pb::LoadSceneR
     for (int view = 0; view < request.views_size(); ++view)
       check_reference(references_, view, size_, context_.reader, options_.script.reference);
   } else {
-    *request.mutable_reference()->mutable_rendered()->mutable_settings() = reference_settings(first);
+    pb::RenderSettings& settings = *request.mutable_reference()->mutable_rendered()->mutable_settings();
+    settings = reference_settings(first);
+    if (options_.script.reference_integrator.given())
+      settings.set_integrator(*from_short_name<pb::Integrator>(options_.script.reference_integrator.text));
   }
   check_regions(request, size_.first, size_.second, problems);
   check_files();
@@ -299,7 +342,7 @@ bool Comparing::plan(const pb::GetServerInfoResponse& info, const pb::LoadSceneR
 
   call_.scene_name = scene.name();
   call_.scene_file = as_utf8(scene_.file);
-  call_.command_line = command_line();
+  call_.command_line = part_ ? part_->command_line : command_line(own_words());
   call_.version = info.version();
   call_.build = info.build();
   call_.isa = info.isa();
@@ -363,14 +406,14 @@ bool Comparing::grow_record() {
   return true;
 }
 
-Status Comparing::upload_references(RenderClient& client, ComparisonFolder& folder) {
+Result<std::vector<std::string>> Comparing::upload_references(RenderClient& client,
+                                                              const std::vector<std::string>& files) {
   std::vector<std::string> ids;
-  const int views = std::max(1, folder.record().request().views_size());
-  for (int view = 0; view < views; ++view) {
+  for (std::size_t view = 0; view < files.size(); ++view) {
     const auto loaded = client.load_reference(
-        references_.file(view),
+        files[view],
         [&](std::uint64_t sent, std::uint64_t total) {
-          terminal_.progress(fmt::format("sending reference {} of {}: {:.0f} % of {}B", view + 1, views,
+          terminal_.progress(fmt::format("sending reference {} of {}: {:.0f} % of {}B", view + 1, files.size(),
                                          100.0 * double(sent) / double(total), human_count(double(total))));
         },
         &control_);
@@ -378,15 +421,61 @@ Status Comparing::upload_references(RenderClient& client, ComparisonFolder& fold
     ids.push_back(loaded->reference_id());
   }
   terminal_.end_progress();
-  folder.set_reference_ids(ids);
-  return ok_status();
+  return ids;
+}
+
+// Of rendered references that the daemon does not have any more. Empty: they have to be rendered again.
+Result<std::vector<std::string>> Comparing::upload_kept_references(RenderClient& client, ComparisonFolder& folder) {
+  const std::vector<std::string> files = folder.rendered_reference_files();
+  if (files.empty()) return files;
+  const auto ids = upload_references(client, files);
+  if (!ids) {
+    if (control_.cancelled() || ids.error().code == ErrorCode::unavailable) return ids.error();
+    terminal_.warn("the references in " + (folder_ / "pictures").string() +
+                   " cannot be used again and are rendered again: " + ids.error().to_string());
+    return std::vector<std::string>();
+  }
+  const std::string text = "the references in " + (folder_ / "pictures").string() +
+                           " are used instead of rendering them again; their noise is taken off by their variance";
+  folder.use_reference_files();
+  folder.notice(text);
+  terminal_.say("notice: " + text);
+  return ids;
 }
 
 Result<pb::CompareResponse::Result> Comparing::compare(RenderClient& client, ComparisonFolder& folder) {
-  bool uploaded = false;
-  if (references_.given() && folder.record().request().reference().loaded().reference_ids().empty()) {
-    if (const Status sent = upload_references(client, folder); !sent) return sent.error();
-    uploaded = true;
+  pb::CompareRequest request = folder.request();
+  const auto name_references = [&](const std::vector<std::string>& ids) {
+    auto& loaded = *request.mutable_reference()->mutable_loaded();
+    loaded.clear_reference_ids();
+    for (const std::string& id : ids) loaded.add_reference_ids(id);
+  };
+  // Into the request. Those that were given go to the record, too.
+  const auto upload = [&]() -> Status {
+    std::vector<std::string> files;
+    for (int view = 0; references_.given() && view < view_count(request); ++view)
+      files.push_back(references_.file(view));
+    const auto ids = references_.given() ? upload_references(client, files) : upload_kept_references(client, folder);
+    if (!ids) return ids.error();
+    if (references_.given()) folder.set_reference_ids(*ids);
+    if (ids->empty()) {
+      request.mutable_reference()->CopyFrom(folder.record().request().reference());
+    } else {
+      name_references(*ids);
+    }
+    return ok_status();
+  };
+  bool by_old_ids = true;
+  if (references_.given()) {
+    by_old_ids = !request.reference().loaded().reference_ids().empty();
+    if (!by_old_ids) {
+      if (const Status sent = upload(); !sent) return sent.error();
+    }
+  } else {
+    const std::vector<std::string> ids = folder.rendered_reference_ids();
+    by_old_ids =
+        !ids.empty() && (request.send_pictures() || std::uint64_t(folder.record().units_size()) < unit_count(request));
+    if (by_old_ids) name_references(ids);
   }
   CompareClock clock(folder.record());
   std::set<std::string> said;  // of notices: there may be a second call
@@ -395,23 +484,34 @@ Result<pb::CompareResponse::Result> Comparing::compare(RenderClient& client, Com
     folder.accepted(accepted);
     for (const std::string& text : accepted.notices())
       if (said.insert(text).second) terminal_.say("notice: " + single_line(text));
+    if (accepted.waits_for() > 0) {
+      terminal_.progress(fmt::format("waiting for {} {}", accepted.waits_for(),
+                                     accepted.waits_for() == 1 ? "comparison" : "comparisons"));
+    }
   };
   callbacks.progress = [&](const pb::CompareResponse::Progress& progress) {
     clock.progress(now_s(), progress.seed_number() > 0);
     folder.progress();
     terminal_.progress(describe(progress, folder.record(), clock.seconds_left()));
   };
-  callbacks.reference = [&](const pb::CompareResponse::Reference& reference) { folder.reference(reference); };
+  callbacks.reference = [&](const pb::CompareResponse::Reference& reference) {
+    folder.reference(reference);
+    if (!references_.given() || reference.noise() != pb::CompareResponse::Reference::NOISE_UNSPECIFIED) return;
+    const std::string text =
+        "the reference has no channels variance.R, variance.G and variance.B: its own noise stays in mse and relmse";
+    folder.notice(text);
+    if (said.insert(text).second) terminal_.say("notice: " + text);
+  };
   callbacks.unit = [&](const pb::CompareUnit& unit) {
     clock.unit(unit);
     folder.unit(unit);
   };
   callbacks.picture = [&](pb::CompareResponse::Picture picture) { folder.picture(std::move(picture)); };
-  auto result = client.compare(request_of(folder.record()), callbacks, &control_);
-  // The daemon may have let the references go since they were loaded.
-  if (!result && result.error().code == ErrorCode::not_found && references_.given() && !uploaded) {
-    if (const Status sent = upload_references(client, folder); !sent) return sent.error();
-    result = client.compare(request_of(folder.record()), callbacks, &control_);
+  auto result = client.compare(request, callbacks, &control_);
+  // The daemon may have let the references go, or be another one.
+  if (!result && result.error().code == ErrorCode::not_found && by_old_ids) {
+    if (const Status sent = upload(); !sent) return sent.error();
+    result = client.compare(request, callbacks, &control_);
   }
   terminal_.end_progress();
   return result;
@@ -487,6 +587,15 @@ int Comparing::render(const Interrupt& interrupt) {
     terminal_.result(json);
     return kOk;
   }
+  if (!lock_) {
+    if (!lock_folder()) return context_.refuse();
+    if (fs::exists(folder_ / "comparison.json")) {
+      context_.problems.add("--output",
+                            "the folder '" + folder_.string() +
+                                "' got a comparison since this command began; the same command goes on with it");
+      return context_.refuse();
+    }
+  }
   if (!record_.units().empty()) {
     terminal_.say(fmt::format("notice: going on with {}: {} of {} pictures of all that was asked for are there",
                               folder_.string(), record_.units_size(), unit_count(record_.request())));
@@ -501,12 +610,30 @@ int Comparing::run() {
   return render(interrupt);
 }
 
-}  // namespace
+Command add_compare(CLI::App& root, const PresetPart* part);
 
-Command add_compare(CLI::App& root) {
-  CLI::App* app =
-      add_command(root, "compare", "Compare sampling modes by error against time and samples, over seeds",
-                  std::string(kHelp) + kCompareModesHelp + kFolderHelp + kCompareJsonHelp + kEndHelp + kExitCodesHelp);
+// All flags are read before the first comparison.
+int compare_preset(const CLI::App& app, const CompareOptions& options) {
+  CommandContext context(app, options.common);
+  pb::CompareRequest checked;
+  read_compare_script(options.script, options.modes.common.seed, false, context.reader, checked);
+  context.reader.size(options.modes.common.size);
+  const fs::path folder = read_folder(options.output, context.reader);
+  const auto run = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> line{"heliograph", "compare"};
+    line.insert(line.end(), words.begin(), words.end());
+    const PresetPart part{command_line(line), options.common.json};
+    std::vector<std::string> all = words;
+    if (part.json) all.emplace_back("--json");
+    return run_words([&](CLI::App& own) { return add_compare(own, &part); }, all);
+  };
+  return run_preset(options.preset, given_options(app), folder, context, run);
+}
+
+Command add_compare(CLI::App& root, const PresetPart* part) {
+  CLI::App* app = add_command(root, "compare", "Compare sampling modes by error against time and samples, over seeds",
+                              std::string(kHelp) + kCompareModesHelp + kFolderHelp + kCompareJsonHelp + kPresetHelp +
+                                  kPresetJsonHelp + kEndHelp + kExitCodesHelp);
   auto options = std::make_shared<CompareOptions>();
   add_scene_options(*app, options->scene);
   add_compare_mode_options(*app, options->modes);
@@ -520,8 +647,18 @@ Command add_compare(CLI::App& root) {
            "Where the comparison is kept, and goes on; made where it does not exist. Required");
   add_flag(*app, options->mix, "--mix",
            "Go on with the folder's comparison although scene, settings, build or threads differ");
+  add_preset_options(*app, options->preset);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
-  return {app, [app, options] { return Comparing(*app, *options).run(); }};
+  return {app, [app, options, part] {
+            if (!part && options->preset.name.given()) return compare_preset(*app, *options);
+            return Comparing(*app, *options, part).run();
+          }};
+}
+
+}  // namespace
+
+Command add_compare(CLI::App& root) {
+  return add_compare(root, nullptr);
 }
 
 }  // namespace helio::cli

@@ -75,9 +75,7 @@ std::string describe(const pb::CompareResponse::Progress& progress, const pb::Co
                      double seconds_left) {
   const std::string view = is_path(record) ? fmt::format(" of view {}", progress.view()) : "";
   std::string line;
-  if (progress.doing() == "waiting") {
-    line = "waiting for another comparison";
-  } else if (progress.doing() == "reference" && progress.seed_number() == 0) {
+  if (progress.doing() == "reference" && progress.seed_number() == 0) {
     line = fmt::format("reference{}: {} samples", view, number_text(std::floor(progress.samples())));
     if (progress.error() > 0) {
       line += fmt::format(", error {:.3g}", progress.error());

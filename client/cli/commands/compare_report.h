@@ -13,7 +13,7 @@ namespace helio::cli {
 class CompareClock {
  public:
   explicit CompareClock(const heliograph::v1::CompareRecord& record);
-  void progress(double now_s, bool rendering_modes);  // false: a reference is rendered, or another comparison
+  void progress(double now_s, bool rendering_modes);  // false: a reference is rendered
   void unit(const heliograph::v1::CompareUnit& unit);
   double seconds_left() const;  // < 0: not known yet
 

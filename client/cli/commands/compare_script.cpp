@@ -128,7 +128,8 @@ void read_measures(const CompareScriptOptions& options, bool path, OptionReader&
 
 void read_reference(const CompareScriptOptions& options, OptionReader& reader, pb::CompareRequest& request) {
   const bool files = options.reference.given() && options.reference.text != "auto";
-  for (const TextOption* option : {&options.reference_error, &options.reference_samples}) {
+  for (const TextOption* option :
+       {&options.reference_error, &options.reference_samples, &options.reference_integrator}) {
     if (files && option->given()) reader.problem(*option, "is only valid with --reference auto: a file has its own");
   }
   pb::CompareReference::Rendered& rendered = *request.mutable_reference()->mutable_rendered();
@@ -138,6 +139,7 @@ void read_reference(const CompareScriptOptions& options, OptionReader& reader, p
     reader.problem(options.reference_samples,
                    fmt::format("'{}' is odd; allowed: even ones in [2, {}]", samples, 1 << 30));
   rendered.set_max_samples(std::uint32_t(samples));
+  static_cast<void>(reader.choice(options.reference_integrator, {"path", "bdpt", "pt+bdpt"}));
   if (files) request.mutable_reference()->mutable_loaded();
 }
 
@@ -161,6 +163,8 @@ void add_compare_script_options(CLI::App& app, CompareScriptOptions& options) {
       "Root of the relative mean square error down to which the reference is rendered, [0.0001, 1]. Default: 0.01");
   add_text(app, options.reference_samples, "--reference-samples", "N",
            "Samples per pixel that the reference gets at most, even, [2, 2^30]. Default: 65536");
+  add_text(app, options.reference_integrator, "--reference-integrator", "NAME",
+           "Integrator that renders the reference: path, bdpt, pt+bdpt. Default: path");
   add_texts(app, options.regions, "--region", "NAME=x0,y0,x1,y1",
             "A part of the picture whose errors are told apart; may be repeated, at most 16");
   add_text(app, options.measures, "--measures", "LIST",

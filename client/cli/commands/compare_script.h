@@ -12,7 +12,8 @@
 namespace helio::cli {
 
 struct CompareScriptOptions {
-  TextOption seeds, samples, time, measures, worst_pixels, reference, reference_error, reference_samples;
+  TextOption seeds, samples, time, measures, worst_pixels, reference, reference_error, reference_samples,
+      reference_integrator;
   std::vector<std::string> regions;
   bool common_seeds = false, exclusive = false;
 };

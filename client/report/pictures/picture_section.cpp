@@ -183,7 +183,7 @@ std::string view_part(const Stage& stage, std::uint32_t view) {
   std::string html = fmt::format(
       "<section class=\"view\" data-view=\"{}\" data-exposure=\"{:.9g}\"><h3>View {}</h3><p class=\"note\">"
       "Shown at an exposure of {} stops.</p><div class=\"pictures\">\n",
-      view, exposure, view + 1, signed_stops(exposure));
+      view, exposure, view, signed_stops(exposure));
   if (reference) {
     html += radiance_figure("reference", view, reduced(*reference, stage.choice.factor), exposure,
                             "<strong>reference</strong>");

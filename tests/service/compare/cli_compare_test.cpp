@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "cli_test.h"
-#include "daemon_process.h"
 #include "client/comparison_folder.h"
 #include "client/comparison_record.h"
+#include "daemon_process.h"
 #include "renderer/codec/tile_codec.h"
 
 namespace helio::test {
@@ -66,7 +66,7 @@ TEST_F(CliCompare, KeepsEveryPictureAndGoesOn) {
   EXPECT_EQ(std::count(units.begin(), units.end(), '\n'), 1 + 8);
   const auto picture = read_exr(folder_ / "kept/pictures/pt.view0.exr", 1 << 20);
   ASSERT_TRUE(picture);
-  EXPECT_EQ(picture->names, (Words{"B", "G", "R"}));
+  EXPECT_EQ(picture->names, (Words{"B", "G", "R", "variance.B", "variance.G", "variance.R"}));
   EXPECT_EQ(record().pictures_size(), 3);
 
   // The same again renders nothing; more of everything renders what is missing.
@@ -229,6 +229,7 @@ TEST_F(CliCompare, ReferencesAreCheckedBeforeAnythingIsRendered) {
   EXPECT_EQ(json["width"], 20);
   EXPECT_EQ(json["height"], 16);
   EXPECT_EQ(json["references"][0]["noise"], nullptr) << "a file without variance";
+  EXPECT_EQ(json["notices"].dump().find("its own noise stays in mse and relmse") == std::string::npos, false);
   EXPECT_EQ(record().reference_files_size(), 1);
   // A picture of it, written where the reference is read, would not be the reference any more.
   fs::create_directories(folder_ / "own/pictures");
@@ -254,6 +255,84 @@ TEST_F(CliCompare, ALostReferenceIsSentAgain) {
   }
   const DaemonProcess daemon({"--render-threads", "1"});
   EXPECT_EQ(heliograph_json(words(daemon.address(), "3"))["units_rendered"], 1);
+}
+
+TEST_F(CliCompare, RenderedReferencesAreUsedAgain) {
+  const auto seeds = [&](const std::string& count, const std::string& address) {
+    Words words = line({"--modes", "pt", "--samples", "1", "--seeds", count});
+    if (!address.empty()) words.insert(words.end(), {"--server", address});
+    return heliograph_json(words);
+  };
+  const auto uploaded = [](const nlohmann::json& json) {
+    return json["notices"].dump().find("used instead of rendering them again") != std::string::npos;
+  };
+  std::string id;
+  std::uint32_t samples = 0;
+  {
+    const DaemonProcess daemon({"--render-threads", "1"});
+    EXPECT_EQ(seeds("1", daemon.address())["references"][0]["noise"], "halves");
+    id = record().references(0).reference_id();
+    samples = record().references(0).samples();
+    const auto json = seeds("2", daemon.address());
+    EXPECT_FALSE(uploaded(json)) << "the daemon has it";
+    EXPECT_EQ(json["references"][0]["noise"], "halves");
+    EXPECT_TRUE(record().references(0).kept());
+  }
+  const std::string before = read_file(folder_ / "kept/pictures/reference.view0.exr");
+  const DaemonProcess daemon({"--render-threads", "1"});
+  const auto json = seeds("3", daemon.address());
+  EXPECT_TRUE(uploaded(json)) << json["notices"];
+  EXPECT_EQ(json["units_rendered"], 1);
+  EXPECT_EQ(json["references"][0]["noise"], "variance");
+  EXPECT_EQ(json["references"][0]["samples"], samples);
+  EXPECT_TRUE(json["differences"].empty());
+  EXPECT_EQ(record().references(0).reference_id(), id);
+  EXPECT_FALSE(record().request().reference().has_loaded()) << "asked for is still a rendered one";
+  EXPECT_EQ(read_file(folder_ / "kept/pictures/reference.view0.exr"), before);
+  EXPECT_EQ(seeds("4", daemon.address())["units_rendered"], 1) << "and nothing is refused";
+
+  // In another comparison its noise is taken off, too.
+  const auto other = heliograph_json({"compare", kBox, "--modes", "bdpt", "--samples", "1", "--seeds", "1", "--output",
+                                      "other", "--reference", "kept/pictures"});
+  EXPECT_EQ(other["references"][0]["noise"], "variance");
+}
+
+TEST_F(CliCompare, NoPictureIsReplacedWhoseUnitStays) {
+  const auto seeds = [&](const std::string& count) {
+    return heliograph_json(line({"--modes", "pt", "--time", "0.01", "--seeds", count}));
+  };
+  seeds("1");
+  const std::string picture = folder_ / "kept/pictures/pt.view0.exr", before = read_file(picture);
+  fs::remove(folder_ / "kept/pictures/reference.view0.exr");  // has all pictures sent again
+  EXPECT_EQ(seeds("2")["units_rendered"], 1);
+  EXPECT_TRUE(exists("kept/pictures/reference.view0.exr"));
+  EXPECT_EQ(read_file(picture), before);
+}
+
+TEST_F(CliCompare, TwoCommandsDoNotShareAFolder) {
+  const Words words = line({"--modes", "pt", "--samples", "1,1000000000", "--seeds", "1", "--progress", "always"});
+  Process first(HELIOGRAPH_PROGRAM, words, folder_.path());
+  ASSERT_TRUE(first.wait_for_errors("1 of 2 units")) << first.errors();
+  const Words second = line({"--modes", "pt", "--samples", "1", "--seeds", "1"});
+  expect_refused(second, {"--output: the folder 'kept' is in use: process ", "is writing a comparison into it"});
+  first.send_signal(SIGINT);
+  EXPECT_EQ(first.wait(30).exit_code, 130);
+  EXPECT_FALSE(fs::exists(folder_ / "kept/comparison.lock"));
+  EXPECT_EQ(record().units_size(), 1);
+}
+
+TEST_F(CliCompare, ADaemonThatDrainsLeavesTheUnits) {
+  DaemonProcess daemon({"--render-threads", "1", "--drain-grace", "0"});
+  const Words words = line({"--modes", "pt", "--samples", "1,1000000000", "--seeds", "1", "--progress", "always",
+                            "--server", daemon.address()});
+  Process process(HELIOGRAPH_PROGRAM, words, folder_.path());
+  ASSERT_TRUE(process.wait_for_errors("1 of 2 units")) << process.errors();
+  daemon.signal(SIGTERM);
+  const ProcessResult result = process.wait(30);
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  EXPECT_NE(result.err.find("1 of 2 pictures are measured in kept, and the same command goes on"), std::string::npos)
+      << result.err;
+  EXPECT_EQ(record().units_size(), 1);
 }
 
 TEST_F(CliCompare, PathsShowPreviewsAndFlicker) {

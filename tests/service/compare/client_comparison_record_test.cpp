@@ -1,15 +1,16 @@
 // The record of a comparison: its text, what a further call adds to it, and what it refuses.
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
 
-#include "process.h"
 #include "client/comparison_csv.h"
 #include "client/comparison_folder.h"
 #include "client/comparison_record.h"
+#include "process.h"
 #include "renderer/codec/checksum.h"
 #include "renderer/codec/tile_codec.h"
 
@@ -141,6 +142,42 @@ TEST(ComparisonRecord, GrowsByModesSeedsAndBudgets) {
   extend_record(grown, call({"pt"}, {16}, 1), {});
   EXPECT_EQ(unit_count(grown.request()), 36u);
   EXPECT_EQ(grown.units_size(), 3);
+}
+
+pb::CompareRecord::Picture reference_picture() {
+  pb::CompareRecord::Picture picture;
+  picture.set_reference(true);
+  picture.set_file(picture_file(picture));
+  return picture;
+}
+
+TEST(ComparisonRecord, ReferencesGoOnWhereTheyAreTheSame) {
+  pb::CompareRecord begun = record();
+  begun.clear_units();
+  begun.add_references()->set_reference_id("r");
+  *begun.add_pictures() = reference_picture();
+  begun.add_pictures()->set_mode("pt");
+  pb::CompareRecord grown = begun;
+  extend_record(grown, call({"bdpt"}, {2}, 3), {});
+  EXPECT_EQ(grown.references_size(), 1) << "rendering it may have taken most of the time before the interruption";
+  EXPECT_EQ(grown.pictures_size(), 1) << "the reference's alone: there is no unit";
+  EXPECT_EQ(grown.calls_size(), 1);
+
+  ComparisonCall other = call({"pt"}, {4, 16}, 1);
+  other.isa = "sse2";
+  grown = begun;
+  extend_record(grown, other, {});
+  EXPECT_EQ(grown.references_size() + grown.pictures_size(), 0) << "of another build";
+  grown = record();
+  *grown.mutable_references() = begun.references();
+  *grown.mutable_pictures() = begun.pictures();
+  extend_record(grown, other, {});
+  EXPECT_EQ(grown.references_size(), 1) << "units are compared with it";
+  EXPECT_EQ(grown.pictures_size(), 2);
+  other.request.mutable_reference()->mutable_rendered()->set_error(0.1);
+  extend_record(grown, other, {});
+  EXPECT_EQ(grown.references_size(), 0);
+  EXPECT_EQ(grown.pictures_size(), 1);
 }
 
 TEST(ComparisonRecord, NamesEveryDifference) {
@@ -291,6 +328,109 @@ TEST(ComparisonFolder, KeepsWhatCame) {
   EXPECT_TRUE(std::filesystem::exists(path / "units.csv"));
   EXPECT_FALSE(folder.failure().has_value());
   EXPECT_FALSE(control.cancelled());
+}
+
+float green_of(const std::filesystem::path& file) {
+  const auto picture = read_exr(file.string(), 100);
+  return picture ? (*picture->find("G"))[11] : -1;
+}
+
+TEST(ComparisonFolder, APictureStaysWithItsUnit) {
+  const TemporaryFolder temporary;
+  const std::filesystem::path path = temporary / "kept", file = path / "pictures/pt.view0.exr";
+  CallControl control;
+  pb::CompareRecord begun = record();
+  begun.clear_units();
+  begun.mutable_request()->set_send_pictures(true);
+  begun.mutable_request()->mutable_modes()->RemoveLast();  // pt alone
+  ComparisonFolder first(path, begun, control);
+  first.accepted(accepted());
+  auto reference = picture_of(1);
+  reference.set_reference(true);
+  first.picture(reference);
+  first.picture(picture_of(0.75f));
+  EXPECT_TRUE(first.request().send_pictures()) << "an interruption here leaves a picture without a unit";
+  first.picture(picture_of(0.5f));
+  EXPECT_EQ(green_of(file), 0.5f);
+  first.unit(unit("pt", 1, 1));
+  EXPECT_FALSE(first.request().send_pictures()) << "none is missing";
+  ASSERT_TRUE(first.interrupted());
+
+  ComparisonFolder second(path, **read_comparison_folder(path), control);
+  EXPECT_FALSE(second.request().send_pictures());
+  second.accepted(accepted());
+  second.picture(picture_of(0.25f));
+  EXPECT_EQ(green_of(file), 0.5f) << "that was measured";
+  std::filesystem::remove(file);
+  ComparisonFolder third(path, **read_comparison_folder(path), control);
+  EXPECT_TRUE(third.request().send_pictures());
+  third.accepted(accepted());
+  third.picture(picture_of(0.25f));
+  EXPECT_EQ(green_of(file), 0.25f) << "better than none";
+  EXPECT_FALSE(control.cancelled());
+
+  pb::CompareRecord longer = **read_comparison_folder(path);
+  extend_record(longer, call({"pt"}, {4, 16, 64}, 1), {});
+  longer.mutable_request()->set_send_pictures(true);
+  EXPECT_TRUE(ComparisonFolder(path, longer, control).request().send_pictures()) << "of the new last budget";
+}
+
+TEST(ComparisonFolder, ItsOwnReferencesKeepTheirNames) {
+  const TemporaryFolder temporary;
+  CallControl control;
+  pb::CompareRecord begun = record();
+  pb::CompareResponse::Reference& rendered = *begun.add_references();
+  rendered.set_reference_id("rendered");
+  rendered.set_samples(512);
+  rendered.set_noise(pb::CompareResponse::Reference::NOISE_HALVES);
+  *begun.add_pictures() = reference_picture();
+  const std::string file = temporary / "pictures/reference.view0.exr";
+  std::filesystem::create_directory(temporary / "pictures");
+  const std::vector<float> plane(12, 0.5f);
+  std::vector<TileChannel> channels{{"R", plane.data(), true}, {"G", plane.data(), true}, {"B", plane.data(), true}};
+  const auto files = [&] {
+    EXPECT_TRUE(write_exr(file, {{0, 0, 4, 3}, 4, 3}, channels, {TilePixelType::float32, TileCompression::none}));
+    return ComparisonFolder(temporary.path(), begun, control).rendered_reference_files();
+  };
+  EXPECT_TRUE(files().empty()) << "without variance its noise would be lost";
+  for (const char* name : {"variance.R", "variance.G", "variance.B"}) channels.push_back({name, plane.data(), true});
+  EXPECT_EQ(files(), std::vector<std::string>{file});
+
+  ComparisonFolder folder(temporary.path(), begun, control);
+  EXPECT_EQ(folder.rendered_reference_ids(), std::vector<std::string>{"rendered"});
+  folder.use_reference_files();
+  pb::CompareResponse::Reference loaded;
+  loaded.set_reference_id("file");
+  loaded.set_noise(pb::CompareResponse::Reference::NOISE_VARIANCE);
+  folder.reference(loaded);
+  EXPECT_EQ(folder.record().references(0).reference_id(), "rendered");
+  EXPECT_EQ(folder.record().references(0).samples(), 512u);
+  EXPECT_EQ(folder.record().references(0).noise(), pb::CompareResponse::Reference::NOISE_VARIANCE);
+
+  begun.mutable_request()->add_views();
+  EXPECT_TRUE(ComparisonFolder(temporary.path(), begun, control).rendered_reference_ids().empty())
+      << "of one view only";
+}
+
+TEST(ComparisonLock, KeepsOthersOut) {
+  const TemporaryFolder temporary;
+  const std::filesystem::path path = temporary / "kept";
+  {
+    const auto first = ComparisonLock::take(path);
+    ASSERT_TRUE(first) << first.error().to_string();
+    EXPECT_TRUE(first->effective());
+    const auto second = ComparisonLock::take(path);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().code, ErrorCode::failed_precondition);
+    EXPECT_NE(second.error().message.find("is in use: process " + std::to_string(::getpid())), std::string::npos)
+        << second.error().message;
+  }
+  EXPECT_FALSE(std::filesystem::exists(path)) << "it was made for the lock alone";
+  std::filesystem::create_directory(path);
+  write_file((path / "comparison.lock").string(), "process 1 that was killed");
+  EXPECT_TRUE(ComparisonLock::take(path));
+  EXPECT_TRUE(std::filesystem::is_empty(path));
+  EXPECT_FALSE(ComparisonLock::take(temporary / "none/here"));
 }
 
 TEST(ComparisonFolder, ABrokenTileEndsTheCall) {
