@@ -56,9 +56,7 @@ struct CurveSubcommand {
   Result<std::vector<CurveReport>> (*run)(BenchContext&);
 };
 const CurveSubcommand kCurveSubcommands[] = {
-    {"modes", "error against time and samples of every mode", run_modes},
-    {"peers", "the same beside Mitsuba, on the same XML files", run_peers},
-    {"thesis", "path tracing and bdpt with 32 segments beside Soares' (2020) figures", run_thesis},
+    {"peers", "error against time and samples of every mode beside Mitsuba, on the same XML files", run_peers},
 };
 
 constexpr int kSkipped = 77;  // exit code: the pictures of ../shared are absent (CTest's skip)

@@ -1,8 +1,13 @@
-# That `modes` measures a small scene of our own and writes its three files.
+# That `peers` measures a small scene of our own, also where Mitsuba is absent, and writes its three files.
 # usage: cmake -DBENCH=PROGRAM -DFOLDER=FOLDER -DFAKE_OIDN=LIBRARY -P curves_smoke_test.cmake
 file(REMOVE_RECURSE ${FOLDER})
-execute_process(COMMAND ${BENCH} modes cornell-box --samples 4 --seeds 2 --size 16 --cache ${FOLDER}/cache
-                        --output ${FOLDER} --json
+file(WRITE ${FOLDER}/wall.xml "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='4'/>\
+</integrator><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='16'/><integer name='height' \
+value='16'/></film></sensor><shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/>\
+<scale value='9'/><translate z='3'/></transform><bsdf type='diffuse'/></shape><shape type='rectangle'>\
+<transform name='to_world'><scale value='2'/><translate x='1' z='-1'/></transform><emitter type='area'/></shape></scene>")
+execute_process(COMMAND ${BENCH} peers ${FOLDER}/wall.xml --samples 4 --seeds 2 --size 16 --cache ${FOLDER}/cache
+                        --mitsuba-python ${FOLDER}/none --output ${FOLDER} --json
   OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "exit code ${code}: ${notes}")
@@ -10,7 +15,7 @@ endif()
 string(JSON scene GET "${json}" curves 0 scene)
 string(JSON mode GET "${json}" curves 0 mode)
 string(JSON points LENGTH "${json}" curves 0 points)
-if(NOT scene STREQUAL "cornell-box" OR NOT mode STREQUAL "pt" OR NOT points EQUAL 3)  # 1, 2 and 4 samples
+if(NOT scene STREQUAL "wall" OR NOT mode STREQUAL "pt" OR NOT points EQUAL 3)  # 1, 2 and 4 samples
   message(FATAL_ERROR "scene ${scene}, mode ${mode}, ${points} points")
 endif()
 # More samples leave less error, and the reference less than all of them.
@@ -28,15 +33,15 @@ file(WRITE ${FOLDER}/lamp.xml "<scene version='3.0.0'><integrator type='path'><i
 value='16'/></film></sensor><shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/>\
 <scale value='9'/><translate z='3'/></transform><bsdf type='diffuse'/><emitter type='area'/></shape><shape type='sphere'>\
 <point name='center' x='0' y='0' z='-2'/><emitter type='area'/></shape></scene>")
-execute_process(COMMAND ${BENCH} modes ${FOLDER}/lamp.xml --samples 2 --seeds 1 --size 16 --cache ${FOLDER}/cache
-                        --output ${FOLDER}/lamp --json
+execute_process(COMMAND ${BENCH} peers ${FOLDER}/lamp.xml --samples 2 --seeds 1 --size 16 --cache ${FOLDER}/cache
+                        --mitsuba-python ${FOLDER}/none --output ${FOLDER}/lamp --json
   OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
-  message(FATAL_ERROR "modes lamp.xml: exit code ${code}: ${notes}")
+  message(FATAL_ERROR "peers lamp.xml: exit code ${code}: ${notes}")
 endif()
 string(JSON error GET "${json}" curves 0 points 0 mse mean)
 if(error GREATER 1e-10)
-  message(FATAL_ERROR "modes lamp.xml: mse ${error} of a picture of one value")
+  message(FATAL_ERROR "peers lamp.xml: mse ${error} of a picture of one value")
 endif()
 # And that `adaptive` finds what an allocation could gain.
 execute_process(COMMAND ${BENCH} adaptive cornell-box --samples 32 --seeds 1 --size 32 --cache ${FOLDER}/cache --json

@@ -30,8 +30,6 @@ Status run_bidir(BenchContext& context, Figures& figures);
 Status run_reuse(BenchContext& context, Figures& figures);
 
 // Error curves instead of figures.
-Result<std::vector<CurveReport>> run_modes(BenchContext& context);
 Result<std::vector<CurveReport>> run_peers(BenchContext& context);
-Result<std::vector<CurveReport>> run_thesis(BenchContext& context);
 
 }  // namespace helio::bench

@@ -102,19 +102,11 @@ std::string to_json(std::span<const CurveReport> curves) {
                         {"bias", number(p.bias)},
                         {"bias_standard_error", number(p.bias_standard_error)}});
     }
-    ordered_json rates = ordered_json::array();
-    for (const FrameRate& rate : curve.frame_rates) {
-      rates.push_back({{"width", rate.width},
-                       {"height", rate.height},
-                       {"frames_per_second", number(rate.per_second)},
-                       {"standard_deviation", number(rate.deviation)}});
-    }
     list.push_back({{"scene", curve.scene},
                     {"renderer", curve.renderer},
                     {"mode", curve.mode},
                     {"reference_mse", number(curve.reference_mse)},
-                    {"points", points},
-                    {"frame_rates", rates}});
+                    {"points", points}});
   }
   return ordered_json({{"curves", list}}).dump(2);
 }
@@ -145,11 +137,6 @@ std::string to_table(std::span<const CurveReport> curves) {
     text += fmt::format("{}, {} {}", curve.scene, curve.renderer, curve.mode);
     if (curve.reference_mse > 0)
       text += fmt::format(" (the reference's noise adds {:.3g} to mse)", curve.reference_mse);
-    for (const FrameRate& rate : curve.frame_rates) {
-      text += fmt::format("\n{:.4g} frames a second at {}x{}, one sample a pixel each", rate.per_second, rate.width,
-                          rate.height);
-      if (std::isfinite(rate.deviation)) text += fmt::format(" (standard deviation {:.2g})", rate.deviation);
-    }
     text += fmt::format("\n{:>8} {:>6} {:>11} {:>11} {:>11} {:>11} {:>23} {:>11} {:>22}\n", "samples", "seeds",
                         "seconds", "samples/s", "mse", "relmse", "95 % of relmse", "dssim", "bias +- its error");
     for (const CurvePointReport& p : curve.points) {

@@ -1,4 +1,4 @@
-// Curves of error against time and samples, over seeds: what `helio_bench modes` and `peers` report.
+// Curves of error against time and samples, over seeds: what `helio_bench peers` reports.
 #pragma once
 
 #include <span>
@@ -28,19 +28,12 @@ struct CurvePointReport {
   double bias = 0, bias_standard_error = 0;  // over seeds; infinity for one seed
 };
 
-// Of a camera at rest: a frame adds one sample to every pixel of the picture and shows it.
-struct FrameRate {
-  int width = 0, height = 0;
-  double per_second = 0, deviation = 0;  // mean and standard deviation over frames; NaN: not told
-};
-
 struct CurveReport {
   std::string scene;
   std::string renderer;      // "heliograph" or a peer with its version
   std::string mode;          // of our renderer: "pt", ...; of a peer: the name of its integrator
   double reference_mse = 0;  // what noise of the reference adds to mse, on average; 0: not known
   std::vector<CurvePointReport> points;
-  std::vector<FrameRate> frame_rates{};  // none: not asked for
 };
 
 // Precondition: not empty.
@@ -54,10 +47,9 @@ CurvePointReport summarise(int samples, std::span<const PictureError> seeds);
 double value_at(const CurveReport& curve, Interval CurvePointReport::*measure, double seconds);
 
 // {"curves": [{scene, renderer, mode, reference_mse, points: [{samples, seeds, seconds: {mean, low, high},
-// samples_per_second, ...}], frame_rates: [{width, height, frames_per_second, standard_deviation}]}]}; what is not
-// finite is null.
+// samples_per_second, ...}]}]}; what is not finite is null.
 std::string to_json(std::span<const CurveReport> curves);
-// One line a point, with a header; what is not finite is an empty field. Without rates. Quoted as RFC 4180 wants it.
+// One line a point, with a header; what is not finite is an empty field. Quoted as RFC 4180 wants it.
 std::string to_csv(std::span<const CurveReport> curves);
 std::string to_table(std::span<const CurveReport> curves);
 

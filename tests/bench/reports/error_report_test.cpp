@@ -52,7 +52,6 @@ std::vector<CurveReport> two_curves() {
   const std::vector<PictureError> fine = {{1, 1, 0.5, 0.1, 0.125}, {1, 1, 0.5, 0.1, 0.125}};
   CurveReport ours{"box <A&B>", "heliograph", "pt", 0.01, {summarise(1, coarse), summarise(2, fine)}};
   CurveReport theirs{"box <A&B>", "other, \"1.0\"", "path", 0, {summarise(1, {coarse.data(), 1})}};
-  ours.frame_rates = {{640, 360, 25, 0.5}, {1280, 720, 7.5, std::numeric_limits<double>::quiet_NaN()}};
   return {ours, theirs};
 }
 
@@ -81,24 +80,10 @@ TEST(ErrorReport, JsonHoldsEveryPointAndNullForWhatIsNotKnown) {
   EXPECT_EQ(ours["points"][1]["mse"]["mean"], 1.0);
   EXPECT_EQ(ours["points"][1]["bias"], 0.125);
   EXPECT_EQ(ours["points"][1]["samples_per_second"], 2.0);
-  ASSERT_EQ(ours["frame_rates"].size(), 2u);
-  EXPECT_EQ(ours["frame_rates"][0]["frames_per_second"], 25.0);
-  EXPECT_EQ(ours["frame_rates"][0]["standard_deviation"], 0.5);
-  EXPECT_EQ(ours["frame_rates"][1]["height"], 720);
-  EXPECT_TRUE(ours["frame_rates"][1]["standard_deviation"].is_null());
-  EXPECT_TRUE(json["curves"][1]["frame_rates"].empty());
   const auto& single = json["curves"][1]["points"][0];
   EXPECT_EQ(single["relmse"]["mean"], 2.0);
   EXPECT_TRUE(single["relmse"]["low"].is_null());
   EXPECT_TRUE(single["bias_standard_error"].is_null());
-}
-
-TEST(ErrorReport, TheTableHasRatesWithTheirUnits) {
-  const std::string table = to_table(two_curves());
-  EXPECT_NE(table.find("25 frames a second at 640x360, one sample a pixel each (standard deviation 0.5)\n"),
-            std::string::npos)
-      << table;
-  EXPECT_NE(table.find("7.5 frames a second at 1280x720, one sample a pixel each\n"), std::string::npos) << table;
 }
 
 // Fields of one line of RFC 4180.

@@ -103,7 +103,7 @@ Result<fs::path> find_error_scene(const BenchOptions& options, const std::string
 }
 
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path& file, RenderEngine& engine,
-                                    std::uint32_t samples, const std::optional<RenderSettings>& how) {
+                                    std::uint32_t samples) {
   ErrorScene scene;
   scene.name = file.stem().string();
   scene.file = file;
@@ -130,7 +130,7 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
     scene.settings.height = scene.reference.height;
     return scene;
   }
-  RenderSettings settings = how.value_or(scene.settings);
+  RenderSettings settings = scene.settings;
   const double aspect = description.cameras.at(0).aspect;
   settings.height = options.size;
   settings.width = aspect > 0 ? std::max(1, int(std::lround(options.size * aspect))) : options.size;

@@ -39,11 +39,9 @@ Result<std::filesystem::path> find_error_scene(const BenchOptions& options, cons
 
 // The scene with its reference: STEM.reference.exr or STEM.mean.exr, with STEM.variance.exr, beside the file or in the
 // folder above it, made by another renderer; where there is none, a picture of `samples` samples a pixel of our own,
-// options.size pixels high, made as the file says or, where it is given, with the path length and integrator of `how`,
-// kept in options.cache (reference_pictures.h).
+// options.size pixels high, made as the file says and kept in options.cache (reference_pictures.h).
 Result<ErrorScene> load_error_scene(const BenchOptions& options, const std::filesystem::path& file,
-                                    RenderEngine& engine, std::uint32_t samples,
-                                    const std::optional<RenderSettings>& how = std::nullopt);
+                                    RenderEngine& engine, std::uint32_t samples);
 
 // The two in one. Nothing, and a note, where a scene that nobody asked for by
 // name (options.scenes is empty) is not there.

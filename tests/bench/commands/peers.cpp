@@ -1,6 +1,5 @@
-// Error against time and samples, for every mode; and beside Mitsuba on the same XML file.
-#include <functional>
-#include <iterator>
+// Error against time and samples of every mode, beside Mitsuba on the same XML file.
+#include <memory>
 #include <utility>
 
 #include "tests/bench/commands/error_curves.h"
@@ -31,11 +30,11 @@ std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& sc
 }
 
 // The scenes asked for, or those of the defaults that are there.
-Result<std::vector<std::filesystem::path>> chosen_scenes(const BenchOptions& options,
-                                                         const std::vector<std::string>& defaults, SceneKind kind) {
+Result<std::vector<std::filesystem::path>> chosen_scenes(const BenchOptions& options) {
+  static const std::vector<std::string> defaults = {"cornell", "covered", "glass"};
   std::vector<std::filesystem::path> files;
   for (const std::string& name : options.scenes.empty() ? defaults : options.scenes) {
-    auto file = find_error_scene(options, name, kind);
+    auto file = find_error_scene(options, name, SceneKind::mitsuba_xml);
     if (file) {
       files.push_back(*file);
     } else if (options.scenes.empty()) {
@@ -45,28 +44,6 @@ Result<std::vector<std::filesystem::path>> chosen_scenes(const BenchOptions& opt
     }
   }
   return files;
-}
-
-// Who else takes part in a scene, whose file is given; the scene outlives them.
-using OtherContenders = std::function<Result<std::vector<Contender>>(const ErrorScene&, const std::filesystem::path&)>;
-
-Result<std::vector<CurveReport>> measure_scenes(const BenchOptions& options,
-                                                const std::vector<std::filesystem::path>& files,
-                                                const OtherContenders& others) {
-  RenderEngine engine(options.threads);
-  std::vector<CurveReport> curves;
-  for (const std::filesystem::path& file : files) {
-    const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
-    if (!scene) return scene.error();
-    std::vector<Contender> contenders = our_contenders(engine, *scene);
-    auto guests = others(*scene, file);
-    if (!guests) return guests.error();
-    std::move(guests->begin(), guests->end(), std::back_inserter(contenders));
-    auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
-    if (!measured) return measured.error();
-    curves.insert(curves.end(), measured->begin(), measured->end());
-  }
-  return curves;
 }
 
 Result<Contender> mitsuba_contender(MitsubaPeer& peer, const ErrorScene& scene, const std::filesystem::path& file,
@@ -81,30 +58,30 @@ Result<Contender> mitsuba_contender(MitsubaPeer& peer, const ErrorScene& scene, 
 
 }  // namespace
 
-Result<std::vector<CurveReport>> run_modes(BenchContext& context) {
-  const BenchOptions& options = context.options();
-  const auto files =
-      chosen_scenes(options, {"cornell", "covered", "glass", "cornell-glossy", "veach-plates"}, SceneKind::any);
-  if (!files) return files.error();
-  return measure_scenes(options, *files, [](const ErrorScene&, const auto&) { return std::vector<Contender>(); });
-}
-
 Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
   const BenchOptions& options = context.options();
-  const auto files = chosen_scenes(options, {"cornell", "covered", "glass"}, SceneKind::mitsuba_xml);
+  const auto files = chosen_scenes(options);
   if (!files) return files.error();
   auto started = MitsubaPeer::start(options.mitsuba_python, options.threads);
   if (!started) note(started.error().to_string());
   const std::unique_ptr<MitsubaPeer> peer = started ? std::move(started).value() : nullptr;
   const std::string picture_file = (context.folder() / "mitsuba.exr").string();
-  const auto mitsuba = [&](const ErrorScene& scene,
-                           const std::filesystem::path& file) -> Result<std::vector<Contender>> {
-    if (!peer) return std::vector<Contender>();
-    auto contender = mitsuba_contender(*peer, scene, file, picture_file);
-    if (!contender) return contender.error();
-    return std::vector<Contender>{std::move(*contender)};
-  };
-  return measure_scenes(options, *files, mitsuba);
+  RenderEngine engine(options.threads);
+  std::vector<CurveReport> curves;
+  for (const std::filesystem::path& file : *files) {
+    const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
+    if (!scene) return scene.error();
+    std::vector<Contender> contenders = our_contenders(engine, *scene);
+    if (peer) {
+      auto contender = mitsuba_contender(*peer, *scene, file, picture_file);
+      if (!contender) return contender.error();
+      contenders.push_back(std::move(*contender));
+    }
+    auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
+    if (!measured) return measured.error();
+    curves.insert(curves.end(), measured->begin(), measured->end());
+  }
+  return curves;
 }
 
 }  // namespace helio::bench
