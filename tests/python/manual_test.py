@@ -71,7 +71,7 @@ def test_manual(number, program, tmp_path):
     told = run((PRELUDE if "hg.serve()" not in code else "") + code, program, tmp_path)
     assert told.endswith("edited\n") == edited
     if "compare(" in code:
-        assert (tmp_path / "box-comparison" / "comparison.json").is_file() and "relmse" in told
+        assert (tmp_path / "box-comparison" / "comparison.json").is_file() and "relative MSE" in told
     if "turn." in code:
         assert sorted(path.name for path in tmp_path.glob("*.png")) == [f"turn.{view:04}.png" for view in range(3)]
 
