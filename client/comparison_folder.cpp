@@ -270,19 +270,28 @@ void ComparisonFolder::notice(const std::string& text) {
 pb::CompareRequest ComparisonFolder::request() const {
   pb::CompareRequest request = request_of(record_);
   if (!request.send_pictures()) return request;
-  bool missing = false;
-  pb::CompareRecord::Picture picture;
-  for (int view = 0; view < view_count(request); ++view) {
+  const int views = view_count(request);
+  for (int view = 0; view < views; ++view) {
+    pb::CompareRecord::Picture picture;
     picture.set_view(std::uint32_t(view));
+    const auto add_done = [&] {
+      pb::CompareRequest::PictureName& done = *request.add_pictures_done();
+      done.set_reference(picture.reference());
+      done.set_mode(picture.mode());
+      done.set_view(picture.view());
+    };
     picture.set_reference(true);
-    missing |= !files_.contains(picture_file(picture));
+    if (files_.contains(picture_file(picture))) add_done();
     picture.set_reference(false);
     for (const pb::CompareMode& mode : request.modes()) {
       picture.set_mode(mode.name());
-      missing |= !units_.contains({mode.name(), picture.view()}) || !files_.contains(picture_file(picture));
+      if (units_.contains({mode.name(), picture.view()}) && files_.contains(picture_file(picture))) add_done();
     }
   }
-  request.set_send_pictures(missing);
+  if (request.pictures_done_size() == views * (request.modes_size() + 1)) {
+    request.set_send_pictures(false);
+    request.clear_pictures_done();
+  }
   return request;
 }
 

@@ -70,7 +70,8 @@ class ComparisonFolder {
   // Into the record, once.
   void notice(const std::string& text);
 
-  // request_of() the record; pictures are asked for only where one is missing, for they are rendered for it.
+  // request_of() the record, with the pictures that are there as pictures_done; without send_pictures where none is
+  // missing.
   heliograph::v1::CompareRequest request() const;
 
   // Rendered references that an earlier call left, of every view; empty: not of every view.

@@ -6,12 +6,14 @@
 #include <numeric>
 #include <utility>
 
+#include "renderer/base/cancel.h"
 #include "renderer/base/check.h"
 #include "renderer/metrics/check_pictures.h"
 #include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
 #include "renderer/metrics/flip.h"
+#include "renderer/metrics/flip_reference.h"
 #include "renderer/metrics/reference_halves.h"
 #include "renderer/metrics/weighted_median.h"
 
@@ -127,12 +129,18 @@ class Measurement {
   Measurement(const PictureErrorOptions& options, std::vector<MeasuredValue>& values)
       : measures_(options.measures), values_(values) {
     flip_.threads = options.threads;
+    flip_.cancel = options.cancel;
   }
 
   bool wants(Measure measure) const { return (measures_ >> unsigned(measure) & 1u) != 0; }
+  Status go_on() const {
+    if (!flip_.cancel || !flip_.cancel->cancelled()) return ok_status();
+    return Error{ErrorCode::cancelled, "the measures of a picture were cancelled", {}};
+  }
 
   // The measures of regions.
   Status squared_errors(const PictureView& picture, const ReferenceView& reference, const std::string& region) {
+    if (Status on = go_on(); !on) return on;
     if (wants(Measure::mse)) {
       const Result<double> value = mse(picture, reference);
       if (!value) return value.error();
@@ -156,20 +164,27 @@ class Measurement {
     return ok_status();
   }
 
-  Status whole_picture(const PictureView& picture, const PictureView& reference) {
+  Status whole_picture(const PictureView& picture, const ReferenceView& reference) {
+    if (Status on = go_on(); !on) return on;
     if (wants(Measure::distance_variance)) {
-      const Result<SquaredError> error = squared_error(picture, reference);
+      const Result<SquaredError> error = squared_error(picture, reference.mean);
       if (!error) return error.error();
       add(Measure::distance_variance, {}, error->distance_variance);
     }
     if (wants(Measure::dssim)) {
-      const Result<Dssim> structure = dssim(picture, reference);
+      const Result<Dssim> structure = dssim(picture, reference.mean);
       if (!structure) return structure.error();
       add(Measure::dssim, {}, structure->dssim);
     }
-    if (Status done = flips(ldr_flip, Measure::flip, Measure::flip_median, picture, reference); !done) return done;
-    if (Status done = flips(hdr_flip, Measure::hdr_flip, Measure::hdr_flip_median, picture, reference); !done)
-      return done;
+    if (Status on = go_on(); !on) return on;
+    if (wants(Measure::flip) || wants(Measure::flip_median)) {
+      const auto map = reference.flip ? ldr_flip(picture, *reference.flip) : ldr_flip(picture, reference.mean, flip_);
+      if (Status added = add_flip(map, Measure::flip, Measure::flip_median); !added) return added;
+    }
+    if (wants(Measure::hdr_flip) || wants(Measure::hdr_flip_median)) {
+      const auto map = reference.flip ? hdr_flip(picture, *reference.flip) : hdr_flip(picture, reference.mean, flip_);
+      if (Status added = add_flip(map, Measure::hdr_flip, Measure::hdr_flip_median); !added) return added;
+    }
     return ok_status();
   }
 
@@ -200,10 +215,7 @@ class Measurement {
     return error->relmse - (reference.variance ? mean_relative_variance(reference) : 0);
   }
 
-  Status flips(Result<Flip> (*flip)(const PictureView&, const PictureView&, const FlipOptions&), Measure mean,
-               Measure median, const PictureView& picture, const PictureView& reference) {
-    if (!wants(mean) && !wants(median)) return ok_status();
-    const Result<Flip> map = flip(picture, reference, flip_);
+  Status add_flip(const Result<Flip>& map, Measure mean, Measure median) {
     if (!map) return map.error();
     if (wants(mean)) add(mean, {}, map->mean);
     if (!wants(median)) return ok_status();
@@ -232,7 +244,7 @@ Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, co
   std::vector<MeasuredValue> values;
   Measurement measurement(options, values);
   if (Status done = measurement.squared_errors(picture, reference, {}); !done) return done.error();
-  if (Status done = measurement.whole_picture(picture, reference.mean); !done) return done.error();
+  if (Status done = measurement.whole_picture(picture, reference); !done) return done.error();
   if ((options.measures & kOfRegions) == 0) return values;
 
   const auto measure_part = [&](const std::string& name, std::vector<std::size_t> pixels) {

@@ -13,11 +13,16 @@
 
 namespace helio {
 
+class CancelToken;
+class FlipReference;
+
 // A reference, and what is known of its own noise. Pictures are of one size.
 struct ReferenceView {
   PictureView mean;                           // with halves: (a + b) / 2
   std::optional<PictureView> half_a, half_b;  // independent renderings of as many samples each; both or none
   std::optional<PictureView> variance;        // of the mean's values, where there are no halves
+  // Of the mean, for the FLIP measures that are asked for, with threads and cancel of its own; null: computed here.
+  const FlipReference* flip = nullptr;
 };
 
 struct MeasuredRegion {
@@ -28,7 +33,8 @@ struct MeasuredRegion {
 struct PictureErrorOptions {
   unsigned measures = ~0u;  // bit i: Measure(i). flicker and told_rmse are not measured here
   std::vector<MeasuredRegion> regions;
-  int threads = 1;  // that HDR-FLIP may use, [1, 64]
+  int threads = 1;                      // that HDR-FLIP may use, [1, 64]
+  const CancelToken* cancel = nullptr;  // polled between measures and at every row of FLIP; null: nobody cancels
 };
 
 // mse and relmse are free of the reference's noise where that is known: by products of its halves (metrics/
@@ -37,7 +43,7 @@ struct PictureErrorOptions {
 // Regions and the dark half have mse, relmse, bias and outlier_share alone, relative to their own mean and of 0.1 % of
 // their own pixels. A value that is not defined is left out: relmse, bias and outlier_share where the reference is
 // black, outlier_share of fewer than 1,000 pixels (0.1 % is less than one of them), dssim where SSIM is not positive.
-// invalid_argument as for metrics/error_metrics.h.
+// invalid_argument as for metrics/error_metrics.h; cancelled.
 Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, const ReferenceView& reference,
                                                   const PictureErrorOptions& options = {});
 

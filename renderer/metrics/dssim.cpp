@@ -1,5 +1,6 @@
 #include "renderer/metrics/dssim.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -24,28 +25,47 @@ std::array<double, 2 * kRadius + 1> gaussian_taps() {
   return taps;
 }
 
-// Weighted mean along one axis: `count` lines of `length` values; taps outside a line are left out.
-Plane blur_lines(const Plane& in, int count, int length, std::size_t line_step, std::size_t value_step) {
+double tap(int offset) {
   static const auto taps = gaussian_taps();
-  Plane out(in.size());
-  for (int line = 0; line < count; ++line) {
-    const std::size_t start = std::size_t(line) * line_step;
-    for (int i = 0; i < length; ++i) {
-      double sum = 0, weight = 0;
-      for (int k = std::max(0, i - kRadius); k <= std::min(length - 1, i + kRadius); ++k) {
-        const double tap = taps[std::size_t(k - i + kRadius)];
-        sum += tap * in[start + std::size_t(k) * value_step];
-        weight += tap;
-      }
-      out[start + std::size_t(i) * value_step] = sum / weight;
-    }
-  }
-  return out;
+  return taps[std::size_t(offset + kRadius)];
 }
 
+// Sum of the taps that lie inside, of each place on a line.
+std::vector<double> weights(int length) {
+  std::vector<double> weights(std::size_t(length), 0.0);
+  for (int i = 0; i < length; ++i) {
+    for (int k = -kRadius; k <= kRadius; ++k) {
+      if (i + k >= 0 && i + k < length) weights[std::size_t(i)] += tap(k);
+    }
+  }
+  return weights;
+}
+
+void add_scaled(const double* __restrict values, double factor, std::size_t count, double* __restrict sums) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] += factor * values[i];
+}
+
+// Weighted mean; taps outside the picture are left out.
 Plane blur(const Plane& in, int width, int height) {
   const std::size_t w = std::size_t(width);
-  return blur_lines(blur_lines(in, height, width, w, 1), width, height, 1, w);
+  const std::vector<double> across = weights(width), down = weights(height);
+  Plane rows(in.size(), 0.0), out(in.size(), 0.0);
+  for (int y = 0; y < height; ++y) {
+    const double* from = &in[std::size_t(y) * w];
+    double* to = &rows[std::size_t(y) * w];
+    for (int k = -kRadius; k <= kRadius; ++k) {
+      const int first = std::max(0, -k), last = std::min(width, width - k);
+      if (first < last) add_scaled(from + first + k, tap(k), std::size_t(last - first), to + first);
+    }
+    for (std::size_t x = 0; x < w; ++x) to[x] /= across[x];
+  }
+  for (int y = 0; y < height; ++y) {
+    double* to = &out[std::size_t(y) * w];
+    for (int k = std::max(0, y - kRadius); k <= std::min(height - 1, y + kRadius); ++k)
+      add_scaled(&rows[std::size_t(k) * w], tap(k - y), w, to);
+    for (std::size_t x = 0; x < w; ++x) to[x] /= down[std::size_t(y)];
+  }
+  return out;
 }
 
 Plane encoded_luminance(const PictureView& picture, double exposure) {

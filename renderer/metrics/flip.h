@@ -5,25 +5,11 @@
 
 #include "renderer/base/picture_view.h"
 #include "renderer/base/result.h"
+#include "renderer/metrics/flip_options.h"
 
 namespace helio {
 
-// A display of 3840 pixels and 0.7 m across, seen from 0.7 m: distance x pixels / width x pi / 180 (Andersson et al.
-// 2020). 67.02.
-inline constexpr double kFlipPixelsPerDegree = 0.7 * (3840 / 0.7) * 3.14159265358979323846 / 180;
-
-// Tone mappers of HDR-FLIP, on linear RGB.
-enum class FlipToneMapper {
-  aces,      // Narkowicz' fit with its exposure of 0.6, per channel
-  hable,     // the filmic curve of Uncharted 2, white at 11.2, per channel
-  reinhard,  // colour / (1 + luminance)
-};
-
-struct FlipOptions {
-  double pixels_per_degree = kFlipPixelsPerDegree;    // [1, 1000]
-  FlipToneMapper tone_mapper = FlipToneMapper::aces;  // of hdr_flip
-  int threads = 1;  // that hdr_flip may use, [1, 64]: exposures are shared out, and the result is the same
-};
+class FlipReference;
 
 struct Flip {
   std::vector<float> error;  // per pixel, row-major, top row first, each in [0, 1]; 0 for equal pictures
@@ -43,8 +29,10 @@ struct Flip {
 // Agrees with flip-evaluator 1.7 of PyPI (linear input) within 1e-4 in mean and pixels, except where errors below 0.002
 // depend on the last digits of floats (tests/unit/picture/metrics/flip_evaluator_test.cpp). For large flat maps that
 // evaluator prints a mean that is off by up to 0.01, because it sums in floats; its map is right.
-// invalid_argument as for error_metrics.h, and for pixels_per_degree out of range.
+// invalid_argument as for error_metrics.h, and for pixels_per_degree or threads out of range; cancelled.
 Result<Flip> ldr_flip(const PictureView& picture, const PictureView& reference, const FlipOptions& options = {});
+// The same, bit for bit, with the options that the reference was made with.
+Result<Flip> ldr_flip(const PictureView& picture, const FlipReference& reference);
 
 // HDR-FLIP (Andersson et al. 2021, "Visualizing Errors in Rendered High Dynamic Range Images"): in each pixel the
 // largest LDR-FLIP over exposures, each multiplied in and tone mapped. The tone mapper brings the reference's largest
@@ -55,5 +43,6 @@ Result<Flip> ldr_flip(const PictureView& picture, const PictureView& reference, 
 // A scale of both pictures changes nothing while the reference's median stays above 2^-23.
 // Errors as for ldr_flip.
 Result<Flip> hdr_flip(const PictureView& picture, const PictureView& reference, const FlipOptions& options = {});
+Result<Flip> hdr_flip(const PictureView& picture, const FlipReference& reference);
 
 }  // namespace helio

@@ -1,5 +1,5 @@
-// The colour spaces of FLIP (Andersson et al. 2020, colour pipeline): linear sRGB, XYZ in units of white, CIELAB with
-// the Hunt effect.
+// The colour spaces of FLIP: linear sRGB, XYZ in units of white, CIELAB with the Hunt effect (Andersson et al. 2020,
+// "FLIP: A Difference Evaluator for Alternating Images", colour pipeline: perceptually uniform colour space).
 #pragma once
 
 #include <bit>
@@ -66,7 +66,8 @@ inline HuntLab clamped_hunt_lab(float white_x, float white_y, float white_z) {
                   white_z + kWhiteZFromRgb[0] * dr + kWhiteZFromRgb[1] * dg + kWhiteZFromRgb[2] * db);
 }
 
-// Distance in lightness and colour, one added to the other (HyAB).
+// Distance in lightness and colour, one added to the other (HyAB; Andersson et al. 2020, colour pipeline: colour
+// metric).
 inline float hyab_distance(const HuntLab& p, const HuntLab& q) {
   const float a = p.a - q.a, b = p.b - q.b;
   return std::abs(p.l - q.l) + std::sqrt(a * a + b * b);

@@ -54,6 +54,18 @@ void filter_differences(const HalfKernel& kernel, const At& at, float* out) {
   std::memcpy(out, &sum, sizeof(sum));
 }
 
+void to_opponent(const float* __restrict r, const float* __restrict g, const float* __restrict b,
+                 float* __restrict luma, float* __restrict red_green, float* __restrict blue_yellow, int width) {
+  for (int x = 0; x < width; ++x) {
+    const float white_x = kWhiteXFromRgb[0] * r[x] + kWhiteXFromRgb[1] * g[x] + kWhiteXFromRgb[2] * b[x];
+    const float white_y = kWhiteYFromRgb[0] * r[x] + kWhiteYFromRgb[1] * g[x] + kWhiteYFromRgb[2] * b[x];
+    const float white_z = kWhiteZFromRgb[0] * r[x] + kWhiteZFromRgb[1] * g[x] + kWhiteZFromRgb[2] * b[x];
+    luma[x] = white_y;
+    red_green[x] = white_x - white_y;
+    blue_yellow[x] = white_y - white_z;
+  }
+}
+
 void extend(std::vector<float>& row, int radius, int width) {
   std::fill_n(row.begin(), radius, row[std::size_t(radius)]);
   std::fill(row.begin() + radius + width, row.end(), row[std::size_t(radius + width - 1)]);
@@ -79,19 +91,21 @@ float* FlipFilter::stored(Plane plane, int y) {
   return &rows_[(std::size_t(plane) * held + std::size_t(y) % held) * std::size_t(blocks_) * kBlock];
 }
 
+const FlipFilter::Row& FlipFilter::row(int y, const FlipRows& rows) {
+  if (y == 0) filled_ = 0;
+  for (; filled_ < height_ && filled_ <= y + radius_; ++filled_) {
+    rows(filled_, color_);
+    filter_across(filled_);
+  }
+  filter_down(y);
+  return row_;
+}
+
 void FlipFilter::filter_across(int y) {
   float* luma = opponent_[0].data() + radius_;
   float* red_green = opponent_[1].data() + radius_;
   float* blue_yellow = opponent_[2].data() + radius_;
-  const float *r = color_[0], *g = color_[1], *b = color_[2];
-  for (int x = 0; x < width_; ++x) {
-    const float white_x = kWhiteXFromRgb[0] * r[x] + kWhiteXFromRgb[1] * g[x] + kWhiteXFromRgb[2] * b[x];
-    const float white_y = kWhiteYFromRgb[0] * r[x] + kWhiteYFromRgb[1] * g[x] + kWhiteYFromRgb[2] * b[x];
-    const float white_z = kWhiteZFromRgb[0] * r[x] + kWhiteZFromRgb[1] * g[x] + kWhiteZFromRgb[2] * b[x];
-    luma[x] = white_y;
-    red_green[x] = white_x - white_y;
-    blue_yellow[x] = white_y - white_z;
-  }
+  to_opponent(color_[0], color_[1], color_[2], luma, red_green, blue_yellow, width_);
   for (auto& row : opponent_) extend(row, radius_, width_);
 
   for (int x = 0; x < blocks_ * kBlock; x += kBlock) {

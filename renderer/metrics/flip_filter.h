@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "renderer/metrics/flip_kernels.h"
+#include "renderer/metrics/flip_tone_mapping.h"
 
 namespace helio {
 
@@ -19,18 +20,8 @@ class FlipFilter {
 
   FlipFilter(const FlipKernels& kernels, int width, int height);
 
-  // Where the next picture's rows come from: `fill(y, color)` writes row y, linear RGB in [0, 1], to three arrays of
-  // `width` values.
-  template <class Fill>
-  const Row& row(int y, const Fill& fill) {
-    if (y == 0) filled_ = 0;
-    for (; filled_ < height_ && filled_ <= y + radius_; ++filled_) {
-      fill(filled_, color_);
-      filter_across(filled_);
-    }
-    filter_down(y);
-    return row_;
-  }
+  // Row y, [0, height), one after the other; with row 0 another picture begins. `rows`: the picture, in [0, 1].
+  const Row& row(int y, const FlipRows& rows);
 
  private:
   // Filtered across; blue-yellow twice, and Y as it is needed for each derivative.
@@ -43,7 +34,7 @@ class FlipFilter {
   const FlipKernels& kernels_;
   int width_, height_, radius_;
   int blocks_;       // of a row
-  int filled_ = 0;   // rows that `fill` was asked for
+  int filled_ = 0;   // rows that were filtered across
   float* color_[3];  // into color_row_
   std::vector<float> color_row_;
   std::vector<float> opponent_[3];    // Y, X - Y, Y - Z of one row, with radius_ values more at both ends

@@ -9,10 +9,10 @@ namespace helio {
 // Taps 0, 1, ..., radius of an even filter, or of an odd one (tap 0 is 0; the tap at -i is minus that at i).
 using HalfKernel = std::vector<float>;
 
-// Contrast sensitivity (Andersson et al. 2020, spatial filtering) and feature detection of the same paper, sampled
-// at whole pixels and cut at three standard deviations of the widest Gaussian, as the authors do. Taps of less than
-// 1e-9 of the largest are left out. A vertical pass uses the taps of the horizontal one, but for blue-yellow, whose two
-// Gaussians have different weights: `vertical` includes these.
+// Contrast sensitivity (Andersson et al. 2020, colour pipeline: spatial filtering) and feature detection (feature
+// pipeline), sampled at whole pixels and cut at three standard deviations of the widest Gaussian, as the authors do.
+// Taps of less than 1e-9 of the largest are left out. A vertical pass uses the taps of the horizontal one, but for
+// blue-yellow, whose two Gaussians have different weights: `vertical` includes these.
 struct FlipKernels {
   HalfKernel achromatic, red_green;
   struct {

@@ -11,6 +11,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/codec/checksum.h"
 #include "renderer/codec/tile_codec.h"
+#include "renderer/metrics/check_pictures.h"
 #include "server/base/build_info.h"
 #include "server/compare/brightest_sample.h"
 #include "server/compare/compare_table.h"
@@ -29,6 +30,9 @@ constexpr int kRowsPerTile = 64;  // of a picture: 1280 x 64 pixels of three flo
 constexpr std::uint64_t kTileBytes = 1 << 20;
 
 constexpr std::size_t kMostProblems = 20;
+// The prepared references of FLIP take at most so many bytes in a comparison, and a kFlipShare-th of the memory that is
+// left: they save less than half of FLIP's time, and no session is to be refused for them.
+constexpr std::uint64_t kMostFlipBytes = std::uint64_t(256) << 20, kFlipShare = 4;
 
 // Of the motion of one view.
 std::uint64_t positions_bytes(const ComparisonRequest& request) {
@@ -67,9 +71,10 @@ Error gone() {
   return {ErrorCode::cancelled, "the caller gave up", {}};
 }
 
-unsigned bit(Measure measure) {
+constexpr unsigned bit(Measure measure) {
   return 1u << unsigned(measure);
 }
+constexpr unsigned kHdr = bit(Measure::hdr_flip) | bit(Measure::hdr_flip_median);
 
 void subtract(const Picture& picture, const Picture& reference, Picture& error) {
   error = Picture(picture.width, picture.height);
@@ -82,7 +87,7 @@ void subtract(const Picture& picture, const Picture& reference, Picture& error) 
 // NaN and infinity come from broken samples alone, which films leave out; display layers are finite, too.
 Status check_finite(const Picture& picture) {
   for (const auto& channel : picture.channels) {
-    if (!std::all_of(channel.begin(), channel.end(), [](float v) { return std::isfinite(v); }))
+    if (!all_finite(channel.data(), channel.size()))
       return Error{ErrorCode::internal, "the picture has a value that is not finite", {}};
   }
   return ok_status();
@@ -130,7 +135,9 @@ Status Comparison::run(const CancelToken& cancel, const Send& send) {
   auto memory = resources_.memory.reserve_with_room(picture_bytes(request_.width(), request_.height(), 6),
                                                     "the pictures of a comparison");
   if (!memory) return memory.error();
-  if (done_.size() < request_.units() || request_.send_pictures) {
+  bool pictures = sends_pictures({});
+  for (const ComparedMode& mode : request_.modes) pictures |= sends_pictures(mode.name);
+  if (done_.size() < request_.units() || pictures) {
     if (const Status fits = check_memory(); !fits.ok()) return fits;
     if (const Status found = find_references(); !found.ok()) return found;
   }
@@ -212,6 +219,37 @@ Status Comparison::check_memory() const {
                {}};
 }
 
+bool Comparison::sends_pictures(const std::string& mode) const {
+  for (std::uint32_t view = 0; view < views_.size(); ++view) {
+    if (request_.sends(mode, view)) return true;
+  }
+  return false;
+}
+
+Status Comparison::prepare_flip(ViewState& view) {
+  const unsigned measures = request_.errors.measures;
+  const FlipReference::Uses uses{.ldr = (measures & (bit(Measure::flip) | bit(Measure::flip_median))) != 0,
+                                 .hdr = (measures & kHdr) != 0};
+  // With a single picture to measure nothing would be saved.
+  if ((!uses.ldr && !uses.hdr) || request_.units() < done_.size() + 2 * views_.size()) return ok_status();
+  FlipOptions options;
+  options.threads = std::clamp(resources_.engine.threads(), 1, 64);
+  options.cancel = cancel_;
+  auto flip = FlipReference::create(view.reference->mean.view(), uses, options);
+  if (!flip) return flip.error();
+  std::uint64_t held = 0;
+  for (const ViewState& other : views_) held += other.flip_memory.bytes();
+  const std::uint64_t most = std::min(kMostFlipBytes - held, resources_.memory.available() / kFlipShare);
+  auto memory = resources_.memory.reserve(std::min(most, flip->bytes()), "the references of FLIP");
+  if (!memory) return ok_status();  // another session took it meanwhile
+  const auto kept = flip->keep(memory->bytes());
+  if (!kept) return gone();
+  if (*kept == 0) return ok_status();
+  view.flip_memory = std::move(*memory);
+  view.flip = std::move(*flip);
+  return ok_status();
+}
+
 Status Comparison::find_references() {
   for (std::uint32_t v = 0; v < views_.size(); ++v) {
     ViewState& view = views_[v];
@@ -246,12 +284,13 @@ Status Comparison::find_references() {
     told.set_seconds(now_s() - started);
     told.set_reference_id(reference.id);
     if (const Status sent = tell(response); !sent.ok()) return sent;
-    if (request_.send_pictures) {
+    if (request_.sends({}, v)) {
       pb::CompareResponse::Picture name;
       name.set_reference(true);
       name.set_view(v);
       if (const Status sent = tell_picture(reference.mean, variance_of(reference), name); !sent.ok()) return sent;
     }
+    if (const Status prepared = prepare_flip(view); !prepared.ok()) return prepared;
     if (request_.flicker && v > 0) {
       auto memory = resources_.memory.reserve_with_room(positions_bytes(request_), "the motion of a view");
       if (!memory) return memory.error();
@@ -280,10 +319,24 @@ bool Comparison::is_done(const ComparedMode& mode, std::uint32_t seed_number, st
   return true;
 }
 
+bool Comparison::give_flip_back() {
+  bool any = false;
+  for (ViewState& view : views_) {
+    any |= view.flip.has_value();
+    view.flip.reset();
+    view.flip_memory.release();
+  }
+  return any;
+}
+
 Result<std::unique_ptr<ComparedSession>> Comparison::open(const Turn& turn) {
-  const bool pictures = request_.send_pictures && turn.seed_number == 1;
-  auto session = ComparedSession::create(resources_, scene_, *turn.mode, request_.seed(*turn.mode, turn.seed_number),
-                                         pictures ? unsigned(kResolveVariance) : 0u);
+  const bool pictures = turn.seed_number == 1 && sends_pictures(turn.mode->name);
+  const auto create = [&] {
+    return ComparedSession::create(resources_, scene_, *turn.mode, request_.seed(*turn.mode, turn.seed_number),
+                                   pictures ? unsigned(kResolveVariance) : 0u);
+  };
+  auto session = create();
+  if (!session && session.error().code == ErrorCode::resource_exhausted && give_flip_back()) session = create();
   if (session && request_.exclusive) (*session)->hold_others(kMostHold);
   return session;
 }
@@ -300,7 +353,7 @@ Status Comparison::play_still(const ComparedMode& mode, std::uint32_t seed_numbe
   const auto budgets = std::uint32_t(request_.budgets.size());
   std::uint32_t last = budgets;
   while (last > 0 && is_done(mode, seed_number, last - 1)) --last;
-  const bool picture = request_.send_pictures && seed_number == 1;
+  const bool picture = seed_number == 1 && request_.sends(mode.name, 0);
   if (picture) last = budgets;
   if (last == 0) return ok_status();
   auto session = open({&mode, seed_number, 0, 0});
@@ -325,7 +378,7 @@ Status Comparison::play_still(const ComparedMode& mode, std::uint32_t seed_numbe
 }
 
 Status Comparison::play_path(const ComparedMode& mode, std::uint32_t seed_number, std::uint32_t b) {
-  const bool pictures = request_.send_pictures && seed_number == 1 && b + 1 == request_.budgets.size();
+  const bool pictures = seed_number == 1 && b + 1 == request_.budgets.size() && sends_pictures(mode.name);
   if (is_done(mode, seed_number, b) && !pictures) return ok_status();
   auto session = open({&mode, seed_number, b, 0});
   if (!session) return session.error();
@@ -349,33 +402,43 @@ Result<std::vector<MeasuredValue>> Comparison::measure(const Turn& turn, const C
   const Picture& picture = session.picture();
   if (const Status finite = check_finite(picture); !finite.ok()) return finite.error();
   // HDR-FLIP takes longer than all others together: it has threads of its own, while nothing is rendered.
-  const unsigned hdr = bit(Measure::hdr_flip) | bit(Measure::hdr_flip_median);
   PictureErrorOptions first = request_.errors, second = request_.errors;
-  first.measures &= ~hdr;
-  second.measures &= hdr;
+  first.cancel = second.cancel = cancel_;
+  first.measures &= ~kHdr;
+  second.measures &= kHdr;
   second.regions.clear();
   second.threads = std::clamp(resources_.engine.threads(), 1, 64);
-  const ReferenceView reference = view.reference->view();
+  ReferenceView reference = view.reference->view();
+  if (view.flip) reference.flip = &*view.flip;
   auto beside = std::async(second.measures ? std::launch::async : std::launch::deferred,
                            [&] { return picture_errors(picture.view(), reference, second); });
   auto values = picture_errors(picture.view(), reference, first);
   auto more = second.measures ? beside.get() : Result<std::vector<MeasuredValue>>(std::vector<MeasuredValue>());
+  if (cancel_->cancelled()) return gone();
   if (!values) return values.error();
   if (!more) return more.error();
   values->insert(values->end(), more->begin(), more->end());
   if (request_.flicker && error_before) {
-    Picture error;
-    subtract(picture, view.reference->mean, error);
-    if (view.before && error_before->width > 0) {
-      const PreviousPositions positions{picture.width, picture.height, view.before->x.data(), view.before->y.data()};
-      const auto change = flicker(error_before->view(), error.view(), positions);
-      // Nothing of it was seen before: there is no flicker to tell.
-      if (change) values->push_back({Measure::flicker, {}, change->mean});
-    }
-    *error_before = std::move(error);
+    const auto change = flicker_since(turn, picture, *error_before);
+    if (change) values->push_back({Measure::flicker, {}, *change});
   }
   if (request_.told_rmse && session.told_rmse()) values->push_back({Measure::told_rmse, {}, *session.told_rmse()});
   return values;
+}
+
+std::optional<double> Comparison::flicker_since(const Turn& turn, const Picture& picture, Picture& error_before) const {
+  const ViewState& view = views_[turn.view];
+  Picture error;
+  subtract(picture, view.reference->mean, error);
+  std::optional<double> mean;
+  if (view.before && error_before.width > 0) {
+    const PreviousPositions positions{picture.width, picture.height, view.before->x.data(), view.before->y.data()};
+    const auto change = flicker(error_before.view(), error.view(), positions);
+    // Nothing of it was seen before: there is no flicker to tell.
+    if (change) mean = change->mean;
+  }
+  error_before = std::move(error);
+  return mean;
 }
 
 void Comparison::add_worst_pixels(const Turn& turn, const ComparedSession& session, pb::CompareUnit& unit) const {
@@ -405,7 +468,7 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
                              Picture* error_before) {
   const Key key{turn.mode->name, turn.seed_number, turn.budget, turn.view};
   const bool last = turn.budget + 1 == request_.budgets.size();
-  if (request_.send_pictures && turn.seed_number == 1 && last) {
+  if (turn.seed_number == 1 && last && request_.sends(turn.mode->name, turn.view)) {
     pb::CompareResponse::Picture name;
     name.set_mode(turn.mode->name);
     name.set_seed_number(turn.seed_number);
@@ -415,11 +478,12 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
     if (const Status sent = tell_picture(session.picture(), film ? session.variance() : Picture(), name); !sent.ok())
       return sent;
   }
-  const bool known = done_.count(key) > 0;
-  if (known && !(request_.flicker && error_before)) return ok_status();
+  if (done_.contains(key)) {
+    if (request_.flicker && error_before) flicker_since(turn, session.picture(), *error_before);
+    return ok_status();
+  }
   auto values = measure(turn, session, error_before);
   if (!values) return values.error();
-  if (known) return ok_status();
   pb::CompareResponse response;
   pb::CompareUnit& unit = *response.mutable_unit();
   unit.set_mode(turn.mode->name);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/metrics/flicker.h"
+#include "renderer/metrics/flip_reference.h"
 #include "renderer/trace/gbuffer/previous_positions.h"
 #include "server/compare/compared_session.h"
 #include "server/compare/comparison_request.h"
@@ -44,6 +45,8 @@ class Comparison {
     std::shared_ptr<const ReferencePicture> reference;
     std::optional<FilmPositions> before;  // of the view before
     Reservation positions;                // for them
+    std::optional<FlipReference> flip;    // of the reference; none: FLIP computes that side for every picture
+    Reservation flip_memory;              // for the rows that flip keeps
   };
   struct Turn {
     const ComparedMode* mode = nullptr;
@@ -51,7 +54,10 @@ class Comparison {
   };
 
   Status check_memory() const;
+  bool sends_pictures(const std::string& mode) const;  // of a view at least; empty: the reference's
   Status find_references();
+  Status prepare_flip(ViewState& view);
+  bool give_flip_back();  // frees the prepared references of all views; false: there are none
   Status play_still(const ComparedMode& mode, std::uint32_t seed_number);
   Status play_path(const ComparedMode& mode, std::uint32_t seed_number, std::uint32_t budget);
   bool is_done(const ComparedMode& mode, std::uint32_t seed_number, std::uint32_t budget) const;
@@ -59,6 +65,8 @@ class Comparison {
   // Of the session's picture; `error_before`: of the view before, in and out.
   Status tell_unit(const Turn& turn, const ComparedSession& session, const PictureCost& cost, Picture* error_before);
   Result<std::vector<MeasuredValue>> measure(const Turn& turn, const ComparedSession& session, Picture* error_before);
+  // The error of this picture takes the place of that of the view before; flicker between both, where it is known.
+  std::optional<double> flicker_since(const Turn& turn, const Picture& picture, Picture& error_before) const;
   void add_worst_pixels(const Turn& turn, const ComparedSession& session, pb::CompareUnit& unit) const;
   // variance: of the picture's values; without pixels: not known.
   Status tell_picture(const Picture& picture, const Picture& variance, pb::CompareResponse::Picture name);

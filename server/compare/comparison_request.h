@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "heliograph/v1/compare.pb.h"
@@ -47,12 +49,17 @@ struct ComparisonRequest {
   PictureErrorOptions errors;
   bool flicker = false, told_rmse = false;  // the measures that need more than a picture and its reference
   bool exclusive = false, send_pictures = false;
+  std::set<std::pair<std::string, std::uint32_t>> pictures_done;  // mode (empty: the reference) and view
   std::uint32_t worst_pixels = 0;
   std::vector<pb::CompareUnit> done;
 
   int width() const { return modes.front().settings.width; }
   int height() const { return modes.front().settings.height; }
   bool path() const { return views.size() > 1; }
+  // The picture of this mode's (empty: the reference's) view is to be sent.
+  bool sends(const std::string& mode, std::uint32_t view) const {
+    return send_pictures && !pictures_done.contains({mode, view});
+  }
   std::size_t units() const { return modes.size() * seeds * budgets.size() * views.size(); }
   // Of a mode's seed_number-th run, [1, seeds]: below 2^53, so that every language can say it.
   std::uint64_t seed(const ComparedMode& mode, std::uint32_t seed_number) const;

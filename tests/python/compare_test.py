@@ -3,15 +3,19 @@
 import asyncio
 import csv
 import json
+import os
+import signal
+import subprocess
 import sys
 
 import numpy as np
 import pytest
-from conftest import BOX, ROOT
+from conftest import BOX, ROOT, eventually
 
 import heliograph as hg
 import heliograph.aio as ahg
 from heliograph import operations
+from heliograph.comparison.lock import locked
 from heliograph.comparison.references import LoadedReference
 
 SIZE = (32, 32)
@@ -110,6 +114,21 @@ def test_a_path_has_views(box):
     assert not np.array_equal(found.reference[0], found.reference[1])
 
 
+def test_a_path_of_many_views(box):
+    """Requests, units and tables of 600 views fit into messages; more units than a message holds are refused."""
+    views = [box.camera().orbit(0.01 * step) for step in range(600)]
+    tiny = {"size": (8, 8), "seeds": 1, "measures": "mse", "reference_samples": 2}
+    found = box.compare("pt", views=views, samples=1, **tiny)
+    assert found.complete and found.views == len(found.units) == 600
+    assert found.errors("mse").shape == (1, 1, 1, 600) and np.isfinite(found.errors("mse")).all()
+    again = box.compare("pt", views=views, samples=1, resume=found, **tiny)  # sends all units back
+    assert again.units == found.units and again.record.calls[-1].units == 0
+    many = {f"region {number}": (0, 0, 4, 4) for number in range(16)}
+    allowed = "max_message_bytes: 6000 units take [0-9]+ bytes .*allowed: 3584000"
+    with pytest.raises(hg.ResourceExhausted, match=allowed):
+        box.compare("pt", views=views, samples=range(1, 11), regions=many, **tiny)
+
+
 def test_modes_are_words_dicts_or_both(box):
     wanted = {
         "a": {"mode": "adaptive", "integrator": "bdpt"},
@@ -174,7 +193,7 @@ def test_what_came_before_an_interruption_is_kept(box):
     assert np.isnan(part.errors()[0, 0, 1]) and "incomplete: " in part._repr_html_()
     with pytest.raises(hg.DeadlineExceeded, match="not done within 0.2 s") as late:
         box.compare("pt", samples=10**7, resume=part, timeout=0.2, **arguments)
-    # Whether the daemon took the call in that time or not, nothing is lost.
+    # Nothing is lost, whether the daemon took the call in that time or not.
     assert len(late.value.comparison.units) == len(part.units) and late.value.comparison.seeds == 1
     with pytest.raises(hg.InvalidArgument) as refused:
         box.compare("pt", seeds=1001, samples=1)
@@ -293,6 +312,28 @@ def test_folders_keep_a_comparison(result, tmp_path):
         assert len(list(csv.reader(file))) == 1 + 2 * 2 * 9  # modes, budgets, measures of the whole and of two regions
 
 
+def test_missing_pictures_alone_are_rendered_again(box, result, tmp_path):
+    folder = result.save(tmp_path / "kept")
+    (folder / "pictures" / "pt.view0.exr").unlink()
+    loaded = hg.Comparison.load(folder)
+    again = {"samples": (2, 4), "pictures": True, "regions": {"left": (0, 0, 16, 32)}, **SMALL}
+    more = box.compare(["pt", "pt+bdpt"], resume=loaded, **again)
+    assert more.record.calls[-1].units == 0 and values_of(more) == values_of(result)
+    assert np.array_equal(more.pictures["pt"], result.pictures["pt"])
+    sent = {key.mode for key, stored in more.stored_pictures.items() if isinstance(stored, np.ndarray)}
+    assert sent == {"pt"}  # those that were there are still files
+    assert len(more.record.request.pictures_done) == 0
+    # A picture whose unit is missing is not counted as there: both are to be of the same rendering.
+    for number in reversed(range(len(loaded.record.units))):
+        unit = loaded.record.units[number]
+        if unit.mode == "pt+bdpt" and unit.seed_number == 1:
+            del loaded.record.units[number]
+    more = box.compare(["pt", "pt+bdpt"], resume=loaded, **again)
+    assert more.record.calls[-1].units == 2 and values_of(more) == values_of(result)
+    sent = {key.mode for key, stored in more.stored_pictures.items() if isinstance(stored, np.ndarray)}
+    assert sent == {"pt", "pt+bdpt"}
+
+
 def test_the_command_shares_folders(client, box, heliograph, tmp_path):
     """Each goes on where the other ended, renders nothing twice, and writes the same tables."""
     (tmp_path / "token").write_text(client.daemon.token)
@@ -314,6 +355,44 @@ def test_the_command_shares_folders(client, box, heliograph, tmp_path):
     told = command("--modes", "pt,adaptive,combined", "--samples", "1,2,4")
     assert told["units_rendered"] == 0 and told["units"] == 18 and told["differences"] == []
     assert values_of(hg.Comparison.load(folder)) == values_of(more)
+
+
+def test_a_folder_in_use_is_refused(result, heliograph, tmp_path):
+    """In both directions: of another save(), and of the command."""
+    folder = tmp_path / "used"
+    with locked(folder):
+        holder = (folder / "comparison.lock").read_text()
+        assert holder.startswith(f"process {os.getpid()} on ")
+        with pytest.raises(hg.FailedPrecondition) as told:
+            result.save(folder)
+        assert f"'{folder}' is in use: {holder} is writing a comparison into it; allowed: another" in str(told.value)
+        with pytest.raises(subprocess.CalledProcessError) as refused:
+            heliograph("compare", BOX, "--modes", "pt", "--samples", 1, "--output", folder)
+        assert refused.value.returncode == 2 and f"is in use: {holder} is writing" in refused.value.stderr
+        assert [path.name for path in folder.iterdir()] == ["comparison.lock"]
+    assert not folder.exists()  # nothing was written
+    folder.mkdir()
+    (folder / "comparison.lock").write_text("process 7 on a machine that went down")  # which nobody locks any more
+    result.save(folder)
+    assert len(hg.Comparison.load(folder).units) == 20 and not (folder / "comparison.lock").exists()
+
+
+def test_the_command_keeps_its_folder_from_others(result, request, tmp_path):
+    folder = tmp_path / "busy"
+    program, size = request.config.getoption("--program"), ["--size", "32x32", "--reference-samples", "64"]
+    command = [program, "compare", str(BOX), "--modes", "pt", "--samples", str(2**30), *size, "--output", str(folder)]
+    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        eventually(lambda: (folder / "comparison.json").exists())
+        with pytest.raises(hg.FailedPrecondition, match=f"in use: process {running.pid} on .* is writing"):
+            result.save(folder)
+    finally:
+        running.send_signal(signal.SIGINT)
+        running.communicate(timeout=60)
+    before = hg.Comparison.load(folder)
+    assert before.modes == ("pt",)
+    result.save(folder)
+    assert hg.Comparison.load(folder).modes == result.modes
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ TEST_F(CliCompare, KeepsEveryPictureAndGoesOn) {
   EXPECT_EQ(picture->names, (Words{"B", "G", "R", "variance.B", "variance.G", "variance.R"}));
   EXPECT_EQ(record().pictures_size(), 3);
 
-  // The same again renders nothing; more of everything renders what is missing.
+  // A call with the same arguments renders nothing; one with more of everything renders what is missing.
   EXPECT_EQ(heliograph_json(line({"--modes", "pt,bdpt", "--samples", "2,4", "--seeds", "2"}))["units_rendered"], 0);
   const auto more = heliograph_json(line({"--modes", "adaptive,pt", "--samples", "1..4", "--seeds", "3"}));
   EXPECT_EQ(more["modes"], nlohmann::json({"adaptive", "pt", "bdpt"}));
@@ -303,10 +303,26 @@ TEST_F(CliCompare, NoPictureIsReplacedWhoseUnitStays) {
   };
   seeds("1");
   const std::string picture = folder_ / "kept/pictures/pt.view0.exr", before = read_file(picture);
-  fs::remove(folder_ / "kept/pictures/reference.view0.exr");  // has all pictures sent again
+  fs::remove(folder_ / "kept/pictures/reference.view0.exr");
   EXPECT_EQ(seeds("2")["units_rendered"], 1);
   EXPECT_TRUE(exists("kept/pictures/reference.view0.exr"));
   EXPECT_EQ(read_file(picture), before);
+}
+
+TEST_F(CliCompare, AMissingPictureIsRenderedAgainAlone) {
+  const Words words = line({"--modes", "pt,bdpt", "--samples", "1,4", "--seeds", "2"});
+  heliograph_json(words);
+  const std::string lost = folder_ / "kept/pictures/bdpt.view0.exr", before = read_file(lost);
+  const auto written = [&](const char* file) {
+    return fs::last_write_time(folder_ / "kept/pictures/" + file).time_since_epoch().count();
+  };
+  const auto reference = written("reference.view0.exr"), other = written("pt.view0.exr");
+  fs::remove(lost);
+  EXPECT_EQ(heliograph_json(words)["units_rendered"], 0);
+  EXPECT_EQ(read_file(lost), before);
+  EXPECT_EQ(written("reference.view0.exr"), reference);
+  EXPECT_EQ(written("pt.view0.exr"), other);
+  EXPECT_EQ(heliograph_json(words)["rendering_seconds"], 0.0) << "nothing is missing any more";
 }
 
 TEST_F(CliCompare, TwoCommandsDoNotShareAFolder) {

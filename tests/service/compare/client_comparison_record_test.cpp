@@ -375,6 +375,45 @@ TEST(ComparisonFolder, APictureStaysWithItsUnit) {
   EXPECT_TRUE(ComparisonFolder(path, longer, control).request().send_pictures()) << "of the new last budget";
 }
 
+TEST(ComparisonFolder, AsksForMissingPicturesAlone) {
+  const TemporaryFolder temporary;
+  const std::filesystem::path path = temporary / "kept";
+  CallControl control;
+  pb::CompareRecord begun = record();
+  begun.clear_units();
+  begun.mutable_request()->set_send_pictures(true);
+  ASSERT_EQ(begun.request().modes_size(), 2);
+  const std::string other = begun.request().modes(1).name();
+  ComparisonFolder folder(path, begun, control);
+  folder.accepted(accepted());
+  auto reference = picture_of(1);
+  reference.set_reference(true);
+  folder.picture(reference);
+  folder.picture(picture_of(0.5f));
+  const auto done = [&] {
+    std::vector<std::string> names;
+    const pb::CompareRequest request = folder.request();
+    EXPECT_TRUE(request.send_pictures());
+    for (const auto& name : request.pictures_done()) {
+      EXPECT_EQ(name.view(), 0u);
+      EXPECT_EQ(name.reference(), name.mode().empty());
+      names.push_back(name.reference() ? "reference" : name.mode());
+    }
+    return names;
+  };
+  EXPECT_EQ(done(), std::vector<std::string>{"reference"}) << "the unit of pt's picture is not there";
+  folder.unit(unit("pt", 1, 1));
+  EXPECT_EQ(done(), (std::vector<std::string>{"reference", "pt"}));
+  auto second = picture_of(0.5f);
+  second.set_mode(other);
+  folder.picture(second);
+  folder.unit(unit(other, 1, 1));
+  EXPECT_FALSE(folder.request().send_pictures());
+  EXPECT_TRUE(folder.request().pictures_done().empty()) << "no picture is asked for";
+  EXPECT_TRUE(folder.record().request().pictures_done().empty());
+  EXPECT_FALSE(control.cancelled());
+}
+
 TEST(ComparisonFolder, ItsOwnReferencesKeepTheirNames) {
   const TemporaryFolder temporary;
   CallControl control;

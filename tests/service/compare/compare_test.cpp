@@ -93,7 +93,7 @@ class CompareTest : public ServiceTest {
     writer->WritesDone();
     return writer->Finish();
   }
-  // Of one value everywhere; another in the pixel in the middle.
+  // A picture of one value everywhere but for the pixel in the middle.
   static std::string exr(int side, float value, float middle, const char* channels = "RGB", float variance = -1) {
     std::vector<float> plane(std::size_t(side) * std::size_t(side), value), noise(plane.size(), variance);
     plane[plane.size() / 2] = middle;
@@ -166,7 +166,7 @@ TEST_F(CompareTest, GoesOnWithWhatIsDone) {
   for (const pb::CompareUnit& unit : units) {
     EXPECT_EQ(unit.mode(), "second");
     EXPECT_EQ(unit.seed_number(), 1u);
-    // The same seed, the same picture.
+    // Units of the same seed have the same picture.
     for (const pb::CompareUnit& before : whole.units()) {
       if (before.mode() != unit.mode() || before.seed_number() != 1 || before.budget() != unit.budget()) continue;
       EXPECT_EQ(value_of(unit, pb::COMPARE_MEASURE_MSE), value_of(before, pb::COMPARE_MEASURE_MSE));
@@ -231,6 +231,90 @@ TEST_F(CompareTest, PicturesAreThoseOfAJobWithTheUnitsSeed) {
   }
   ASSERT_TRUE(reader->Finish().ok());
   EXPECT_EQ(red, expected);
+}
+
+TEST_F(CompareTest, RendersForMissingPicturesAlone) {
+  start_with_scene();
+  pb::CompareRequest with_pictures = request();
+  with_pictures.set_send_pictures(true);
+  const auto pictures = [](const Outcome& outcome) {
+    EXPECT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+    std::vector<std::string> names;
+    for (const auto& message : outcome.messages) {
+      if (!message.has_picture() || !message.picture().last()) continue;
+      names.push_back(message.picture().reference() ? "reference" : message.picture().mode());
+    }
+    return names;
+  };
+  const Outcome whole = run(with_pictures);
+  EXPECT_EQ(pictures(whole), (std::vector<std::string>{"reference", "first", "second"}));
+  pb::CompareRequest rest = with_pictures;
+  for (const pb::CompareUnit& unit : whole.units()) *rest.add_done() = unit;
+  EXPECT_EQ(pictures(run(rest)), (std::vector<std::string>{"reference", "first", "second"})) << "none is named";
+
+  const auto add = [&](bool reference, const std::string& mode) {
+    pb::CompareRequest::PictureName& name = *rest.add_pictures_done();
+    name.set_reference(reference);
+    name.set_mode(mode);
+  };
+  add(true, "");
+  add(false, "first");
+  const Outcome second = run(rest);
+  EXPECT_EQ(pictures(second), std::vector<std::string>{"second"});
+  EXPECT_TRUE(second.units().empty());
+  const auto rendered = [](const Outcome& outcome) { return outcome.result().rendering_seconds(); };
+  EXPECT_GT(rendered(second), 0);
+  add(false, "second");
+  const Outcome nothing = run(rest);
+  EXPECT_TRUE(pictures(nothing).empty());
+  EXPECT_EQ(rendered(nothing), 0);
+  EXPECT_TRUE(nothing.references().empty()) << "for nothing";
+
+  rest.mutable_done()->RemoveLast();
+  EXPECT_TRUE(pictures(run(rest)).empty()) << "a unit that is missing is rendered without its picture";
+
+  add(false, "second");
+  add(true, "first");
+  add(false, "");
+  rest.mutable_pictures_done(0)->set_view(1);
+  expect_status(
+      run(rest).status, StatusCode::INVALID_ARGUMENT,
+      {"pictures_done[0].view: 1; allowed: below 1", "pictures_done[3]: is there twice",
+       "pictures_done[4].mode: 'first'; allowed: empty", "pictures_done[5].mode: ''; allowed: names of modes"});
+  rest.set_send_pictures(false);
+  expect_status(run(rest).status, StatusCode::INVALID_ARGUMENT, {"pictures_done: is given without send_pictures"});
+}
+
+// A path is rendered again as a whole, for what its modes carry over, but what is there is neither sent nor told again.
+TEST_F(CompareTest, SendsTheMissingPictureOfAPath) {
+  start_with_scene();
+  pb::CompareRequest path = request();
+  for (const double x : {0.0, 0.05, 0.1}) *path.add_views() = camera(x);
+  path.set_seeds(1);
+  path.set_send_pictures(true);
+  const Outcome whole = run(path);
+  ASSERT_TRUE(whole.status.ok()) << whole.status.error_message();
+  for (const pb::CompareUnit& unit : whole.units()) *path.add_done() = unit;
+  for (std::uint32_t view = 0; view < 3; ++view) {
+    for (const char* mode : {"", "first", "second"}) {
+      if (view == 1 && std::string(mode) == "first") continue;
+      pb::CompareRequest::PictureName& name = *path.add_pictures_done();
+      name.set_reference(*mode == 0);
+      name.set_mode(mode);
+      name.set_view(view);
+    }
+  }
+  const Outcome rest = run(path);
+  ASSERT_TRUE(rest.status.ok()) << rest.status.error_message();
+  EXPECT_TRUE(rest.units().empty());
+  int sent = 0;
+  for (const auto& message : rest.messages) {
+    if (!message.has_picture()) continue;
+    sent += message.picture().last();
+    EXPECT_EQ(message.picture().mode(), "first");
+    EXPECT_EQ(message.picture().view(), 1u);
+  }
+  EXPECT_EQ(sent, 1);
 }
 
 TEST_F(CompareTest, PathsCarrySamplesOverAndTellFlicker) {
@@ -334,7 +418,7 @@ TEST_F(CompareTest, RefusesBadReferences) {
 }
 
 TEST_F(CompareTest, KeepsReferencesWithinTheirLimit) {
-  // Of three pictures (two halves and their mean) of 24 x 24.
+  // There is room for three pictures (two halves and their mean) of 24 x 24.
   start_with_scene([](ServerConfig& config) { config.max_reference_memory = 3 * 12 * 24 * 24; });
   pb::CompareRequest one = request(), two = request();
   one.set_seeds(1);

@@ -4,6 +4,7 @@ blocking client and heliograph.aio feed it."""
 from __future__ import annotations
 
 import contextlib
+import pathlib
 import time
 from collections.abc import Iterator, Sequence
 
@@ -71,20 +72,37 @@ class ComparisonRun:
             asked.reference.loaded.reference_ids.append(reference.id)
             self._record.reference_files.add(path=reference.path, sha256=reference.sha256)
         request = request_of(self._record)
-        request.send_pictures = asked.send_pictures and not self._has_pictures()
+        if asked.send_pictures:
+            names = ["", *(mode.name for mode in asked.modes)]
+            wanted = [PictureKey(name, view) for view in range(view_count(asked)) for name in names]
+            done = self._pictures_done()
+            request.send_pictures = any(key not in done for key in wanted)
+            for key in wanted if request.send_pictures else ():
+                if key in done:
+                    request.pictures_done.add(reference=not key.mode, mode=key.mode, view=key.view)
         return request
 
-    def _has_pictures(self) -> bool:
-        """All that a daemon would send are there: of a comparison that is resumed."""
-        request = self._record.request
-        last = len(budgets_of(request)) - 1
-        names = ["", *(mode.name for mode in request.modes)]
-        there = {
-            (picture.mode, picture.view)
-            for picture in self._record.pictures
-            if picture.reference or picture.budget == last
+    def _pictures_done(self) -> set[PictureKey]:
+        """Of a comparison that is resumed: those that it has, with the units that they are of."""
+        last = len(budgets_of(self._record.request)) - 1
+        units = {
+            PictureKey(unit.mode, unit.view)
+            for unit in self._record.units
+            if unit.seed_number == 1 and unit.budget == last
         }
-        return all((name, view) in there for name in names for view in range(view_count(request)))
+        done = set()
+        for picture in self._record.pictures:
+            key = PictureKey("" if picture.reference else picture.mode, picture.view)
+            stored = self._pictures.get(key)
+            if stored is None or (isinstance(stored, pathlib.Path) and not stored.exists()):
+                continue
+            if picture.reference:
+                kept = not self._plan.mix  # which may name another reference
+            else:
+                kept = picture.budget == last and key in units
+            if kept:
+                done.add(key)
+        return done
 
     def seconds_left(self) -> float | None:
         """Of the timeout; None: there is none. DeadlineExceeded: it has passed."""

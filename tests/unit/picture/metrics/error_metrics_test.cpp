@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "renderer/base/math.h"
+#include "renderer/base/srgb.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
 #include "tests/support/random.h"
@@ -85,6 +89,43 @@ TEST(BiasMetric, CoversTheTruthAsOftenAsItSays) {
   }
   // Student's t with 15 degrees of freedom: 93.6 % within two standard errors; 187 +- 3.5.
   EXPECT_NEAR(covered, 187, 14);
+}
+
+// By two-dimensional windows of 11 x 11 pixels, the sums of the definition.
+TEST(DssimMetric, IsTheMeanOfTheDefinitionOverWindows) {
+  for (const auto& [w, h] : {std::pair(17, 13), std::pair(4, 20), std::pair(1, 1)}) {
+    Picture x(w, h, 0.0f), r(w, h, 0.0f);
+    Random random(5);
+    for (auto* picture : {&x, &r}) {
+      for (float& v : picture->channels[0]) v = random.next_float();
+      picture->channels[1] = picture->channels[2] = picture->channels[0];
+    }
+    const auto at = [w = w](const Picture& picture, int u, int v) {
+      return double(encode_srgb(float(luminance(Rgb(picture.channels[0][std::size_t(v * w + u)])))));
+    };
+    double total = 0;
+    for (int v = 0; v < h; ++v) {
+      for (int u = 0; u < w; ++u) {
+        double weight = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
+        for (int j = std::max(0, v - 5); j <= std::min(h - 1, v + 5); ++j) {
+          for (int i = std::max(0, u - 5); i <= std::min(w - 1, u + 5); ++i) {
+            const double g = std::exp(-0.5 * ((i - u) * (i - u) + (j - v) * (j - v)) / (1.5 * 1.5));
+            const double a = at(x, i, j), b = at(r, i, j);
+            weight += g;
+            sx += g * a;
+            sr += g * b;
+            xx += g * a * a;
+            rr += g * b * b;
+            xr += g * a * b;
+          }
+        }
+        const double mx = sx / weight, mr = sr / weight;
+        total += (2 * mx * mr + 1e-4) * (2 * (xr / weight - mx * mr) + 9e-4) /
+                 ((mx * mx + mr * mr + 1e-4) * (xx / weight - mx * mx + rr / weight - mr * mr + 9e-4));
+      }
+    }
+    EXPECT_NEAR(dssim(x.view(), r.view())->ssim, total / (w * h), 1e-6) << w << " x " << h;
+  }
 }
 
 TEST(DssimMetric, IsZeroForEqualPicturesAndGrowsWithNoise) {

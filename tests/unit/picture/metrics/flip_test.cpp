@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -248,6 +249,17 @@ TEST(WeightedMedian, HalvesTheSummedError) {
   EXPECT_EQ(weighted_median(std::vector<float>(9, 0.75f)).value(), 0.75);
   EXPECT_EQ(weighted_median(std::vector<float>{0.125f}).value(), 0.125);
   EXPECT_EQ(weighted_median(std::vector<float>(4, 0.0f)).value(), 0);
+  // Of many values, unordered: by the definition.
+  std::vector<float> many;
+  for (std::uint32_t i = 0; i < 5000; ++i) many.push_back(std::exp2(-20 * test::hashed(i, 1, 2)) * float(i % 7 != 0));
+  std::vector<float> sorted = many;
+  std::sort(sorted.begin(), sorted.end());
+  double half = 0, below = 0;
+  for (const float error : sorted) half += 0.5 * error;
+  std::size_t i = 0;
+  for (; below + sorted[i] < half; ++i) below += sorted[i];
+  EXPECT_EQ(weighted_median(many).value(), double(sorted[i]));
+  EXPECT_EQ(weighted_median(std::vector<float>{-0.0f, 0.25f, -0.0f}).value(), 0.25);
   EXPECT_FALSE(weighted_median({}).ok());
   EXPECT_EQ(weighted_median(std::vector<float>{0.5f, std::nanf("")}).error().where, "error map[1]");
   EXPECT_EQ(weighted_median(std::vector<float>{-0.5f}).error().where, "error map[0]");
