@@ -19,7 +19,7 @@ Result<std::string> comparison_json(const heliograph::v1::CompareRecord& record)
 // invalid_argument: it is no such JSON, of a newer format, or its units are not those of its request.
 Result<heliograph::v1::CompareRecord> parse_comparison(const std::string& json, const std::string& name);
 
-// What a record is to grow by.
+// A call of Compare, by which a record is to grow.
 struct ComparisonCall {
   std::string scene_name, scene_file;      // CompareRecord's
   heliograph::v1::CompareRequest request;  // modes, views and the reference's settings complete; done empty

@@ -96,6 +96,28 @@ Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientCon
   return response;
 }
 
+template <class Request, class Response>
+Result<Response> RenderClient::upload(
+    std::unique_ptr<grpc::ClientWriterInterface<Request>> (Stub::*method)(grpc::ClientContext*, Response*),
+    const std::function<Status(grpc::ClientWriterInterface<Request>&)>& write, CallControl* control) {
+  grpc::ClientContext context;
+  authorize(context);
+  const CallControl::Scope scope(control, context);
+  Response response;
+  const auto call = ((*stub_).*method)(&context, &response);
+  const Status written = write(*call);
+  if (!written) {
+    context.TryCancel();
+    call->Finish();
+    return written.error();
+  }
+  call->WritesDone();
+  const grpc::Status status = call->Finish();
+  if (!status.ok()) return to_error(status, peer_);
+  tell_ignored(context);
+  return response;
+}
+
 void RenderClient::authorize(grpc::ClientContext& context) const {
   if (!options_.token.empty()) context.AddMetadata("authorization", "Bearer " + options_.token);
 }
@@ -113,43 +135,24 @@ Result<pb::GetServerInfoResponse> RenderClient::server_info() {
 
 Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene, const SceneLoadRequest& request,
                                                          CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  pb::LoadSceneResponse response;
-  const auto call = stub_->LoadScene(&context, &response);
-  const Status written = write_scene(*call, scene, request);
-  if (!written) {
-    context.TryCancel();
-    call->Finish();
-    return written.error();
-  }
-  call->WritesDone();
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
-  return response;
+  return upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(
+      &Stub::LoadScene, [&](auto& call) { return write_scene(call, scene, request); }, control);
 }
 
 Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string& path, const std::string& environment,
                                                               const SceneLoadRequest& request, CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  pb::LoadSceneResponse response;
-  const auto call = stub_->LoadScene(&context, &response);
   pb::LoadSceneRequest message;
   message.mutable_begin()->set_path(path);
   message.mutable_begin()->set_environment(environment);
   message.mutable_begin()->set_time_s(request.time_s);
   message.mutable_begin()->set_animation(request.animation);
   message.mutable_begin()->set_strict(request.strict);
-  call->Write(message);
-  call->WritesDone();
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
-  return response;
+  // A write fails where the server has ended the call, whose status tells why.
+  const auto write = [&](grpc::ClientWriterInterface<pb::LoadSceneRequest>& call) {
+    call.Write(message);
+    return ok_status();
+  };
+  return upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(&Stub::LoadScene, write, control);
 }
 
 Result<pb::ListScenesResponse> RenderClient::list_scenes() {
@@ -279,22 +282,8 @@ Result<pb::CompareResponse::Result> RenderClient::compare(const pb::CompareReque
 
 Result<pb::LoadReferenceResponse> RenderClient::load_reference(
     const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& uploaded, CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  pb::LoadReferenceResponse response;
-  const auto call = stub_->LoadReference(&context, &response);
-  const Status written = write_reference(*call, path, uploaded);
-  if (!written) {
-    context.TryCancel();
-    call->Finish();
-    return written.error();
-  }
-  call->WritesDone();
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
-  return response;
+  return upload<pb::LoadReferenceRequest, pb::LoadReferenceResponse>(
+      &Stub::LoadReference, [&](auto& call) { return write_reference(call, path, uploaded); }, control);
 }
 
 Result<pb::ReplaySampleResponse> RenderClient::replay_sample(const std::string& token, CallControl* control) {

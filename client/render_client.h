@@ -127,6 +127,12 @@ class RenderClient {
   Result<Response> call(grpc::Status (heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*,
                                                                                              const Request&, Response*),
                         const Request& request, CallControl* control = nullptr);
+  // `write` sends the messages; its error cancels the call and is answered.
+  template <class Request, class Response>
+  Result<Response> upload(std::unique_ptr<grpc::ClientWriterInterface<Request>> (
+                              heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*, Response*),
+                          const std::function<Status(grpc::ClientWriterInterface<Request>&)>& write,
+                          CallControl* control);
   void tell_ignored(const grpc::ClientContext& context) const;
   void authorize(grpc::ClientContext& context) const;
 

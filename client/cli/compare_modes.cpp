@@ -20,7 +20,7 @@ constexpr const char* kDefaultModes = "pt,combined,pt+bdpt";
 constexpr std::size_t kMaxModes = 64, kMaxName = 64;
 constexpr double kPreviewRate = 20;  // as of `move --play`
 
-// What a word stands for; null: not chosen by it, so that an option may.
+// A word and the settings that it stands for; null: not chosen by it, so that an option may.
 struct Word {
   const char *name, *mode, *variant, *integrator;
   pb::ComparedPicture picture = pb::COMPARED_PICTURE_FILM;
@@ -188,7 +188,7 @@ struct ChosenMode::Impl {
     }
   }
 
-  // What the word itself chooses.
+  // Sets the options that the word itself chooses.
   void take_word(const Word& word, Problems& problems) {
     const std::pair<const char*, TextOption*> chosen[] = {{word.mode, &options.fields.at("mode")},
                                                           {word.variant, &options.fields.at("variant")},
@@ -296,7 +296,7 @@ void add_mode(ChosenMode mode, std::vector<ChosenMode>& modes, const std::string
 }  // namespace
 
 std::vector<ChosenMode> read_compare_modes(const CompareModeOptions& options, Problems& problems) {
-  // What is wrong with the common ones is told once, not of each mode.
+  // A problem of the common ones is told once, not of each mode.
   Problems of_common;
   OptionReader reader(of_common);
   static_cast<void>(read_settings(options.common, reader));

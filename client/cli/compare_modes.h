@@ -14,7 +14,7 @@ namespace helio::cli {
 struct CompareModeOptions {
   TextOption list;
   std::vector<std::string> named;
-  // What all modes have: size, camera, seed, filter and the length and roulette of paths, unless a mode says otherwise.
+  // Settings of all modes, unless a mode says otherwise: size, camera, seed, filter, and length and roulette of paths.
   SettingsOptions common;
 };
 void add_compare_mode_options(CLI::App& app, CompareModeOptions& options);
@@ -36,7 +36,7 @@ class ChosenMode {
   bool needs_oidn() const;
   // Checks the settings against the daemon's limits, modes and integrators.
   void check_against_server(const heliograph::v1::GetServerInfoResponse& server, Problems& problems) const;
-  // What the scene decides is set, and all defaults are filled in.
+  // Sets what the scene decides, and fills in all defaults.
   void complete(const heliograph::v1::SceneInfo& scene, const heliograph::v1::SceneCamera& camera);
 
  private:
@@ -47,7 +47,7 @@ class ChosenMode {
 // The modes in their order, [1, 64], of unique names: the first is what the others are compared with.
 std::vector<ChosenMode> read_compare_modes(const CompareModeOptions& options, Problems& problems);
 
-// Of the mode's settings: those that render a reference for it.
+// The settings that render a reference for a mode with `settings`.
 heliograph::v1::RenderSettings reference_settings(heliograph::v1::RenderSettings settings);
 
 extern const char* const kCompareModesHelp;

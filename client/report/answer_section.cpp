@@ -85,7 +85,7 @@ std::string other_warnings(const ReportData& data) {
 }
 
 std::string noise_text(const pb::CompareResponse::Reference& reference) {
-  // Of one sample per half, or of a black picture, nothing can be said.
+  // One sample per half, or a black picture, tells nothing.
   if (reference.noise() != pb::CompareResponse::Reference::NOISE_UNSPECIFIED && !(reference.error() > 0))
     return "how much noise it has could not be told, so that it may be contained in all errors";
   switch (reference.noise()) {

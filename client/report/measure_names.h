@@ -1,4 +1,4 @@
-// What the measures of a comparison are called, and how they are drawn.
+// Names of a comparison's measures for readers, and how the measures are drawn.
 #pragma once
 
 #include <string>

@@ -63,7 +63,7 @@ std::string row_of(const ReportData& data, const Pace& pace) {
                      flicker_text(data, pace.mode));
 }
 
-// Of one mode, over the same logarithmic range as the others.
+// The histogram of one mode, over the same logarithmic range as the others.
 std::string histogram(const ReportData& data, const Pace& pace, double first, double last) {
   std::vector<int> counts(kBins);
   for (const double ms : pace.milliseconds) {

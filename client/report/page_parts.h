@@ -7,7 +7,7 @@ namespace helio::report {
 
 std::string_view page_style();
 std::string_view page_script();
-// Where the script shows two pictures; hidden until it does.
+// The place in which the script shows two pictures; hidden until it does.
 std::string_view page_stage();
 
 }  // namespace helio::report

@@ -20,7 +20,7 @@ bool known_ratio(const pb::CompareRatio& ratio) {
   return std::isfinite(ratio.ratio().mean()) && ratio.ratio().mean() > 0;
 }
 
-// Of ratios without an interval: which note says why.
+// True if a ratio may have no interval for want of seeds.
 bool few_seeds(const ReportData& data, const pb::CompareRatio& ratio) {
   return data.has_few_seeds(ratio.mode()) || data.has_few_seeds(ratio.baseline());
 }
@@ -62,7 +62,7 @@ std::string cell(const ReportData& data, const pb::CompareRatio* ratio) {
                      interval_or_note(data, *ratio));
 }
 
-// Where a ratio lies on an axis from worse (0) through 1 (0.5) to better (1), over `octaves` on either side.
+// The place of a ratio on an axis from worse (0) through 1 (0.5) to better (1), over `octaves` on either side.
 double place(double ratio, bool above_is_better, double octaves) {
   const double good = above_is_better ? std::log2(ratio) : -std::log2(ratio);
   return std::clamp(0.5 + 0.5 * good / octaves, 0.0, 1.0);

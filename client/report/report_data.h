@@ -1,4 +1,4 @@
-// What the sections of a report ask of a record.
+// A record as the sections of a report read it.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct MeasuredPart {
   bool operator==(const MeasuredPart&) const = default;
 };
 
-// Of one mode: its units, and those that there should be.
+// The units of one mode, and those that there should be.
 struct UnitCount {
   std::uint64_t expected = 0, there = 0, disturbed = 0, invalid_samples = 0;
   // Seed numbers, budgets and views of the first kMissingListed units that are missing.

@@ -34,7 +34,7 @@ const RESIZE_MS = 250;
 const HISTOGRAM_MS = 700;
 const DEPTH_MS = 8000;
 const INSPECT_MS = 350;
-// Of the sessions' lines in the plot.
+// Colours of the sessions' lines in the plot.
 const COLOURS = ['#f0b860', '#86d29a', '#d58bd9', '#ff8a70', '#5fd3d6', '#c9d05a', '#b6a0ff', '#e6e6e6'];
 const SIGHT = 24; // CSS pixels from the stage's edge to a pixel that keys chose
 
@@ -431,7 +431,7 @@ class App {
     for (const { session } of this.viewports) session.restart();
   }
 
-  // Of several, how many columns make the pictures largest.
+  // Chooses the number of columns that makes the pictures of several sessions largest.
   #layOut() {
     const { clientWidth, clientHeight } = find('tiles'),
       [width, height] = fixedSize(this.wanted.size) ?? [16, 9];
@@ -490,7 +490,7 @@ class App {
     this.main.overlay.focus({ preventScroll: true });
   }
 
-  // What tells of the sessions follows them. sentence: for screen readers.
+  // Brings everything that tells of the sessions up to date. sentence: for screen readers.
   #sessionsChanged(sentence = '') {
     this.#layOut();
     this.inspector.hover(this.main, NaN, NaN);
@@ -510,7 +510,7 @@ class App {
     this.panels.sessions.refresh();
   }
 
-  // What a session tells a person. kind: as messages.js has it.
+  // Shows what a session tells a person. kind: as messages.js has it.
   problem(viewport, sentence, kind) {
     if (kind === 'error') viewport.trouble = sentence;
     say(this.viewports.length > 1 ? `${viewport.name}: ${sentence}` : sentence, kind);

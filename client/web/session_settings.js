@@ -28,7 +28,7 @@ export const LAYERS = [
 const SHARED = ['width', 'height', 'region', 'mode', 'integrator', 'variant', 'preview_rate', 'preview_budget_ms'];
 const FRACTIONS = [1, 2]; // types of a field, by their numbers in descriptor.proto: double, float
 
-// What the daemon has of an enum: [[number, name], ...].
+// The values of an enum that the daemon has: [[number, name], ...].
 function offered(codec, name, words, known) {
   const numbers = codec.enum(name);
   return Object.entries(words)

@@ -67,7 +67,7 @@ export class Tile {
     this.tell();
   }
 
-  // What the session is at, and its error beside that of the first.
+  // Shows what the session is at, and its error beside that of the first.
   tell() {
     if (this.bar.hidden) return;
     const { app, viewport } = this,

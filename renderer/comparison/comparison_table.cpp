@@ -17,7 +17,7 @@ bool is_squared_error(Measure measure) {
   return measure == Measure::mse || measure == Measure::relmse || measure == Measure::distance_variance;
 }
 
-// Of the seeds that have the error; empty where one of them has no share.
+// The outlier shares of the seeds that have the error; empty where one of them has no share.
 std::vector<double> outlier_shares(const std::vector<SeedValues>& seeds, const std::vector<ValueKey>& keys,
                                    std::size_t key) {
   if (!is_squared_error(keys[key].measure)) return {};

@@ -56,7 +56,7 @@ enum class RatioKind {
   // The baseline's time over the mode's to the same error: above 1, the mode is faster. Not of preview modes.
   equal_error,
   equal_time,  // the mode's error over the baseline's after the same time: below 1, the mode is better
-  // The same after the same budget of samples. Not of preview modes.
+  // The mode's error over the baseline's after the same budget of samples. Not of preview modes.
   equal_samples,
   speed,  // the mode's time over the baseline's for the same budget of samples. Not of preview modes
 };

@@ -58,7 +58,7 @@ class Curve {
   std::vector<CurvePoint> points_, joined_;
 };
 
-// Of one mode and measure, of means over `views`; `seeds`, where given, are the only ones that count.
+// The curve of one mode and measure, of means over `views`; `seeds`, where given, are the only ones that count.
 Curve make_curve(const SeedTable& table, std::size_t mode, std::size_t key, std::uint32_t budgets, PathViews views,
                  const std::vector<std::uint32_t>* seeds = nullptr);
 

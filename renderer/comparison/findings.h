@@ -20,7 +20,7 @@ struct Findings {
   const std::string& baseline() const { return script.modes[0]; }
   std::uint32_t budgets() const { return std::uint32_t(script.budgets.size()); }
 
-  // Of a path, over all views; null where the mode has no seeds at that budget.
+  // The point of a mode, of a path that over all views; null where the mode has no seeds at that budget.
   const ComparedPoint* point(std::size_t mode, std::uint32_t budget) const;
   static const ComparedPoint::Value* value(const ComparedPoint* point, const ValueKey& key);
   bool has_points(std::size_t mode) const;
@@ -38,7 +38,8 @@ struct Findings {
   std::string when(double at) const;
 };
 
-// Of these ratios, which are of one mode; equal_error: at the lowest error, else at the largest budget or time.
+// The last of `ratios`, which are of one mode: of equal_error that at the lowest error, else that at the largest budget
+// or time.
 const ComparedRatio* latest_ratio(const std::vector<ComparedRatio>& ratios, RatioKind kind, const std::string& mode,
                                   const ValueKey& key);
 

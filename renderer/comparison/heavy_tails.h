@@ -1,11 +1,11 @@
-// Whether the mean over seeds is that of rare, large errors.
+// Detects means over seeds that rare, large errors decide.
 #pragma once
 
 #include <span>
 
 namespace helio {
 
-// Whether other seeds may come to quite another mean, because rare errors decide it.
+// True if other seeds may come to quite another mean, because rare errors decide it.
 //
 // errors: of one mode at one budget, one for each seed. outlier_shares: of each seed, in the same order, the part of
 // its squared error that the 0.1 % of pixels with the largest have (Measure::outlier_share); empty where that is not

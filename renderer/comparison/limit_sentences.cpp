@@ -77,7 +77,7 @@ std::string affected_text(const Findings& findings, std::size_t mode, const Affe
                              : "errors of " + whose + where + " (" + measures_text(affected.keys) + ")";
 }
 
-// Of the whole picture, where pixels say it; else 0.
+// The outlier share of the whole picture, where pixels say it; else 0.
 double outlier_share(const Findings& findings, std::size_t mode, const Affected& affected) {
   const bool squared = std::any_of(affected.keys.begin(), affected.keys.end(), [](const ValueKey& key) {
     return key.region.empty() && (key.measure == Measure::mse || key.measure == Measure::relmse);

@@ -1,4 +1,4 @@
-// What limits the answers of a comparison: bias, rare errors, the reference's noise, few seeds, disturbances.
+// Limits of a comparison's answers: bias, rare errors, the reference's noise, few seeds, disturbances.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What pictures of sampling modes are compared by: the names of measures, and a measured value.
+// Measures by which pictures of sampling modes are compared: their names, and a measured value.
 #pragma once
 
 #include <string>
@@ -26,8 +26,8 @@ inline constexpr int kMeasures = int(Measure::told_rmse) + 1;
 // As a noun within a sentence, without an article: "relative MSE", "variance of the distance".
 const char* to_string(Measure measure);
 
-// Whether less of it is better and it is never below 0, up to the noise of the reference: that one mode's value may be
-// divided by another's. False of bias, outlier_share and told_rmse.
+// True if less of it is better and it is never below 0, up to the noise of the reference, so that one mode's value may
+// be divided by another's. False of bias, outlier_share and told_rmse.
 bool is_error(Measure measure);
 
 // As the region of values of the pixels whose reference is no brighter (in luminance) than half of them.

@@ -15,8 +15,8 @@ namespace helio {
 // no preview mode and has points.
 std::vector<std::string> mode_sentences(const Findings& findings, std::size_t mode, const ValueKey& key);
 
-// Of a preview mode, which may be the baseline: the time and error of its previews at that budget, and the baseline's
-// error after the same time where its curve encloses it. Empty without seeds.
+// Tells the time and error of the previews of a preview mode, which may be the baseline, at that budget, and the
+// baseline's error after the same time where its curve encloses it. Empty without seeds.
 std::string preview_sentence(const Findings& findings, std::size_t mode, const ValueKey& key, std::uint32_t budget);
 
 }  // namespace helio

@@ -117,7 +117,7 @@ class Pair {
   LogJackknife on_line(const LeaveOneOutMean& x0, const LeaveOneOutMean& y0, const LeaveOneOutMean& x1,
                        const LeaveOneOutMean& y1, double x) const {
     const LeaveOneOutMean* means[] = {&x0, &y0, &x1, &y1};
-    // Whether the line rises or falls along x is that of all seeds; without one it must do the same.
+    // The line must rise or fall along x without a seed as it does with all seeds.
     const bool falling = x1.mean() < x0.mean();
     return leave_one_out(means, [&, falling](std::optional<std::uint32_t> left_out) {
       const auto a = mean_of(x0, left_out), b = mean_of(y0, left_out), c = mean_of(x1, left_out),

@@ -9,7 +9,7 @@
 
 namespace helio {
 
-// Of a path, ratios are of the means over its views. `mode` and `baseline` are indices of the script's modes, at least
+// Ratios of a path are of the means over its views. `mode` and `baseline` are indices of the script's modes, at least
 // one budget of both must have seeds for there to be anything. In this order:
 //
 // speed, where budgets are samples: the geometric mean over seeds, at each budget.

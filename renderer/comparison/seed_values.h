@@ -55,7 +55,7 @@ class SeedTable {
     return over_views(mode, budget, views_of(mode));
   }
 
-  // Whether some unit of that view has the value; true where the view has no unit that could say otherwise.
+  // True if some unit of that view has the value, or the view has no unit that could say otherwise.
   bool is_defined(std::size_t key, std::uint32_t view) const;
 
  private:

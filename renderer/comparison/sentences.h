@@ -1,4 +1,4 @@
-// What a comparison says, in sentences for the readers of its report.
+// The findings of a comparison, in sentences for the readers of its report.
 #pragma once
 
 #include <string>

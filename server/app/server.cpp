@@ -124,7 +124,10 @@ const std::string& Server::address() const {
 }
 
 std::shared_ptr<grpc::Channel> Server::in_process_channel() {
-  return impl_->server->InProcessChannel(grpc::ChannelArguments());
+  grpc::ChannelArguments arguments;
+  // The table of a comparison of many views may be larger than gRPC's 4 MiB, and both ends are this process.
+  arguments.SetMaxReceiveMessageSize(-1);
+  return impl_->server->InProcessChannel(arguments);
 }
 
 bool Server::drain(double grace_s) {
@@ -141,7 +144,7 @@ bool Server::drain(double grace_s) {
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
   const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
   for (const auto& session : core.sessions.list()) session->drain(status);
-  // What comparisons have told is told, and a later call goes on from there.
+  // Comparisons have told all that a later call needs to go on.
   impl_->compare.queue.cancel_all();
   const double result_seconds = std::min(kResultSeconds, grace_s / 2);
   if (!core.jobs.wait_until_empty(deadline - result_seconds)) {

@@ -32,10 +32,9 @@ bool good_name(std::string_view name) {
                      [&](char c) { return letter(c) || std::string_view("._+-").find(c) != std::string_view::npos; });
 }
 
-// FNV-1a, of a mode's name.
 std::uint64_t name_key(std::string_view name) {
-  std::uint64_t key = 0xcbf29ce484222325u;
-  for (const char c : name) key = (key ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  std::uint64_t key = kFnv1aStart;
+  for (const char c : name) key = fnv1a(key, static_cast<unsigned char>(c));
   return key;
 }
 
@@ -225,6 +224,25 @@ void read_done(const pb::CompareRequest& message, ComparisonRequest& request, Pr
   request.done.assign(message.done().begin(), message.done().end());
 }
 
+void read_pictures_done(const pb::CompareRequest& message, ComparisonRequest& request, Problems& problems) {
+  if (!request.send_pictures && message.pictures_done_size() > 0)
+    problems.add("pictures_done", "is given without send_pictures; allowed: none");
+  std::set<std::string> modes;
+  for (const ComparedMode& mode : request.modes) modes.insert(mode.name);
+  for (int i = 0; i < message.pictures_done_size() && problems.size() < 20; ++i) {
+    const auto& name = message.pictures_done(i);
+    const std::string where = fmt::format("pictures_done[{}]", i);
+    if (name.reference() ? !name.mode().empty() : !modes.contains(name.mode())) {
+      problems.add(where + ".mode", "'" + name.mode().substr(0, kMaxName) + "'; allowed: " +
+                                        (name.reference() ? "empty, of a reference" : "names of modes"));
+    }
+    if (name.view() >= request.views.size())
+      problems.add(where + ".view", fmt::format("{}; allowed: below {}", name.view(), request.views.size()));
+    if (!request.pictures_done.emplace(name.mode(), name.view()).second)
+      problems.add(where, "is there twice; allowed: once");
+  }
+}
+
 }  // namespace
 
 unsigned ComparedMode::channels() const {
@@ -287,6 +305,7 @@ Result<ComparisonRequest> read_comparison(const pb::CompareRequest& message, con
   if (request.worst_pixels > kMaxWorstPixels)
     problems.add("worst_pixels", fmt::format("{}; allowed: [0, {}]", request.worst_pixels, kMaxWorstPixels));
   read_done(message, request, problems);
+  read_pictures_done(message, request, problems);
   if (!problems.empty()) return problems.to_error();
 
   for (std::size_t i = 0; i < request.modes.size(); ++i) {

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <mutex>
 #include <utility>
 
 #include "renderer/codec/sha256.h"
@@ -11,7 +10,6 @@
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
-#include "server/stream/stream_messages.h"
 
 namespace helio {
 namespace {
@@ -31,30 +29,9 @@ struct LoadReferenceReactor::Upload {
   Reservation memory;
 };
 
-// The one place that finishes the call.
-class LoadReferenceReactor::Call {
- public:
-  Call(LoadReferenceReactor& reactor, grpc::ByteBuffer& response) : reactor_(&reactor), response_(&response) {}
-
-  void finish(const grpc::Status& status, const pb::LoadReferenceResponse* answer = nullptr) {
-    const std::lock_guard lock(mutex_);
-    if (!reactor_) return;
-    const Status told = guarded([&] {
-      if (answer) *response_ = to_bytes(*answer);
-      return ok_status();
-    });
-    std::exchange(reactor_, nullptr)->Finish(told.ok() ? copy_status(status) : to_grpc_status(told));
-  }
-
- private:
-  std::mutex mutex_;
-  LoadReferenceReactor* reactor_;  // null: finished
-  grpc::ByteBuffer* response_;
-};
-
-LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, grpc::CallbackServerContext&,
+LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, grpc::CallbackServerContext& context,
                                            grpc::ByteBuffer* response)
-    : compare_(compare), call_(std::make_shared<Call>(*this, *response)) {
+    : compare_(compare), call_(std::make_shared<Call>(*this, context, *response)) {
   const auto call = call_;
   if (const Status accepting = compare.core.check_accepting(); !accepting.ok()) {
     call->finish(to_grpc_status(accepting));
@@ -89,6 +66,11 @@ void LoadReferenceReactor::OnReadDone(bool ok) {
 }
 
 Status LoadReferenceReactor::handle(const pb::LoadReferenceRequest& request) {
+  std::vector<std::string> unknown = unknown_fields(request);
+  // A request of a kind that only newer daemons know.
+  const bool unknown_kind = request.request_case() == pb::LoadReferenceRequest::REQUEST_NOT_SET && !unknown.empty();
+  call_->ignore(std::move(unknown));
+  if (unknown_kind) return ok_status();
   switch (request.request_case()) {
     case pb::LoadReferenceRequest::kBegin:
       if (upload_) return out_of_order("was sent before; allowed: once, as the first message", "begin");
@@ -109,9 +91,7 @@ Status LoadReferenceReactor::handle(const pb::LoadReferenceRequest& request) {
     case pb::LoadReferenceRequest::REQUEST_NOT_SET:
       break;
   }
-  // Of a kind that only newer daemons know.
-  return unknown_fields(request).empty() ? Status(out_of_order("is empty; allowed: begin or data", "request"))
-                                         : ok_status();
+  return out_of_order("is empty; allowed: begin or data", "request");
 }
 
 Status LoadReferenceReactor::begin(const pb::LoadReferenceRequest::Begin& begin) {
@@ -145,7 +125,7 @@ Status LoadReferenceReactor::submit() {
   }
   const bool taken =
       compare_.core.films.submit([call = call_, upload = std::move(upload_), &references = compare_.references] {
-        const auto answer = guarded([&]() -> Result<pb::LoadReferenceResponse> {
+        call->finish(guarded([&]() -> Result<pb::LoadReferenceResponse> {
           Sha256 hash;
           hash.update(std::span<const std::uint8_t>(upload->bytes));
           const std::string found = to_hex(hash.finish());
@@ -159,12 +139,7 @@ Status LoadReferenceReactor::submit() {
           response.set_height((*reference)->mean.height);
           response.set_has_variance((*reference)->variance.has_value());
           return response;
-        });
-        if (answer) {
-          call->finish(grpc::Status::OK, &*answer);
-        } else {
-          call->finish(to_grpc_status(answer.error()));
-        }
+        }));
       });
   return taken ? ok_status() : Status(compare_.core.too_many_waiting());
 }

@@ -10,6 +10,7 @@
 
 #include "server/compare/compare_core.h"
 #include "server/rpc/read_deadline.h"
+#include "server/rpc/upload_call.h"
 
 namespace helio {
 
@@ -23,7 +24,7 @@ class LoadReferenceReactor final : public grpc::ServerReadReactor<grpc::ByteBuff
   void OnDone() override { delete this; }
 
  private:
-  class Call;  // with the task that reads the file
+  using Call = UploadCall<pb::LoadReferenceResponse>;  // with the task that reads the file
   struct Upload;
 
   void read();

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "server/base/arena_message.h"
@@ -14,8 +15,8 @@
 #include "server/base/read_enum.h"
 #include "server/base/retry.h"
 #include "server/rpc/scene_messages.h"
+#include "server/rpc/upload_call.h"
 #include "server/stream/convert.h"
-#include "server/stream/stream_messages.h"
 
 namespace helio {
 namespace {
@@ -37,39 +38,14 @@ Error out_of_order(const char* message, const char* where) {
 
 }  // namespace
 
-// The one place that finishes the call. A load that outlasts its call finds no reactor any more.
-struct LoadSceneReactor::Shared {
-  std::mutex mutex;
-  LoadSceneReactor* reactor;  // null: finished
-  grpc::CallbackServerContext* context;
-  grpc::ByteBuffer* response;
-  CancelToken cancel;
-  std::vector<std::string> ignored;  // fields that this daemon does not know
+struct LoadSceneReactor::Shared : UploadCall<pb::LoadSceneResponse> {
+  using UploadCall::UploadCall;
 
-  void ignore(std::vector<std::string> fields) {
-    const std::lock_guard lock(mutex);
-    for (std::string& field : fields) {
-      const bool known = std::find(ignored.begin(), ignored.end(), field) != ignored.end();
-      if (!known && ignored.size() < kMaxUnknownFields) ignored.push_back(std::move(field));
-    }
-  }
-  void finish(const grpc::Status& status, const pb::LoadSceneResponse* answer = nullptr) {
-    const std::lock_guard lock(mutex);
-    if (!reactor) return;
-    const Status told = guarded([&] {
-      if (answer) *response = to_bytes(*answer);
-      tell_ignored(*context, ignored);
-      return ok_status();
-    });
-    std::exchange(reactor, nullptr)->Finish(told.ok() ? copy_status(status) : to_grpc_status(told));
-  }
+  CancelToken cancel;
 };
 
 LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response)
-    : core_(core), shared_(std::make_shared<Shared>()) {
-  shared_->reactor = this;
-  shared_->context = &context;
-  shared_->response = response;
+    : core_(core), shared_(std::make_shared<Shared>(*this, context, *response)) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     shared_->finish(to_grpc_status(accepting));
     return;
@@ -195,11 +171,7 @@ Status LoadSceneReactor::submit() {
                    scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
       return to_load_response(scene, outcome->already_loaded);
     });
-    if (answer) {
-      shared->finish(grpc::Status::OK, &*answer);
-    } else {
-      shared->finish(to_grpc_status(answer.error()));
-    }
+    shared->finish(answer);
   });
   if (taken) return ok_status();
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;

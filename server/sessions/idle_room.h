@@ -10,7 +10,7 @@
 
 namespace helio {
 
-// What is kept in case somebody asks for it again. Thread safe.
+// Memory that is kept in case somebody asks for it again. Thread safe.
 class SpareMemory {
  public:
   virtual ~SpareMemory() = default;

@@ -96,7 +96,7 @@ class LinkTest(ViewerCase):
         look = self.page.state()["look"]
         self.assertEqual([look["exposure"], look["filter"], look["compare"]], [0, "auto", 0])
         self.assertEqual(self.page.state()["sessions"], 1)
-        # Of sessions, what the daemon has not.
+        # Settings of sessions that the daemon does not have.
         self.open(**FIXED | {"mode": ""}, sessions="1,1;2,1234;1,1,colour=1;1,1,roulette=never")
         self.page.wait("heliograph.state(1)?.complete")
         text = self.page.run("return document.getElementById('link-text').textContent")

@@ -200,7 +200,7 @@ class SessionsTest(ViewerCase):
         self.assertIn("The daemon is full: max_sessions", tile)
         self.assertTrue(self.page.run("return document.getElementById('banner').hidden"))
         self.page.screenshot("refused-session")
-        # Where one goes there is room for it.
+        # A session that closes makes room for it.
         self.press("tile-2-close")
         self.page.wait("heliograph.state(1).end && heliograph.state(1).trouble === ''")
         self.assertEqual(self.names(), ["Path tracing", "Combined"])

@@ -23,10 +23,11 @@ c = hg.connect("127.0.0.1:1")
 scene = c.load("box.gltf")
 image = scene.render(until=hg.Samples(1), size=(64, 48), mode="adaptive", channels=("depth", "normal"))
 reveal_type(image)  # note: Revealed type is "heliograph.image.Image"
+reveal_type(c.render(scene, until=hg.Samples(1)))  # note: Revealed type is "heliograph.image.Image"
 scene.render(sise=(1, 2), until=hg.Samples(1))  # error: Unexpected keyword argument "sise"
 scene.render(size=(1, 2))  # error: Missing named argument "until"
 c.render(scene, sise=(1, 2), until=hg.Samples(1))  # error: Unexpected keyword argument "sise"
-c.render(scene, mode="fast", until=hg.Samples(1))  # error: Argument "mode" to "render" of "Client" has
+c.render(scene, mode="fast", until=hg.Samples(1))  # error: Argument "mode" to "render" of "ClientMethods" has
 scene.submit(until=hg.Samples(1), compression="lzw")  # error: Argument "compression" to "submit" of "Scene" has
 scene.session(untill=3)  # error: Unexpected keyword argument "untill"
 scene.session(size="64x48")  # error: Argument "size" to "session" of "Scene" has incompatible type
@@ -47,6 +48,8 @@ async def work() -> None:
     async with await ahg.connect("127.0.0.1:1") as a:
         picture = await (await a.load("box.gltf")).render(until=ahg.Seconds(1))
         reveal_type(picture)  # note: Revealed type is "heliograph.image.Image"
+        result = await a.compare("box.gltf", ["pt"])
+        reveal_type(result)  # note: Revealed type is "heliograph.comparison.result.Comparison"
 """
 
 

@@ -145,6 +145,20 @@ TEST_F(NewerClientTest, OtherCallsNameThemInTheTrailingMetadata) {
   const grpc::Status status = writer->Finish();
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(metadata(load_context), "field 93 of begin, field 94 of LoadSceneRequest");
+
+  pb::LoadReferenceRequest reference[3];
+  reference[0].mutable_begin()->set_bytes(1);
+  reference[0].mutable_begin()->set_sha256(std::string(32, 'x'));
+  add_unknown(*reference[0].mutable_begin(), 95);
+  add_unknown(reference[1], 96);
+  reference[2].set_data("x");
+  grpc::ClientContext reference_context;
+  pb::LoadReferenceResponse unread;
+  const auto sender = stub().LoadReference(&reference_context, &unread);
+  for (const auto& message : reference) ASSERT_TRUE(sender->Write(message));
+  sender->WritesDone();
+  EXPECT_NE(sender->Finish().error_message().find("begin.sha256"), std::string::npos) << "all messages were read";
+  EXPECT_EQ(metadata(reference_context), "field 95 of begin, field 96 of LoadReferenceRequest");
 }
 
 TEST_F(NewerClientTest, TheClientLibrarySaysWhatWasIgnored) {

@@ -187,7 +187,7 @@ class Comparing {
   std::optional<pb::CompareRecord> kept_;  // that the folder holds
   ComparisonCall call_;
   pb::CompareRecord record_;
-  bool whole_ = false;  // the folder has all of it
+  bool whole_ = false;  // the folder has all of it, pictures included
 };
 
 bool Comparing::read_flags() {
@@ -256,7 +256,7 @@ bool Comparing::lock_folder() {
 void Comparing::check_files() {
   OutputCheck outputs;
   outputs.add_inputs(scene_);
-  if (!is_path_by_name(options_.path)) outputs.add_input(options_.path.text, "the camera path");
+  add_path_input(options_.path, outputs);
   const int views = std::max(1, call_.request.views_size());
   if (references_.given())
     for (int view = 0; view < views; ++view) outputs.add_input(references_.file(view), "a reference");
@@ -284,8 +284,7 @@ bool Comparing::check_server(const pb::GetServerInfoResponse& info) {
 std::vector<pb::CameraView> Comparing::play(const pb::SceneInfo& scene, const pb::SceneCamera& camera) {
   if (!options_.path.given()) return {camera.view()};
   const PathStart start{camera.view(), centre_of(scene), cameras_of(scene)};
-  const auto views = is_path_by_name(options_.path) ? path_by_name(options_.path.text, {}, start)
-                                                    : parse_camera_path(path_text_, options_.path.text, start);
+  const auto views = read_path_views(options_.path, path_text_, {}, start);
   std::vector<pb::CameraView> cameras;
   if (!views) {
     context_.problems.add("--path", views.error().to_string());
@@ -401,7 +400,8 @@ bool Comparing::grow_record() {
   }
   extend_record(record_, call_, found.of_values);
   whole_ = kept_ && kept_->has_table() && std::uint64_t(record_.units_size()) == unit_count(record_.request()) &&
-           google::protobuf::util::MessageDifferencer::Equals(kept_->request(), record_.request());
+           google::protobuf::util::MessageDifferencer::Equals(kept_->request(), record_.request()) &&
+           !ComparisonFolder(folder_, record_, control_).request().send_pictures();
   for (const std::string& difference : found.of_values) terminal_.warn("mixed: " + difference);
   return true;
 }
@@ -424,7 +424,8 @@ Result<std::vector<std::string>> Comparing::upload_references(RenderClient& clie
   return ids;
 }
 
-// Of rendered references that the daemon does not have any more. Empty: they have to be rendered again.
+// Uploads the rendered references that the daemon does not have any more, and answers their ids. Empty: they have to be
+// rendered again.
 Result<std::vector<std::string>> Comparing::upload_kept_references(RenderClient& client, ComparisonFolder& folder) {
   const std::vector<std::string> files = folder.rendered_reference_files();
   if (files.empty()) return files;
@@ -637,8 +638,9 @@ Command add_compare(CLI::App& root, const PresetPart* part) {
   auto options = std::make_shared<CompareOptions>();
   add_scene_options(*app, options->scene);
   add_compare_mode_options(*app, options->modes);
-  add_text(*app, options->path, "--path", "NAME|PATH.json",
-           "Compare along a camera path, by name or from a file, as of move; it starts at --camera. Default: a still");
+  add_path_option(
+      *app, options->path,
+      "Compare along a camera path, by name or from a file, as of move; it starts at --camera. Default: a still");
   add_compare_script_options(*app, options->script);
   add_text(*app, options->oidn_library, "--oidn-library", "PATH",
            "libOpenImageDenoise.so of Open Image Denoise 2.x for modes oidn; only without --server. Default: "

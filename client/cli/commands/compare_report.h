@@ -1,4 +1,4 @@
-// What `heliograph compare` tells: its progress line, the table at the end, and its JSON.
+// Output of `heliograph compare`: its progress line, the table at the end, and its JSON.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What `heliograph compare` is asked for besides its modes: budgets, seeds, measures, regions, references.
+// Options of `heliograph compare` besides its modes: budgets, seeds, measures, regions, references.
 #pragma once
 
 #include <optional>
@@ -26,8 +26,9 @@ void read_compare_script(const CompareScriptOptions& options, const TextOption& 
 // Adds a problem for each region that reaches out of the picture.
 void check_regions(const heliograph::v1::CompareRequest& request, int width, int height, Problems& problems);
 
-// Where references are loaded from: a file, of one view; a folder with reference.view0.exr, reference.view1.exr, ...,
-// as the pictures of a comparison are; or a name in which #### stands for the view's number. None: they are rendered.
+// The place from which references are loaded: a file, of one view; a folder with reference.view0.exr,
+// reference.view1.exr, ..., as the pictures of a comparison are; or a name in which #### stands for the view's number.
+// None: they are rendered.
 struct ReferenceFiles {
   std::string name;
 

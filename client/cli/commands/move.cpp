@@ -81,9 +81,10 @@ constexpr const char* kHelp =
     "Example: heliograph move room.glb --turn 40 --steps 80 --play 20\n\n";
 
 void add_path_options(CLI::App& app, MoveOptions& options) {
-  add_text(app, options.path, "--path", "NAME|PATH.json",
-           "turn, orbit, zoom, translate, out-and-back, tiny-moves, jump, or a camera path file (./turn is one of that "
-           "name); described below");
+  add_path_option(
+      app, options.path,
+      "turn, orbit, zoom, translate, out-and-back, tiny-moves, jump, or a camera path file (./turn is one of that "
+      "name); described below");
   add_text(app, options.turn, "--turn", "DEGREES",
            "Turn the camera on the spot, positive to the left, in --steps steps");
   add_text(app, options.orbit, "--orbit", "DEGREES",
@@ -317,7 +318,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
-  if (!is_path_by_name(options.path)) outputs.add_input(options.path.text, "the camera path");
+  add_path_input(options.path, outputs);
   OutputCheck(outputs).check(numbered(patterns, 0), problems);
   if (!problems.empty()) return context.refuse();
   if (!asks_for_mode(options.settings) && request.settings().mode() == pb::MODE_PT) {
@@ -341,9 +342,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   RenderClient& client = open.renderer.client();
   const pb::SceneInfo& scene = open.scene();
   const PathStart start{open.camera.view(), pivot.value_or(centre_of(scene)), cameras_of(scene)};
-  const auto views = is_path_by_name(options.path) ? path_by_name(options.path.text, scale, start)
-                     : options.path.given()        ? parse_camera_path(path_text, options.path.text, start)
-                                                   : play_motion(motion, start);
+  const auto views =
+      options.path.given() ? read_path_views(options.path, path_text, scale, start) : play_motion(motion, start);
   if (!views) return terminal.fail(kUsage, views.error().to_string());
   for (std::size_t i = 0; i < views->size() && problems.empty(); ++i) {
     outputs.check(numbered(patterns, static_cast<int>(i)), problems);

@@ -17,8 +17,16 @@ constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 
 }  // namespace
 
+void add_path_option(CLI::App& app, TextOption& option, const std::string& help) {
+  add_text(app, option, "--path", "NAME|PATH.json", help);
+}
+
 bool is_path_by_name(const TextOption& option) {
   return option.given() && is_path_name(option.text);
+}
+
+void add_path_input(const TextOption& option, OutputCheck& outputs) {
+  if (!is_path_by_name(option)) outputs.add_input(option.text, "the camera path");
 }
 
 std::string read_path_file(const TextOption& option, OptionReader& reader) {
@@ -49,10 +57,12 @@ V3d centre_of(const pb::SceneInfo& scene) {
   return (V3d(low.x(), low.y(), low.z()) + V3d(high.x(), high.y(), high.z())) * 0.5;
 }
 
-Result<std::vector<PathView>> path_by_name(const std::string& name, const PathScale& scale, const PathStart& start) {
+Result<std::vector<PathView>> read_path_views(const TextOption& option, const std::string& text, const PathScale& scale,
+                                              const PathStart& start) {
+  if (!is_path_by_name(option)) return parse_camera_path(text, option.text, start);
   const Result<CameraFrame> home = camera_frame(start.camera);
   if (!home) return home.error();
-  const auto path = named_path(name, length(start.pivot - home->position), scale);
+  const auto path = named_path(option.text, length(start.pivot - home->position), scale);
   if (!path) return path.error();
   return play_named_path(*path, start);
 }

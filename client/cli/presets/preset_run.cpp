@@ -187,7 +187,7 @@ int PresetRun::compare(PresetResult& result) {
   return run_(words_of(result));
 }
 
-// What the folder has, also where the comparison was interrupted.
+// Reads what the folder has, also where the comparison was interrupted.
 void PresetRun::read_record(PresetResult& result) const {
   auto record = read_comparison_folder(output_ / result.folder);
   if (!record) {

@@ -42,7 +42,7 @@ Interval inverse(const Interval& interval) {
   return result;
 }
 
-// Of independent means.
+// The ratio of independent means.
 Interval ratio_of(const Interval& a, const Interval& b) {
   Interval result;
   result.set_mean(a.mean() / b.mean());

@@ -25,20 +25,32 @@ std::vector<std::string> table_1_modes() {
   return modes;
 }
 
-Experiment still(std::string name, std::string scene, std::string file, std::string stand_in) {
+// The scene of an experiment, and the paper's finding.
+struct Subject {
+  std::string name, scene, file, stand_in, graph, finding;
+};
+
+Experiment experiment_of(Subject subject) {
   Experiment experiment;
-  experiment.name = std::move(name);
-  experiment.scene = std::move(scene);
-  experiment.file = std::move(file);
-  experiment.stand_in = std::move(stand_in);
-  experiment.modes = table_1_modes();
-  experiment.samples = {4, 16, 32};
+  experiment.name = std::move(subject.name);
+  experiment.scene = std::move(subject.scene);
+  experiment.file = std::move(subject.file);
+  experiment.stand_in = std::move(subject.stand_in);
+  experiment.graph = std::move(subject.graph);
+  experiment.finding = std::move(subject.finding);
   experiment.measures = kMeasures;
   return experiment;
 }
 
-Experiment property(std::string name, std::string scene, std::string file, std::string stand_in) {
-  Experiment experiment = still(std::move(name), std::move(scene), std::move(file), std::move(stand_in));
+Experiment still(Subject subject) {
+  Experiment experiment = experiment_of(std::move(subject));
+  experiment.modes = table_1_modes();
+  experiment.samples = {4, 16, 32};
+  return experiment;
+}
+
+Experiment property(Subject subject) {
+  Experiment experiment = still(std::move(subject));
   experiment.modes = {kBaseline, adaptive_mode(2, 32), adaptive_mode(4, 32)};  // chapter 4.2.4
   return experiment;
 }
@@ -55,13 +67,9 @@ struct FrameTimes {
   double plain_4, reprojected_4;       // after four samples, with four stored hits
 };
 
-Experiment turn(std::string name, std::string scene, std::string file, std::string stand_in, int step,
-                const std::string& chapter, const std::string& figure, const FrameTimes& times) {
-  Experiment experiment;
-  experiment.name = std::move(name);
-  experiment.scene = std::move(scene);
-  experiment.file = std::move(file);
-  experiment.stand_in = std::move(stand_in);
+Experiment turn(Subject subject, int step, const std::string& chapter, const std::string& figure,
+                const FrameTimes& times) {
+  Experiment experiment = experiment_of(std::move(subject));
   experiment.modes = {kBaseline,
                       "reproject-1=paper-reproject:stored-hits=1",
                       "reproject-4=paper-reproject:stored-hits=4",
@@ -69,7 +77,6 @@ Experiment turn(std::string name, std::string scene, std::string file, std::stri
                       "combined-4-32-1=paper-combined:adaptive-min=4:adaptive-max=32:stored-hits=1",
                       "combined-4-32-4=paper-combined:adaptive-min=4:adaptive-max=32:stored-hits=4"};
   experiment.samples = {1, 4, 32};
-  experiment.measures = kMeasures;
   experiment.path = turn_path(step);
   const std::string measure(kSecondsMeasure);
   experiment.published = {
@@ -107,64 +114,52 @@ Preset schalk_preset() {
       "the same names differ from it and are not in this table.",
   };
 
-  Experiment box = still("cornell-box", "Cornell box, 34 triangles", "cornell-glossy-boxes.glb",
-                         "Cornell box with two glossy boxes, 38 triangles");
-  box.finding = "Adaptive sampling is better than plain path tracing at first; 4/32 is the most stable (4.2.1).";
-  box.graph = "figure 10";
-  Experiment sponza =
-      still("sponza", "Sponza, 262,267 triangles", "sponza-dabrovic.glb", "Dabrovic's Sponza, 66,445 triangles");
-  sponza.finding = "Adaptive sampling is better at first; 2/32 is the best setting (4.2.2).";
-  sponza.graph = "figure 13";
-  Experiment miguel = still("san-miguel", "San Miguel, 9,980,693 triangles", "san-miguel.glb", "");
-  miguel.finding = "No setting is better than plain path tracing (4.2.3).";
-  miguel.graph = "figure 15";
-  Experiment triangles = property("triangles-69k", "Cornell box with 69,461 triangles", "cornell-bunny.glb",
-                                  "Cornell box with a bunny, 69,465 triangles");
-  triangles.graph = "appendix A.1.1";
-  Experiment million = property("triangles-1m", "Cornell box with 1,087,726 triangles", "cornell-buddha.glb", "");
-  million.graph = "appendix A.1.1";
-  Experiment directional =
-      property("directional-light", "Cornell box, directional light", "cornell-directional.glb", "");
-  directional.finding = "Adaptive sampling is not effective; 4/32 is better than 2/32 (4.2.4).";
-  directional.graph = "figure 17";
-  Experiment point = property("point-light", "Cornell box, point light", "cornell-point.glb", "");
-  point.graph = "appendix A.1.1";
-  Experiment reflective =
-      property("reflective", "Cornell box, highly reflective materials", "cornell-low-roughness.glb", "");
-  reflective.finding = "Adaptive sampling is not effective; 4/32 is better than 2/32 (4.2.4).";
-  reflective.graph = "figure 18";
-  Experiment glass = property("glass", "Cornell box, glass", "cornell-glass-mirror-spheres.glb",
-                              "Cornell box with a glass and a mirror sphere");
-  glass.graph = "appendix A.1.1";
-
-  Experiment box_turn =
-      turn("cornell-box-turn-20", "Cornell box, turn of 100 degrees in steps of 20", "cornell-glossy-boxes.glb",
-           box.stand_in, 20, "chapter 4.3.1", "figure 21", {0.00930, 0.01253, 0.25, 0.039, 0.052});
-  box_turn.finding =
+  const std::string box = "cornell-glossy-boxes.glb";
+  const std::string box_stand_in = "Cornell box with two glossy boxes, 38 triangles";
+  const std::string sponza = "sponza-dabrovic.glb", sponza_stand_in = "Dabrovic's Sponza, 66,445 triangles";
+  const std::string not_effective = "Adaptive sampling is not effective; 4/32 is better than 2/32 (4.2.4).";
+  const std::string box_turns =
       "Every step size gives a lower error than plain path tracing, most of all four hits within the first 100 ms; "
       "after about 1.5 s they are equal (4.3.1). Combined with a minimum of 2 the path tracer catches up at 200 ms "
       "(4.4.1).";
-  box_turn.graph = "figures 32 and 33, appendix B.1";
-  Experiment box_steps =
-      turn("cornell-box-turn-5", "Cornell box, turn of 100 degrees in steps of 5", "cornell-glossy-boxes.glb",
-           box.stand_in, 5, "chapter 4.3.1", "figure 21", {0.00930, 0.01253, 0.25, 0.039, 0.052});
-  box_steps.finding = box_turn.finding;
-  box_steps.graph = "figures 20, 32 and 33";
+  const FrameTimes box_times{0.00930, 0.01253, 0.25, 0.039, 0.052};
+  Experiment box_steps = turn({"cornell-box-turn-5", "Cornell box, turn of 100 degrees in steps of 5", box,
+                               box_stand_in, "figures 20, 32 and 33", box_turns},
+                              5, "chapter 4.3.1", "figure 21", box_times);
   box_steps.samples = {1, 32};
-  Experiment sponza_turn =
-      turn("sponza-turn-20", "Sponza, turn of 100 degrees in steps of 20", "sponza-dabrovic.glb", sponza.stand_in, 20,
-           "chapter 4.3.2", "figure 25", {0.02599, 0.03164, 0.17, 0.106, 0.125});
-  sponza_turn.finding =
-      "As in the Cornell box, but reprojection stays ahead for longer than 1.5 s (4.3.2); combined, a minimum of 4 is "
-      "better than 2, and four hits are better than one (4.4.2).";
-  sponza_turn.graph = "figures 35 and 36, appendix B.2";
-  Experiment miguel_turn = turn("san-miguel-turn-5", "San Miguel, turn of 100 degrees in steps of 5", "san-miguel.glb",
-                                "", 5, "chapter 4.3.3", "figure 28", {0.03635, 0.04301, 0.18, 0.145, 0.170});
-  miguel_turn.finding =
-      "Reprojection is better than plain path tracing; 32 or 64 samples a step make no difference (4.3.3).";
-  miguel_turn.graph = "figures 27, 38 and 39";
-  preset.experiments = {box,        sponza, miguel,   triangles,   million,   directional, point,
-                        reflective, glass,  box_turn, sponza_turn, box_steps, miguel_turn};
+
+  preset.experiments = {
+      still({"cornell-box", "Cornell box, 34 triangles", box, box_stand_in, "figure 10",
+             "Adaptive sampling is better than plain path tracing at first; 4/32 is the most stable (4.2.1)."}),
+      still({"sponza", "Sponza, 262,267 triangles", sponza, sponza_stand_in, "figure 13",
+             "Adaptive sampling is better at first; 2/32 is the best setting (4.2.2)."}),
+      still({"san-miguel", "San Miguel, 9,980,693 triangles", "san-miguel.glb", "", "figure 15",
+             "No setting is better than plain path tracing (4.2.3)."}),
+      property({"triangles-69k", "Cornell box with 69,461 triangles", "cornell-bunny.glb",
+                "Cornell box with a bunny, 69,465 triangles", "appendix A.1.1", ""}),
+      property(
+          {"triangles-1m", "Cornell box with 1,087,726 triangles", "cornell-buddha.glb", "", "appendix A.1.1", ""}),
+      property({"directional-light", "Cornell box, directional light", "cornell-directional.glb", "", "figure 17",
+                not_effective}),
+      property({"point-light", "Cornell box, point light", "cornell-point.glb", "", "appendix A.1.1", ""}),
+      property({"reflective", "Cornell box, highly reflective materials", "cornell-low-roughness.glb", "", "figure 18",
+                not_effective}),
+      property({"glass", "Cornell box, glass", "cornell-glass-mirror-spheres.glb",
+                "Cornell box with a glass and a mirror sphere", "appendix A.1.1", ""}),
+      turn({"cornell-box-turn-20", "Cornell box, turn of 100 degrees in steps of 20", box, box_stand_in,
+            "figures 32 and 33, appendix B.1", box_turns},
+           20, "chapter 4.3.1", "figure 21", box_times),
+      turn({"sponza-turn-20", "Sponza, turn of 100 degrees in steps of 20", sponza, sponza_stand_in,
+            "figures 35 and 36, appendix B.2",
+            "As in the Cornell box, but reprojection stays ahead for longer than 1.5 s (4.3.2); combined, a minimum of "
+            "4 is better than 2, and four hits are better than one (4.4.2)."},
+           20, "chapter 4.3.2", "figure 25", {0.02599, 0.03164, 0.17, 0.106, 0.125}),
+      box_steps,
+      turn({"san-miguel-turn-5", "San Miguel, turn of 100 degrees in steps of 5", "san-miguel.glb", "",
+            "figures 27, 38 and 39",
+            "Reprojection is better than plain path tracing; 32 or 64 samples a step make no difference (4.3.3)."},
+           5, "chapter 4.3.3", "figure 28", {0.03635, 0.04301, 0.18, 0.145, 0.170}),
+  };
   return preset;
 }
 

@@ -17,7 +17,7 @@ import os
 import pathlib
 import time as clock
 import weakref
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
 from typing import Any, TypeVar, Union, Unpack
 
 import grpc
@@ -35,8 +35,9 @@ from .budget import Seconds as Seconds
 from .budget import Until as Until
 from .calls import Call, Operation, Upload
 from .camera import Camera as Camera
+from .client_methods import ClientMethods
 from .comparison import Comparison as Comparison
-from .comparison.request import Measure, Modes, Reference, make_plan
+from .comparison.request import Modes, Plan
 from .comparison.run import ComparisonRun, keeping
 from .connection import channel_options, check_process, keep_from_children, tell_ignored, unreachable
 from .daemon import Daemon as Daemon
@@ -65,16 +66,17 @@ from .errors import (
 from .exr import Window as Window
 from .frames import Frame as Frame
 from .image import Image as Image
-from .jobs import JobFeed, JobState, image_of, job_request
+from .jobs import JobFeed, JobState, image_of
 from .outbox import Outbox
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay as Replay
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
-from .session_core import SessionCore, SessionMethods, session_format, session_request
-from .settings import Channel, Compression, Denoiser, PixelType, Size, read_timeout
+from .session_core import SessionCore, SessionMethods, SessionPlan
+from .settings import read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
+from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 from .v1 import render_service_pb2_grpc as api
 from .wire import add_streams
@@ -564,8 +566,19 @@ class Scene(SceneValues):
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
 
 
-class Client:
-    """As heliograph.Client, with coroutines; an asynchronous context manager. Arguments and errors are told there."""
+class Client(
+    ClientMethods[
+        Scene,
+        Coroutine[Any, Any, Image],
+        Coroutine[Any, Any, Job],
+        Coroutine[Any, Any, Session],
+        Coroutine[Any, Any, Comparison],
+    ]
+):
+    """As heliograph.Client, with coroutines; an asynchronous context manager. Arguments and errors are told there.
+
+    render, submit, session and compare are coroutines, too: `async with await client.session(...) as session`.
+    """
 
     def __init__(self, connection: _Connection, info: ServerInfo, daemon: Daemon | None = None) -> None:
         self._connection = connection
@@ -636,35 +649,10 @@ class Client:
         found: Scene = check_scene(scene, Scene)
         return found
 
-    async def render(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        progress: Progress = False,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
+    async def _render(
+        self, scene: SceneLike, make_request: Callable[[Scene], jobs.RunJobRequest], progress: Progress
     ) -> Image:
-        """As heliograph.Client.render. Cancelling the task cancels the job on the daemon."""
-        loaded = await self._scene(scene)
-        request = job_request(
-            loaded,
-            self.address,
-            size=size,
-            until=until,
-            camera=camera,
-            views=None,
-            channels=channels,
-            denoiser=denoiser,
-            pixel_type=pixel_type,
-            compression=compression,
-            settings=settings,
-        )
+        request = make_request(await self._scene(scene))
         feed, frame = JobFeed(), None
         with Reporter(progress) as reporter:
             call = self._connection.open("RunJob", request)
@@ -680,83 +668,19 @@ class Client:
                 raise
         return image_of(frame)
 
-    async def submit(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        views: Iterable[Camera | str | int] | None = None,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
-    ) -> Job:
-        """As heliograph.Client.submit."""
-        loaded = await self._scene(scene)
-        request = job_request(
-            loaded,
-            self.address,
-            size=size,
-            until=until,
-            camera=camera,
-            views=views,
-            channels=channels,
-            denoiser=denoiser,
-            pixel_type=pixel_type,
-            compression=compression,
-            settings=settings,
-        )
+    async def _submit(self, scene: SceneLike, make_request: Callable[[Scene], jobs.RunJobRequest]) -> Job:
+        request = make_request(await self._scene(scene))
         job = Job(self._connection, request, len(request.views) or 1)
         self._open.add(job)
         await job._begin()
         return job
 
-    async def session(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until | None = None,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        exposure: float = 0,
-        buffer: int = 0,
-        grace: float = 0,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
-    ) -> Session:
-        """As heliograph.Client.session: `async with await client.session(...) as session`."""
+    async def _session(self, scene: SceneLike, make_plan: Callable[[Scene], SessionPlan]) -> Session:
         loaded = await self._scene(scene)
-        view = loaded.camera(camera)
-        request = session_request(
-            loaded,
-            size=size,
-            until=until,
-            camera=view,
-            exposure=exposure,
-            buffer=buffer,
-            grace=grace,
-            settings=settings,
-        )
-        tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
-        created = await self._connection.run(operations.create_session(request))
+        plan = make_plan(loaded)
+        created = await self._connection.run(operations.create_session(plan.request))
         try:
-            core = _Core(
-                created.session_id,
-                loaded,
-                view,
-                float(exposure),
-                request.settings,
-                request.budget,
-                tile_format,
-                buffer,
-            )
-            session = Session(self, self._connection, core)
+            session = Session(self, self._connection, _Core(created.session_id, loaded, plan))
         except BaseException:
             with contextlib.suppress(HeliographError):
                 await self._connection.run(operations.close_session(created.session_id))
@@ -764,62 +688,11 @@ class Client:
         self._open.add(session)
         return session
 
-    async def compare(
-        self,
-        scene: SceneLike,
-        modes: Modes,
-        *,
-        seeds: int = 5,
-        samples: Iterable[int] | int | None = None,
-        times: Iterable[float] | float | None = None,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        views: Iterable[Camera | str | int] | None = None,
-        reference: Reference = None,
-        reference_error: float | None = None,
-        reference_samples: int | None = None,
-        regions: Mapping[str, Sequence[int]] | None = None,
-        measures: Measure | Iterable[Measure] | None = None,
-        common_seeds: bool = False,
-        exclusive: bool = False,
-        pictures: bool = False,
-        worst_pixels: int = 0,
-        resume: Comparison | None = None,
-        mix: bool = False,
-        progress: CompareProgress = False,
-        timeout: float | None = None,
-        **settings: Unpack[Settings],
+    async def _compare(
+        self, scene: SceneLike, make_plan: Callable[[Scene], Plan], progress: CompareProgress
     ) -> Comparison:
-        """As heliograph.Client.compare. Cancelling the task ends the comparison on the daemon; the CancelledError, too,
-        has in `comparison` what had come."""
         loaded = await self._scene(scene)
-        scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
-        plan = await asyncio.to_thread(  # it looks into files, and encodes arrays
-            make_plan,
-            loaded,
-            scene_file,
-            modes,
-            seeds=seeds,
-            samples=samples,
-            times=times,
-            camera=camera,
-            views=views,
-            size=size,
-            reference=reference,
-            reference_error=reference_error,
-            reference_samples=reference_samples,
-            regions=regions,
-            measures=measures,
-            common_seeds=common_seeds,
-            exclusive=exclusive,
-            pictures=pictures,
-            worst_pixels=worst_pixels,
-            resume=resume,
-            mix=mix,
-            timeout=timeout,
-            settings=settings,
-        )
-        run = ComparisonRun(plan)
+        run = ComparisonRun(await asyncio.to_thread(make_plan, loaded))  # it looks into files, and encodes arrays
         with keeping(run), ComparisonReporter(progress) as reporter:
             while True:
                 references = [

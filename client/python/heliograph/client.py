@@ -6,7 +6,7 @@ import contextlib
 import os
 import pathlib
 import weakref
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Union, Unpack
 
 import grpc
@@ -14,10 +14,9 @@ import grpc
 from . import operations
 from .address import check_address, read_token, refuse_tls
 from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
-from .budget import Until
-from .camera import Camera
+from .client_methods import ClientMethods
 from .comparison import Comparison
-from .comparison.request import Measure, Modes, Reference, make_plan
+from .comparison.request import Modes, Plan
 from .comparison.run import ComparisonRun, keeping
 from .connection import Connection, tell_ignored
 from .daemon import Daemon
@@ -25,14 +24,15 @@ from .edits import Changes
 from .errors import HeliographError, from_rpc, invalid
 from .image import Image
 from .job import Job
-from .jobs import JobFeed, image_of, job_request
+from .jobs import JobFeed, image_of
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay
 from .scene import Details, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session import Session
-from .session_core import SessionCore, session_format, session_request
-from .settings import Channel, Compression, Denoiser, PixelType, Settings, Size, read_timeout
+from .session_core import SessionCore, SessionPlan
+from .settings import read_timeout
 from .stats import make_stats
+from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 
 
@@ -82,7 +82,7 @@ class Scene(SceneValues):
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
 
 
-class Client:
+class Client(ClientMethods[Scene, Image, Job, Session, Comparison]):
     """Asks one daemon. Made by heliograph.connect and heliograph.serve; a context manager. Thread safe.
 
     All methods raise HeliographError: Unavailable where the daemon cannot be reached or went away, PermissionDenied
@@ -176,48 +176,10 @@ class Client:
 
     # ---- pictures
 
-    def render(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        progress: Progress = False,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
+    def _render(
+        self, scene: SceneLike, make_request: Callable[[Scene], jobs.RunJobRequest], progress: Progress
     ) -> Image:
-        """Renders a still and answers it. Ctrl-C cancels it on the daemon, too.
-
-        until: Error(...), Samples(...), Seconds(...), or a list of them, of which the first to be reached ends the
-        render.
-        size: (width, height) in pixels; None: what the camera's file asks for, or 720 rows of its aspect.
-        camera: a Camera, or one of the scene by name or number; None: its first.
-        progress: True: a bar by tqdm, where that is installed; or a function that takes Stats.
-        channels: besides radiance, variance and samples any of "alpha", "depth", "normal", "albedo", "history",
-        "density", "display". denoiser: "oidn" has Open Image Denoise make `display`, where the daemon was given it.
-        pixel_type: "float" or "half" on the wire; arrays are always float32. compression: "none", "zip", "zips", "rle",
-        "piz", "dwaa"; None: none on this machine, else zip. settings: mode, integrator, seed and others (Settings).
-
-        InvalidArgument names every wrong name and value. ResourceExhausted: a limit. RenderFailed.
-        """
-        loaded = self._scene(scene)
-        request = job_request(
-            loaded,
-            self.address,
-            size=size,
-            until=until,
-            camera=camera,
-            views=None,
-            channels=channels,
-            denoiser=denoiser,
-            pixel_type=pixel_type,
-            compression=compression,
-            settings=settings,
-        )
+        request = make_request(self._scene(scene))
         feed, frame = JobFeed(), None
         with Reporter(progress) as reporter:
             call = self._connection.open("RunJob", request)
@@ -233,91 +195,18 @@ class Client:
                 raise
         return image_of(frame)
 
-    def submit(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        views: Iterable[Camera | str | int] | None = None,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
-    ) -> Job:
-        """Starts a job and answers at once; arguments as of render(). views: a camera path, each of whose views gets
-        the budget; the job's images() has the pictures. The job ends with this client, and when it is closed or
-        collected.
-        """
-        loaded = self._scene(scene)
-        request = job_request(
-            loaded,
-            self.address,
-            size=size,
-            until=until,
-            camera=camera,
-            views=views,
-            channels=channels,
-            denoiser=denoiser,
-            pixel_type=pixel_type,
-            compression=compression,
-            settings=settings,
-        )
+    def _submit(self, scene: SceneLike, make_request: Callable[[Scene], jobs.RunJobRequest]) -> Job:
+        request = make_request(self._scene(scene))
         job = Job(self._connection, request, len(request.views) or 1)
         self._open.add(job)
         return job
 
-    def session(
-        self,
-        scene: SceneLike,
-        *,
-        until: Until | None = None,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        exposure: float = 0,
-        buffer: int = 0,
-        grace: float = 0,
-        channels: Channel | Iterable[Channel] = (),
-        denoiser: Denoiser | None = None,
-        pixel_type: PixelType = "float",
-        compression: Compression | None = None,
-        **settings: Unpack[Settings],
-    ) -> Session:
-        """Opens a session, which begins to render; use it as a context manager. Arguments as of render(), and
-
-        until: None: it renders until it is closed, or until wait() says otherwise. exposure: stops, of JPEG previews.
-        buffer: of frames(). grace: seconds that the daemon keeps the session when the connection breaks, 0: its
-        default.
-        settings: with preview_rate > 0 whole pictures come while the camera moves.
-        """
+    def _session(self, scene: SceneLike, make_plan: Callable[[Scene], SessionPlan]) -> Session:
         loaded = self._scene(scene)
-        view = loaded.camera(camera)
-        request = session_request(
-            loaded,
-            size=size,
-            until=until,
-            camera=view,
-            exposure=exposure,
-            buffer=buffer,
-            grace=grace,
-            settings=settings,
-        )
-        tile_format = session_format(self.address, channels, denoiser, pixel_type, compression)
-        created = self._connection.run(operations.create_session(request))
+        plan = make_plan(loaded)
+        created = self._connection.run(operations.create_session(plan.request))
         try:
-            core = SessionCore(
-                created.session_id,
-                loaded,
-                view,
-                float(exposure),
-                request.settings,
-                request.budget,
-                tile_format,
-                buffer,
-            )
-            session = Session(self, self._connection, core)
+            session = Session(self, self._connection, SessionCore(created.session_id, loaded, plan))
         except BaseException:
             with contextlib.suppress(HeliographError):
                 self._connection.run(operations.close_session(created.session_id))
@@ -325,88 +214,10 @@ class Client:
         self._open.add(session)
         return session
 
-    def compare(
-        self,
-        scene: SceneLike,
-        modes: Modes,
-        *,
-        seeds: int = 5,
-        samples: Iterable[int] | int | None = None,
-        times: Iterable[float] | float | None = None,
-        size: Size | None = None,
-        camera: Camera | str | int | None = None,
-        views: Iterable[Camera | str | int] | None = None,
-        reference: Reference = None,
-        reference_error: float | None = None,
-        reference_samples: int | None = None,
-        regions: Mapping[str, Sequence[int]] | None = None,
-        measures: Measure | Iterable[Measure] | None = None,
-        common_seeds: bool = False,
-        exclusive: bool = False,
-        pictures: bool = False,
-        worst_pixels: int = 0,
-        resume: Comparison | None = None,
-        mix: bool = False,
-        progress: CompareProgress = False,
-        timeout: float | None = None,
-        **settings: Unpack[Settings],
+    def _compare(
+        self, scene: SceneLike, make_plan: Callable[[Scene], Plan], progress: CompareProgress
     ) -> Comparison:
-        """Compares sampling modes: error against time and samples, over seeds, and answers all of it. Ctrl-C ends it on
-        the daemon, too.
-
-        modes: the first is what the others are compared with. A list of words of modes and integrators ("pt",
-        "combined", "pt+bdpt") and dicts of settings ({"name": "fast", "mode": "combined", "picture": "display"}), or a
-        dict from names to these (heliograph.comparison.CompareMode). **settings: those of every mode that does not have
-        its own; seed: other numbers for all.
-        seeds: of each mode, [1, 1000]; below five there are no intervals. common_seeds: modes have the same ones, so
-        that two that draw the same numbers have the same noise.
-        samples: rising budgets, per pixel, [1, 2^30]; None: 1, 2, 4 to 64. times: instead of these seconds of wall time
-        of a view, [0.001, 86400]. Of a still one picture grows from each budget to the next; a path is played anew.
-        size: None: the reference's, or as of render(). camera: as of render(); views: a path of cameras.
-        reference: None: rendered by path tracing, to reference_error (root of its relative mean square error,
-        [1e-4, 1]; None: 0.01) or reference_samples (even; None: 65536), whichever comes first, and kept by the daemon
-        for later calls; a dict of settings: rendered with these instead of the first mode's; or the path of an EXR
-        file, an array H x W x 3 of radiance or an Image, for several views a sequence of them.
-        regions: names to (x0, y0, x1, y1) in pixels, whose errors are told apart. measures: None: all that apply.
-        exclusive: the daemon renders nothing else meanwhile, where it was configured to allow that. pictures: the
-        result has pictures. worst_pixels: to be told of each unit of the last budget, [0, 64].
-        resume: an earlier result, whole or in part: the units that it has are not rendered again, and the answer has
-        the modes, seeds and budgets of both. mix: also where these were rendered with other settings, or by another
-        daemon.
-        progress: True: a bar by tqdm, where that is installed; or a function that takes
-        heliograph.comparison.ComparisonProgress. timeout: seconds for all of it.
-
-        InvalidArgument names every wrong name and value, and what differs from `resume`. PermissionDenied: exclusive.
-        ResourceExhausted: a limit. DeadlineExceeded. Every exception, KeyboardInterrupt included, has in `comparison`
-        what had come before, or None.
-        """
-        loaded = self._scene(scene)
-        scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
-        plan = make_plan(
-            loaded,
-            scene_file,
-            modes,
-            seeds=seeds,
-            samples=samples,
-            times=times,
-            camera=camera,
-            views=views,
-            size=size,
-            reference=reference,
-            reference_error=reference_error,
-            reference_samples=reference_samples,
-            regions=regions,
-            measures=measures,
-            common_seeds=common_seeds,
-            exclusive=exclusive,
-            pictures=pictures,
-            worst_pixels=worst_pixels,
-            resume=resume,
-            mix=mix,
-            timeout=timeout,
-            settings=settings,
-        )
-        run = ComparisonRun(plan)
+        run = ComparisonRun(make_plan(self._scene(scene)))
         with keeping(run), ComparisonReporter(progress) as reporter:
             while True:
                 references = [self._connection.run(operations.load_reference(file)) for file in run.files]

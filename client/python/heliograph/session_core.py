@@ -49,37 +49,44 @@ if TYPE_CHECKING:
     from .notebook import Widget
 
 
-def session_request(
+class SessionPlan(NamedTuple):
+    """What session() was asked for."""
+
+    request: service.CreateSessionRequest
+    camera: Camera
+    exposure: float
+    tile_format: types.TileFormat
+    buffer: int
+
+
+def plan_session(
     scene: SceneValues,
+    peer: str,
     *,
     size: Size | None,
     until: Until | None,
-    camera: Camera,
+    camera: Camera | str | int | None,
     exposure: float,
     buffer: int,
     grace: float,
-    settings: Mapping[str, Any],
-) -> service.CreateSessionRequest:
-    """InvalidArgument: anything that is not allowed, before the daemon makes a session."""
-    read_stops(exposure)
-    check_buffer(buffer)
-    request = service.CreateSessionRequest(scene_id=scene.id, grace_s=read_timeout("grace", grace, zero=True))
-    request.settings.CopyFrom(make_settings(size, settings))
-    scene.complete(request.settings, camera)
-    request.budget.CopyFrom(make_budget(until))
-    return request
-
-
-def session_format(
-    peer: str,
     channels: Channel | Iterable[Channel],
     denoiser: Denoiser | None,
     pixel_type: PixelType,
     compression: Compression | None,
-) -> types.TileFormat:
+    settings: Mapping[str, Any],
+) -> SessionPlan:
+    """InvalidArgument: anything that is not allowed, before the daemon makes a session."""
+    view = scene.camera(camera)
+    read_stops(exposure)
+    check_buffer(buffer)
+    request = service.CreateSessionRequest(scene_id=scene.id, grace_s=read_timeout("grace", grace, zero=True))
+    request.settings.CopyFrom(make_settings(size, settings))
+    scene.complete(request.settings, view)
+    request.budget.CopyFrom(make_budget(until))
     if compression is None:
         compression = "none" if is_near(peer) else "zip"
-    return make_format(channels, pixel_type, compression, denoiser)
+    tile_format = make_format(channels, pixel_type, compression, denoiser)
+    return SessionPlan(request, view, float(exposure), tile_format, buffer)
 
 
 #: Takes the events that have just come; none: the stream ended.
@@ -104,28 +111,18 @@ class SessionCore:
     that were rendered, and prepares another stream. The refusal is then raised once, by whoever waits next.
     """
 
-    def __init__(
-        self,
-        session_id: str,
-        scene: SceneValues,
-        camera: Camera,
-        exposure: float,
-        settings: types.RenderSettings,
-        budget: types.Budget,
-        tile_format: types.TileFormat,
-        buffer: int,
-    ) -> None:
+    def __init__(self, session_id: str, scene: SceneValues, plan: SessionPlan) -> None:
         self.lock = threading.RLock()
         self.changed = threading.Condition(self.lock)
         self.id = session_id
         self.scene = scene
-        self.camera = camera
-        self.settings = settings
-        self.budget = budget
-        self.exposure = exposure
+        self.camera = plan.camera
+        self.settings = plan.request.settings
+        self.budget = plan.request.budget
+        self.exposure = plan.exposure
         self.feed = FrameFeed()
         self.buffer = FrameBuffer()
-        self.buffer.resize(buffer)
+        self.buffer.resize(plan.buffer)
         self.outbox = Outbox()
         self.error: HeliographError | None = None
         self.over = False  # the stream ended
@@ -133,10 +130,10 @@ class SessionCore:
         self._view = 0
         self._observers: tuple[Observer, ...] = ()
         self._process = os.getpid()
-        self._format = tile_format
+        self._format = plan.tile_format
         self._refused: HeliographError | None = None
         self.refusals: tuple[int, str] = (0, "")  # how many so far, and what the last one says
-        self._proven = _State(0, scene, settings)
+        self._proven = _State(0, scene, self.settings)
         self._unproven: list[_State] = []
         self._resumed = False  # and nothing has been rendered since
         self._open()

@@ -22,7 +22,7 @@ std::vector<double> luminances(const LoadedPicture& picture) {
   return out;
 }
 
-// Of a luminance, were the channels' errors independent.
+// The variance of a pixel's luminance, were the channels' errors independent.
 double luminance_variance(const LoadedPicture& picture, std::size_t pixel) {
   double sum = 0;
   for (std::size_t c = 0; c < 3; ++c) sum += kWeights[c] * kWeights[c] * (*picture.variance)[c][pixel];

@@ -1,4 +1,4 @@
-// Where a picture differs from its reference: maps of one byte a pixel, with their colours.
+// Differences of a picture from its reference: maps of one byte a pixel, with their colours.
 #pragma once
 
 #include <string>

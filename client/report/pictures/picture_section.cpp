@@ -152,7 +152,7 @@ std::string scales(const MapKinds& kinds, const std::string& view) {
   return html;
 }
 
-// Of a view without a reference, by the first picture there is.
+// The exposure of a view: that of its reference, and without one that of the first picture there is.
 double exposure_of(const Stage& stage, std::uint32_t view, const std::optional<LoadedPicture>& reference) {
   if (reference) return auto_exposure(reference->view());
   for (std::size_t mode = 0; mode < stage.data.modes(); ++mode) {

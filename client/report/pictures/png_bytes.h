@@ -15,7 +15,7 @@ std::vector<std::uint8_t> zlib_bytes(std::span<const std::uint8_t> bytes);
 // pixel.
 std::vector<std::uint8_t> png_of_rgb(int width, int height, std::span<const std::uint8_t> rgb);
 
-// The same of one byte a pixel, an index into the palette of 8-bit sRGB colours.
+// A PNG of one byte a pixel, an index into the palette of 8-bit sRGB colours.
 using Palette = std::array<std::array<std::uint8_t, 3>, 256>;
 std::vector<std::uint8_t> png_of_indices(int width, int height, std::span<const std::uint8_t> indices,
                                          const Palette& palette);

@@ -162,7 +162,7 @@ export class ConvergencePlot {
     }
   }
 
-  // What a session tells of its error now: a point when it has measured it anew.
+  // Takes what a session tells of its error now: a point when it has measured it anew.
   add({ progress, error, points }) {
     const [seconds, before] = points.at(-1) ?? [0, 0];
     if (!error || error.rmse === before || !(progress?.seconds > seconds)) return;
@@ -181,7 +181,7 @@ export class ConvergencePlot {
     this.refresh();
   }
 
-  // Of the first session.
+  // The points of the first session.
   get points() {
     return this.app.main.points;
   }

@@ -95,7 +95,7 @@ export class Inspector {
           make('span', { text: standardError ? `± ${short(standardError[i], 3)}` : '' }),
         ]),
       );
-    // The same pixel of the other pictures.
+    // Values of the same pixel in the other pictures.
     const others = this.app.viewports
       .filter((viewport) => viewport !== this.viewport)
       .flatMap((viewport) => {

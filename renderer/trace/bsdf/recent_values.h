@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "renderer/base/hash.h"
+
 namespace helio {
 
 template <class Value, std::size_t kNumbers>
@@ -39,8 +41,8 @@ class RecentValues {
 
   // FNV-1a by words, and the upper bits of its product.
   static std::size_t index_of(const Bits& bits) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const std::uint32_t word : bits) hash = (hash ^ word) * 0x100000001b3u;
+    std::uint64_t hash = kFnv1aStart;
+    for (const std::uint32_t word : bits) hash = fnv1a(hash, word);
     return std::size_t((hash * 0x9e3779b97f4a7c15u) >> 60);
   }
   static_assert(kSlots == 16);

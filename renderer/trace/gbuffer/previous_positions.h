@@ -1,4 +1,4 @@
-// Where what a picture shows was seen in the picture before: motion vectors of its pixels' centres.
+// Motion vectors of a picture's pixel centres: the places at which the picture before showed the same surfaces.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct FilmPositions {
   std::vector<float> x, y;
 };
 
-// Of a film of width x height pixels, from the view `before` to the view `now`, both fitted(). A point was seen where
+// For a film of width x height pixels, from the view `before` to the view `now`, both fitted(). A point was seen where
 // its surface was: the centre of that pixel met the same instance, no nearer than by a pixel's side or a hundredth of
 // its distance. What lies behind mirrors and glass is not followed. Seconds of one thread for millions of pixels.
 FilmPositions previous_positions(const RenderScene& scene, const CameraPose& before, const CameraPose& now, int width,

@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <string_view>
 
+#include "renderer/base/hash.h"
+
 namespace helio::bench {
 
 class Checksum64 {
  public:
-  void add_byte(std::uint8_t byte) { sum_ = (sum_ ^ byte) * 0x100000001b3u; }
+  void add_byte(std::uint8_t byte) { sum_ = fnv1a(sum_, byte); }
   void add_text(std::string_view text) {
     for (const char letter : text) add_byte(std::uint8_t(letter));
   }
@@ -21,7 +23,7 @@ class Checksum64 {
   std::uint64_t value() const { return sum_; }
 
  private:
-  std::uint64_t sum_ = 0xcbf29ce484222325u;
+  std::uint64_t sum_ = kFnv1aStart;
 };
 
 }  // namespace helio::bench

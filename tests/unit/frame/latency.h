@@ -3,19 +3,12 @@
 // `helio_bench latency`, on idle machines.
 #pragma once
 
-#include <time.h>
-
 #include <algorithm>
 #include <vector>
 
-namespace helio {
+#include "renderer/base/cpu_time.h"  // process_cpu_s()
 
-// Processor time of all threads of this process, in seconds.
-inline double process_cpu_s() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
+namespace helio {
 
 // What nine of ten of the values do not exceed. Not the largest: a machine may keep the thread that asks from the core
 // between its reading of the clock and its request, while the workers, rightly, go on.

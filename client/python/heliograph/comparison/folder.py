@@ -4,6 +4,7 @@ comparison.json                      the record (CompareRecord)
 pictures/reference.view0.exr         the reference of a view: R, G, B, float
 pictures/MODE.view0.exr              of the mode, the first seed and the last budget
 units.csv, points.csv, ratios.csv    once the table is there
+comparison.lock                      while somebody writes to it
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Mapping
 from ..errors import InvalidArgument, NotFound
 from ..files import write_atomically
 from ..v1 import compare_pb2 as messages
+from .lock import locked
 from .pictures import PictureKey, Stored, encode_picture
 from .record import parse_record, record_json
 from .tables import points_table, ratios_table, to_csv, units_table
@@ -30,8 +32,14 @@ def picture_file(key: PictureKey) -> str:
 
 
 def write_folder(folder: pathlib.Path, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored]) -> None:
-    """Pictures first, so that a record names none that is not there. OSError: something cannot be written."""
-    (folder / "pictures").mkdir(parents=True, exist_ok=True)
+    """FailedPrecondition: somebody else is writing to the folder. OSError: something cannot be written."""
+    with locked(folder):
+        _write(folder, record, pictures)
+
+
+def _write(folder: pathlib.Path, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored]) -> None:
+    """Pictures first, so that a record names none that is not there."""
+    (folder / "pictures").mkdir(exist_ok=True)
     written = messages.CompareRecord()
     written.CopyFrom(record)
     written.ClearField("pictures")

@@ -262,7 +262,10 @@ class Comparison:
     def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
         """Keeps it in the folder `path`, which is made where it does not exist, and answers it: comparison.json, the
         pictures, and CSV files of units, points and ratios. The command `heliograph compare` goes on with such a
-        folder, and load() reads those of the command. OSError: it cannot be written."""
+        folder, and load() reads those of the command.
+
+        FailedPrecondition: the command, or another save(), is writing to the folder. OSError: it cannot be written.
+        """
         target = pathlib.Path(path)
         folder.write_folder(target, self.record, self.stored_pictures)
         return target

@@ -9,9 +9,13 @@
 #include <vector>
 
 #include "tests/unit/picture/comparison/draws.h"
+#include "tests/unit/picture/comparison/table_text.h"
 
 namespace helio {
 namespace {
+
+using test::all;
+using test::together;
 
 ComparedUnit unit(const std::string& mode, int seed, std::uint32_t budget, std::uint32_t view, double seconds,
                   std::vector<MeasuredValue> values) {
@@ -49,20 +53,6 @@ ComparisonScript still(std::vector<std::string> modes) {
   script.budgets = {1, 2, 4};
   return script;
 }
-
-std::vector<ComparedUnit> together(std::vector<ComparedUnit> a, const std::vector<ComparedUnit>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-std::string all(const ComparisonTable& table) {
-  std::string text;
-  for (const std::string& sentence : table.sentences) text += sentence + "\n";
-  return text;
-}
-
-#define EXPECT_SAYS(table, part) EXPECT_NE(all(table).find(part), std::string::npos) << all(table)
-#define EXPECT_SAYS_NOTHING_OF(table, part) EXPECT_EQ(all(table).find(part), std::string::npos) << all(table)
 
 TEST(ComparisonTable, HasPointsInTheOrderOfTheScript) {
   std::vector<ComparedUnit> units = together(units_of("vcm", 5, 2, 0.25), units_of("pt", 5, 1, 1));
@@ -191,7 +181,7 @@ TEST(ComparisonSentences, TellThatCurvesHaveNothingInCommon) {
   EXPECT_SAYS(table, "After 4 samples per pixel vcm's relative MSE is 0.01 of that of pt (95 %: ");
 }
 
-// What is said of two values together: where both have it at the same budgets, and where not.
+// Two values are told of together where both have the finding at the same budgets, and apart where not.
 TEST(ComparisonSentences, GroupFindingsOverMeasuresAndRegions) {
   std::vector<ComparedUnit> units = together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 1, 1));
   for (ComparedUnit& u : units) {

@@ -51,7 +51,7 @@ TEST(ComparisonHeavyTails, AreFoundInTenNumbers) {
   }
 }
 
-// What ten numbers cannot tell is not hidden: half of all runs of sigma 1 look like a Pareto tail.
+// Ten numbers do not decide it, and the test does not hide that: half of all runs of sigma 1 look like a Pareto tail.
 TEST(ComparisonHeavyTails, AreOftenSaidFalselyFromTenNumbersAlone) {
   EXPECT_LE(said("normal 10 %", 10, [](Draws& d) { return d.normal(1, 0.1); }), 0.01);
   EXPECT_LE(said("normal 30 %", 10, [](Draws& d) { return std::max(1e-3, d.normal(1, 0.3)); }), 0.25);

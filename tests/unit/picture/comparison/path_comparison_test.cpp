@@ -5,9 +5,12 @@
 #include <vector>
 
 #include "renderer/comparison/comparison_table.h"
+#include "tests/unit/picture/comparison/table_text.h"
 
 namespace helio {
 namespace {
+
+using test::together;
 
 constexpr std::uint32_t kViews = 4;
 
@@ -51,20 +54,6 @@ ComparisonScript path(std::vector<std::string> modes, std::vector<std::string> p
   script.preview_modes = std::move(preview_modes);
   return script;
 }
-
-std::vector<ComparedUnit> together(std::vector<ComparedUnit> a, const std::vector<ComparedUnit>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-std::string all(const ComparisonTable& table) {
-  std::string text;
-  for (const std::string& sentence : table.sentences) text += sentence + "\n";
-  return text;
-}
-
-#define EXPECT_SAYS(table, part) EXPECT_NE(all(table).find(part), std::string::npos) << all(table)
-#define EXPECT_SAYS_NOTHING_OF(table, part) EXPECT_EQ(all(table).find(part), std::string::npos) << all(table)
 
 const ComparedPoint* over_all_views(const ComparisonTable& table, const std::string& mode, std::uint32_t budget) {
   for (const ComparedPoint& point : table.points) {

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "renderer/base/cancel.h"
+#include "renderer/metrics/flip_reference.h"
 #include "tests/unit/picture/comparison/draws.h"
 #include "tests/unit/picture/metrics/test_picture.h"
 
@@ -55,6 +58,31 @@ TEST(ComparisonPictureErrors, AreThoseThatAreAskedFor) {
   ASSERT_TRUE(values.ok());
   ASSERT_EQ(values->size(), 1u);
   EXPECT_EQ((*values)[0].measure, Measure::flip_median);
+}
+
+TEST(ComparisonPictureErrors, AreTheSameWithAKeptReferenceOfFlip) {
+  const Picture reference(40, 25, 0.5f), picture(40, 25, 0.6f);
+  FlipReference flip = FlipReference::create(reference.view(), {.ldr = true, .hdr = true}).value();
+  ASSERT_EQ(flip.keep(std::numeric_limits<std::uint64_t>::max()).value(), flip.bytes());
+  ReferenceView kept = plain(reference);
+  kept.flip = &flip;
+  const auto values = picture_errors(picture.view(), kept), before = picture_errors(picture.view(), plain(reference));
+  ASSERT_TRUE(values.ok() && before.ok());
+  ASSERT_EQ(values->size(), before->size());
+  for (std::size_t i = 0; i < values->size(); ++i) {
+    EXPECT_EQ((*values)[i].measure, (*before)[i].measure);
+    EXPECT_EQ((*values)[i].value, (*before)[i].value) << to_string((*values)[i].measure);
+  }
+}
+
+TEST(ComparisonPictureErrors, EndWhenTheyAreCancelled) {
+  const Picture reference(40, 25, 0.5f), picture(40, 25, 0.6f);
+  CancelToken cancel;
+  PictureErrorOptions options;
+  options.cancel = &cancel;
+  EXPECT_TRUE(picture_errors(picture.view(), plain(reference), options).ok());
+  cancel.cancel();
+  EXPECT_EQ(picture_errors(picture.view(), plain(reference), options).error().code, ErrorCode::cancelled);
 }
 
 // A truth of 1, a picture 0.1 above it, and halves with noise of variance 0.04 each: their mean has 0.02.

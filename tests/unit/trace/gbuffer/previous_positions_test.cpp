@@ -48,7 +48,7 @@ TEST(PreviousPositions, FollowSurfacesByTheirDistanceAndLeaveOutWhatWasHidden) {
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       const std::size_t i = std::size_t(y * kSide + x);
-      // Where the ray through the centre meets the square's plane, and whether it is the square.
+      // The point at which the ray through the centre meets the square's plane, and whether it is in the square.
       const double square_x = step + (x + 0.5 - kSide / 2) / scale(3), square_y = (y + 0.5 - kSide / 2) / scale(3);
       const bool square = std::fabs(square_x) < 0.5 && std::fabs(square_y) < 0.5;
       const double was = x + 0.5 + step * scale(square ? 3 : 4);
