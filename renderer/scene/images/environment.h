@@ -62,12 +62,13 @@ class EnvironmentMap {
   const TextureTable* textures() const { return textures_; }
   const TextureSlot& slot() const { return slot_; }
   const Rgb& scale() const { return scale_; }
+  std::span<const V3f, 3> axes() const { return axes_; }  // world directions of the map's x, y and z axes
 
  private:
   Rgb scale_;
   TextureSlot slot_;
   const TextureTable* textures_ = nullptr;
-  V3f axes_[3];  // world directions of the map's x, y and z axes
+  V3f axes_[3];
 };
 
 struct EnvironmentSample {
@@ -96,15 +97,20 @@ class EnvironmentDistribution {
   int rows() const { return rows_; }
   std::size_t memory_bytes() const;
 
+  // Cumulative counts out of 2^32 - 1, the end of each cell: per row of cells over its columns, and over the rows. A
+  // cell with light owns at least one count.
+  std::span<const std::uint32_t> column_cdf() const { return column_cdf_; }
+  std::span<const std::uint32_t> row_cdf() const { return row_cdf_; }
+  std::span<const double> row_cos() const { return row_cos_; }  // cosine of the polar angle at the rows' edges
+  std::span<const float> density() const { return density_; }   // per row: 1 / (solid angle of a cell * (2^32 - 1)^2)
+
  private:
   EnvironmentMap map_;
   int columns_ = 0, rows_ = 0;
   double total_luminance_ = 0;
-  // Cumulative counts out of 2^32 - 1, the end of each cell: per row of cells over its columns, and over the rows. A
-  // cell with light owns at least one count.
   std::vector<std::uint32_t> column_cdf_, row_cdf_;
-  std::vector<double> row_cos_;  // cosine of the polar angle at the rows' edges
-  std::vector<float> density_;   // per row: 1 / (solid angle of one of its cells * (2^32 - 1)^2)
+  std::vector<double> row_cos_;
+  std::vector<float> density_;
 };
 
 }  // namespace helio

@@ -546,6 +546,10 @@ float Accel::edge_dilation_radius() const {
   return impl_->edge_dilation_radius;
 }
 
+float Accel::ray_limit() const {
+  return impl_->ray_limit;
+}
+
 float Accel::built_edge_dilation_radius() const {
   return (impl_->widened ? impl_->widened : impl_->flat)->edge_dilation_radius;
 }

@@ -139,12 +139,13 @@ class Accel {
   void occluded(const Ray* rays, std::size_t count, std::uint8_t* occluded) const;
 
   Box3f bounds() const;
-  std::size_t memory_bytes() const;        // what is shared with other Accels included
-  std::vector<AccelShare> shares() const;  // they add up to memory_bytes()
-  std::size_t object_count() const;        // bottom levels, that of the flat parts aside
-  float edge_dilation_radius() const;      // as in AccelInput
+  std::size_t memory_bytes() const;          // what is shared with other Accels included
+  std::vector<AccelShare> shares() const;    // they add up to memory_bytes()
+  std::size_t object_count() const;          // bottom levels, that of the flat parts aside
+  float edge_dilation_radius() const;        // as in AccelInput
+  float ray_limit() const;                   // rays whose coordinates add up to more hit nothing and are occluded
   float built_edge_dilation_radius() const;  // that of the scene as loaded, whatever an edit has made of it
-  static const char* version();            // "Embree 4.3.3"
+  static const char* version();              // "Embree 4.3.3"
 
   struct Impl;
   const Impl& impl() const { return *impl_; }

@@ -1,4 +1,5 @@
-// Embree 3.13 and 4 behind one set of names. Included by accel*.cpp, traversal_isa.cpp and the ray benchmark only.
+// Embree 3.13 and 4 behind one set of names. Included by accel*.cpp, bvh_builder.cpp, traversal_isa.cpp and the ray
+// benchmark only.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)

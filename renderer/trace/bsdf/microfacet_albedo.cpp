@@ -260,6 +260,14 @@ float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu) {
   return (kByLoss * by_loss + (1 - kByLoss)) * mu * kInvPi;
 }
 
+AlbedoTableView albedo_table(MicrofacetDistribution distribution) {
+  const AlbedoTable& table = table_of(distribution);
+  return {kMuNodes,
+          {table.directional.front().data(), kMuNodes * kAlphaNodes},
+          table.mean,
+          {table.lost_below.front().data(), kMuNodes * kAlphaNodes}};
+}
+
 void prepare_albedo_tables(MicrofacetDistribution distribution) {
   table_of(distribution);
 }

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "renderer/scene/description/scene_description.h"
 
@@ -62,6 +63,16 @@ CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha);
 // solid angle for a cosine.
 float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u);
 float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu);
+
+// The numbers behind directional_albedo(), mean_albedo() and the two above, for devices that look them up themselves:
+// rows over nodes of the cosine, one a node of alpha. Valid until the program ends.
+struct AlbedoTableView {
+  std::size_t mu_nodes = 0;                  // equidistant in the fourth root of the cosine, from 0 to 1
+  std::span<const AlbedoTerms> directional;  // by row
+  std::span<const AlbedoTerms> mean;         // one a row
+  std::span<const float> lost_below;         // by row: loss 2 mu dmu integrated up to each node
+};
+AlbedoTableView albedo_table(MicrofacetDistribution distribution);
 
 // Computes the tables now, so that no frame waits for them. Thread safe.
 void prepare_albedo_tables(MicrofacetDistribution distribution);

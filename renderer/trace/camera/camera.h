@@ -69,6 +69,20 @@ class Camera {
   int width() const { return width_; }  // of the film, in pixels
   int height() const { return height_; }
 
+  // All that generate_ray() works with, for tracers on other devices. A point of the film, in pixels from its upper left
+  // corner, lies at corner + x step_x + y step_y; perspective: one unit before the lens.
+  struct Parts {
+    V3f origin, forward, right, up;
+    V3d step_x, step_y, corner;
+    float lens_radius, focus_distance;
+    bool orthographic;
+    PixelFilter filter;
+  };
+  Parts parts() const {
+    return {origin_,      forward_,        right_,        up_,    step_x_, step_y_, corner_,
+            lens_radius_, focus_distance_, orthographic_, filter_};
+  }
+
  private:
   friend class CameraImportance;
 

@@ -408,7 +408,7 @@ class PathKernelBase {
             if (!is_finite_hit(range.half, slot)) continue;
           }
           // Features come from half A alone, so that their order of summation is fixed.
-          if (range.half == 0) add_features(features, film_first_[slot], sample == 0);
+          if (range.half == 0) film_first_[slot].add_to(features, sample == 0);
         }
       }
     }
@@ -417,14 +417,6 @@ class PathKernelBase {
   // Whether the features of an invalid sample may enter the film.
   bool is_finite_hit(int half, std::size_t slot) const {
     return half == 0 && is_finite(film_first_[slot].albedo) && is_finite(film_first_[slot].normal);
-  }
-
-  static void add_features(PixelFeatures& f, const FirstHit& first, bool is_first_sample) {
-    f.add(first.albedo, first.normal, first.primitive != kNoHit);
-    if (is_first_sample) {
-      f.depth = first.depth;
-      f.primitive = first.primitive;
-    }
   }
 
   const WindowTask& task_;

@@ -198,6 +198,23 @@ std::size_t LightSampler::memory_bytes() const {
          infinite_.memory_bytes() + tree_.memory_bytes() + (env_distribution_ ? env_distribution_->memory_bytes() : 0);
 }
 
+LightSampler::Parts LightSampler::parts() const {
+  return {.selection = selection_,
+          .areas = areas_,
+          .alphas = alphas_,
+          .punctual = punctual_,
+          .projectors = projectors_,
+          .light_of_emitter = light_of_emitter_,
+          .finite_count = finite_count_,
+          .power = &power_,
+          .tree = &tree_,
+          .infinite = &infinite_,
+          .infinite_probability = infinite_probability_,
+          .environment_light = environment_light_,
+          .environment = environment_.get(),
+          .environment_distribution = env_distribution_.get()};
+}
+
 LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal, float u) const {
   if (selection_ == Selection::one) return {0, 1.0f};
   if (selection_ == Selection::power) {

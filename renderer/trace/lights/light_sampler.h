@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "renderer/base/math.h"
@@ -86,6 +87,27 @@ class LightSampler {
   std::size_t memory_bytes() const;
   const std::vector<AreaEmitter>& emitters() const { return emitters_; }
 
+  enum class Selection : std::uint8_t { none, one, power, tree };
+  // All that sample() and the densities below read, by reference: for twins of them on other devices. Valid while the
+  // sampler is. Lights are numbered: areas, punctual lights at a place, directional lights, environment.
+  struct Parts {
+    Selection selection = Selection::none;
+    std::span<const AreaLight> areas;
+    std::span<const LightAlpha> alphas;  // AreaLight::alpha
+    std::span<const PunctualSource> punctual;
+    std::span<const Projector> projectors;                              // PunctualSource::projector
+    std::span<const std::uint32_t> light_of_emitter;                    // kNoLight: never sampled
+    std::uint32_t finite_count = 0;                                     // lights before the first directional one
+    const AliasTable* power = nullptr;                                  // more than one light: all of them
+    const LightTree* tree = nullptr;                                    // Selection::tree: the finite ones
+    const AliasTable* infinite = nullptr;                               // Selection::tree: the others; may be empty
+    float infinite_probability = 0;                                     // Selection::tree: of selecting one of them
+    bool environment_light = false;                                     // the environment is one of the lights
+    const EnvironmentMap* environment = nullptr;                        // null: black
+    const EnvironmentDistribution* environment_distribution = nullptr;  // null: none or constant
+  };
+  Parts parts() const;
+
   // One light sample for a shading point. `normal` is the unit geometric normal on the viewer's side, or zero when both
   // sides matter (transmission). u_select and u in [0, 1). Directions below the surface may be returned.
   LightSample sample(const V3f& point, const V3f& normal, float u_select, const V2f& u) const {
@@ -136,7 +158,6 @@ class LightSampler {
   float range_window(std::uint32_t light, float distance) const;
 
  private:
-  enum class Selection : std::uint8_t { none, one, power, tree };
   struct Selected {
     std::uint32_t light = 0;
     float probability = 0;

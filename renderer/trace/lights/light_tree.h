@@ -35,7 +35,6 @@ class LightTree {
   bool empty() const { return nodes_.empty(); }
   std::size_t memory_bytes() const;
 
- private:
   static constexpr int kWidth = 8;
   static constexpr std::uint32_t kLeaf = std::uint32_t(1) << 31;
 
@@ -50,12 +49,17 @@ class LightTree {
     std::uint32_t child[kWidth] = {};  // a node, or kLeaf | light
   };
 
+  std::span<const Node> nodes() const { return nodes_; }                      // the root first
+  std::span<const std::uint32_t> node_places() const { return node_place_; }  // by node: parent * kWidth + slot
+  std::span<const std::uint32_t> places() const { return place_; }            // by light: node * kWidth + slot
+
+ private:
   void collapse(std::span<const LightTreeNode> binary, std::uint32_t from, std::uint32_t place, double scale);
   static float importances(const Node& node, const V3f& point, const V3f& normal, float* importance);
 
-  std::vector<Node> nodes_;                // the root first
-  std::vector<std::uint32_t> node_place_;  // by node: parent * kWidth + slot
-  std::vector<std::uint32_t> place_;       // by light: node * kWidth + slot
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> node_place_;
+  std::vector<std::uint32_t> place_;
 };
 
 }  // namespace helio

@@ -28,6 +28,13 @@ struct FirstHit {
   V3f normal;
   float depth;
   std::uint32_t primitive;
+
+  void add_to(PixelFeatures& features, bool is_first_sample) const {
+    features.add(albedo, normal, primitive != kNoHit);
+    if (!is_first_sample) return;
+    features.depth = depth;
+    features.primitive = primitive;
+  }
 };
 
 // A group in flight. Small enough for the second-level cache.

@@ -36,12 +36,14 @@ class AliasTable {
   std::size_t size() const { return bins_.size(); }
   std::size_t memory_bytes() const { return bins_.capacity() * sizeof(Bin); }
 
- private:
   struct Bin {
     float threshold = 1;  // below it the bin's own index, above it the alias
     std::uint32_t alias = 0;
     float probability = 0;
   };
+  std::span<const Bin> bins() const { return bins_; }
+
+ private:
   std::vector<Bin> bins_;
 };
 

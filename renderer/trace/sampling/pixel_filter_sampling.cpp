@@ -55,6 +55,8 @@ class GaussianTable {
     return std::copysign(kStep * double(i) + std::clamp(t, 0.0, kStep), c);
   }
 
+  GaussianPieces pieces() const { return {density_, integral_}; }
+
   static constexpr double kEnd = 4;
 
  private:
@@ -72,6 +74,10 @@ const GaussianTable& gaussian() {
 }
 
 }  // namespace
+
+GaussianPieces gaussian_pieces() {
+  return gaussian().pieces();
+}
 
 double pixel_filter_radius(const PixelFilter& filter) {
   switch (filter.kind) {

@@ -1,0 +1,16 @@
+#version 460
+#extension GL_EXT_ray_tracing : require
+
+struct Answer {
+  int triangle;
+  float distance;
+  uint occluded;
+  uint seen;
+};
+
+layout(location = 0) rayPayloadInEXT Answer answer;
+
+void main() {
+  answer.triangle = gl_PrimitiveID;
+  answer.distance = gl_HitTEXT;
+}

@@ -1,0 +1,77 @@
+// Path tracing of a window of a film on a Vulkan device: what trace_window() does on the processor
+// (trace/paths/path_integrator.h), for integrator path and films without history.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "renderer/base/cancel.h"
+#include "renderer/base/result.h"
+#include "renderer/film/core/film.h"
+#include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/path_integrator.h"
+#include "renderer/vulkan/device/compute_pipeline.h"
+#include "renderer/vulkan/device/ray_pipeline.h"
+#include "renderer/vulkan/scene/device_scene.h"
+
+namespace helio::vulkan {
+
+struct PathTask;  // shaders/tables_task.h
+
+// The pipelines of a device, and what dispatches in flight work with. Thread safe.
+class Tracer {
+ public:
+  // Traces by the level that the device was opened for.
+  static Result<std::shared_ptr<Tracer>> create(std::shared_ptr<Device> device);
+  const std::shared_ptr<Device>& device() const { return device_; }
+
+  // Makes the pipeline for pictures of such a scene by such a camera and has the driver compile it, which may take
+  // seconds; trace() does the same where nobody has.
+  Status prepare(const DeviceScene& scene, const Camera& camera);
+
+  // As trace_window(): adds the samples of the range to each pixel of the window in index order. For a scene, camera
+  // and settings, a device and its driver, the bits added depend on pixel, sample index and half alone. False:
+  // cancelled, the film is as it was. An error: the device cannot be used any more; the film is as it was.
+  //
+  // Precondition: integrator path; the scene was uploaded to this device; the film has neither targets nor history.
+  Result<bool> trace(const DeviceScene& scene, const Camera& camera, const PathSettings& settings,
+                     const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
+                     TraceStats& stats);
+
+ private:
+  // One dispatch in flight.
+  struct Slot {
+    CommandSlot commands;
+    Buffer task, answers, first_hits;
+  };
+  using Features = std::array<std::uint32_t, 4>;  // specialisation constants 0 to 3
+  // Of a kind of scene and picture; one of the two.
+  struct Pipeline {
+    std::optional<ComputePipeline> compute;
+    std::optional<RayPipeline> rays;
+    std::atomic<float> sample_seconds{0};  // of late dispatches; 0: none was measured
+  };
+
+  explicit Tracer(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+  Result<Pipeline*> pipeline_for(const Features& features);
+  Result<std::unique_ptr<Slot>> take_slot(std::uint64_t samples, bool first_hits);
+  void give_back(std::unique_ptr<Slot> slot);
+  Status dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
+                  std::chrono::milliseconds limit = kSubmissionLimit);
+
+  std::shared_ptr<Device> device_;
+  std::optional<Buffer> filter_;  // gaussian_pieces(): density, then integral
+  std::mutex pipeline_mutex_;
+  std::map<Features, std::unique_ptr<Pipeline>> pipelines_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Slot>> free_;  // as many as were ever in flight at once
+};
+
+}  // namespace helio::vulkan
