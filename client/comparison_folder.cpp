@@ -332,14 +332,20 @@ Status ComparisonFolder::finish(const pb::CompareResponse::Result& result) {
   *record_.mutable_table() = result.table();
   call().set_rendering_seconds(result.rendering_seconds());
   call().set_ended(true);
+  return save_with_tables();
+}
+
+Status ComparisonFolder::save_with_tables() {
   if (const Status saved = save(); !saved) return saved;
   if (const Status written = write("units.csv", units_csv(record_)); !written) return written;
   if (const Status written = write("points.csv", points_csv(record_)); !written) return written;
   return write("ratios.csv", ratios_csv(record_));
 }
 
-Status ComparisonFolder::interrupted() {
-  return unsaved_ ? save() : ok_status();
+Status ComparisonFolder::interrupted(const std::optional<pb::CompareTable>& partial) {
+  if (!made_ || !partial) return unsaved_ ? save() : ok_status();
+  *record_.mutable_table() = *partial;
+  return save_with_tables();
 }
 
 void ComparisonFolder::save_when_due() {

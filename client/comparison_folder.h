@@ -80,9 +80,10 @@ class ComparisonFolder {
   // References that come from now on are those files: the record goes on to name them by the ids above.
   void use_reference_files() { own_references_ = true; }
 
-  // One of these ends it: the record is whole on the disk afterwards, and with a result so are the tables.
+  // One of these ends it: the record is whole on the disk afterwards, and with a table so are the CSV files. `partial`:
+  // of the units so far; it is left out of a call that was not accepted, which changes nothing.
   Status finish(const heliograph::v1::CompareResponse::Result& result);
-  Status interrupted();
+  Status interrupted(const std::optional<heliograph::v1::CompareTable>& partial = std::nullopt);
 
   const heliograph::v1::CompareRecord& record() const { return record_; }
   const std::optional<Error>& failure() const { return failure_; }
@@ -92,6 +93,7 @@ class ComparisonFolder {
   void note(const Status& status);
   void save_when_due();
   Status save();
+  Status save_with_tables();
   Status write(const std::string& file, const std::string& text);
   Status keep_picture(const heliograph::v1::CompareRecord::Picture& picture);
   bool is_last_of_first_seed(std::uint32_t seed_number, std::uint32_t budget) const;

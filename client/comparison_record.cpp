@@ -321,6 +321,7 @@ void extend_record(pb::CompareRecord& record, const ComparisonCall& call, const 
   added.set_build(call.build);
   added.set_isa(call.isa);
   added.set_threads(call.threads);
+  added.set_processor(call.processor);
   for (const std::string& difference : differences) added.add_differences(difference);
 }
 

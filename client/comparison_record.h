@@ -27,6 +27,7 @@ struct ComparisonCall {
   std::string command_line;                                                   // empty: not by a command
   std::string version, build, isa;                                            // of the daemon, as of GetServerInfo
   std::int32_t threads = 0;
+  std::string processor;  // empty: not known
 };
 
 // Differences between a record that has units and a call. More modes, seeds and budgets than the record has, or fewer,

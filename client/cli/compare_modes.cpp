@@ -31,6 +31,7 @@ constexpr Word kWords[] = {
     {"adaptive", "adaptive", nullptr, nullptr},
     {"reproject", "reproject", nullptr, nullptr},
     {"combined", "combined", nullptr, nullptr},
+    {"path", nullptr, nullptr, "path"},
     {"bdpt", nullptr, nullptr, "bdpt"},
     {"pt+bdpt", nullptr, nullptr, "pt+bdpt"},
     {"lvc", nullptr, nullptr, "lvc"},
@@ -342,7 +343,7 @@ pb::RenderSettings reference_settings(pb::RenderSettings settings) {
 const char* const kCompareModesHelp =
     "A mode is a word, and behind it, separated by colons, options that render has, without their dashes:\n"
     "  pt, adaptive, reproject, combined  as --mode of render\n"
-    "  bdpt, pt+bdpt, lvc, vcm, photon, light  as --integrator of render, in mode pt\n"
+    "  path, bdpt, pt+bdpt, lvc, vcm, photon, light  as --integrator of render, in mode pt\n"
     "  paper-adaptive, paper-reproject, paper-combined  the published method, --variant paper\n"
     "  display, oidn  pt, compared by the layer display: filtered by this program, or by Open Image Denoise\n"
     "  preview        combined, compared by its previews; only with --path\n"

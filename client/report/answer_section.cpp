@@ -143,7 +143,8 @@ std::string references(const ReportData& data) {
 std::string report_title(const ReportData& data) {
   const pb::CompareRecord& record = data.record();
   const std::string& name = !record.scene_name().empty() ? record.scene_name() : record.scene_file();
-  return "Sampling modes compared" + (name.empty() ? std::string() : ": " + name);
+  return "Sampling modes compared" + (name.empty() ? std::string() : ": " + name) +
+         (record.table().partial() ? " (partial)" : "");
 }
 
 std::string answer_section(const ReportData& data) {

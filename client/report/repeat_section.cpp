@@ -21,12 +21,13 @@ std::string call_item(const pb::CompareRecord::Call& call) {
   std::string html =
       "<li>" + (call.command_line().empty() ? std::string("A call that no command made.") : code(call.command_line()));
   html += fmt::format(
-      "<br>Begun {}; {} rendered in {} s{}. heliographd {}, build {}, instruction path {}, {}.",
+      "<br>Begun {}; {} rendered in {} s{}. heliographd {}, build {}, instruction path {}, {}{}.",
       call.begun().empty() ? "at an unknown time" : escaped(call.begun()), counted(call.units(), "unit"),
       number(call.seconds()), call.ended() ? "" : ", interrupted or not yet ended",
       call.version().empty() ? "of unknown version" : escaped(call.version()),
       call.build().empty() ? "unknown" : escaped(call.build()), call.isa().empty() ? "unknown" : escaped(call.isa()),
-      counted(std::uint64_t(std::max(0, call.threads())), "thread"));
+      counted(std::uint64_t(std::max(0, call.threads())), "thread"),
+      call.processor().empty() ? "" : ", " + escaped(call.processor()));
   for (const std::string& difference : call.differences())
     html += "<br><strong>Differs:</strong> " + escaped(difference);
   return html + "\n";

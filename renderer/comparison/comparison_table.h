@@ -20,6 +20,7 @@ struct ComparedUnit {
   double samples = 0;                  // per pixel
   std::vector<MeasuredValue> values;
   bool disturbed = false;
+  std::uint32_t call = 0;  // that it comes from: its modes took turns; 0: not known
 };
 
 struct ComparisonScript {
@@ -39,7 +40,7 @@ struct ComparedPoint {
   struct Value {
     Measure measure = Measure::mse;
     std::string region;
-    Interval value;
+    Interval value;                  // within possible_values(); of bias with the reference's noise, where it is known
     bool few_pixels_decide = false;  // heavy_tails.h
   };
   std::string mode;
@@ -70,6 +71,13 @@ struct ComparedRatio {
   double at = 0;  // error, seconds or samples
   Interval ratio;
   Verdict verdict = Verdict::undecided;
+  bool few_pixels_decide = false;  // one of the two errors, or both: nothing is decided then
+  // A ratio of times, or after equal times, of modes that took no turns, as most of their seeds are from different
+  // calls: what else the machine did then is in it, and nothing is decided.
+  bool different_calls = false;
+
+  // The same in every seed.
+  bool equal() const { return ratio.known && ratio.low == 1 && ratio.high == 1; }
 };
 
 struct ComparisonTable {

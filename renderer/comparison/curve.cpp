@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "renderer/comparison/few_pixels.h"
+
 namespace helio {
 
 LeaveOneOutMean::LeaveOneOutMean(std::vector<std::uint32_t> seeds, std::span<const double> values)
@@ -65,15 +67,20 @@ Curve make_curve(const SeedTable& table, std::size_t mode, std::size_t key, std:
   for (std::uint32_t budget = 0; budget < budgets; ++budget) {
     std::vector<std::uint32_t> numbers;
     std::vector<double> seconds, errors;
+    std::vector<const SeedValues*> seeds_with_it;
+    std::vector<std::uint32_t> calls;
     for (const SeedValues& seed : table.over_views(mode, budget, views)) {
       if (!seed.values[key]) continue;
       if (seeds && !std::binary_search(seeds->begin(), seeds->end(), seed.seed_number)) continue;
       numbers.push_back(seed.seed_number);
       seconds.push_back(seed.seconds);
       errors.push_back(*seed.values[key]);
+      seeds_with_it.push_back(&seed);
+      calls.push_back(seed.call);
     }
     if (numbers.empty()) continue;
-    points.push_back({budget, LeaveOneOutMean(numbers, seconds), LeaveOneOutMean(numbers, errors)});
+    points.push_back({budget, LeaveOneOutMean(numbers, seconds), LeaveOneOutMean(numbers, errors),
+                      few_pixels_decide(seeds_with_it, table.keys(), key), std::move(calls)});
   }
   return Curve(std::move(points));
 }

@@ -31,6 +31,8 @@ class LeaveOneOutMean {
 struct CurvePoint {
   std::uint32_t budget = 0;
   LeaveOneOutMean seconds, error;
+  bool few_pixels_decide = false;    // the error (few_pixels.h)
+  std::vector<std::uint32_t> calls;  // of the seeds
 };
 
 // A piece of a curve, straight in logarithms.

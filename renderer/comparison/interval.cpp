@@ -68,4 +68,20 @@ Interval mean_interval(std::span<const double> values) {
   return std::isfinite(interval.low) && std::isfinite(interval.high) ? interval : Interval{interval.mean};
 }
 
+Interval cut(Interval interval, double low, double high) {
+  if (!interval.known) return interval;
+  interval.low = std::min(std::max(interval.low, low), interval.mean);
+  interval.high = std::max(std::min(interval.high, high), interval.mean);
+  return interval;
+}
+
+Interval widened(Interval interval, double standard_error) {
+  constexpr double kNormal95 = 1.959964;
+  if (!interval.known) return interval;
+  const double more = kNormal95 * standard_error;
+  interval.low = interval.mean - std::hypot(interval.mean - interval.low, more);
+  interval.high = interval.mean + std::hypot(interval.high - interval.mean, more);
+  return interval;
+}
+
 }  // namespace helio

@@ -27,4 +27,10 @@ inline constexpr int kLeastSeeds = 5;
 // without any the mean is 0. Neither end is ever infinite: known is then false.
 Interval mean_interval(std::span<const double> values);
 
+// Cut to [low, high], in which the mean lies, up to rounding.
+Interval cut(Interval interval, double low, double high);
+
+// Where the mean has another error beside that of its seeds, independent of it, normal and of this standard error.
+Interval widened(Interval interval, double standard_error);
+
 }  // namespace helio

@@ -21,16 +21,21 @@ using Lines = std::vector<std::string>;
 // A mean that differs from the reference's by more than the seeds do.
 std::string bias_sentence(const Findings& findings, std::uint32_t last) {
   Lines modes;
+  bool counted = true;  // the noise of the reference
+  const ValueKey key{Measure::bias, {}};
+  const auto& keys = findings.seeds.keys();
+  const auto index = std::size_t(std::find(keys.begin(), keys.end(), key) - keys.begin());
   for (std::size_t mode = 0; mode < findings.script.modes.size(); ++mode) {
-    const ComparedPoint::Value* bias = Findings::value(findings.point(mode, last), {Measure::bias, {}});
+    const ComparedPoint::Value* bias = Findings::value(findings.point(mode, last), key);
     if (!bias || !bias->value.known || (bias->value.low <= 0 && bias->value.high >= 0)) continue;
+    counted &= findings.seeds.reference_error(index, findings.seeds.views_of(mode)) > 0;
     modes.push_back(findings.script.modes[mode] + " by " + number_text(100 * bias->value.mean) + " % (95 %: " +
                     number_text(100 * bias->value.low) + " to " + number_text(100 * bias->value.high) + ")");
   }
   if (modes.empty()) return {};
-  return "At the last budget the mean of the pictures differs from that of the reference by more than the seeds "
-         "explain: " +
-         list_text(modes) + "; the noise of the reference is not counted.";
+  return "At the last budget the mean of the pictures differs from that of the reference by more than the seeds" +
+         std::string(counted ? " and the noise of the reference explain: " : " explain: ") + list_text(modes) +
+         (counted ? "." : "; the noise of the reference is not known, and not counted.");
 }
 
 // Values of one mode of which something holds.
@@ -173,6 +178,20 @@ std::string disturbed_sentence(const Findings& findings) {
          ". Their times are not those of an idle machine, nor are the comparisons of time that they are in.";
 }
 
+// Modes that took no turns with the first one.
+std::string different_calls_sentence(const Findings& findings) {
+  Lines modes;
+  for (const ComparedRatio& ratio : findings.table.ratios) {
+    if (ratio.different_calls && std::find(modes.begin(), modes.end(), ratio.mode) == modes.end())
+      modes.push_back(ratio.mode);
+  }
+  if (modes.empty()) return {};
+  return "Most pictures of " + list_text(modes) + " are not from the calls that rendered those of " +
+         findings.baseline() +
+         ", with which they took no turns: what else the machine did then is in the times of one and not of the other, "
+         "and comparisons of time are undecided.";
+}
+
 std::string few_seeds_sentence(const Findings& findings) {
   Lines none, few;
   for (std::size_t mode = 0; mode < findings.script.modes.size(); ++mode) {
@@ -212,6 +231,7 @@ std::vector<std::string> limit_sentences(const Findings& findings, std::uint32_t
   lines.push_back(unresolved_sentence(findings));
   lines.push_back(undefined_views_sentence(findings));
   lines.push_back(disturbed_sentence(findings));
+  lines.push_back(different_calls_sentence(findings));
   lines.push_back(few_seeds_sentence(findings));
   lines.push_back(chance_sentence(findings));
   std::erase(lines, "");

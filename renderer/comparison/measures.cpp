@@ -32,6 +32,27 @@ const char* to_string(Measure measure) {
   return "unknown";
 }
 
+ValueRange possible_values(Measure measure) {
+  switch (measure) {
+    case Measure::mse:
+    case Measure::relmse:
+    case Measure::bias:
+      return {};
+    case Measure::distance_variance:
+    case Measure::dssim:
+    case Measure::flicker:
+    case Measure::told_rmse:
+      return {.low = 0};
+    case Measure::flip:
+    case Measure::flip_median:
+    case Measure::hdr_flip:
+    case Measure::hdr_flip_median:
+    case Measure::outlier_share:
+      return {0, 1};
+  }
+  return {};
+}
+
 bool is_error(Measure measure) {
   return measure != Measure::bias && measure != Measure::outlier_share && measure != Measure::told_rmse;
 }

@@ -1,6 +1,7 @@
 // Measures by which pictures of sampling modes are compared: their names, and a measured value.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,13 @@ const char* to_string(Measure measure);
 // be divided by another's. False of bias, outlier_share and told_rmse.
 bool is_error(Measure measure);
 
+// What a value of the measure can be, and so a mean of them. Of mse and relmse the reference's noise may have been
+// taken off: they may be negative.
+struct ValueRange {
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+};
+ValueRange possible_values(Measure measure);
+
 // As the region of values of the pixels whose reference is no brighter (in luminance) than half of them.
 inline constexpr const char* kDarkHalf = "dark half";
 
@@ -37,6 +45,8 @@ struct MeasuredValue {
   Measure measure = Measure::mse;
   std::string region;  // empty: the whole picture
   double value = 0;    // finite
+  // Of bias: its standard error by the reference's noise; 0: not known, and of all others.
+  double reference_error = 0;
 
   bool operator==(const MeasuredValue&) const = default;
 };

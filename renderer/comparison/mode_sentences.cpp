@@ -49,19 +49,20 @@ std::string equal_error(const ComparedRatio& ratio) {
     case Verdict::undecided:
       break;
   }
-  return "which of " + ratio.mode + " and " + ratio.baseline + " is faster" + target +
-         " is undecided: " + ratio.baseline + "'s time is " + times_text(r.mean) + " that of " + ratio.mode + " (" +
-         interval_text(r) + ")";
+  return "which of " + ratio.mode + " and " + ratio.baseline + " is faster" + target + " is undecided" +
+         undecided_reason(ratio) + ": " + ratio.baseline + "'s time is " + times_text(r.mean) + " that of " +
+         ratio.mode + " (" + interval_text(r) + ")";
 }
 
 std::string with_verdict(const std::string& text, const ComparedRatio& ratio) {
-  return text + ": " + verdict_text(ratio.verdict);
+  return ratio.equal() ? text : text + ": " + verdict_text(ratio);
 }
 
 // At equal time or samples.
 std::string equal_budget(const ComparedRatio& ratio, const std::string& when) {
-  return when + " " + ratio.mode + "'s " + measure_text({ratio.measure, ratio.region}) + " is " +
-         times_text(ratio.ratio.mean) + " that of " + ratio.baseline + " (" + interval_text(ratio.ratio) + ")";
+  const std::string error = when + " " + ratio.mode + "'s " + measure_text({ratio.measure, ratio.region}) + " is ";
+  if (ratio.equal()) return error + "that of " + ratio.baseline + " in every seed";
+  return error + times_text(ratio.ratio.mean) + " that of " + ratio.baseline + " (" + interval_text(ratio.ratio) + ")";
 }
 
 std::string seconds_text(double seconds) {
@@ -73,26 +74,56 @@ std::string speed(const Findings& findings, const ComparedRatio& ratio) {
   return budget_text(findings.script, ratio.at) + (ratio.at == 1 ? " takes " : " take ") + ratio.mode + " " +
          (ratio.ratio.mean < 1 ? size + " of the time of " + ratio.baseline
                                : size + " times as long as " + ratio.baseline) +
-         " (" + interval_text(ratio.ratio) + ")" + (ratio.verdict == Verdict::undecided ? ": undecided" : "");
+         " (" + interval_text(ratio.ratio) + ")" +
+         (ratio.verdict == Verdict::undecided ? ": " + verdict_text(ratio) : "");
 }
 
-// All measures but the main one, by verdict; each at the latest point of that kind.
-std::map<Verdict, std::vector<ValueKey>> other_measures(const Findings& findings, std::size_t mode,
-                                                        const ValueKey& main, RatioKind kind) {
-  std::map<Verdict, std::vector<ValueKey>> measures;
+enum class Told { better, worse, equal, undecided };
+
+Told told_of(const ComparedRatio& ratio) {
+  if (ratio.equal()) return Told::equal;
+  switch (ratio.verdict) {
+    case Verdict::better:
+      return Told::better;
+    case Verdict::worse:
+      return Told::worse;
+    case Verdict::undecided:
+      break;
+  }
+  return Told::undecided;
+}
+
+std::string told_text(Told told) {
+  switch (told) {
+    case Told::better:
+      return "better";
+    case Told::worse:
+      return "worse";
+    case Told::equal:
+      return "equal";
+    case Told::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+using Measures = std::map<Told, std::vector<ValueKey>>;
+
+// All measures but the main one; each at the latest point of that kind.
+Measures other_measures(const Findings& findings, std::size_t mode, const ValueKey& main, RatioKind kind) {
+  Measures measures;
   for (const ValueKey& key : findings.seeds.keys()) {
     if (key == main || !is_error(key.measure)) continue;
-    if (const ComparedRatio* ratio = findings.latest_ratio(kind, mode, key)) measures[ratio->verdict].push_back(key);
+    if (const ComparedRatio* ratio = findings.latest_ratio(kind, mode, key)) measures[told_of(*ratio)].push_back(key);
   }
   return measures;
 }
 
-std::string others_sentence(const Findings& findings, std::size_t mode, RatioKind kind,
-                            const std::map<Verdict, std::vector<ValueKey>>& measures) {
+std::string others_sentence(const Findings& findings, std::size_t mode, RatioKind kind, const Measures& measures) {
   Clauses parts;
-  for (const auto& [verdict, keys] : measures) {
-    const bool counted = verdict == Verdict::undecided && keys.size() > kMostUndecidedByName;
-    parts.push_back(verdict_text(verdict) + " in " +
+  for (const auto& [told, keys] : measures) {
+    const bool counted = told == Told::undecided && keys.size() > kMostUndecidedByName;
+    parts.push_back(told_text(told) + " in " +
                     (counted ? "the " + std::to_string(keys.size()) + " others" : measures_text(keys)));
   }
   if (parts.empty()) return {};
@@ -123,7 +154,7 @@ std::string against_previews(const Findings& findings, std::size_t mode, const V
   }
   return "In " + seconds_text(ratio->at) + " " + name + "'s " + measure_text(key) + " is " +
          times_text(ratio->ratio.mean) + " that of the previews of " + findings.baseline() + ", " +
-         all_views_but_one(findings) + " (" + interval_text(ratio->ratio) + "): " + verdict_text(ratio->verdict) + ".";
+         all_views_but_one(findings) + " (" + interval_text(ratio->ratio) + "): " + verdict_text(*ratio) + ".";
 }
 
 // At the time of the previews: the one that comes closest to it.
@@ -135,6 +166,14 @@ const ComparedRatio* ratio_at(const Findings& findings, std::size_t mode, const 
     if (!found || std::abs(ratio.at - seconds) < std::abs(found->at - seconds)) found = &ratio;
   }
   return found;
+}
+
+// Of errors; the reason of the first ratio that has one.
+std::string reason_of(const Latest& latest) {
+  for (const ComparedRatio* ratio : {latest.time, latest.samples, latest.error}) {
+    if (ratio && ratio->few_pixels_decide) return undecided_reason(*ratio);
+  }
+  return {};
 }
 
 std::string undecided_sentence(const Findings& findings, std::size_t mode, const ValueKey& key, const Latest& latest,
@@ -154,8 +193,9 @@ std::string undecided_sentence(const Findings& findings, std::size_t mode, const
   const std::string nothing_common = no_common_point(findings, mode, key, latest);
   if (!latest.error && !latest.time && !nothing_common.empty())
     clauses.push_back("their curves have no error and no time in common");
+  if (latest.samples && latest.samples->equal()) return capital(sentence_of(clauses));
   return "Which of " + name + " and " + baseline + " has the lower " + measure_text(key) + " is undecided" +
-         (others_too ? ", as are all other measures" : "") +
+         (others_too ? ", as are all other measures" : "") + reason_of(latest) +
          (clauses.empty() ? std::string(".") : ": " + sentence_of(clauses));
 }
 
@@ -166,7 +206,7 @@ std::vector<std::string> mode_sentences(const Findings& findings, std::size_t mo
   const Latest latest(findings, mode, key);
   const RatioKind kind = latest.time ? RatioKind::equal_time : RatioKind::equal_samples;
   const auto others = other_measures(findings, mode, key, kind);
-  const bool others_decided = others.count(Verdict::better) + others.count(Verdict::worse) > 0;
+  const bool others_decided = others.count(Told::better) + others.count(Told::worse) + others.count(Told::equal) > 0;
 
   std::vector<std::string> lines;
   if (latest.nothing_decided()) {
@@ -219,7 +259,7 @@ std::string preview_sentence(const Findings& findings, std::size_t mode, const V
   }
   return text + "; after the same time " + baseline + " has " + number_text(error->value.mean / ratio->ratio.mean) +
          ", and " + name + "'s is " + times_text(ratio->ratio.mean) + " that (" + interval_text(ratio->ratio) +
-         "): " + verdict_text(ratio->verdict) + ".";
+         "): " + verdict_text(*ratio) + ".";
 }
 
 }  // namespace helio

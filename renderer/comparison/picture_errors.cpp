@@ -30,22 +30,22 @@ bool relative_error_exists(const PictureView& reference) {
   return RelativeEpsilon::image_mean().added_to_square(picture_mean(reference)).ok();
 }
 
+// Precondition: its noise is known.
+double variance_at(const ReferenceView& reference, int channel, std::size_t pixel) {
+  if (!has_halves(reference)) return reference.variance->channels[channel][pixel];
+  // Two independent halves with the variance v of each: (a - b)^2 has the mean 2 v, their mean the variance v / 2.
+  const double difference =
+      double(reference.half_a->channels[channel][pixel]) - reference.half_b->channels[channel][pixel];
+  return difference * difference / 4;
+}
+
 // Mean over pixels and channels of variance * weight(r).
 template <class Weight>
 double mean_variance(const ReferenceView& reference, const Weight& weight) {
   double sum = 0;
   for (int c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < reference.mean.pixels(); ++i) {
-      double variance = 0;
-      if (has_halves(reference)) {
-        // Two independent halves with the variance v of each: (a - b)^2 has the mean 2 v, their mean the variance v
-        // / 2.
-        const double difference = double(reference.half_a->channels[c][i]) - reference.half_b->channels[c][i];
-        variance = difference * difference / 4;
-      } else {
-        variance = reference.variance->channels[c][i];
-      }
-      sum += variance * weight(double(reference.mean.channels[c][i]));
+      sum += variance_at(reference, c, i) * weight(double(reference.mean.channels[c][i]));
     }
   }
   return sum / (3.0 * double(reference.mean.pixels()));
@@ -56,6 +56,20 @@ double mean_variance(const ReferenceView& reference, const Weight& weight) {
 double mean_relative_variance(const ReferenceView& reference) {
   const double added = *RelativeEpsilon::image_mean().added_to_square(picture_mean(reference.mean));
   return mean_variance(reference, [added](double r) { return 1 / (r * r + added); });
+}
+
+// Standard error of the mean over pixels and channels, over that mean: of independent pixels, whose channels err alike.
+// 0: nothing is known of the noise. Precondition: the mean is not 0.
+double relative_error_of_mean(const ReferenceView& reference) {
+  if (!has_halves(reference) && !reference.variance) return 0;
+  double variance = 0;
+  for (std::size_t i = 0; i < reference.mean.pixels(); ++i) {
+    double deviation = 0;
+    for (int c = 0; c < 3; ++c) deviation += std::sqrt(variance_at(reference, c, i));
+    variance += deviation * deviation;
+  }
+  const double error = std::sqrt(variance) / (3.0 * double(reference.mean.pixels()) * picture_mean(reference.mean));
+  return std::isfinite(error) ? std::abs(error) : 0;
 }
 
 Status check(const PictureView& picture, const ReferenceView& reference) {
@@ -154,7 +168,7 @@ class Measurement {
     if (wants(Measure::bias) && picture_mean(reference.mean) != 0) {
       const Result<Bias> value = estimate_bias({&picture, 1}, reference.mean);
       if (!value) return value.error();
-      add(Measure::bias, region, value->bias);
+      add(Measure::bias, region, value->bias, relative_error_of_mean(reference));
     }
     if (wants(Measure::outlier_share) && picture.pixels() >= kLeastForShare && relative_error_exists(reference.mean)) {
       const Result<RelativeError> value = relative_error(picture, reference.mean);
@@ -189,8 +203,8 @@ class Measurement {
   }
 
  private:
-  void add(Measure measure, const std::string& region, double value) {
-    if (std::isfinite(value)) values_.push_back({measure, region, value});
+  void add(Measure measure, const std::string& region, double value, double reference_error = 0) {
+    if (std::isfinite(value)) values_.push_back({measure, region, value, reference_error});
   }
 
   static Result<double> mse(const PictureView& picture, const ReferenceView& reference) {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +20,7 @@ namespace helio {
 namespace {
 
 constexpr double kSameTime = 0.05;  // relative difference of times that count as equal
+constexpr double kMostApart = 0.2;  // share of seeds: an interruption leaves one of five
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 using Seeds = std::vector<std::uint32_t>;
@@ -40,12 +43,39 @@ std::optional<double> mean_of(const LeaveOneOutMean& mean, const std::optional<s
   return left_out ? mean.without(*left_out) : std::optional(mean.mean());
 }
 
-Verdict verdict_of(RatioKind kind, const Interval& ratio) {
-  if (!ratio.known) return Verdict::undecided;
-  const bool more_is_better = kind == RatioKind::equal_error;
+Verdict verdict_of(const ComparedRatio& entry) {
+  const Interval& ratio = entry.ratio;
+  if (!ratio.known || entry.few_pixels_decide || entry.different_calls) return Verdict::undecided;
+  const bool more_is_better = entry.kind == RatioKind::equal_error;
   if (ratio.low > 1) return more_is_better ? Verdict::better : Verdict::worse;
   if (ratio.high < 1) return more_is_better ? Verdict::worse : Verdict::better;
   return Verdict::undecided;
+}
+
+// More than kMostApart of the seeds of either come from calls that those of the other do not.
+bool took_no_turns(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+  std::map<std::uint32_t, std::pair<double, double>> shares;
+  for (const std::uint32_t call : a) shares[call].first += 1 / double(a.size());
+  for (const std::uint32_t call : b) shares[call].second += 1 / double(b.size());
+  double together = 0;
+  for (const auto& [call, share] : shares) together += std::min(share.first, share.second);
+  return together < 1 - kMostApart - 1e-9;
+}
+
+// One of the two values that a ratio is made of.
+struct Side {
+  LogJackknife log;
+  bool few_pixels_decide = false;    // an error that it is made of
+  std::vector<std::uint32_t> calls;  // of its seeds
+};
+
+Side side_of(LogJackknife log, std::initializer_list<const CurvePoint*> points) {
+  Side side{std::move(log), false, {}};
+  for (const CurvePoint* point : points) {
+    side.few_pixels_decide |= point->few_pixels_decide;
+    side.calls.insert(side.calls.end(), point->calls.begin(), point->calls.end());
+  }
+  return side;
 }
 
 class Pair {
@@ -101,18 +131,22 @@ class Pair {
     return jackknife(common_ ? *common_ : seeds, log_value);
   }
 
-  LogJackknife log_of(const LeaveOneOutMean& mean) const {
-    const LeaveOneOutMean* means[] = {&mean};
-    return leave_one_out(means,
-                         [&](std::optional<std::uint32_t> left_out) { return log_or_nan(mean_of(mean, left_out)); });
+  Side error_of(const CurvePoint& point) const {
+    const LeaveOneOutMean* means[] = {&point.error};
+    return side_of(
+        leave_one_out(
+            means, [&](std::optional<std::uint32_t> left_out) { return log_or_nan(mean_of(point.error, left_out)); }),
+        {&point});
   }
 
   // On the segment's line where an error is reached.
-  LogJackknife log_seconds_at(const CurveSegment& segment, double error) const {
-    return on_line(segment.begin->error, segment.begin->seconds, segment.end->error, segment.end->seconds, error);
+  Side seconds_at(const CurveSegment& segment, double error) const {
+    const CurvePoint &begin = *segment.begin, &end = *segment.end;
+    return side_of(on_line(begin.error, begin.seconds, end.error, end.seconds, error), {&begin, &end});
   }
-  LogJackknife log_error_at(const CurveSegment& segment, double seconds) const {
-    return on_line(segment.begin->seconds, segment.begin->error, segment.end->seconds, segment.end->error, seconds);
+  Side error_at(const CurveSegment& segment, double seconds) const {
+    const CurvePoint &begin = *segment.begin, &end = *segment.end;
+    return side_of(on_line(begin.seconds, begin.error, end.seconds, end.error, seconds), {&begin, &end});
   }
   LogJackknife on_line(const LeaveOneOutMean& x0, const LeaveOneOutMean& y0, const LeaveOneOutMean& x1,
                        const LeaveOneOutMean& y1, double x) const {
@@ -128,45 +162,54 @@ class Pair {
     });
   }
 
-  void add(RatioKind kind, double at, const LogJackknife& top, const LogJackknife& bottom) {
-    const std::optional<Interval> ratio = log_ratio(top, bottom, common_.has_value());
+  void add(RatioKind kind, double at, const Side& top, const Side& bottom) {
+    const std::optional<Interval> ratio = log_ratio(top.log, bottom.log, common_.has_value());
     if (!ratio) return;
-    ComparedRatio entry{kind,   script_.modes[mode_],    script_.modes[baseline_], key_.measure, key_.region, at,
-                        *ratio, verdict_of(kind, *ratio)};
+    ComparedRatio entry;
+    entry.kind = kind;
+    entry.mode = script_.modes[mode_];
+    entry.baseline = script_.modes[baseline_];
+    entry.measure = key_.measure;
+    entry.region = key_.region;
+    entry.at = at;
+    entry.ratio = *ratio;
+    entry.few_pixels_decide = top.few_pixels_decide || bottom.few_pixels_decide;
+    entry.different_calls = kind != RatioKind::equal_samples && took_no_turns(top.calls, bottom.calls);
+    entry.verdict = verdict_of(entry);
     ratios_.push_back(std::move(entry));
   }
 
-  std::optional<LeaveOneOutMean> log_seconds(std::size_t mode, std::uint32_t budget) const {
+  // Of the geometric mean.
+  std::optional<Side> seconds_of(std::size_t mode, std::uint32_t budget) const {
     Seeds numbers;
     std::vector<double> logs;
+    Side side;
     for (const SeedValues& seed : table_.over_views(mode, budget, views_)) {
       if (!(seed.seconds > 0)) return std::nullopt;
       if (common_ && !std::binary_search(common_->begin(), common_->end(), seed.seed_number)) continue;
       numbers.push_back(seed.seed_number);
       logs.push_back(std::log(seed.seconds));
+      side.calls.push_back(seed.call);
     }
     if (numbers.empty()) return std::nullopt;
-    return LeaveOneOutMean(numbers, logs);
+    const LeaveOneOutMean mean(numbers, logs);
+    const LeaveOneOutMean* means[] = {&mean};
+    side.log = leave_one_out(
+        means, [&](std::optional<std::uint32_t> left_out) { return mean_of(mean, left_out).value_or(kNan); });
+    return side;
   }
 
   void speed() {
     for (std::uint32_t budget = 0; budget < budgets_; ++budget) {
-      const auto mode = log_seconds(mode_, budget), baseline = log_seconds(baseline_, budget);
-      if (!mode || !baseline) continue;
-      const auto mean_log = [&](const LeaveOneOutMean& mean) {
-        const LeaveOneOutMean* means[] = {&mean};
-        return leave_one_out(
-            means, [&](std::optional<std::uint32_t> left_out) { return mean_of(mean, left_out).value_or(kNan); });
-      };
-      add(RatioKind::speed, script_.budgets[budget], mean_log(*mode), mean_log(*baseline));
+      const auto mode = seconds_of(mode_, budget), baseline = seconds_of(baseline_, budget);
+      if (mode && baseline) add(RatioKind::speed, script_.budgets[budget], *mode, *baseline);
     }
   }
 
   void equal_samples(const Curve& mode, const Curve& baseline) {
     for (std::uint32_t budget = 0; budget < budgets_; ++budget) {
       const CurvePoint *top = mode.at_budget(budget), *bottom = baseline.at_budget(budget);
-      if (top && bottom)
-        add(RatioKind::equal_samples, script_.budgets[budget], log_of(top->error), log_of(bottom->error));
+      if (top && bottom) add(RatioKind::equal_samples, script_.budgets[budget], error_of(*top), error_of(*bottom));
     }
   }
 
@@ -182,7 +225,7 @@ class Pair {
       const CurvePoint *top = mode.at_budget(budget), *bottom = baseline.at_budget(budget);
       if (of_mode && of_baseline) {
         if (top && bottom && take_as_long(*top, *bottom))
-          add(RatioKind::equal_time, bottom->seconds.mean(), log_of(top->error), log_of(bottom->error));
+          add(RatioKind::equal_time, bottom->seconds.mean(), error_of(*top), error_of(*bottom));
         continue;
       }
       const CurvePoint* previews = of_mode ? top : bottom;
@@ -190,7 +233,7 @@ class Pair {
       const double seconds = previews->seconds.mean();
       const auto other = (of_mode ? baseline : mode).enclosing_seconds(seconds);
       if (!other) continue;
-      const LogJackknife of_previews = log_of(previews->error), of_film = log_error_at(*other, seconds);
+      const Side of_previews = error_of(*previews), of_film = error_at(*other, seconds);
       add(RatioKind::equal_time, seconds, of_mode ? of_previews : of_film, of_mode ? of_film : of_previews);
     }
   }
@@ -198,14 +241,13 @@ class Pair {
   void equal_time(const Curve& mode, const Curve& baseline) {
     const auto interpolated = [&](double seconds) {
       const auto top = mode.enclosing_seconds(seconds), bottom = baseline.enclosing_seconds(seconds);
-      if (top && bottom)
-        add(RatioKind::equal_time, seconds, log_error_at(*top, seconds), log_error_at(*bottom, seconds));
+      if (top && bottom) add(RatioKind::equal_time, seconds, error_at(*top, seconds), error_at(*bottom, seconds));
     };
     for (const CurvePoint& point : baseline.points()) {
       const CurvePoint* other = mode.at_budget(point.budget);
       const double seconds = point.seconds.mean();
       if (script_.budgets_are_seconds && other && take_as_long(*other, point)) {
-        add(RatioKind::equal_time, script_.budgets[point.budget], log_of(other->error), log_of(point.error));
+        add(RatioKind::equal_time, script_.budgets[point.budget], error_of(*other), error_of(point));
       } else {
         interpolated(seconds);
       }
@@ -218,8 +260,7 @@ class Pair {
   void equal_error(const Curve& mode, const Curve& baseline) {
     const auto compare = [&](double error) {
       const auto top = baseline.enclosing_error(error), bottom = mode.enclosing_error(error);
-      if (top && bottom)
-        add(RatioKind::equal_error, error, log_seconds_at(*top, error), log_seconds_at(*bottom, error));
+      if (top && bottom) add(RatioKind::equal_error, error, seconds_at(*top, error), seconds_at(*bottom, error));
     };
     const auto lowest = [](const Curve& curve) {
       double error = std::numeric_limits<double>::infinity();

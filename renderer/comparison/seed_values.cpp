@@ -1,6 +1,7 @@
 #include "renderer/comparison/seed_values.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 
@@ -41,11 +42,12 @@ SeedTable::SeedTable(const ComparisonScript& script, const std::vector<ComparedU
   keys_.assign(keys.begin(), keys.end());
   has_units_.assign(views_, false);
   has_key_.assign(views_, std::vector<bool>(keys_.size(), false));
+  reference_errors_.assign(views_, std::vector<double>(keys_.size(), 0.0));
 
   for (const ComparedUnit& unit : units) {
     if (!known(unit)) continue;
     std::vector<SeedValues>& point = points_[{*index_of(script.modes, unit.mode), unit.budget, unit.view}];
-    SeedValues seed{unit.seed_number, unit.seconds, unit.samples, {}, unit.disturbed ? 1u : 0u};
+    SeedValues seed{unit.seed_number, unit.seconds, unit.samples, {}, unit.disturbed ? 1u : 0u, unit.call};
     seed.values.resize(keys_.size());
     has_units_[unit.view] = true;
     for (const MeasuredValue& value : unit.values) {
@@ -54,6 +56,8 @@ SeedTable::SeedTable(const ComparisonScript& script, const std::vector<ComparedU
       const std::size_t index = std::size_t(key - keys_.begin());
       if (!seed.values[index]) seed.values[index] = value.value;
       has_key_[unit.view][index] = true;
+      double& error = reference_errors_[unit.view][index];
+      error = std::max(error, value.reference_error);
     }
     point.push_back(std::move(seed));
   }
@@ -83,6 +87,16 @@ const std::vector<SeedValues>& SeedTable::over_views(std::size_t mode, std::uint
   return found == means_.end() ? kNone : found->second;
 }
 
+double SeedTable::reference_error(std::size_t key, PathViews views) const {
+  double squares = 0, count = 0;
+  for (std::uint32_t view = views == PathViews::all || views_ == 1 ? 0 : 1; view < views_; ++view) {
+    if (!has_key_[view][key]) continue;
+    squares += reference_errors_[view][key] * reference_errors_[view][key];
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares) / count : 0;
+}
+
 bool SeedTable::is_defined(std::size_t key, std::uint32_t view) const {
   return has_key_[view][key] || !has_units_[view];
 }
@@ -103,6 +117,7 @@ std::vector<SeedValues> SeedTable::mean_over_views(std::size_t mode, std::uint32
       Sum& sum = sums[seed.seed_number];
       if (sum.views++ == 0) {
         sum.means.seed_number = seed.seed_number;
+        sum.means.call = seed.call;
         sum.means.values.assign(keys_.size(), 0.0);
       }
       sum.means.seconds += seed.seconds / count;

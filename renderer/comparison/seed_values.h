@@ -25,6 +25,7 @@ struct SeedValues {
   double seconds = 0, samples = 0;
   std::vector<std::optional<double>> values;  // by the index of their key; none: not defined for this picture
   std::uint32_t disturbed = 0;                // units
+  std::uint32_t call = 0;                     // ComparedUnit::call; of several views that of the first
 };
 
 // Which views of a path a mean is over. Of a still both are its view.
@@ -55,6 +56,11 @@ class SeedTable {
     return over_views(mode, budget, views_of(mode));
   }
 
+  // Standard error of keys()[key] by the noise of the view's reference, or of the references of these views together
+  // (MeasuredValue::reference_error); 0: not known.
+  double reference_error(std::size_t key, std::uint32_t view) const { return reference_errors_[view][key]; }
+  double reference_error(std::size_t key, PathViews views) const;
+
   // True if some unit of that view has the value, or the view has no unit that could say otherwise.
   bool is_defined(std::size_t key, std::uint32_t view) const;
 
@@ -63,9 +69,10 @@ class SeedTable {
 
   std::uint32_t views_;
   std::vector<ValueKey> keys_;
-  std::vector<bool> previews_;              // by mode
-  std::vector<bool> has_units_;             // by view
-  std::vector<std::vector<bool>> has_key_;  // by view and key: whether some unit has it
+  std::vector<bool> previews_;                         // by mode
+  std::vector<bool> has_units_;                        // by view
+  std::vector<std::vector<bool>> has_key_;             // by view and key: whether some unit has it
+  std::vector<std::vector<double>> reference_errors_;  // by view and key
   std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>, std::vector<SeedValues>> points_;
   std::map<std::tuple<std::size_t, std::uint32_t, PathViews>, std::vector<SeedValues>> means_;
 };

@@ -30,22 +30,40 @@ std::string best_sentence(const Findings& findings, const ValueKey& key, std::ui
   if (candidates.size() < 2) return {};
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.error.mean < b.error.mean; });
-  const std::string &best = findings.script.modes[candidates[0].mode],
-                    &next = findings.script.modes[candidates[1].mode];
   const double at = findings.script.budgets[last];
+  const RatioKind kind = findings.script.budgets_are_seconds ? RatioKind::equal_time : RatioKind::equal_samples;
+  const std::string& best = findings.script.modes[candidates[0].mode];
+  const auto ratio_to = [&](const Candidate& next) -> std::optional<ComparedRatio> {
+    const std::vector<ComparedRatio> ratios =
+        compare_modes(findings.script, findings.seeds, candidates[0].mode, next.mode);
+    const ComparedRatio* ratio = latest_ratio(ratios, kind, best, key);
+    return ratio && ratio->at == at ? std::optional(*ratio) : std::nullopt;
+  };
+  // Those that are equal to the best one, and the first that is not.
+  std::vector<std::string> equal = {best};
+  std::optional<ComparedRatio> ratio = ratio_to(candidates[1]);
+  std::size_t next = 1;
+  while (ratio && ratio->equal()) {
+    equal.push_back(findings.script.modes[candidates[next].mode]);
+    ratio = ++next < candidates.size() ? ratio_to(candidates[next]) : std::nullopt;
+  }
+  if (equal.size() > 1) {
+    const std::string text = capital(findings.when(at)) + " the " + measure_text(key) + " of " + list_text(equal) +
+                             " is the same in every seed: " + number_text(candidates[0].error.mean) + " (" +
+                             interval_text(candidates[0].error) + ")";
+    return text +
+           (next < candidates.size() ? ", the lowest among " + std::to_string(candidates.size()) + " modes." : ".");
+  }
   std::string text = capital(findings.when(at)) + " " + best + " has the lowest " + measure_text(key) + " among " +
                      std::to_string(candidates.size()) + " modes: " + number_text(candidates[0].error.mean) + " (" +
                      interval_text(candidates[0].error) + ").";
-  const std::vector<ComparedRatio> ratios =
-      compare_modes(findings.script, findings.seeds, candidates[0].mode, candidates[1].mode);
-  const RatioKind kind = findings.script.budgets_are_seconds ? RatioKind::equal_time : RatioKind::equal_samples;
-  const ComparedRatio* ratio = latest_ratio(ratios, kind, best, key);
-  if (!ratio || ratio->at != at) return text;
+  if (!ratio) return text;
+  const std::string& second = findings.script.modes[candidates[1].mode];
   const std::string size =
-      times_text(ratio->ratio.mean) + " that of " + next + " (" + interval_text(ratio->ratio) + ")";
-  return text + (ratio->verdict == Verdict::better
-                     ? " The next is " + next + ": " + best + " has " + size + "."
-                     : " That it is lower than the next is undecided: it is " + size + ".");
+      times_text(ratio->ratio.mean) + " that of " + second + " (" + interval_text(ratio->ratio) + ")";
+  return text + (ratio->verdict == Verdict::better ? " The next is " + second + ": " + best + " has " + size + "."
+                                                   : " That it is lower than the next is undecided" +
+                                                         undecided_reason(*ratio) + ": it is " + size + ".");
 }
 
 }  // namespace

@@ -84,6 +84,17 @@ std::string verdict_text(Verdict verdict) {
   return "undecided";
 }
 
+std::string verdict_text(const ComparedRatio& ratio) {
+  if (ratio.equal()) return "equal";
+  return verdict_text(ratio.verdict) + undecided_reason(ratio);
+}
+
+std::string undecided_reason(const ComparedRatio& ratio) {
+  if (ratio.verdict != Verdict::undecided) return {};
+  if (ratio.few_pixels_decide) return ", a few pixels decide it";
+  return ratio.different_calls ? ", rendered by different calls" : "";
+}
+
 std::string list_text(std::vector<std::string> items, std::size_t most) {
   if (items.size() > most) {
     const std::size_t left_out = items.size() - (most - 1);

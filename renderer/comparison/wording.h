@@ -31,6 +31,12 @@ std::string times_text(double ratio);
 // "better", "worse", "undecided".
 std::string verdict_text(Verdict verdict);
 
+// The same, "equal", or why it is undecided: "undecided, a few pixels decide it".
+std::string verdict_text(const ComparedRatio& ratio);
+
+// ", a few pixels decide it"; empty where nothing but the interval leaves it undecided.
+std::string undecided_reason(const ComparedRatio& ratio);
+
 // "a", "a and b", "a, b and c"; of more than `most` items the first ones, "and 3 others".
 std::string list_text(std::vector<std::string> items, std::size_t most = 12);
 

@@ -2,6 +2,7 @@
 
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -28,6 +29,7 @@ RenderEngine::Impl::Impl(int threads) : queue_({kInteractiveShare, kJobShare}) {
   const int count = threads > 0 ? threads : tbb::info::default_concurrency();
   arena_ = std::make_unique<Arena>(count);
   workers_.reserve(std::size_t(count));
+  thread_ids_.reserve(std::size_t(count));
   try {
     for (int i = 0; i < count; ++i) workers_.emplace_back([this] { work(); });
   } catch (...) {
@@ -150,8 +152,14 @@ bool RenderEngine::Impl::run_piece(PieceSource& source) noexcept {
   }
 }
 
+std::vector<int> RenderEngine::Impl::thread_ids() const {
+  const std::lock_guard lock(mutex_);
+  return thread_ids_;
+}
+
 void RenderEngine::Impl::work() {
   std::unique_lock lock(mutex_);
+  thread_ids_.push_back(int(gettid()));
   for (;;) {
     if (first_wake_s_ < kNever) wake_due();
     while (!stop_ && !queue_.any_ready()) {
@@ -168,9 +176,9 @@ void RenderEngine::Impl::work() {
     Client& client = clients_.at(id);  // stays: remove() waits for this piece
     const std::uint64_t wakes = client.wakes;
     lock.unlock();
-    const double started = thread_cpu_s();
+    const double started = thread_used_s();
     const bool more = run_piece(*client.source);
-    const double seconds = thread_cpu_s() - started;
+    const double seconds = thread_used_s() - started;
     lock.lock();
     if (more) {
       const bool others_slept = !queue_.any_ready();
@@ -191,6 +199,9 @@ int RenderEngine::threads() const {
 }
 double RenderEngine::used_seconds() const {
   return impl_->used_seconds();
+}
+std::vector<int> RenderEngine::thread_ids() const {
+  return impl_->thread_ids();
 }
 
 }  // namespace helio

@@ -49,6 +49,7 @@ struct RenderEngine::Impl {
   double used_seconds(FairQueue::Id id) const;
   double used_seconds() const;
   int threads() const { return int(workers_.size()); }
+  std::vector<int> thread_ids() const;
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -77,6 +78,7 @@ struct RenderEngine::Impl {
   bool stop_ = false;
   std::unique_ptr<Arena> arena_;
   std::vector<std::thread> workers_;
+  std::vector<int> thread_ids_;
 };
 
 }  // namespace helio

@@ -21,4 +21,20 @@ std::optional<double> machine_busy_s() {
   return double(user + nice + system + irq + softirq + steal) / double(ticks);
 }
 
+std::optional<double> waited_for_processor_s(std::span<const int> threads) {
+  double seconds = 0;
+  for (const int thread : threads) {
+    char path[64];
+    std::snprintf(path, sizeof path, "/proc/self/task/%d/schedstat", thread);
+    std::FILE* file = std::fopen(path, "r");
+    if (!file) return std::nullopt;
+    std::uint64_t nanoseconds = 0;
+    const int read = std::fscanf(file, "%*u %" SCNu64, &nanoseconds);
+    std::fclose(file);
+    if (read != 1) return std::nullopt;
+    seconds += 1e-9 * double(nanoseconds);
+  }
+  return seconds;
+}
+
 }  // namespace helio

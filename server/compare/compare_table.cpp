@@ -68,8 +68,9 @@ ComparedUnit unit_of(const pb::CompareUnit& message) {
   unit.seconds = message.seconds();
   unit.samples = message.samples();
   unit.disturbed = message.disturbed();
+  unit.call = message.call();
   for (const pb::CompareValue& value : message.values())
-    unit.values.push_back({Measure(int(value.measure()) - 1), value.region(), value.value()});
+    unit.values.push_back({Measure(int(value.measure()) - 1), value.region(), value.value(), value.reference_error()});
   return unit;
 }
 
@@ -103,6 +104,8 @@ pb::CompareTable to_message(const ComparisonTable& table) {
     out.set_at(ratio.at);
     *out.mutable_ratio() = to_message(ratio.ratio);
     out.set_verdict(to_message(ratio.verdict));
+    out.set_few_pixels_decide(ratio.few_pixels_decide);
+    out.set_different_calls(ratio.different_calls);
   }
   for (const std::string& sentence : table.sentences) message.add_sentences(sentence);
   return message;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "renderer/base/clock.h"
 #include "server/base/processor_time.h"
@@ -9,9 +10,10 @@
 namespace helio {
 namespace {
 
-// In less time what tells of it costs as much as it tells of, and the machine's clock ticks a hundred times a second:
-// of shorter pictures only other sessions and jobs are known.
+// The machine's clock ticks a hundred times a second: of shorter pictures it is known what other sessions and jobs
+// took, and, where the kernel tells it, for how long the workers waited for a processor.
 constexpr double kMachineTold = 1;
+constexpr double kNoTime = 1e-9;  // seconds: a difference of sums, where nobody took anything
 
 Error failed(const std::string& why) {
   return {ErrorCode::internal, "the picture failed: " + why, {}};
@@ -54,6 +56,8 @@ Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const Id
   const double started = now_s(), own = loop.used_seconds(), all = engine_->used_seconds();
   const double process = process_cpu_s();
   const std::optional<double> machine = machine_busy_s();
+  const std::vector<int> workers = engine_->thread_ids();
+  const std::optional<double> waited = waited_for_processor_s(workers);
   if (hold_left_s_ > 0) loop.hold_others(hold_left_s_);
   const std::uint64_t revision = loop.update(update);
   const auto frame = wait(revision, [&] { idle(loop.progress()); });
@@ -78,6 +82,9 @@ Result<PictureCost> ComparedSession::measure(RenderLoop::Update update, const Id
     const std::optional<double> machine_now = machine_busy_s();
     if (machine && machine_now) others = std::max(others, *machine_now - *machine - own_used);
   }
+  const std::optional<double> waited_now = waited ? waited_for_processor_s(workers) : std::nullopt;
+  if (waited_now) others = std::max(others, *waited_now - *waited);
+  if (others < kNoTime) others = 0;
   cost.others_share = std::clamp(others / (std::max(wall, 1e-6) * engine_->threads()), 0.0, 1.0);
   begin_ = frame->begin;
   return cost;

@@ -15,7 +15,7 @@ namespace helio {
 struct PictureCost {
   double seconds = 0;       // wall time
   double samples = 0;       // fresh ones per pixel, the mean
-  double others_share = 0;  // processor time that others took meanwhile, of this daemon or this machine, [0, 1]
+  double others_share = 0;  // processor time that others took meanwhile (CompareUnit.others_share), [0, 1]
   FrameProgress progress;   // at the end
 };
 

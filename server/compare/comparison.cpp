@@ -6,6 +6,7 @@
 #include <cmath>
 #include <future>
 #include <limits>
+#include <random>
 #include <utility>
 
 #include "renderer/base/clock.h"
@@ -39,32 +40,32 @@ std::uint64_t positions_bytes(const ComparisonRequest& request) {
   return request.flicker ? 2 * sizeof(float) * std::uint64_t(request.width()) * std::uint64_t(request.height()) : 0;
 }
 
-// Of the mean of two independent halves: a quarter of their squared difference, each the mean over 3x3 pixels, for a
-// single difference says next to nothing of its own pixel.
+// Of the mean of two independent halves: a quarter of their squared difference, pixel by pixel, so that errors less
+// this variance are those by the halves, of every part of the picture. Of its own pixel it says next to nothing.
 Picture variance_of(const ReferencePicture& reference) {
   if (reference.variance) return *reference.variance;
   if (!reference.half_a || !reference.half_b) return {};
-  const int width = reference.mean.width, height = reference.mean.height;
-  Picture variance(width, height);
+  Picture variance(reference.mean.width, reference.mean.height);
   for (int c = 0; c < 3; ++c) {
     const auto &a = reference.half_a->channels[c], &b = reference.half_b->channels[c];
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        double sum = 0;
-        int count = 0;
-        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
-          for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u, ++count) {
-            const std::size_t i = std::size_t(v) * std::size_t(width) + std::size_t(u);
-            const double difference = double(a[i]) - double(b[i]);
-            sum += 0.25 * difference * difference;
-          }
-        }
-        const double mean = std::min(sum / count, double(std::numeric_limits<float>::max()));
-        variance.channels[c][std::size_t(y) * std::size_t(width) + std::size_t(x)] = float(mean);
-      }
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const double difference = double(a[i]) - double(b[i]);
+      variance.channels[c][i] =
+          float(std::min(0.25 * difference * difference, double(std::numeric_limits<float>::max())));
     }
   }
   return variance;
+}
+
+// Of no unit that is done.
+std::uint32_t call_number(const std::vector<pb::CompareUnit>& done) {
+  std::random_device random;
+  for (;;) {
+    const std::uint32_t call = random();
+    const bool used =
+        std::any_of(done.begin(), done.end(), [call](const pb::CompareUnit& unit) { return unit.call() == call; });
+    if (call != 0 && !used) return call;
+  }
 }
 
 Error gone() {
@@ -102,6 +103,7 @@ Comparison::Comparison(const RenderContext::Resources& resources, ReferenceStore
       scene_(std::move(scene)),
       request_(std::move(request)),
       started_s_(now_s()),
+      call_(call_number(request_.done)),
       units_(request_.done) {
   for (const CameraPose& view : request_.views)
     views_.emplace_back().camera = fitted(view, request_.width(), request_.height());
@@ -117,7 +119,7 @@ pb::CompareResponse::Accepted Comparison::accepted() const {
   message.set_units_done(std::uint32_t(came_done_));
   message.set_version(build_version());
   message.set_build(build_description());
-  message.set_isa(build_isa());
+  message.set_isa(rendering_isa());
   message.set_threads(resources_.engine.threads());
   std::set<std::string> notices;
   for (const CameraPose& view : request_.views)
@@ -499,11 +501,13 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
   unit.set_reuse_share(cost.progress.reuse_share);
   unit.set_others_share(cost.others_share);
   unit.set_disturbed(cost.others_share > kDisturbed);
+  unit.set_call(call_);
   for (const MeasuredValue& value : *values) {
     pb::CompareValue& out = *unit.add_values();
     out.set_measure(to_message(value.measure));
     out.set_region(value.region);
     out.set_value(value.value);
+    out.set_reference_error(value.reference_error);
   }
   if (last && request_.worst_pixels > 0) add_worst_pixels(turn, session, unit);
   units_.push_back(unit);

@@ -80,6 +80,7 @@ class Comparison {
   const std::shared_ptr<const LoadedScene> scene_;
   const ComparisonRequest request_;
   const double started_s_;
+  const std::uint32_t call_;  // CompareUnit.call
   const CancelToken* cancel_ = nullptr;
   const Send* send_ = nullptr;
   std::vector<ViewState> views_;

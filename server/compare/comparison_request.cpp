@@ -22,7 +22,8 @@ constexpr std::uint32_t kMaxSeeds = 1000, kMaxWorstPixels = 64;
 constexpr std::size_t kMaxName = 64;
 // Bytes that a unit has in a message without its mode's name and values, and a value of the whole picture, at most; how
 // many values a region has (picture_errors.h); and what is left of a message of 4 MiB for units.
-constexpr std::uint64_t kUnitBytes = 90, kValueBytes = 13, kRegionValues = 4, kMostBytes = 3500u << 10;
+constexpr std::uint64_t kUnitBytes = 96, kValueBytes = 13, kRegionValues = 4, kMostBytes = 3500u << 10;
+constexpr std::uint64_t kReferenceErrorBytes = 9;  // of bias, beside its value
 constexpr double kLeastTime = 1e-3, kMostTime = 86400;
 
 bool good_name(std::string_view name) {
@@ -214,6 +215,9 @@ void read_done(const pb::CompareRequest& message, ComparisonRequest& request, Pr
     for (const pb::CompareValue& value : unit.values()) {
       if (value.measure() < 1 || value.measure() > kMeasures || !std::isfinite(value.value()))
         problems.add(where + ".values", "a measure that there is not, or a value that is not finite");
+      if (!(value.reference_error() >= 0) || !std::isfinite(value.reference_error()))
+        problems.add(where + ".values",
+                     fmt::format("reference_error {}; allowed: finite, >= 0", value.reference_error()));
     }
     if (!(unit.seconds() >= 0) || !std::isfinite(unit.seconds()) || !(unit.samples() >= 0) ||
         !std::isfinite(unit.samples()))
@@ -324,8 +328,10 @@ Result<ComparisonRequest> read_comparison(const pb::CompareRequest& message, con
   // What a later call sends to go on: one message.
   std::size_t name = 0;
   for (const ComparedMode& mode : request.modes) name = std::max(name, mode.name.size());
-  std::uint64_t unit_bytes = kUnitBytes + name + kMeasures * kValueBytes;
-  const auto add_region = [&](std::size_t bytes) { unit_bytes += kRegionValues * (kValueBytes + 2 + bytes); };
+  std::uint64_t unit_bytes = kUnitBytes + name + kMeasures * kValueBytes + kReferenceErrorBytes;
+  const auto add_region = [&](std::size_t bytes) {
+    unit_bytes += kRegionValues * (kValueBytes + 2 + bytes) + kReferenceErrorBytes;
+  };
   add_region(std::string_view(kDarkHalf).size());
   for (const MeasuredRegion& region : request.errors.regions) add_region(region.name.size());
   if (request.units() * unit_bytes > kMostBytes) {

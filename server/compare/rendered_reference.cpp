@@ -51,8 +51,8 @@ std::string rendered_reference_id(const LoadedScene& scene, const CameraPose& vi
   RenderSettings settings = request.settings;
   settings.seed = 0;
   hash.update(std::string_view(to_message(settings).SerializeAsString()));
-  hash.update(
-      std::string_view(fmt::format("{} {} {} {}", request.error, request.max_samples, build_version(), build_isa())));
+  hash.update(std::string_view(fmt::format("{} {} {} {} {}", request.error, request.max_samples, build_version(),
+                                           build_description(), rendering_isa())));
   return to_hex(hash.finish());
 }
 

@@ -140,7 +140,10 @@ using Isa = CliTest;
 TEST_F(Isa, InfoTellsTheMachineAndThePathThatRuns) {
   const auto json = heliograph_json({"info"});
   const auto& machine = json["machine"];
-  EXPECT_EQ(machine["compiled_for"], json["isa"]);
+  EXPECT_EQ(json["isa"],
+            machine["compiled_for"].get<std::string>() + ", traversal by " + machine["traversal"].get<std::string>());
+  // Compiler, build type and the linker's build id.
+  EXPECT_TRUE(std::regex_match(json["build"].get<std::string>(), std::regex(".+, .+, [0-9a-f]{10}"))) << json["build"];
   EXPECT_GT(machine["threads"], 0);
   EXPECT_NE(machine["libraries"]["Embree"], "");
   const std::string device = json["devices"][0]["name"];

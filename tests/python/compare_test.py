@@ -174,8 +174,8 @@ def test_resuming_something_else_is_refused(box, result):
     assert told.value.field == "resume" and told.value.comparison is result
     mixed = box.compare(["pt"], common_seeds=True, mix=True, **arguments)
     assert mixed.complete and mixed.notices == ("common seeds: no -> yes",)
-    with pytest.raises(hg.InvalidArgument, match="picture size: 32x32 -> 16x16.*budgets in: samples -> seconds"):
-        box.compare(["pt"], mix=True, **arguments | {"size": (16, 16), "samples": None, "times": 0.01})
+    with pytest.raises(hg.InvalidArgument, match="picture size: 32x32 -> 48x48.*budgets in: samples -> seconds"):
+        box.compare(["pt"], mix=True, **arguments | {"size": (48, 48), "samples": None, "times": 0.01})
 
 
 def test_what_came_before_an_interruption_is_kept(box):
@@ -268,11 +268,17 @@ def test_every_problem_is_told_at_once(client, box):
     assert fields >= {"modes[0]", "modes['a'].mode", "modes['a'].region", "modes[3].name", "samples[1]", "size"}
     assert fields >= {"regions['left']", "measures", "pictures", "timeout", "resume", "camera", "reference_error"}
     assert "modes['pt'].max_segmants" in fields
-    with pytest.raises(hg.InvalidArgument) as told:  # the daemon's, by the names of the arguments, each once
+    with pytest.raises(hg.InvalidArgument) as told:
         box.compare(["pt", "adaptive"], size=(10**6, 8), seeds=0, samples=1, worst_pixels=65, reference_error=2)
     fields = [problem.field for problem in told.value.problems]
     assert sorted(fields) == ["reference_error", "seeds", "size", "worst_pixels"]
-    assert str(told.value).startswith("size: 1000000; allowed: [1, 65536]; ")
+    assert "size: 1000000; allowed: [1, 65536]" in str(told.value)
+    with pytest.raises(hg.InvalidArgument) as told:  # the daemon's, by the names of the arguments, each once
+        box.compare(["pt", "adaptive"], samples=1, max_segments=10**6)
+    fields = [problem.field for problem in told.value.problems]
+    assert sorted(set(fields)) == sorted(fields) and {f"modes['{m}'].max_segments" for m in ("pt", "adaptive")} <= set(
+        fields
+    )
     with pytest.raises(hg.InvalidArgument, match="either samples or times"):
         box.compare("pt", samples=1, times=1)
     with pytest.raises(hg.InvalidArgument, match=r"samples\[1\]: 1 after 2; allowed: rising budgets"):
@@ -281,6 +287,55 @@ def test_every_problem_is_told_at_once(client, box):
         box.compare("pt", samples=1, exclusive=True)
     with pytest.raises(hg.InvalidArgument, match="ComparisonProgress"):
         box.compare("pt", samples=1, progress="bar")
+
+
+def test_ranges_and_paths_are_told_with_the_rest(box):
+    def fields_of(*arguments, **more):
+        with pytest.raises(hg.InvalidArgument) as told:
+            box.compare(*arguments, **more)
+        return sorted(problem.field for problem in told.value.problems)
+
+    outside = {"a": (0, 0, 100, 100), "b": (4, 4, 4, 8), "dark half": (0, 0, 1, 1)}
+    assert fields_of(
+        ["pt", "nosuch", "preview"], seeds=0, samples=(4, 2), measures=["flicker", "mse"], regions=outside, size=SIZE
+    ) == [
+        "measures",
+        "modes['preview'].picture",
+        "modes[1]",
+        "regions",
+        "regions['a']",
+        "regions['b']",
+        "samples[1]",
+        "seeds",
+    ]
+    broken = np.full((*SIZE, 3), np.nan)
+    assert fields_of("pt", seeds=1001, reference=broken, samples=0) == ["reference", "samples[0]", "seeds"]
+    assert fields_of("pt", reference="none.exr", times=(0, 1)) == ["reference", "times[0]"]
+    assert fields_of(
+        [f"{mode}" for mode in ("pt", "adaptive")] * 33,
+        samples=range(1, 66),
+        views=[0] * 1001,
+        reference_samples=3,
+        reference_error=0,
+    )[-4:] == ["reference_error", "reference_samples", "samples", "views"]
+    assert fields_of({"a b": "pt"}, samples=2**31) == ["modes[0].name", "samples[0]"]
+
+
+def test_words_are_those_of_the_command(box, heliograph, tmp_path):
+    """Each word of the command is one here, and stands for the same settings."""
+    words = ["pt", "adaptive", "reproject", "combined", "path", "bdpt", "pt+bdpt", "lvc", "vcm", "photon", "light"]
+    words += ["paper-adaptive", "paper-reproject", "paper-combined", "display", "preview"]
+    small = ["--size", "8x8", "--reference-samples", 2, "--seeds", 1, "--samples", 1]
+    heliograph("compare", BOX, "--modes", ",".join(words), "--path", "jump", *small, "--output", tmp_path / "kept")
+    theirs = {mode.name: mode for mode in hg.Comparison.load(tmp_path / "kept").record.request.modes}
+    views = [box.camera(), box.camera().orbit(1)]
+    ours = box.compare(words, views=views, samples=1, seeds=1, size=(8, 8), reference_samples=2).record.request
+    assert [mode.name for mode in ours.modes] == words == list(theirs)
+    for mode in ours.modes:
+        assert mode.settings == theirs[mode.name].settings and mode.picture == theirs[mode.name].picture, mode.name
+        assert mode.denoiser == theirs[mode.name].denoiser
+    with pytest.raises(hg.InvalidArgument, match="denoiser: OIDN; this daemon was not given the library"):
+        box.compare("oidn", samples=1, seeds=1)
 
 
 def test_folders_keep_a_comparison(result, tmp_path):
@@ -310,6 +365,40 @@ def test_folders_keep_a_comparison(result, tmp_path):
     assert rows[1]["budget_samples"] == "4" and rows[1]["disturbed"] in "01" and rows[1]["view"] == "0"
     with open(folder / "points.csv", newline="") as file:
         assert len(list(csv.reader(file))) == 1 + 2 * 2 * 9  # modes, budgets, measures of the whole and of two regions
+
+
+def test_output_is_resumed_and_kept(box, tmp_path):
+    folder = tmp_path / "kept"
+    asked = {"seeds": 1, "output": folder} | SMALL
+
+    def interrupt(progress):
+        if progress.units_done:
+            with pytest.raises(hg.FailedPrecondition, match="is in use"):
+                other.save(folder)
+            raise KeyboardInterrupt
+
+    other = box.compare("pt", samples=1, **SMALL | {"seeds": 1})
+    with pytest.raises(KeyboardInterrupt):
+        box.compare(["pt", "adaptive"], samples=(1, 10**7), progress=interrupt, **asked)
+    before = hg.Comparison.load(folder)
+    assert 0 < len(before.units) < 4 and not before.complete and not (folder / "comparison.lock").exists()
+    more = box.compare(["pt", "adaptive"], samples=(1, 2), **asked | {"output": tmp_path / "other"})
+    assert sorted(path.name for path in (tmp_path / "other" / "pictures").iterdir()) == [
+        "adaptive.view0.exr",
+        "pt.view0.exr",
+        "reference.view0.exr",
+    ]
+    again = box.compare("pt", samples=(1, 2), **asked | {"output": tmp_path / "other"})
+    assert (
+        again.record.calls[-1].units == 0 and again.modes == ("pt", "adaptive") and values_of(again) == values_of(more)
+    )
+    with pytest.raises(hg.InvalidArgument, match="output|resume: .*max_segments"):
+        box.compare("pt", samples=(1, 2), max_segments=3, **asked | {"output": tmp_path / "other"})
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare("pt", samples=1, resume=more, **asked | {"seeds": 0, "output": BOX})
+    assert sorted(problem.field for problem in told.value.problems) == ["resume", "seeds"]
+    with pytest.raises(hg.InvalidArgument, match="output: .*cornell-box.gltf; allowed: a folder"):
+        box.compare("pt", samples=1, **asked | {"output": BOX})
 
 
 def test_missing_pictures_alone_are_rendered_again(box, result, tmp_path):
@@ -461,6 +550,14 @@ def test_without_a_client(client, box, program, monkeypatch):
     assert values_of(hg.compare(box, "pt", **arguments)) == values_of(found)
     with pytest.raises(hg.InvalidArgument, match="none beside a Scene"):
         hg.compare(box, "pt", address=client.address)
+    monkeypatch.setenv("HELIOGRAPH_DAEMON", "/no/such/daemon")
+    for call in (hg.compare, lambda *words, **more: asyncio.run(ahg.compare(*words, **more))):
+        with pytest.raises(hg.InvalidArgument) as told:  # before a daemon is started
+            call("none.gltf", iter(["pt", "zz"]), seeds=0, reference="none.exr", samples=iter((4, 2)))
+        fields = [problem.field for problem in told.value.problems]
+        assert sorted(fields) == ["modes[1]", "reference", "samples[1]", "scene", "seeds"]
+        with pytest.raises(hg.NotFound, match="^none.gltf: no such file"):
+            call("none.gltf", ["pt"])
     monkeypatch.setenv("HELIOGRAPH_DAEMON", program)
     alone = hg.compare(ROOT / "scenes" / "cornell-box" / "cornell-box.gltf", "pt", exclusive=True, **arguments)
     assert values_of(alone) == values_of(found)

@@ -16,8 +16,7 @@ Experiment still(std::string name, std::string scene, std::string file, std::str
   Experiment experiment;
   experiment.name = std::move(name);
   experiment.scene = std::move(scene);
-  experiment.file = std::move(file);
-  experiment.stand_in = std::move(stand_in);
+  experiment.files = {{std::move(file), std::move(stand_in)}};
   experiment.modes = {"pt=pt", "display=display"};
   experiment.samples = {1, 36};
   experiment.measures = {"flip-median", "flip"};

@@ -25,12 +25,17 @@ struct PublishedFigure {
   std::string view = {};          // of several views or picture sizes of one scene: which
 };
 
+// A file in which the scene of an experiment may be.
+struct SceneFile {
+  std::string name;           // that is looked up below --scenes
+  std::string stand_in = {};  // how it differs from the paper's scene; empty: it is the paper's scene
+};
+
 // One scene, or one camera motion in it: an ordinary comparison in a folder of its own.
 struct Experiment {
   std::string name;                     // of the folder, and for --only: a-z, 0-9, '-'
   std::string scene;                    // the paper's
-  std::string file;                     // the name of the file that is looked up
-  std::string stand_in;                 // how that file differs from the paper's scene; empty: it is the paper's scene
+  std::vector<SceneFile> files;         // the first of which that is there is rendered; at least one
   std::string finding;                  // what the paper says about the experiment, as a sentence; may be empty
   std::string graph;                    // where the paper draws what it prints no figures of: "figure 10"; may be empty
   std::vector<std::string> modes;       // NAME=MODE, as --mode of compare takes them; the first is the baseline

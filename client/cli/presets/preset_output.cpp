@@ -56,6 +56,10 @@ Json to_json(const PresetRow& row) {
   json["seconds"] = to_json(row.seconds);
   json["ratio"] = to_json(row.ratio);
   json["seconds_ratio"] = to_json(row.seconds_ratio);
+  json["few_pixels_decide"] = row.few_pixels;
+  json["disturbed"] = row.disturbed;
+  json["ratio_few_pixels_decide"] = row.ratio_few_pixels;
+  json["ratio_disturbed"] = row.ratio_disturbed;
   json["remark"] = row.remark;
   return json;
 }
@@ -70,13 +74,28 @@ std::string line_interval(const MaybeInterval& interval) {
   return fmt::format("{:.3g} [{:.3g}, {:.3g}]", interval->mean(), interval->low(), interval->high());
 }
 
+std::string marks(bool few_pixels, bool disturbed) {
+  return few_pixels ? " (p)" : disturbed ? " (d)" : "";
+}
+
 }  // namespace
 
 std::string stand_in_text(const PresetResult& result) {
-  const Experiment& experiment = result.experiment;
-  if (experiment.stand_in.empty()) return experiment.file;
-  return experiment.file + ", in place of the paper's scene: " + experiment.stand_in;
+  if (!result.scene) return "none of the files " + candidates_text(result.experiment);
+  if (result.scene->stand_in.empty()) return result.scene->name;
+  return result.scene->name + ", in place of the paper's scene: " + result.scene->stand_in;
 }
+
+std::string candidates_text(const Experiment& experiment) {
+  std::string text;
+  for (const SceneFile& file : experiment.files) text += (text.empty() ? "'" : ", '") + file.name + "'";
+  return text;
+}
+
+const char* const kFewPixelsNote =
+    "a few pixels decide. The mean is that of rare, large errors; other seeds may come to quite another.";
+const char* const kDisturbedNote =
+    "disturbed. Other programs used the processor while one or more units of the point were rendered.";
 
 std::string preset_csv(const Preset& preset, const std::vector<PresetResult>& results) {
   std::string csv = csv_line({"preset",
@@ -109,6 +128,10 @@ std::string preset_csv(const Preset& preset, const std::vector<PresetResult>& re
                               "seconds_ratio",
                               "seconds_ratio_low",
                               "seconds_ratio_high",
+                              "few_pixels_decide",
+                              "disturbed",
+                              "ratio_few_pixels_decide",
+                              "ratio_disturbed",
                               "remark"});
   for (const PresetResult& result : results) {
     for (const PresetRow& row : result.rows) {
@@ -117,9 +140,9 @@ std::string preset_csv(const Preset& preset, const std::vector<PresetResult>& re
                                      preset.hardware,
                                      experiment.name,
                                      experiment.scene,
-                                     experiment.file,
-                                     experiment.stand_in,
-                                     result.file.empty() ? "0" : "1",
+                                     result.scene ? result.scene->name : "",
+                                     result.scene ? result.scene->stand_in : "",
+                                     result.scene ? "1" : "0",
                                      row.published ? row.published->place : "",
                                      row.mode,
                                      row.our_mode,
@@ -133,6 +156,8 @@ std::string preset_csv(const Preset& preset, const std::vector<PresetResult>& re
                                      exact(row.published_seconds_ratio)};
       for (const MaybeInterval& interval : {row.ours, row.seconds, row.ratio, row.seconds_ratio})
         add_interval(cells, interval);
+      for (const bool flag : {row.few_pixels, row.disturbed, row.ratio_few_pixels, row.ratio_disturbed})
+        cells.push_back(flag ? "1" : "0");
       cells.push_back(row.remark);
       csv += csv_line(cells);
     }
@@ -146,13 +171,23 @@ std::vector<std::string> preset_lines(const std::vector<PresetResult>& results) 
   for (const PresetResult& result : results) {
     lines.push_back(fmt::format("{}: {} ({})", result.experiment.name, result.experiment.scene, stand_in_text(result)));
     if (!result.problem.empty()) lines.push_back("  " + result.problem);
+    if (const auto [some, all] = disturbed_units(result); some > 0) {
+      lines.push_back(fmt::format(
+          "  disturbed: while {} of {} pictures were rendered, other programs used the processor", some, all));
+    }
+    bool pixels = false, disturbed = false;
     std::vector<Cells> rows{{"mode", "samples", "measure", "published", "ours", "published ratio", "our ratio", ""}};
     for (const PresetRow& row : result.rows) {
       const std::string samples = row.samples > 0 ? std::to_string(row.samples) : "-";
+      const bool of_time = is_of_time(row.measure);
       rows.push_back({row.view.empty() ? row.mode : row.mode + " (" + row.view + ")", samples, row.measure,
-                      line_number(row.published ? row.published->value : kUnpublished), line_interval(row.ours),
-                      line_number(row.published_ratio), line_interval(row.ratio),
+                      line_number(row.published ? row.published->value : kUnpublished),
+                      line_interval(row.ours) + marks(row.few_pixels, of_time && row.disturbed),
+                      line_number(row.published_ratio),
+                      line_interval(row.ratio) + marks(row.ratio_few_pixels, of_time && row.ratio_disturbed),
                       row.remark == result.problem ? "" : row.remark});
+      pixels |= row.few_pixels || row.ratio_few_pixels;
+      disturbed |= of_time && (row.disturbed || row.ratio_disturbed);
     }
     std::array<std::size_t, 7> widths{};
     for (const Cells& row : rows)
@@ -164,6 +199,8 @@ std::vector<std::string> preset_lines(const std::vector<PresetResult>& results) 
       line.erase(line.find_last_not_of(' ') + 1);
       lines.push_back(line);
     }
+    if (pixels) lines.push_back(std::string("  (p): ") + kFewPixelsNote);
+    if (disturbed) lines.push_back(std::string("  (d): ") + kDisturbedNote);
   }
   return lines;
 }
@@ -178,8 +215,11 @@ void add_preset(Json& json, const Preset& preset, const std::vector<PresetResult
     Json entry;
     entry["name"] = result.experiment.name;
     entry["scene"] = result.experiment.scene;
-    entry["file"] = result.experiment.file;
-    entry["stand_in"] = result.experiment.stand_in;
+    entry["file"] = result.scene ? Json(result.scene->name) : Json(nullptr);
+    entry["stand_in"] = result.scene ? result.scene->stand_in : "";
+    entry["files"] = Json::array();
+    for (const SceneFile& file : result.experiment.files) entry["files"].push_back(file.name);
+    entry["disturbed"] = disturbed_units(result).first;
     entry["found"] = result.file.empty() ? Json(nullptr) : Json(result.file);
     entry["folder"] = result.folder;
     entry["problem"] = result.problem.empty() ? Json(nullptr) : Json(result.problem);
@@ -191,9 +231,11 @@ void add_preset(Json& json, const Preset& preset, const std::vector<PresetResult
 
 const char* const kPresetJsonHelp =
     "With --preset and --json, stdout holds one object: preset, paper, hardware (the paper's), notes, experiments:\n"
-    "[{name, scene (the paper's), file, stand_in, found (path, or null), folder, problem, rows: [{mode (the paper's\n"
+    "[{name, scene (the paper's), file (that was found, or null), stand_in (empty: it is the paper's scene), files\n"
+    "(that are looked up), disturbed (pictures), found (path, or null), folder, problem, rows: [{mode (the paper's\n"
     "word), our_mode (null: missing), view, samples, baseline_samples, measure, published, published_seconds, place,\n"
     "published_ratio, published_seconds_ratio, ours, seconds, ratio, seconds_ratio (each {mean, low, high} or null),\n"
-    "remark}]}], output, page, csv, partial; on failure also error and exit_code.\n";
+    "few_pixels_decide, disturbed, ratio_few_pixels_decide, ratio_disturbed, remark}]}], output, page, csv, partial; "
+    "on failure also error and exit_code.\n";
 
 }  // namespace helio::cli

@@ -17,8 +17,15 @@ std::vector<std::string> preset_lines(const std::vector<PresetResult>& results);
 // The members preset, paper, hardware, notes and experiments with their rows.
 void add_preset(Json& json, const Preset& preset, const std::vector<PresetResult>& results);
 
-// "cornell-teapot.glb, in place of the paper's scene: ..."; what is missing.
+// "cornell-teapot.glb, in place of the paper's scene: ..."; of an experiment none of whose files is there, those that
+// are looked up.
 std::string stand_in_text(const PresetResult& result);
+
+// "'san-miguel.glb', 'courtyard.glb'".
+std::string candidates_text(const Experiment& experiment);
+
+extern const char* const kFewPixelsNote;
+extern const char* const kDisturbedNote;
 
 extern const char* const kPresetJsonHelp;
 

@@ -112,19 +112,25 @@ void PresetRun::read_flags() {
   choose(preset_);
   if (!context_.problems.empty()) return;
   std::set<std::string> files;
-  for (const PresetResult& result : results_) files.insert(result.experiment.file);
+  for (const PresetResult& result : results_)
+    for (const SceneFile& file : result.experiment.files) files.insert(file.name);
   const auto found = find_scenes(options_.scenes.text, files);
   if (!found) {
     reader.problem(options_.scenes, found.error().message);
     return;
   }
   for (PresetResult& result : results_) {
-    const auto file = found->find(result.experiment.file);
-    if (file != found->end()) {
+    for (const SceneFile& candidate : result.experiment.files) {
+      const auto file = found->find(candidate.name);
+      if (file == found->end()) continue;
+      result.scene = candidate;
       result.file = file->second;
-    } else {
+      break;
+    }
+    if (!result.scene) {
       result.problem =
-          fmt::format("missing scene: no file '{}' below {}", result.experiment.file, options_.scenes.text);
+          fmt::format("missing scene: {} {} below {}", result.experiment.files.size() == 1 ? "no file" : "none of",
+                      candidates_text(result.experiment), options_.scenes.text);
     }
   }
 }
@@ -139,7 +145,7 @@ void PresetRun::choose(const Preset& preset) {
   }
   for (const Experiment& experiment : preset.experiments) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), experiment.name) == wanted.end()) continue;
-    results_.push_back({experiment, "", experiment.name, "", {}});
+    results_.push_back({experiment, std::nullopt, "", experiment.name, "", {}});
   }
 }
 
@@ -197,7 +203,7 @@ void PresetRun::read_record(PresetResult& result) const {
   if (!*record) return;
   result.record = std::move(**record);
   const std::uint64_t all = unit_count(result.record->request());
-  if (result.problem.empty() && !result.record->has_table())
+  if (result.problem.empty() && (!result.record->has_table() || result.record->table().partial()))
     result.problem = fmt::format("not complete: {} of {} pictures are measured", result.record->units_size(), all);
 }
 
@@ -275,7 +281,10 @@ const char* const kPresetHelp =
     "FOLDER/preset.csv: schalk (2018: adaptive sampling, reprojection, both), soares (2020: path tracing and\n"
     "bidirectional path tracing), mrad (2022: FLIP). Each experiment is a comparison in a folder of its own below\n"
     "FOLDER, which goes on where it was interrupted. Scenes that are not below --scenes and modes that do not exist\n"
-    "are rows that say so. By default pictures are small and budgets few (schalk 64x36, soares 96x54, mrad 160x90; at\n"
+    "are rows that say so. Several scenes of schalk can be written, and stand in for the paper's: python3\n"
+    "scenes/generate --scene NAME --output SCENES/NAME.glb in the source, NAME one of box-area, box-69k, box-1m,\n"
+    "box-directional, box-point, box-low-roughness, box-glass, courtyard. By default pictures are small and budgets "
+    "few (schalk 64x36, soares 96x54, mrad 160x90; at\n"
     "most 64 samples; 5 seeds), so that two cores need some minutes; --size 1920x1080 (schalk: 1280x720), --samples,\n"
     "--reference-error and --reference-samples lead to the paper's own.\n"
     "Example: heliograph compare --preset soares --scenes ~/scenes --only teapot-cornell-box --output soares\n";

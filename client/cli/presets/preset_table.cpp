@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/cli/comparison_table.h"
 #include "client/comparison_record.h"
 #include "client/enum_names.h"
 
@@ -42,40 +43,43 @@ Interval inverse(const Interval& interval) {
   return result;
 }
 
-// The ratio of independent means.
-Interval ratio_of(const Interval& a, const Interval& b) {
-  Interval result;
-  result.set_mean(a.mean() / b.mean());
-  const auto has_log = [](const Interval& i) { return i.known() && i.low() > 0 && i.mean() > 0; };
-  if (!has_log(a) || !has_log(b)) return result;
-  const double down = std::hypot(std::log(a.mean() / a.low()), std::log(b.high() / b.mean()));
-  const double up = std::hypot(std::log(a.high() / a.mean()), std::log(b.mean() / b.low()));
-  result.set_known(true);
-  result.set_low(result.mean() * std::exp(-down));
-  result.set_high(result.mean() * std::exp(up));
-  return result;
-}
+// A value of a row, and what speaks against it.
+struct Measured {
+  Interval value;
+  bool few_pixels = false, disturbed = false;
+};
 
-std::optional<Interval> seconds_at(const PresetResult& result, const std::string& mode, std::uint32_t samples) {
+std::optional<Measured> seconds_at(const PresetResult& result, const std::string& mode, std::uint32_t samples) {
   if (!result.record) return std::nullopt;
   const pb::ComparePoint* const point = find_point(*result.record, mode, samples, true);
-  return point && point->seconds().mean() > 0 ? std::optional(point->seconds()) : std::nullopt;
+  if (!point || !(point->seconds().mean() > 0)) return std::nullopt;
+  return Measured{point->seconds(), false, point->disturbed() > 0};
 }
 
-std::optional<Interval> value_at(const PresetResult& result, const std::string& mode, std::uint32_t samples,
+std::optional<Measured> value_at(const PresetResult& result, const std::string& mode, std::uint32_t samples,
                                  const std::string& measure) {
   if (!result.record) return std::nullopt;
-  if (measure == kSecondsMeasure) return seconds_at(result, mode, samples);
-  if (measure == kFramesMeasure) {
-    const auto seconds = seconds_at(result, mode, samples);
-    return seconds ? std::optional(inverse(*seconds)) : std::nullopt;
+  if (is_of_time(measure)) {
+    auto seconds = seconds_at(result, mode, samples);
+    if (seconds && measure == kFramesMeasure) seconds->value = inverse(seconds->value);
+    return seconds;
   }
   const auto wanted = from_short_name<pb::CompareMeasure>(measure);
   const pb::ComparePoint* const point = find_point(*result.record, mode, samples, false);
   if (!wanted || !point) return std::nullopt;
   for (const auto& value : point->values())
-    if (value.measure() == *wanted && value.region().empty()) return value.value();
+    if (value.measure() == *wanted && value.region().empty()) return Measured{value.value(), value.few_pixels_decide()};
   return std::nullopt;
+}
+
+std::optional<Interval> ratio_of(const pb::CompareRecord& record, const std::string& measure, const SeedsOf& top,
+                                 const SeedsOf& bottom) {
+  const SeedRatios ratios(record);
+  if (measure == kSecondsMeasure) return ratios.of_seconds(top, bottom);
+  if (measure == kFramesMeasure) return ratios.of_seconds(bottom, top);
+  const auto wanted = from_short_name<pb::CompareMeasure>(measure);
+  const auto last = std::uint32_t(view_count(record.request()) - 1);
+  return wanted ? ratios.of_errors(*wanted, last, top, bottom) : std::nullopt;
 }
 
 // The first mode's figure that another is compared with: of the same time, else of the same samples.
@@ -101,24 +105,39 @@ void compare_with_first(const PresetResult& result, PresetRow& row) {
       row.published_seconds_ratio = row.published->seconds / base->seconds;
     }
   }
-  if (row.our_mode.empty()) return;
-  const auto base = value_at(result, first, row.baseline_samples, row.measure);
-  const auto base_seconds = seconds_at(result, first, row.baseline_samples);
+  if (row.our_mode.empty() || !result.record) return;
+  const std::vector<double> budgets = budgets_of(result.record->request());
+  const auto seeds_of = [&](const std::string& mode, std::uint32_t samples) {
+    return SeedsOf{mode, std::uint32_t(std::find(budgets.begin(), budgets.end(), samples) - budgets.begin())};
+  };
+  const SeedsOf top = seeds_of(row.our_mode, row.samples), bottom = seeds_of(first, row.baseline_samples);
+  const auto ours = value_at(result, row.our_mode, row.samples, row.measure),
+             base = value_at(result, first, row.baseline_samples, row.measure),
+             seconds = seconds_at(result, row.our_mode, row.samples),
+             base_seconds = seconds_at(result, first, row.baseline_samples);
   const bool itself = row.our_mode == first && row.baseline_samples == row.samples;
-  if (row.ours && base && base->mean() != 0) {
-    row.ratio = itself ? Interval() : ratio_of(*row.ours, *base);
-    if (itself) row.ratio->set_mean(1);
+  Interval one;
+  one.set_mean(1);
+  if (ours && base) {
+    row.ratio = itself ? one : ratio_of(*result.record, row.measure, top, bottom);
+    row.ratio_few_pixels = !itself && (ours->few_pixels || base->few_pixels);
   }
-  if (row.seconds && base_seconds) {
-    row.seconds_ratio = itself ? Interval() : ratio_of(*row.seconds, *base_seconds);
-    if (itself) row.seconds_ratio->set_mean(1);
+  if (seconds && base_seconds) {
+    row.seconds_ratio = itself ? one : ratio_of(*result.record, std::string(kSecondsMeasure), top, bottom);
+    row.ratio_disturbed = !itself && (seconds->disturbed || base_seconds->disturbed);
   }
 }
 
 void fill(const PresetResult& result, PresetRow& row) {
   if (!row.our_mode.empty()) {
-    row.ours = value_at(result, row.our_mode, row.samples, row.measure);
-    row.seconds = seconds_at(result, row.our_mode, row.samples);
+    if (const auto ours = value_at(result, row.our_mode, row.samples, row.measure)) {
+      row.ours = ours->value;
+      row.few_pixels = ours->few_pixels;
+    }
+    if (const auto seconds = seconds_at(result, row.our_mode, row.samples)) {
+      row.seconds = seconds->value;
+      row.disturbed = seconds->disturbed;
+    }
   }
   compare_with_first(result, row);
   if (row.our_mode.empty()) {
@@ -135,6 +154,10 @@ std::vector<std::uint32_t> budgets_in(const PresetResult& result) {
 }
 
 }  // namespace
+
+bool is_of_time(const std::string& measure) {
+  return measure == kSecondsMeasure || measure == kFramesMeasure;
+}
 
 void fill_rows(PresetResult& result) {
   const Experiment& experiment = result.experiment;
@@ -167,6 +190,13 @@ void fill_rows(PresetResult& result) {
       }
     }
   }
+}
+
+std::pair<std::uint64_t, std::uint64_t> disturbed_units(const PresetResult& result) {
+  if (!result.record) return {0, 0};
+  const auto& units = result.record->units();
+  const auto disturbed = std::count_if(units.begin(), units.end(), [](const auto& unit) { return unit.disturbed(); });
+  return {std::uint64_t(disturbed), std::uint64_t(units.size())};
 }
 
 std::vector<std::string> preset_names() {

@@ -79,8 +79,7 @@ Experiment experiment_of(const Scene& scene) {
   Experiment experiment;
   experiment.name = scene.name;
   experiment.scene = scene.scene;
-  experiment.file = scene.file;
-  experiment.stand_in = scene.stand_in;
+  experiment.files = {{scene.file, scene.stand_in}};
   experiment.modes = {"pt=pt", "bdpt=bdpt", "pt+bdpt=pt+bdpt"};
   experiment.measures = {"dssim", "relmse"};
   experiment.also = {"mse", "bias", "distance-variance"};

@@ -35,7 +35,7 @@ from .budget import Seconds as Seconds
 from .budget import Until as Until
 from .calls import Call, Operation, Upload
 from .camera import Camera as Camera
-from .client_methods import ClientMethods
+from .client_methods import ClientMethods, check_compare, listed
 from .comparison import Comparison as Comparison
 from .comparison.request import Modes, Plan
 from .comparison.run import ComparisonRun, keeping
@@ -689,8 +689,10 @@ class Client(
         return session
 
     async def _compare(
-        self, scene: SceneLike, make_plan: Callable[[Scene], Plan], progress: CompareProgress
+        self, scene: SceneLike, make_plan: Callable[[Scene | None], Plan], progress: CompareProgress
     ) -> Comparison:
+        if isinstance(scene, (str, os.PathLike)):
+            await asyncio.to_thread(make_plan, None)
         loaded = await self._scene(scene)
         run = ComparisonRun(await asyncio.to_thread(make_plan, loaded))  # it looks into files, and encodes arrays
         with keeping(run), ComparisonReporter(progress) as reporter:
@@ -802,6 +804,11 @@ async def compare(
         if address is not None:
             raise invalid("address", address, "none beside a Scene, whose daemon is asked")
         return await scene.compare(modes, **arguments)
+    modes = listed(modes)
+    for name, value in arguments.items():
+        arguments[name] = listed(value)  # type: ignore[literal-required]
+    if isinstance(scene, (str, os.PathLike)):
+        await asyncio.to_thread(check_compare, scene, modes, arguments)
     if address is not None:
         async with await connect(address, token=token, token_file=token_file) as client:
             return await client.compare(scene, modes, **arguments)

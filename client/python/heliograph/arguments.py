@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Required, TypedDict
 
@@ -65,6 +66,7 @@ class CompareArguments(Settings, total=False):
     pictures: bool
     worst_pixels: int
     resume: Comparison | None
+    output: str | os.PathLike[str] | None
     mix: bool
     progress: CompareProgress
     timeout: float | None

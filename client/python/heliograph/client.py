@@ -14,7 +14,7 @@ import grpc
 from . import operations
 from .address import check_address, read_token, refuse_tls
 from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
-from .client_methods import ClientMethods
+from .client_methods import ClientMethods, check_compare, listed
 from .comparison import Comparison
 from .comparison.request import Modes, Plan
 from .comparison.run import ComparisonRun, keeping
@@ -215,8 +215,10 @@ class Client(ClientMethods[Scene, Image, Job, Session, Comparison]):
         return session
 
     def _compare(
-        self, scene: SceneLike, make_plan: Callable[[Scene], Plan], progress: CompareProgress
+        self, scene: SceneLike, make_plan: Callable[[Scene | None], Plan], progress: CompareProgress
     ) -> Comparison:
+        if isinstance(scene, (str, os.PathLike)):
+            make_plan(None)
         run = ComparisonRun(make_plan(self._scene(scene)))
         with keeping(run), ComparisonReporter(progress) as reporter:
             while True:
@@ -339,6 +341,11 @@ def compare(
         if address is not None:
             raise invalid("address", address, "none beside a Scene, whose daemon is asked")
         return scene.compare(modes, **arguments)
+    modes = listed(modes)
+    for name, value in arguments.items():
+        arguments[name] = listed(value)  # type: ignore[literal-required]
+    if isinstance(scene, (str, os.PathLike)):
+        check_compare(scene, modes, arguments)
     if address is not None:
         with connect(address, token=token, token_file=token_file) as client:
             return client.compare(scene, modes, **arguments)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Generic, TypeVar, Unpack
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Generic, TypeVar, Unpack
 
 from .budget import Until
 from .camera import Camera
@@ -49,8 +49,12 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
         raise NotImplementedError
 
     def _compare(
-        self, scene: SceneT | str | os.PathLike[str], make_plan: Callable[[SceneT], Plan], progress: CompareProgress
+        self,
+        scene: SceneT | str | os.PathLike[str],
+        make_plan: Callable[[SceneT | None], Plan],
+        progress: CompareProgress,
     ) -> ComparisonT:
+        """make_plan: of None: checks what can be checked before the scene is loaded."""
         raise NotImplementedError
 
     def render(
@@ -198,6 +202,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
         pictures: bool = False,
         worst_pixels: int = 0,
         resume: Comparison | None = None,
+        output: str | os.PathLike[str] | None = None,
         mix: bool = False,
         progress: CompareProgress = False,
         timeout: float | None = None,
@@ -206,10 +211,11 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
         """Compares sampling modes: error against time and samples, over seeds, and answers all of it. Ctrl-C, and in
         asyncio the cancelling of the task, ends it on the daemon, too.
 
-        modes: the first is what the others are compared with. A list of words of modes and integrators ("pt",
-        "combined", "pt+bdpt") and dicts of settings ({"name": "fast", "mode": "combined", "picture": "display"}), or a
-        dict from names to these (heliograph.comparison.CompareMode). **settings: those of every mode that does not have
-        its own; seed: other numbers for all.
+        modes: the first is what the others are compared with. A list of words, as of the command `heliograph compare`
+        ("pt", "combined", "pt+bdpt", "path", "paper-adaptive", "display", "oidn", "preview"), and dicts of settings
+        ({"name": "fast", "mode": "combined", "picture": "display"}), or a dict from names to these
+        (heliograph.comparison.CompareMode). **settings: those of every mode that does not have its own; seed: other
+        numbers for all.
         seeds: of each mode, [1, 1000]; below five there are no intervals. common_seeds: modes have the same ones, so
         that two that draw the same numbers have the same noise.
         samples: rising budgets, per pixel, [1, 2^30]; None: 1, 2, 4 to 64. times: instead of these seconds of wall time
@@ -223,8 +229,10 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
         exclusive: the daemon renders nothing else meanwhile, where it was configured to allow that. pictures: the
         result has pictures. worst_pixels: to be told of each unit of the last budget, [0, 64].
         resume: an earlier result, whole or in part: the units that it has are not rendered again, and the answer has
-        the modes, seeds and budgets of both. mix: also where these were rendered with other settings, or by another
-        daemon.
+        the modes, seeds and budgets of both. output: a folder, as of Comparison.save and of the command: what it has is
+        resumed, and all of it is kept there, with pictures, at the end, also of a call that fails or is interrupted;
+        nobody else writes there meanwhile (FailedPrecondition). mix: also where these were rendered with other
+        settings, or by another daemon.
         progress: True: a bar by tqdm, where that is installed; or a function that takes
         heliograph.comparison.ComparisonProgress. timeout: seconds for all of it.
 
@@ -233,6 +241,9 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
         has in `comparison` what had come before, or None.
         """
         scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
+        modes, samples, times, views, measures, reference = (
+            listed(given) for given in (modes, samples, times, views, measures, reference)
+        )
         return self._compare(
             scene,
             lambda loaded: make_plan(
@@ -255,9 +266,26 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
                 pictures=pictures,
                 worst_pixels=worst_pixels,
                 resume=resume,
+                output=output,
                 mix=mix,
                 timeout=timeout,
                 settings=settings,
             ),
             progress,
         )
+
+
+def listed(given: Any) -> Any:
+    """An iterator as a list, which can be read twice; anything else as it is."""
+    return list(given) if isinstance(given, Iterator) else given
+
+
+class _CompareCheck(ClientMethods[Any, Any, Any, Any, None]):
+    def _compare(self, scene: Any, make_plan: Callable[[Any], Plan], progress: CompareProgress) -> None:
+        make_plan(None)
+
+
+def check_compare(scene: str | os.PathLike[str], modes: Modes, arguments: Mapping[str, Any]) -> None:
+    """Before there is a daemon. None of the values is an iterator. InvalidArgument, NotFound: what is wrong with a
+    comparison of a file."""
+    _CompareCheck().compare(scene, modes, **arguments)

@@ -73,6 +73,7 @@ class Settings(TypedDict, total=False):
     reprojection: Reprojection
     light_cache: LightCache
     technique: Technique
+    device: str  # what traces the paths: "cpu" (default), "vulkan", "vulkan:N"; of mode "pt" with integrator "path"
     preview_rate: float  # previews a second while the camera moves, [0, 120]; sessions only
     preview_budget_ms: float  # wall time of a preview, [5, 1000]
 

@@ -29,6 +29,25 @@ double luminance_variance(const LoadedPicture& picture, std::size_t pixel) {
   return sum;
 }
 
+// Of a reference, each the mean over 3x3 pixels: its variances may be those of two halves' difference, which alone says
+// next to nothing of its own pixel.
+std::vector<double> smoothed_luminance_variances(const LoadedPicture& picture) {
+  std::vector<double> smoothed;
+  smoothed.reserve(picture.planes[0].size());
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      double sum = 0;
+      int count = 0;
+      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, picture.height - 1); ++v) {
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, picture.width - 1); ++u, ++count)
+          sum += luminance_variance(picture, std::size_t(v) * std::size_t(picture.width) + std::size_t(u));
+      }
+      smoothed.push_back(sum / count);
+    }
+  }
+  return smoothed;
+}
+
 std::uint8_t byte_of(float share) {
   return std::uint8_t(std::lround(255 * std::clamp(share, 0.0f, 1.0f)));
 }
@@ -47,12 +66,14 @@ SignedMap signed_map(const LoadedPicture& picture, const LoadedPicture& referenc
   const std::vector<double> x = luminances(picture), r = luminances(reference);
   SignedMap out{{picture.width, picture.height, std::vector<float>(x.size())},
                 picture.variance.has_value() && reference.variance.has_value()};
+  const std::vector<double> noise =
+      out.standard_errors ? smoothed_luminance_variances(reference) : std::vector<double>();
   double mean = 0;
   for (const double value : r) mean += value / double(r.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     double position = 0;  // in [-1, 1]
     if (out.standard_errors) {
-      const double deviation = std::sqrt(luminance_variance(picture, i) + luminance_variance(reference, i));
+      const double deviation = std::sqrt(luminance_variance(picture, i) + noise[i]);
       position = deviation > 0 ? (x[i] - r[i]) / (deviation * kSignedMapErrors) : 0;
     } else {
       const double scale = std::sqrt(r[i] * r[i] + kEpsilon * mean * mean);

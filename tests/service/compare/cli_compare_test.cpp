@@ -2,6 +2,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -102,6 +103,22 @@ TEST_F(CliCompare, RefusesToMixAndSaysWhatItMixed) {
   expect_refused(unlike, {"unit of budgets: samples -> seconds", "measures: all -> mse", "no table could hold both"});
 }
 
+TEST_F(CliCompare, RefusesToMixInstructionSetsOfEmbree) {
+  const auto words = [&](const std::string& seeds, const std::string& address) {
+    return line({"--modes", "pt", "--samples", "1", "--seeds", seeds, "--server", address});
+  };
+  std::string before;
+  {
+    const DaemonProcess daemon({"--render-threads", "1", "--isa", "sse4.2"});
+    heliograph_json(words("1", daemon.address()));
+    before = record().calls(0).isa();
+    EXPECT_NE(before.find(", traversal by sse4.2"), std::string::npos) << before;
+    EXPECT_NE(read_file(folder_ / "kept/report.html").find("traversal by sse4.2"), std::string::npos);
+  }
+  const DaemonProcess daemon({"--render-threads", "1", "--isa", "sse2"});
+  expect_refused(words("2", daemon.address()), {"differs in", "traversal by sse4.2 -> ", "traversal by sse2", "--mix"});
+}
+
 TEST_F(CliCompare, ModesTakeTheOptionsOfRender) {
   heliograph_json(
       line({"--modes", "pt:roulette-from=8,combined:integrator=bdpt:adaptive-min=6,paper-adaptive,lvc,display",
@@ -192,6 +209,11 @@ TEST_F(CliCompare, NamesEveryProblemAtOnce) {
                   "--worst-pixels: '65'",
                   "--output: the folder 'none' does not exist"});
   expect_refused({"compare"}, {"FILE: is missing", "--output: is missing"});
+  // Files and folders are looked at even if other things are wrong.
+  expect_refused({"compare", "none.gltf", "--modes", "pt,zz", "--seeds", "0", "--output", "/proc/compared"},
+                 {"FILE: ", "none.gltf", "--modes: 'zz' is none of", "--seeds: '0'",
+                  "--output: the folder '/proc/compared' cannot be made"});
+  expect_refused({"compare", "none.gltf", "--output", "kept"}, {"none.gltf"}, 3);
   expect_refused(line({"--samples", "1", "--time", "1"}), {"--time: does not go with --samples"});
   expect_refused(line({"--time", "0.0001..1"}), {"--time: '0.0001..1' is no number in [0.001, 86400]"});
   expect_refused(line({"--reference-samples", "7", "--mode", "reference:x=pt"}),
@@ -291,6 +313,25 @@ TEST_F(CliCompare, RenderedReferencesAreUsedAgain) {
   EXPECT_EQ(read_file(folder_ / "kept/pictures/reference.view0.exr"), before);
   EXPECT_EQ(seeds("4", daemon.address())["units_rendered"], 1) << "and nothing is refused";
 
+  // Units of the resumed comparison are those of a single call, which takes the noise off by the halves.
+  const auto whole =
+      heliograph_json({"compare", kBox, "--size", "16x16", "--reference-error", "0.3", "--output", "whole", "--modes",
+                       "pt", "--samples", "1", "--seeds", "4", "--server", daemon.address()});
+  EXPECT_EQ(whole["references"][0]["noise"], "halves");
+  const pb::CompareRecord resumed = record(), single = record("whole");
+  ASSERT_EQ(resumed.units_size(), 4);
+  ASSERT_EQ(single.units_size(), 4);
+  for (int u = 0; u < 4; ++u) {
+    const pb::CompareUnit &a = resumed.units(u), &b = single.units(u);
+    ASSERT_EQ(a.seed(), b.seed());
+    ASSERT_EQ(a.values_size(), b.values_size());
+    for (int i = 0; i < a.values_size(); ++i) {
+      EXPECT_EQ(a.values(i).measure(), b.values(i).measure());
+      EXPECT_NEAR(a.values(i).value(), b.values(i).value(), 1e-6 * std::max(1e-3, std::abs(b.values(i).value())))
+          << "seed " << u + 1 << ", " << pb::CompareMeasure_Name(a.values(i).measure()) << " " << a.values(i).region();
+    }
+  }
+
   // In another comparison its noise is taken off, too.
   const auto other = heliograph_json({"compare", kBox, "--modes", "bdpt", "--samples", "1", "--seeds", "1", "--output",
                                       "other", "--reference", "kept/pictures"});
@@ -389,8 +430,28 @@ TEST_F(CliCompare, CtrlCKeepsWhatIsMeasured) {
   EXPECT_EQ(json["partial"], true);
   EXPECT_EQ(json["units"], 2);
   EXPECT_EQ(record().units_size(), 2);
-  EXPECT_FALSE(record().has_table());
   EXPECT_FALSE(record().calls(0).ended());
+
+  // The tables and the report are of those, and say so.
+  EXPECT_TRUE(record().table().partial());
+  EXPECT_EQ(record().table().points_size(), 2);
+  EXPECT_NE(record().table().sentences(0).find("Partial: the comparison was interrupted or failed after 2 of 6"),
+            std::string::npos);
+  EXPECT_EQ(json["points"].size(), 2u);
+  EXPECT_EQ(json["report"], "kept/report.html");
+  const std::string page = read_file(folder_ / "kept/report.html"), points = read_file(folder_ / "kept/points.csv");
+  const std::string head = page.substr(0, page.find("</header>"));
+  EXPECT_NE(head.find("<p class=\"answer\">Partial: the comparison was interrupted"), std::string::npos);
+  EXPECT_NE(head.find("(partial)</title>"), std::string::npos);
+  EXPECT_GT(std::count(points.begin(), points.end(), '\n'), 2) << points;
+
+  // What goes on with it is whole again.
+  pb::CompareRecord kept = record();
+  kept.mutable_request()->set_samples(2, 4);
+  write_file(folder_ / "kept/comparison.json", *comparison_json(kept));
+  EXPECT_EQ(heliograph_json(line({"--modes", "pt", "--samples", "1,2,4", "--seeds", "2"}))["partial"], false);
+  EXPECT_FALSE(record().table().partial());
+  EXPECT_EQ(read_file(folder_ / "kept/report.html").find("(partial)"), std::string::npos);
 }
 
 }  // namespace

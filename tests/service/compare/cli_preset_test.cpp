@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <sstream>
 
 #include "cli_test.h"
 
@@ -12,9 +14,8 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 using Json = nlohmann::json;
 
-// A GLB of the quad: the header, and one chunk.
-std::string quad_glb() {
-  std::string json = quad_gltf(2);
+// The header, and one chunk.
+std::string glb_of(std::string json) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   std::string glb = "glTF";
   const auto add = [&](std::uint32_t value) {
@@ -31,8 +32,8 @@ class CliPreset : public CliTest {
   void SetUp() override {
     CliTest::SetUp();
     fs::create_directories(folder_ / "scenes/deeper");
-    write_file(folder_ / "scenes/deeper/cornell-teapot.glb", quad_glb());
-    write_file(folder_ / "scenes/sponza-dabrovic.glb", quad_glb());
+    write_file(folder_ / "scenes/deeper/cornell-teapot.glb", glb_of(quad_gltf(2)));
+    write_file(folder_ / "scenes/sponza-dabrovic.glb", glb_of(quad_gltf(2)));
   }
   Words line(const std::string& preset, const Words& more) {
     Words words{"compare", "--preset",          preset, "--scenes", "scenes", "--size", "16x16", "--seeds",
@@ -137,6 +138,100 @@ TEST_F(CliPreset, MeasuresTheLastViewOfATurn) {
   const std::string points = read_file(folder_ / "kept/sponza-turn-20/points.csv");
   EXPECT_NE(points.find("reproject-4,1,5,"), std::string::npos);  // six views: a turn of 100 degrees in steps of 20
   EXPECT_EQ(points.find("reproject-4,1,6,"), std::string::npos);
+}
+
+// Of a CSV file without quotes: cells by the names of the first line.
+std::vector<std::map<std::string, std::string>> read_csv(const std::string& text) {
+  std::vector<std::map<std::string, std::string>> rows;
+  Words head;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    Words cells;
+    std::istringstream parts(line);
+    for (std::string cell; std::getline(parts, cell, ',');) cells.push_back(cell);
+    if (head.empty()) {
+      head = cells;
+      continue;
+    }
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < cells.size() && i < head.size(); ++i) row[head[i]] = cells[i];
+  }
+  return rows;
+}
+
+TEST_F(CliPreset, RendersStandInsAndTakesTheRatiosOfCompare) {
+  write_file(folder_ / "scenes/box-directional.glb",
+             glb_of(read_file(fs::path(HELIO_SOURCE_DIR) / "scenes/cornell-glossy/cornell-glossy.gltf")));
+  Words words = line("schalk", {"--only", "directional-light,point-light", "--samples", "4,16"});
+  words[8] = "5";  // seeds, so that there are intervals
+  const Json json = heliograph_json(words);
+  const Json &sun = json["experiments"][0], &lamp = json["experiments"][1];
+  EXPECT_EQ(sun["file"], "box-directional.glb");
+  EXPECT_NE(sun["stand_in"], "");
+  EXPECT_EQ(lamp["file"], nullptr);
+  EXPECT_EQ(lamp["files"], Json({"cornell-point.glb", "box-point.glb"}));
+  int compared = 0;
+  for (const auto& row : read_csv(read_file(folder_ / "kept/directional-light/ratios.csv"))) {
+    if (row.at("region") != "" || row.at("mode") == "pt") continue;
+    const std::string kind = row.at("kind");
+    if (kind != "equal-samples" && kind != "speed") continue;
+    const std::string measure = kind == "speed" ? "mse" : row.at("measure");
+    const Json* const found = find_row(sun, row.at("mode"), std::stoi(row.at("at")), measure);
+    ASSERT_TRUE(found) << row.at("mode") << " " << measure;
+    const Json& ratio = (*found)[kind == "speed" ? "seconds_ratio" : "ratio"];
+    ASSERT_FALSE(ratio.is_null());
+    for (const auto& [part, column] :
+         {std::pair("mean", "ratio"), std::pair("low", "low"), std::pair("high", "high")}) {
+      const double expected = std::stod(row.at(column));
+      EXPECT_NEAR(ratio[part].get<double>(), expected, 1e-9 * expected) << kind << " " << part;
+    }
+    ++compared;
+  }
+  EXPECT_EQ(compared, 2 * 2 * 4);  // modes, budgets, three measures and the speed
+
+  const std::string page = read_file(folder_ / "kept/preset.html");
+  EXPECT_NE(page.find("Rendered: box-directional.glb, in place of the paper&#39;s scene"), std::string::npos);
+  EXPECT_NE(page.find("Not rendered: none of the files &#39;cornell-point.glb&#39;, &#39;box-point.glb&#39;."),
+            std::string::npos);
+  EXPECT_EQ(page.find("whose name is not known"), std::string::npos) << "this process knows its processor";
+}
+
+TEST_F(CliPreset, TellsWhatSpeaksAgainstItsFigures) {
+  write_file(folder_ / "scenes/box-directional.glb",
+             glb_of(read_file(fs::path(HELIO_SOURCE_DIR) / "scenes/cornell-glossy/cornell-glossy.gltf")));
+  const Words words = line("schalk", {"--only", "directional-light", "--samples", "4"});
+  heliograph_json(words);
+  const std::string file = folder_ / "kept/directional-light/comparison.json";
+  Json record = Json::parse(read_file(file));
+  // Of other programs on this machine, too.
+  for (Json& unit : record["units"]) unit.erase("disturbed");
+  record["units"][0]["disturbed"] = true;
+  for (Json& point : record["table"]["points"]) {
+    const bool first = point["mode"] == "pt";
+    point["disturbed"] = first ? 1 : 0;
+    for (Json& value : point["values"])
+      if (!first && value["measure"] == "COMPARE_MEASURE_MSE") value["fewPixelsDecide"] = true;
+  }
+  write_file(file, record.dump());
+  const Json json = heliograph_json(words);
+  const Json& sun = json["experiments"][0];
+  EXPECT_EQ(sun["disturbed"], 1);
+  const Json *const error = find_row(sun, "adaptive-2-32", 4, "mse"), *const base = find_row(sun, "pt", 4, "mse");
+  ASSERT_TRUE(error && base);
+  EXPECT_EQ((*error)["few_pixels_decide"], true);
+  EXPECT_EQ((*error)["ratio_few_pixels_decide"], true);
+  EXPECT_EQ((*error)["disturbed"], false);
+  EXPECT_EQ((*error)["ratio_disturbed"], true) << "its baseline's time was";
+  EXPECT_EQ((*base)["disturbed"], true);
+  const std::string page = read_file(folder_ / "kept/preset.html");
+  const std::string head = page.substr(0, page.find("</header>"));
+  EXPECT_NE(head.find("<strong>Disturbed.</strong> While 1 of 3 pictures"), std::string::npos);
+  for (const char* part : {"<sup>p</sup>", "<sup>d</sup>", "p: a few pixels decide", "d: disturbed."})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  const ProcessResult lines = heliograph(words);
+  for (const char* part : {"disturbed: while 1 of 3 pictures were rendered", " (p)", "(p): a few pixels decide"})
+    EXPECT_NE((lines.out + lines.err).find(part), std::string::npos) << part << lines.out << lines.err;
 }
 
 TEST_F(CliPreset, NamesEveryProblemBeforeItRenders) {

@@ -472,6 +472,23 @@ TEST(ComparisonLock, KeepsOthersOut) {
   EXPECT_FALSE(ComparisonLock::take(temporary / "none/here"));
 }
 
+TEST(ComparisonFolder, KeepsThePartialTableOfACallThatWasAccepted) {
+  const TemporaryFolder temporary;
+  CallControl control;
+  pb::CompareTable partial;
+  partial.set_partial(true);
+  ComparisonFolder refused(temporary / "refused", record(), control);
+  ASSERT_TRUE(refused.interrupted(partial));
+  EXPECT_FALSE(std::filesystem::exists(temporary / "refused"));
+  ComparisonFolder folder(temporary / "kept", record(), control);
+  folder.accepted(accepted());
+  ASSERT_TRUE(folder.interrupted(partial));
+  EXPECT_TRUE((*read_comparison_folder(temporary / "kept"))->table().partial());
+  EXPECT_FALSE((*read_comparison_folder(temporary / "kept"))->calls(0).ended());
+  for (const char* file : {"units.csv", "points.csv", "ratios.csv"})
+    EXPECT_TRUE(std::filesystem::exists(temporary / ("kept/" + std::string(file)))) << file;
+}
+
 TEST(ComparisonFolder, ABrokenTileEndsTheCall) {
   const TemporaryFolder temporary;
   CallControl control;

@@ -1,5 +1,8 @@
 // Compare and LoadReference.
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -7,6 +10,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/codec/tile_codec.h"
+#include "server/base/processor_time.h"
 #include "server/compare/compare_core.h"
 #include "service_fixture.h"
 
@@ -148,6 +152,34 @@ TEST_F(CompareTest, TellsEveryUnitOnceAndTheTable) {
   EXPECT_GT(outcome.result().table().sentences_size(), 0);
   ASSERT_EQ(outcome.references().size(), 1u);
   EXPECT_EQ(outcome.references()[0].noise(), pb::CompareResponse::Reference::NOISE_HALVES);
+}
+
+// A mode that is added later took no turns with those before.
+TEST_F(CompareTest, TimesOfModesThatTookNoTurnsAreUndecided) {
+  start_with_scene();
+  pb::CompareRequest first = request();
+  first.set_seeds(5);
+  const auto apart = [](const Outcome& outcome) {
+    int count = 0;
+    for (const pb::CompareRatio& ratio : outcome.result().table().ratios()) {
+      EXPECT_FALSE(ratio.different_calls() && ratio.kind() == pb::CompareRatio::KIND_EQUAL_SAMPLES);
+      if (ratio.different_calls()) {
+        EXPECT_EQ(ratio.verdict(), pb::COMPARE_VERDICT_UNDECIDED);
+      }
+      count += ratio.different_calls() && ratio.kind() == pb::CompareRatio::KIND_SPEED;
+    }
+    return count;
+  };
+  const Outcome together = run(first);
+  ASSERT_TRUE(together.status.ok()) << together.status.error_message();
+  EXPECT_EQ(apart(together), 0);
+  pb::CompareRequest rest = first;
+  for (const pb::CompareUnit& unit : together.units()) {
+    if (unit.mode() == "first") *rest.add_done() = unit;
+  }
+  const Outcome added = run(rest);
+  ASSERT_TRUE(added.status.ok()) << added.status.error_message();
+  EXPECT_EQ(apart(added), 2) << "one of each budget";
 }
 
 TEST_F(CompareTest, GoesOnWithWhatIsDone) {
@@ -394,6 +426,66 @@ TEST_F(CompareTest, TakesTheReferencesNoiseOff) {
   EXPECT_NEAR(mse(noisy), 0.125, 1e-6);
 }
 
+// As heliograph compare does when the daemon that rendered the reference is gone: it sends the kept picture.
+TEST_F(CompareTest, GoesOnWithAKeptReferenceToTheSameValues) {
+  start_with_scene();
+  pb::CompareRequest given = request();
+  given.mutable_reference()->mutable_rendered()->set_error(0.3);
+  given.set_send_pictures(true);
+  pb::CompareRegion& region = *given.add_regions();
+  region.set_name("corner");
+  region.mutable_rect()->set_x1(7);
+  region.mutable_rect()->set_y1(9);
+  const Outcome whole = run(given);
+  ASSERT_TRUE(whole.status.ok()) << whole.status.error_message();
+  std::map<std::string, std::vector<float>> planes;
+  for (const auto& message : whole.messages) {
+    if (!message.has_picture() || !message.picture().reference()) continue;
+    const std::string& bytes = message.picture().tile().exr();
+    const auto tile = decode_tile({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, 1 << 20);
+    ASSERT_TRUE(tile) << tile.error().to_string();
+    for (const char* name : {"R", "G", "B", "variance.R", "variance.G", "variance.B"}) {
+      const std::vector<float>* rows = tile->find(name);
+      ASSERT_NE(rows, nullptr) << name;
+      planes[name].insert(planes[name].end(), rows->begin(), rows->end());
+    }
+  }
+  std::vector<TileChannel> channels;
+  for (const auto& [name, plane] : planes) channels.push_back({name, plane.data(), true});
+  const auto bytes = encode_tile({{0, 0, 24, 24}, 24, 24}, channels, {TilePixelType::float32, TileCompression::zip});
+  ASSERT_TRUE(bytes) << bytes.error().to_string();
+  pb::LoadReferenceResponse kept;
+  ASSERT_TRUE(load_reference({bytes->begin(), bytes->end()}, &kept).ok());
+  ASSERT_TRUE(kept.has_variance());
+  given.mutable_reference()->mutable_loaded()->add_reference_ids(kept.reference_id());
+  const Outcome again = run(given);
+  ASSERT_TRUE(again.status.ok()) << again.status.error_message();
+  EXPECT_EQ(again.references()[0].noise(), pb::CompareResponse::Reference::NOISE_VARIANCE);
+  EXPECT_NEAR(again.references()[0].error(), whole.references()[0].error(), 1e-6);
+
+  const auto before = whole.units(), after = again.units();
+  ASSERT_EQ(before.size(), after.size());
+  int of_parts = 0;
+  for (std::size_t u = 0; u < before.size(); ++u) {
+    ASSERT_EQ(before[u].seed(), after[u].seed());
+    ASSERT_EQ(before[u].values_size(), after[u].values_size());
+    EXPECT_NE(before[u].call(), 0u);
+    EXPECT_EQ(before[u].call(), before[0].call());
+    EXPECT_EQ(after[u].call(), after[0].call());
+    for (int i = 0; i < before[u].values_size(); ++i) {
+      const pb::CompareValue &x = before[u].values(i), &y = after[u].values(i);
+      ASSERT_EQ(x.measure(), y.measure());
+      EXPECT_NEAR(x.value(), y.value(), 1e-6 * std::max(1e-3, std::abs(x.value())))
+          << pb::CompareMeasure_Name(x.measure()) << " " << x.region();
+      EXPECT_NEAR(x.reference_error(), y.reference_error(), 1e-6 * x.reference_error());
+      EXPECT_EQ(x.reference_error() > 0, x.measure() == pb::COMPARE_MEASURE_BIAS);
+      of_parts += !x.region().empty() && x.measure() == pb::COMPARE_MEASURE_RELMSE;
+    }
+  }
+  EXPECT_EQ(of_parts, 2 * 8) << "the dark half and the corner";
+  EXPECT_NE(before[0].call(), after[0].call());
+}
+
 TEST_F(CompareTest, RefusesBadReferences) {
   start_with_scene([](ServerConfig& config) { config.max_reference_memory = 12 * 64 * 64; });
   pb::LoadReferenceResponse loaded;
@@ -452,11 +544,13 @@ TEST_F(CompareTest, RefusesAllThatIsWrongTogether) {
   pb::CompareUnit& unit = *bad.add_done();
   unit.set_mode("third");
   unit.set_seed_number(1);
+  unit.add_values()->set_measure(pb::COMPARE_MEASURE_BIAS);
+  unit.mutable_values(0)->set_reference_error(-0.5);
   bad.mutable_modes(1)->set_picture(pb::COMPARED_PICTURE_PREVIEW);
   expect_status(run(bad).status, StatusCode::INVALID_ARGUMENT,
                 {"modes[0].name", "no spaces", "modes[1].settings", "30 x 24", "max_segments", "seeds: 0", "samples",
                  "times_s", "measures[0]", "FLICKER", "reference.rendered.error", "worst_pixels", "done[0].mode",
-                 "third", "preview_rate", "PREVIEW of one view"});
+                 "third", "done[0].values", "reference_error -0.5", "preview_rate", "PREVIEW of one view"});
   pb::CompareRequest nobody = request();
   nobody.set_scene_id("none");
   expect_status(run(nobody).status, StatusCode::NOT_FOUND, {"scene_id"});
@@ -600,6 +694,33 @@ TEST_F(CompareTest, WhoGivesUpLeavesItsPlaceInTheQueue) {
   late->TryCancel();
   reader->Finish();
   for (std::size_t i = 1; i + 1 < waiting.size(); ++i) waiting[i]->Finish();
+}
+
+// Threads of no session hold every processor, while pictures of a tenth of a second are rendered.
+TEST_F(CompareTest, OtherProgramsDisturbShortPictures) {
+  const int worker = int(gettid());
+  if (!waited_for_processor_s({&worker, 1})) GTEST_SKIP() << "the kernel does not tell for how long threads waited";
+  start_with_scene();
+  pb::CompareRequest timed = request(64);
+  timed.clear_samples();
+  timed.add_times_s(0.1);
+  timed.mutable_reference()->mutable_rendered()->set_max_samples(2);
+  std::atomic<bool> stop = false;
+  std::vector<std::thread> others;
+  for (unsigned i = 0; i < 2 * std::max(1u, std::thread::hardware_concurrency()); ++i)
+    others.emplace_back([&] {
+      while (!stop) continue;
+    });
+  const Outcome outcome = run(timed);
+  stop = true;
+  for (std::thread& other : others) other.join();
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  ASSERT_EQ(outcome.units().size(), 4u);
+  for (const pb::CompareUnit& unit : outcome.units()) {
+    EXPECT_LT(unit.seconds(), 1) << "too long to be short";
+    EXPECT_TRUE(unit.disturbed()) << unit.others_share();
+    EXPECT_GT(unit.others_share(), 0.2);
+  }
 }
 
 TEST_F(CompareTest, ExclusiveTurnsLetOthersWait) {

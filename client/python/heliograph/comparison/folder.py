@@ -34,10 +34,12 @@ def picture_file(key: PictureKey) -> str:
 def write_folder(folder: pathlib.Path, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored]) -> None:
     """FailedPrecondition: somebody else is writing to the folder. OSError: something cannot be written."""
     with locked(folder):
-        _write(folder, record, pictures)
+        write_locked_folder(folder, record, pictures)
 
 
-def _write(folder: pathlib.Path, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored]) -> None:
+def write_locked_folder(
+    folder: pathlib.Path, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored]
+) -> None:
     """Pictures first, so that a record names none that is not there."""
     (folder / "pictures").mkdir(exist_ok=True)
     written = messages.CompareRecord()

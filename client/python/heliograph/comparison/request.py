@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import operator
+import os
+import pathlib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, Union
 
 from ..camera import Camera
-from ..errors import HeliographError, Problem, invalid_all
+from ..errors import HeliographError, NotFound, Problem, invalid_all
 from ..scene import SceneValues
 from ..settings import Denoiser, Settings, Size, choices, make_settings, read_number, read_size, read_timeout
 from ..v1 import compare_pb2 as messages
@@ -61,7 +63,23 @@ _MODES = choices(types.Mode.DESCRIPTOR)
 _INTEGRATORS = choices(types.Integrator.DESCRIPTOR)
 _PICTURES = choices(messages.ComparedPicture.DESCRIPTOR)
 _DENOISERS = choices(types.Denoiser.DESCRIPTOR)
-_LARGEST = 2**32
+#: Words that are no mode or integrator by themselves; the command `heliograph compare` has the same ones.
+_WORDS: dict[str, dict[str, Any]] = {
+    "paper-adaptive": {"mode": "adaptive", "variant": "paper"},
+    "paper-reproject": {"mode": "reproject", "variant": "paper"},
+    "paper-combined": {"mode": "combined", "variant": "paper"},
+    "display": {"picture": "display"},
+    "oidn": {"picture": "display", "denoiser": "oidn"},
+    "preview": {"mode": "combined", "picture": "preview", "preview_rate": 20},
+}
+_DARK_HALF = "dark half"  # a region that every comparison has
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,63}")
+_MOST_SAMPLES = 2**30
+_MOST_MODES = _MOST_BUDGETS = 64
+_MOST_VIEWS = 1000
+_LONGEST_SIDE = 65536
+_MOST_REGIONS = 16
+_MOST_NAME_BYTES = 64
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +91,7 @@ class Plan:
     scene_name: str
     scene_file: str
     resume: Comparison | None
+    output: pathlib.Path | None
     mix: bool
     timeout: float | None
     given_views: bool  # views= and not camera=
@@ -112,22 +131,40 @@ _ARGUMENTS = [
 
 
 class _Problems(list[Problem]):
+    def __init__(self) -> None:
+        super().__init__()
+        self._files: list[tuple[HeliographError, str]] = []
+
     @contextlib.contextmanager
-    def within(self, place: str = "") -> Iterator[None]:
-        """Collects what is raised, with `place` before its fields."""
+    def within(self, place: str = "", *, file_of: str = "") -> Iterator[None]:
+        """Collects what is raised, with `place` before its fields. file_of: the argument that names a file, which an
+        error without fields is about."""
         try:
             yield
         except HeliographError as error:
             if not error.problems:
-                raise
+                if not file_of:
+                    raise
+                self._files.append((error, file_of))
             self.extend(problem._replace(field=place + problem.field) for problem in error.problems)
+
+    def tell(self) -> None:
+        """Raises all of it at once; what is wrong with a file as it is where that is all."""
+        if not self and len(self._files) == 1:
+            raise self._files[0][0]
+        found = [
+            Problem(argument, error.message.removeprefix(f"{argument}: "), "a file that can be read")
+            for error, argument in self._files
+        ]
+        if found or self:
+            raise invalid_all([*found, *self])
 
     def add(self, field: str, value: object, allowed: str) -> None:
         self.append(Problem(field, value if isinstance(value, str) else repr(value), allowed))
 
 
 def make_plan(
-    scene: SceneValues,
+    scene: SceneValues | None,
     scene_file: str,
     modes: Modes,
     *,
@@ -147,50 +184,106 @@ def make_plan(
     pictures: bool,
     worst_pixels: int,
     resume: Comparison | None,
+    output: str | os.PathLike[str] | None,
     mix: bool,
     timeout: float | None,
     settings: Mapping[str, Any],
 ) -> Plan:
-    """InvalidArgument: everything that is wrong; the daemon checks ranges. NotFound: a file of a reference."""
+    """scene: None: not loaded yet; what is wrong whatever it is like is told, and the plan is of no use.
+
+    InvalidArgument: everything that is wrong. NotFound: a file of the reference, where that is all."""
     problems = _Problems()
-    request = messages.CompareRequest(scene_id=scene.id)
+    request = messages.CompareRequest(scene_id=scene.id if scene is not None else "")
     cameras: list[Camera] = []
-    with problems.within():
-        cameras = _cameras(scene, camera, views, problems)
+    if scene is None:
+        if not os.path.isfile(scene_file):
+            text = "is not a regular file" if os.path.exists(scene_file) else "no such file"
+            with problems.within(file_of="scene"):
+                raise NotFound(f"{scene_file}: {text}", problems=())
+    else:
+        with problems.within():
+            cameras = _cameras(scene, camera, views, problems)
+    view_count = _view_count(views, problems)
     request.views.extend(view.view for view in cameras)
     shared = dict(settings)
-    request.first_seed = _whole(shared.pop("seed", None) or 0, "seed", 2**64, problems)
+    request.first_seed = _whole(shared.pop("seed", None) or 0, "seed", 0, 2**64 - 1, problems)
     _add_modes(request, modes, shared, problems)
     files: tuple[ReferenceFile, ...] = ()
     if reference is None or isinstance(reference, Mapping):
         _add_rendered(request, reference, reference_error, reference_samples, problems)
     else:
-        with problems.within():
-            files = read_references(reference, max(1, len(cameras)))
+        with problems.within(file_of="reference"):
+            files = read_references(reference, view_count)
         for name, limit in (("reference_error", reference_error), ("reference_samples", reference_samples)):
             if limit is not None:
                 problems.add(name, limit, "none: the reference is given, and not rendered")
-    with problems.within():
-        size = read_size(size) if size is not None else files[0].size if files else None
-    if cameras:
-        _complete(request, scene, cameras[0], size)
-    request.seeds = _whole(seeds, "seeds", _LARGEST, problems)
+    pixels: Sequence[int] | None = files[0].size if files else None
+    if size is not None:
+        with problems.within():
+            pixels = read_size(size)
+            for side in pixels:
+                if not 1 <= side <= _LONGEST_SIDE:
+                    problems.add("size", side, f"[1, {_LONGEST_SIDE}]")
+    if cameras and scene is not None:
+        _complete(request, scene, cameras[0], pixels)
+    request.seeds = _whole(seeds, "seeds", 1, 1000, problems)
     _add_budgets(request, samples, times, problems)
     _add_regions(request, regions, problems)
-    _add_measures(request, measures, problems)
+    if request.modes and pixels is None and cameras:
+        pixels = request.modes[0].settings.width, request.modes[0].settings.height
+    _check_regions(request, pixels, problems)
+    _add_measures(request, measures, view_count > 1, problems)
+    for mode in request.modes:
+        if mode.picture == messages.COMPARED_PICTURE_PREVIEW and view_count < 2:
+            problems.add(f"modes[{mode.name!r}].picture", "preview", "with views=, a path of cameras")
     for name, flag in (("common_seeds", common_seeds), ("exclusive", exclusive), ("pictures", pictures), ("mix", mix)):
         if not isinstance(flag, bool):
             problems.add(name, flag, "True or False")
     request.common_seeds, request.exclusive = bool(common_seeds), bool(exclusive)
     request.send_pictures = bool(pictures)
-    request.worst_pixels = _whole(worst_pixels, "worst_pixels", _LARGEST, problems)
+    request.worst_pixels = _whole(worst_pixels, "worst_pixels", 0, 64, problems)
     with problems.within():
         timeout = None if timeout is None else read_timeout("timeout", timeout)
     if resume is not None and not isinstance(resume, Comparison):
         problems.add("resume", resume, "a Comparison, or None")
-    if problems:
-        raise invalid_all(problems)
-    return Plan(request, files, scene.name, scene_file, resume, mix, timeout, views is not None)
+    kept = None
+    if output is not None:
+        kept, resume = _read_output(output, resume, problems)
+        request.send_pictures = True
+    problems.tell()
+    name = scene.name if scene is not None else ""
+    return Plan(request, files, name, scene_file, resume, kept, mix, timeout, views is not None)
+
+
+def _read_output(
+    output: Any, resume: Comparison | None, problems: _Problems
+) -> tuple[pathlib.Path | None, Comparison | None]:
+    """The folder, and what it has."""
+    if not isinstance(output, (str, os.PathLike)) or not os.fspath(output):
+        problems.add("output", output, "a folder, or the name of a new one")
+        return None, resume
+    path = pathlib.Path(output)
+    if resume is not None:
+        problems.add("resume", resume, "either resume or output")
+    elif path.exists() and not path.is_dir():
+        problems.add("output", str(path), "a folder, or the name of a new one")
+    elif (path / "comparison.json").exists():
+        with problems.within(file_of="output"):
+            resume = Comparison.load(path)
+    return path, resume
+
+
+def _view_count(views: Any, problems: _Problems) -> int:
+    if views is None or isinstance(views, (str, int, Camera)):
+        return 1
+    try:
+        count = len(views)
+    except TypeError:
+        problems.add("views", views, "a list of cameras")
+        return 1
+    if count > _MOST_VIEWS:
+        problems.add("views", f"{count} cameras", f"at most {_MOST_VIEWS}")
+    return max(1, count)
 
 
 def _cameras(
@@ -212,23 +305,34 @@ def _cameras(
     return found
 
 
-def _whole(value: Any, name: str, end: int, problems: _Problems) -> int:
-    """0 where it is no whole number in [0, end)."""
+def _whole(value: Any, name: str, least: int, most: int, problems: _Problems, *, even: bool = False) -> int:
+    """0 where it is no whole number in [least, most], or is to be even and is not."""
     try:
         if isinstance(value, bool):
             raise TypeError
         number = operator.index(value)
-        if 0 <= number < end:
+        if least <= number <= most and not (even and number % 2):
             return number
     except TypeError:
         pass
-    problems.add(name, value, f"whole numbers in [0, 2^{end.bit_length() - 1})")
+    end = most if most < _MOST_SAMPLES else f"2^{most.bit_length() - 1}" if most == _MOST_SAMPLES else "2^64 - 1"
+    problems.add(name, value, f"{'even' if even else 'whole'} numbers in [{least}, {end}]")
     return 0
+
+
+def _ranged(name: str, value: Any, least: float, most: float, problems: _Problems) -> float | None:
+    """None where it is no number in [least, most]."""
+    with problems.within():
+        number = read_number(name, value)
+        if least <= number <= most:
+            return number
+        problems.add(name, value, f"[{least:g}, {most:g}]")
+    return None
 
 
 def _listed(modes: Modes, problems: _Problems) -> Iterator[tuple[int, str, dict[str, Any]]]:
     """Number, name and values of each mode that can be read; a name is empty where it is to be made up."""
-    words = ", ".join(repr(word) for word in dict.fromkeys([*_MODES, *_INTEGRATORS]))
+    words = ", ".join(repr(word) for word in dict.fromkeys([*_MODES, *_INTEGRATORS, *_WORDS]))
     allowed = f"{words}, or a dict of settings"
     named: Iterable[tuple[str, Any]] = ()
     try:
@@ -246,6 +350,8 @@ def _listed(modes: Modes, problems: _Problems) -> Iterator[tuple[int, str, dict[
             yield number, name or mode, {"mode": mode}
         elif isinstance(mode, str) and mode in _INTEGRATORS:
             yield number, name or mode, {"integrator": mode}
+        elif isinstance(mode, str) and mode in _WORDS:
+            yield number, name or mode, dict(_WORDS[mode])
         elif isinstance(mode, Mapping):
             values = dict(mode)
             own = values.pop("name", None)
@@ -269,15 +375,18 @@ def _add_modes(request: messages.CompareRequest, modes: Modes, shared: dict[str,
         name = given or "-".join(words) or "pt"
         if name in names:
             problems.add(f"modes[{number}].name", name, "another name: this one is there twice")
+        if not _NAME.fullmatch(name):
+            allowed = "1 to 64 of A-Z, a-z, 0-9, '.', '_', '+', '-', the first a letter or digit"
+            problems.add(f"modes[{number}].name", name, allowed)
         names.add(name)
         place = f"modes[{name!r}]."
         mode = request.modes.add(name=name)
-        for key, allowed in (("picture", _PICTURES), ("denoiser", _DENOISERS)):
+        for key, choices_of in (("picture", _PICTURES), ("denoiser", _DENOISERS)):
             word = picture[key]
-            if isinstance(word, str) and word in allowed:
-                setattr(mode, key, allowed[word])
+            if isinstance(word, str) and word in choices_of:
+                setattr(mode, key, choices_of[word])
             elif word is not None:
-                problems.add(place + key, word, ", ".join(repr(choice) for choice in allowed))
+                problems.add(place + key, word, ", ".join(repr(choice) for choice in choices_of))
         for key, why in (
             ("seed", "seed= of the comparison gives every mode its seeds"),
             ("region", "whole pictures are compared"),
@@ -287,7 +396,9 @@ def _add_modes(request: messages.CompareRequest, modes: Modes, shared: dict[str,
                 problems.add(place + key, word, f"none: {why}")
         with problems.within(place):
             mode.settings.CopyFrom(make_settings(None, values))
-    if not request.modes and not problems:
+    if len(request.modes) > _MOST_MODES:
+        problems.add("modes", f"{len(request.modes)} modes", f"at most {_MOST_MODES}")
+    if not request.modes and not any(problem.field.startswith("modes") for problem in problems):
         problems.add("modes", modes, "at least one mode")
 
 
@@ -306,9 +417,9 @@ def _add_rendered(
         with problems.within("reference."):
             rendered.settings.MergeFrom(make_settings(None, own))
     if error is not None:
-        with problems.within():
-            rendered.error = read_number("reference_error", error)
-    rendered.max_samples = _whole(samples or 0, "reference_samples", _LARGEST, problems)
+        rendered.error = _ranged("reference_error", error, 1e-4, 1, problems) or 0
+    if samples is not None:
+        rendered.max_samples = _whole(samples, "reference_samples", 2, _MOST_SAMPLES, problems, even=True)
 
 
 def _complete(request: messages.CompareRequest, scene: SceneValues, camera: Camera, size: Sequence[int] | None) -> None:
@@ -339,18 +450,25 @@ def _add_budgets(
         listed = [given]
     if not listed:
         problems.add(name, given, "at least one budget")
+    if len(listed) > _MOST_BUDGETS:
+        problems.add(name, f"{len(listed)} budgets", f"at most {_MOST_BUDGETS}")
     before: Any = 0
     for number, budget in enumerate(listed):
         place = f"{name}[{number}]"
+        read: Any
         if name == "samples":
-            request.samples.append(_whole(budget, place, _LARGEST, problems))
+            read = _whole(budget, place, 1, _MOST_SAMPLES, problems)
         else:
-            with problems.within():
-                request.times_s.append(read_number(place, budget))
-        budgets = request.samples if name == "samples" else request.times_s
-        if budgets and number > 0 and not budgets[-1] > before:
+            read = _ranged(place, budget, 1e-3, 86400, problems)
+        if not read:
+            continue
+        if not read > before:
             problems.add(place, f"{budget!r} after {before!r}", "rising budgets")
-        before = budgets[-1] if budgets else 0
+        before = read
+        if name == "samples":
+            request.samples.append(read)
+        else:
+            request.times_s.append(read)
 
 
 def _add_regions(
@@ -359,18 +477,32 @@ def _add_regions(
     if regions is not None and not isinstance(regions, Mapping):
         problems.add("regions", regions, "a dict from names to x0, y0, x1, y1 in pixels")
         return
+    if regions and len(regions) > _MOST_REGIONS:
+        problems.add("regions", f"{len(regions)} regions", f"at most {_MOST_REGIONS}")
     for name, sides in (regions or {}).items():
         try:
             if not isinstance(name, str):
                 raise TypeError
             x0, y0, x1, y1 = (operator.index(side) for side in sides)
             request.regions.add(name=name, rect=types.Rect(x0=x0, y0=y0, x1=x1, y1=y1))
+            if name == _DARK_HALF or not 0 < len(name.encode()) <= _MOST_NAME_BYTES:
+                problems.add("regions", name, f"names of 1 to {_MOST_NAME_BYTES} bytes, and not '{_DARK_HALF}'")
         except (TypeError, ValueError):
             problems.add(f"regions[{name!r}]", sides, "a name, and four whole numbers of pixels: x0, y0, x1, y1")
 
 
+def _check_regions(request: messages.CompareRequest, size: Sequence[int] | None, problems: _Problems) -> None:
+    """size: None: not known yet."""
+    width, height = size or (2**31 - 1, 2**31 - 1)
+    bounds = f"0 <= x0 < x1 <= {width}, 0 <= y0 < y1 <= {height}" if size else "0 <= x0 < x1, 0 <= y0 < y1"
+    for region in request.regions:
+        x0, y0, x1, y1 = region.rect.x0, region.rect.y0, region.rect.x1, region.rect.y1
+        if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+            problems.add(f"regions[{region.name!r}]", (x0, y0, x1, y1), bounds)
+
+
 def _add_measures(
-    request: messages.CompareRequest, measures: Measure | Iterable[Measure] | None, problems: _Problems
+    request: messages.CompareRequest, measures: Measure | Iterable[Measure] | None, path: bool, problems: _Problems
 ) -> None:
     try:
         listed = [measures] if isinstance(measures, str) else list(measures or ())
@@ -379,5 +511,7 @@ def _add_measures(
     for measure in listed:
         if isinstance(measure, str) and measure in MEASURES:
             request.measures.append(MEASURES[measure])  # type: ignore[arg-type]
+            if measure == "flicker" and not path:
+                problems.add("measures", measure, "with views=, a path of cameras")
         else:
             problems.add("measures", measure, ", ".join(repr(word) for word in MEASURES))

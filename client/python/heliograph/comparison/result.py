@@ -37,7 +37,8 @@ class Comparison:
 
     A value; compare() makes it, and Comparison.load reads one that was kept. `record` is the protocol's CompareRecord
     with all that was asked for and told. Of a comparison that was interrupted some units are missing: `complete` is
-    False then, there are no points, ratios and sentences, and arrays have NaN in their places.
+    False then, arrays have NaN in their places, and there are no points, ratios and sentences, or, of a folder that the
+    command kept, those of the units that there are.
     """
 
     def __init__(self, record: messages.CompareRecord, pictures: Mapping[PictureKey, Stored] | None = None) -> None:
@@ -129,7 +130,7 @@ class Comparison:
     @property
     def complete(self) -> bool:
         """Whether all units are there, and the table of them."""
-        return bool(self.record.HasField("table"))
+        return bool(self.record.HasField("table")) and not self.record.table.partial
 
     @property
     def unit_count(self) -> int:

@@ -6,11 +6,13 @@ from __future__ import annotations
 import contextlib
 import pathlib
 import time
+import warnings
 from collections.abc import Iterator, Sequence
 
 from ..errors import (
     DeadlineExceeded,
     HeliographError,
+    HeliographWarning,
     Internal,
     NotFound,
     Problem,
@@ -18,6 +20,8 @@ from ..errors import (
     with_fields_renamed,
 )
 from ..v1 import compare_pb2 as messages
+from .folder import write_locked_folder
+from .lock import locked
 from .pictures import PictureFeed, PictureKey, Stored
 from .record import (
     budgets_of,
@@ -55,6 +59,11 @@ class ComparisonRun:
         self._feed: PictureFeed | None = None
         self._accepted = False
         self._tries = 0
+
+    @property
+    def output(self) -> pathlib.Path | None:
+        """The folder that all of it is kept in."""
+        return self._plan.output
 
     @property
     def files(self) -> tuple[ReferenceFile, ...]:
@@ -212,15 +221,32 @@ class ComparisonRun:
         sort_units(record)
         return Comparison(record, dict(self._pictures))
 
+    def save(self, folder: pathlib.Path) -> None:
+        """What there is so far, once the daemon accepted the call, into a folder that is locked. OSError."""
+        comparison = self.comparison() if self._accepted else None
+        if comparison is not None:
+            write_locked_folder(folder, comparison.record, comparison.stored_pictures)
+
 
 @contextlib.contextmanager
 def keeping(run: ComparisonRun) -> Iterator[None]:
-    """Gives any exception, KeyboardInterrupt included, an attribute `comparison` with what has come so far."""
-    try:
-        yield
-    except BaseException as error:
-        error.comparison = run.comparison()  # type: ignore[attr-defined]
-        raise
+    """Gives any exception, KeyboardInterrupt included, an attribute `comparison` with what has come so far, and keeps
+    that in the folder that was asked for."""
+    with contextlib.ExitStack() as stack:
+        if run.output is not None:
+            stack.enter_context(locked(run.output))
+        try:
+            yield
+        except BaseException as error:
+            error.comparison = run.comparison()  # type: ignore[attr-defined]
+            if run.output is not None:
+                try:
+                    run.save(run.output)
+                except OSError as problem:
+                    warnings.warn(f"the comparison could not be kept: {problem}", HeliographWarning, stacklevel=2)
+            raise
+        if run.output is not None:
+            run.save(run.output)
 
 
 def _refuse(differences: list[str], allowed: str) -> None:

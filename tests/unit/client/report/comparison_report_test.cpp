@@ -234,6 +234,20 @@ TEST(ComparisonReport, PutsDisturbedAndMissingUnitsInPlainSight) {
   EXPECT_EQ(count_of(calm, "Disturbed.") + count_of(calm, "Incomplete.") + count_of(calm, "Mixed."), 0);
 }
 
+TEST(ComparisonReport, SaysInItsHeadThatItIsPartial) {
+  pb::CompareRecord record = made_up_record({});
+  EXPECT_EQ(comparison_report(record, nowhere()).find("(partial)"), std::string::npos);
+  record.mutable_table()->set_partial(true);
+  record.mutable_table()->set_sentences(0, "Partial: after 3 of 9 pictures.");
+  record.mutable_calls(0)->set_processor("Made-up processor");
+  const std::string html = comparison_report(record, nowhere());
+  const std::string head = html.substr(0, html.find("</header>"));
+  EXPECT_NE(head.find("(partial)</title>"), std::string::npos);
+  EXPECT_NE(head.find("(partial)</h1>"), std::string::npos);
+  EXPECT_NE(head.find("<p class=\"answer\">Partial: after 3 of 9 pictures.</p>"), std::string::npos);
+  EXPECT_NE(section_of(html, "repeat").find("Made-up processor"), std::string::npos);
+}
+
 TEST(ComparisonReport, AnyRecordGivesAPage) {
   EXPECT_NE(comparison_report({}, nowhere()).find("has not come to its end"), std::string::npos);
   pb::CompareRecord record = made_up_record({});

@@ -129,6 +129,106 @@ TEST(ComparisonSentences, TellWhoIsBestAndByHowMuch) {
   EXPECT_SAYS_NOTHING_OF(table, "differs from that of the reference");
 }
 
+TEST(ComparisonTable, HasIntervalsOfWhatIsPossible) {
+  std::vector<ComparedUnit> units;
+  for (int seed = 1; seed <= 5; ++seed) {
+    const double high = seed == 1 ? 0.1 : 0.99, low = seed == 1 ? 0.9 : 0;
+    units.push_back(unit("pt", seed, 0, 0, 1,
+                         {{Measure::flip, "", high},
+                          {Measure::outlier_share, "", low},
+                          {Measure::dssim, "", 5 * low},
+                          {Measure::mse, "", low}}));
+  }
+  const ComparisonTable table = compare_units(still({"pt"}), units);
+  for (const ComparedPoint::Value& value : table.points[0].values) {
+    EXPECT_TRUE(value.value.known);
+    EXPECT_EQ(value.value.low < 0, value.measure == Measure::mse) << to_string(value.measure);
+    if (value.measure == Measure::flip) {
+      EXPECT_EQ(value.value.high, 1);
+    }
+  }
+}
+
+// Pictures of common seeds that are the same.
+TEST(ComparisonSentences, TellWhatIsEqual) {
+  ComparisonScript script = still({"pt", "adaptive", "vcm"});
+  script.common_seeds = true;
+  std::vector<ComparedUnit> units =
+      together(units_of("pt", 5, 1, 1), together(units_of("adaptive", 5, 1, 1), units_of("vcm", 5, 2, 4)));
+  for (ComparedUnit& u : units) {
+    if (u.mode == "adaptive") u.seconds *= 1 + 0.01 * ((u.seed_number * 7 + u.budget) % 5 - 2.0);
+  }
+  const ComparisonTable table = compare_units(script, units);
+  EXPECT_SAYS(table, "After 4 samples per pixel the relative MSE of pt and adaptive is the same in every seed: 0.25 (");
+  EXPECT_SAYS(table, ", the lowest among 3 modes.");
+  EXPECT_SAYS(table, "fter 4 samples per pixel adaptive's relative MSE is that of pt in every seed; 4 samples");
+  EXPECT_SAYS_NOTHING_OF(table, "1 times that of");
+  EXPECT_SAYS_NOTHING_OF(table, "Which of adaptive and pt has the lower");
+
+  script.modes = {"pt", "adaptive"};
+  const ComparisonTable two = compare_units(script, units);
+  EXPECT_SAYS(two, "of pt and adaptive is the same in every seed: 0.25 (95 %: ");
+  EXPECT_SAYS_NOTHING_OF(two, "the lowest");
+}
+
+TEST(ComparisonSentences, DecideNothingThatAFewPixelsDecide) {
+  const ComparisonTable table =
+      compare_units(still({"pt", "vcm"}), together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 1, 0.25, 0.7)));
+  EXPECT_SAYS(table, "That it is lower than the next is undecided, a few pixels decide it: it is 0.25 of that of pt");
+  EXPECT_SAYS(table, "Which of vcm and pt has the lower relative MSE is undecided, a few pixels decide it: ");
+  EXPECT_SAYS(table, "A few pixels decide vcm's relative MSE at 1, 2 and 4 samples per pixel");
+  EXPECT_SAYS_NOTHING_OF(table, "faster");
+}
+
+TEST(ComparisonSentences, TellWhoseTimesAreOfDifferentCalls) {
+  std::vector<ComparedUnit> units = together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 2, 0.25));
+  EXPECT_SAYS_NOTHING_OF(compare_units(still({"pt", "vcm"}), units), "calls");
+  for (ComparedUnit& u : units) u.call = u.mode == "pt" ? 3 : 4;
+  const ComparisonTable table = compare_units(still({"pt", "vcm"}), units);
+  EXPECT_SAYS(table,
+              "Most pictures of vcm are not from the calls that rendered those of pt, with which they took no turns");
+  EXPECT_SAYS(table, "is faster to the relative MSE 0.25 is undecided, rendered by different calls: ");
+  EXPECT_SAYS(table, "4 samples per pixel take vcm 2 times as long as pt (95 %: ");
+  EXPECT_SAYS(table, "The next is pt: vcm has 0.25 of that of pt") << "of equal samples";
+}
+
+// 2 to 2.4 % by the seeds; its reference may be off by 2 %.
+TEST(ComparisonSentences, CountTheNoiseOfTheReferenceInTheBias) {
+  std::vector<ComparedUnit> units = units_of("pt", 5, 1, 1);
+  const auto told = [&](double reference_error) {
+    for (ComparedUnit& u : units) {
+      u.values[3].value = 0.02 + 0.001 * u.seed_number;
+      u.values[3].reference_error = reference_error;
+    }
+    return compare_units(still({"pt"}), units);
+  };
+  EXPECT_SAYS(told(0), "by more than the seeds explain: pt by 2.3 % (95 %: 2.");
+  EXPECT_SAYS(told(0), "; the noise of the reference is not known, and not counted.");
+  EXPECT_SAYS(told(0.002), "by more than the seeds and the noise of the reference explain: pt by 2.3 % (95 %: 1.");
+  EXPECT_SAYS_NOTHING_OF(told(0.02), "differs from that of the reference");
+
+  // References of a path's views are independent.
+  ComparisonScript path = still({"pt"});
+  path.views = 4;
+  std::vector<ComparedUnit> of_path;
+  for (std::uint32_t view = 0; view < 4; ++view) {
+    for (const ComparedUnit& u : units) {
+      of_path.push_back(u);
+      of_path.back().view = view;
+      for (MeasuredValue& value : of_path.back().values) value.value = value.measure == Measure::bias ? 0.01 : 1;
+    }
+  }
+  const ComparisonTable table = compare_units(path, of_path);
+  for (const ComparedPoint& point : table.points) {
+    const double error = 0.02 / (point.view ? 1 : 2);
+    for (const ComparedPoint::Value& value : point.values) {
+      if (value.measure == Measure::bias) {
+        EXPECT_NEAR(value.value.high, 0.01 + 1.959964 * error, 1e-9);
+      }
+    }
+  }
+}
+
 TEST(ComparisonSentences, TellLossesAsPlainly) {
   const ComparisonTable table =
       compare_units(still({"vcm", "pt"}), together(units_of("pt", 5, 1, 1), units_of("vcm", 5, 2, 0.25)));

@@ -90,6 +90,24 @@ TEST(ComparisonHeavyTails, OfAFewPixelsAreFoundInTheirShare) {
             0.90);
 }
 
+// The seeds' errors have a heavy tail, and no seed's pixels say so.
+TEST(ComparisonHeavyTails, ThatPixelsDoNotShowAreOftenMissed) {
+  const auto found = [](const char* name, int seeds, const std::function<double(Draws&)>& error, double low,
+                        double high) {
+    const double share = said(name, seeds, error, small_share);
+    EXPECT_GE(share, low) << name << " " << seeds;
+    EXPECT_LE(share, high) << name << " " << seeds;
+  };
+  for (const double exponent : {1.0, 1.5}) {
+    const auto pareto = [exponent](Draws& d) { return d.pareto(exponent); };
+    found("pareto, small shares", 5, pareto, 0.08, 0.25);
+    found("pareto, small shares", 10, pareto, 0.47, 0.63);
+    found("pareto, small shares", 20, pareto, 0.83, 0.95);
+  }
+  found(
+      "log-normal 2, small shares", 10, [](Draws& d) { return d.log_normal(2); }, 0.75, 0.85);
+}
+
 // 1,000 pixels with normal errors, one of them with more than all others: the share of that one.
 struct Sums {
   double total = 0, largest = 0;

@@ -118,6 +118,28 @@ TEST(ComparisonInterval, OfEqualValuesHasNoWidth) {
   }
 }
 
+TEST(ComparisonInterval, IsCutToWhatIsPossible) {
+  const Interval cut_low = cut({0.1, -0.2, 0.4, true}, 0, 1), cut_high = cut({0.9, 0.7, 1.1, true}, 0, 1);
+  EXPECT_EQ(cut_low.low, 0);
+  EXPECT_EQ(cut_low.high, 0.4);
+  EXPECT_EQ(cut_high.low, 0.7);
+  EXPECT_EQ(cut_high.high, 1);
+  // A mean that rounding has put outside stays in its interval.
+  const Interval rounded = cut({1 + 1e-15, 0.9, 1.1, true}, 0, 1);
+  EXPECT_EQ(rounded.high, rounded.mean);
+  const Interval unknown = cut({0.5}, 0.6, 1);
+  EXPECT_FALSE(unknown.known);
+  EXPECT_EQ(unknown.low, 0);
+}
+
+TEST(ComparisonInterval, IsWidenedByAnotherError) {
+  const Interval wide = widened({1, 1 - 3, 1 + 8, true}, 4 / 1.959964);
+  EXPECT_EQ(wide.mean, 1);
+  EXPECT_NEAR(wide.low, 1 - 5, 1e-6);
+  EXPECT_NEAR(wide.high, 1 + std::hypot(8, 4), 1e-6);
+  EXPECT_EQ(widened({1}, 4).high, 0) << "not known";
+}
+
 TEST(ComparisonInterval, IsFiniteForAnyFiniteValues) {
   const std::vector<std::vector<double>> all = {
       {0, 0, 0, 0, 1e30},

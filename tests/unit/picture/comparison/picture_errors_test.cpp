@@ -123,6 +123,73 @@ TEST(ComparisonPictureErrors, AreFreeOfTheNoiseOfTheReference) {
   EXPECT_FALSE(reference_error(with_noise).has_value());
 }
 
+// A reference whose halves are lost, but not their variance, pixel by pixel: every value is as before.
+TEST(ComparisonPictureErrors, AreTheSameByTheHalvesAndByTheirVariance) {
+  test::Draws draws(5);
+  Picture picture(40, 32, 0), a(40, 32, 0), b(40, 32, 0), mean(40, 32, 0), variance(40, 32, 0);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < 40 * 32; ++i) {
+      const double truth = 0.1 + double(i % 40) / 20;
+      picture.channels[c][i] = float(truth * draws.log_normal(0.3));
+      a.channels[c][i] = float(truth * draws.log_normal(0.3));
+      b.channels[c][i] = float(truth * draws.log_normal(0.3));
+      mean.channels[c][i] = 0.5f * a.channels[c][i] + 0.5f * b.channels[c][i];
+      const double difference = double(a.channels[c][i]) - b.channels[c][i];
+      variance.channels[c][i] = float(difference * difference / 4);
+    }
+  }
+  ReferenceView halves = plain(mean), kept = halves;
+  halves.half_a = a.view();
+  halves.half_b = b.view();
+  kept.variance = variance.view();
+  PictureErrorOptions options;
+  options.regions = {{"window", {3, 5, 17, 9}}};
+  const auto before = picture_errors(picture.view(), halves, options),
+             after = picture_errors(picture.view(), kept, options);
+  ASSERT_TRUE(before.ok() && after.ok());
+  ASSERT_EQ(before->size(), after->size());
+  for (std::size_t i = 0; i < before->size(); ++i) {
+    const MeasuredValue &x = (*before)[i], &y = (*after)[i];
+    EXPECT_EQ(x.measure, y.measure);
+    EXPECT_EQ(x.region, y.region);
+    EXPECT_NEAR(x.value, y.value, 1e-6 * std::abs(x.value)) << to_string(x.measure) << " " << x.region;
+    EXPECT_NEAR(x.reference_error, y.reference_error, 1e-6 * x.reference_error);
+    EXPECT_EQ(x.reference_error > 0, x.measure == Measure::bias);
+  }
+  EXPECT_NEAR(*reference_error(halves), *reference_error(kept), 1e-6);
+}
+
+// How far the means of many references lie from the truth.
+TEST(ComparisonPictureErrors, TellTheStandardErrorOfTheReferencesMean) {
+  test::Draws draws(8);
+  const Picture picture(16, 16, 1);
+  double squares = 0, told = 0;
+  constexpr int kRuns = 400;
+  for (int run = 0; run < kRuns; ++run) {
+    Picture a(16, 16, 1), b(16, 16, 1), mean(16, 16, 1);
+    for (std::size_t i = 0; i < 16 * 16; ++i) {
+      const float of_a = float(0.3 * draws.normal()), of_b = float(0.3 * draws.normal());
+      for (std::size_t c = 0; c < 3; ++c) {  // the channels of a pixel err alike
+        a.channels[c][i] += of_a;
+        b.channels[c][i] += of_b;
+        mean.channels[c][i] = (a.channels[c][i] + b.channels[c][i]) / 2;
+      }
+    }
+    ReferenceView reference = plain(mean);
+    reference.half_a = a.view();
+    reference.half_b = b.view();
+    PictureErrorOptions options;
+    options.measures = 1u << unsigned(Measure::bias);
+    const auto values = picture_errors(picture.view(), reference, options);
+    ASSERT_TRUE(values.ok());
+    const MeasuredValue& bias = values->front();
+    squares += bias.value * bias.value / kRuns;
+    told += bias.reference_error * bias.reference_error / kRuns;
+  }
+  EXPECT_NEAR(std::sqrt(told), 0.3 / std::sqrt(2) / 16, 0.001);
+  EXPECT_NEAR(std::sqrt(squares / told), 1, 0.1);
+}
+
 // The reference itself: the variance of its mean is all that the error is, so that it comes to less than 0 or near it.
 TEST(ComparisonPictureErrors, MayBeNegative) {
   const Picture reference(8, 8, 1), variance(8, 8, 0.02f);

@@ -204,6 +204,56 @@ TEST(ComparisonRatios, OfTheSameNoiseAreOneWithoutWidth) {
   }
 }
 
+// Half the error at any time, in pictures of which some have most of it in a few pixels.
+TEST(ComparisonRatios, ThatAFewPixelsDecideAreUndecided) {
+  for (const std::string rare : {"pt", "vcm"}) {
+    std::vector<ComparedUnit> units = half_the_error();
+    for (ComparedUnit& u : units)
+      u.values.push_back({Measure::outlier_share, "", u.mode == rare && u.budget == 3 ? 0.7 : 0.02});
+    int decided = 0;
+    for (const ComparedRatio& ratio : ratios_of(two_modes({1, 2, 4, 8}), units)) {
+      if (ratio.kind == RatioKind::speed) {
+        EXPECT_FALSE(ratio.few_pixels_decide);
+        EXPECT_EQ(ratio.verdict, Verdict::worse);
+        continue;
+      }
+      EXPECT_EQ(ratio.few_pixels_decide, ratio.verdict == Verdict::undecided);
+      if (ratio.kind == RatioKind::equal_samples) {
+        EXPECT_EQ(ratio.few_pixels_decide, ratio.at == 8);
+      }
+      decided += ratio.verdict == Verdict::better;
+    }
+    EXPECT_GE(decided, 4) << "of the points before";
+    const auto lowest = of_kind(ratios_of(two_modes({1, 2, 4, 8}), units), RatioKind::equal_error).back();
+    EXPECT_EQ(lowest.few_pixels_decide, rare == "pt") << "pt's last point; vcm is there between its first two";
+  }
+}
+
+TEST(ComparisonRatios, OfTimesAreUndecidedBetweenModesThatTookNoTurns) {
+  const auto apart = [](const std::function<std::uint32_t(const ComparedUnit&)>& call) {
+    std::vector<ComparedUnit> units = half_the_error();
+    for (ComparedUnit& u : units) u.call = call(u);
+    int count = 0;
+    for (const ComparedRatio& ratio : ratios_of(two_modes({1, 2, 4, 8}), units)) {
+      if (ratio.kind == RatioKind::equal_samples) {
+        EXPECT_FALSE(ratio.different_calls);
+        EXPECT_EQ(ratio.verdict, Verdict::better);
+        continue;
+      }
+      EXPECT_EQ(ratio.verdict == Verdict::undecided, ratio.different_calls);
+      count += ratio.different_calls;
+    }
+    return count;
+  };
+  EXPECT_EQ(apart([](const ComparedUnit&) { return 0u; }), 0) << "not known of any";
+  EXPECT_EQ(apart([](const ComparedUnit& u) { return u.seed_number < 4 ? 7u : 9u; }), 0) << "more seeds of both";
+  EXPECT_EQ(apart([](const ComparedUnit& u) { return u.seed_number < (u.mode == "pt" ? 4u : 3u) ? 7u : 9u; }), 0)
+      << "interrupted within a round";
+  EXPECT_EQ(apart([](const ComparedUnit& u) { return u.mode == "pt" ? 0u : 9u; }), 4 + 3 + 2) << "added later";
+  EXPECT_EQ(apart([](const ComparedUnit& u) { return u.seed_number < (u.mode == "pt" ? 5u : 3u) ? 7u : 9u; }),
+            4 + 3 + 2);
+}
+
 // Two modes of the same errors and times: how often 1 lies in the interval. Of a seed, the error at a budget is the
 // mean of as many independent parts, so that one picture grows from budget to budget.
 struct Identical {
