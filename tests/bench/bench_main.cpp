@@ -7,9 +7,6 @@
 #include <cstdlib>
 #include <functional>
 
-#include "tests/bench/commands/error_curves.h"
-#include "tests/bench/commands/study.h"
-#include "tests/bench/commands/study_turns.h"
 #include "tests/bench/scenes/reuse_motions.h"
 #include "tests/bench/subcommands.h"
 
@@ -48,15 +45,18 @@ const Subcommand kSubcommands[] = {
     {"bidir", "time to a given error with light paths and without, over Mitsuba", run_bidir, true},
     {"adaptive", "mode adaptive over uniform counts, as a share of the possible", run_adaptive, true, false},
     {"reuse", "time to a restart's error after a camera move", run_reuse, true, false},
+    {"vulkan", "path tracing on a Vulkan device, by our own BVH and by the ray-tracing pipeline, over the processor",
+     run_vulkan, false, false},
 };
 
-struct CurveSubcommand {
+struct ComparisonSubcommand {
   const char* name;
   const char* help;
-  Result<std::vector<CurveReport>> (*run)(BenchContext&);
+  Result<std::vector<pb::CompareRecord>> (*run)(BenchContext&);
 };
-const CurveSubcommand kCurveSubcommands[] = {
+const ComparisonSubcommand kComparisons[] = {
     {"peers", "error against time and samples of every mode beside Mitsuba, on the same XML files", run_peers},
+    {"turns", "error against time of the last view of a turn, of reprojection as published and ours", run_turns},
 };
 
 constexpr int kSkipped = 77;  // exit code: the pictures of ../shared are absent (CTest's skip)
@@ -66,20 +66,11 @@ std::string from_environment(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
-int run_curves(const BenchOptions& options, const CurveSubcommand& subcommand, bool as_json) {
+int run_comparison(const BenchOptions& options, const ComparisonSubcommand& subcommand, bool as_json) {
   BenchContext context(options);
-  const auto curves = subcommand.run(context);
-  const Status done = curves ? publish_curves(*curves, as_json, options.output) : Status(curves.error());
+  const auto records = subcommand.run(context);
+  const Status done = records ? publish_comparisons(*records, as_json, options.output) : Status(records.error());
   if (!done) note(std::string(subcommand.name) + " failed: " + done.error().to_string());
-  return done ? 0 : 1;
-}
-
-int run_and_publish_study(const BenchOptions& options, bool as_json) {
-  BenchContext context(options);
-  const auto report = options.turns ? run_turn_study(context) : run_study(context);
-  const Status done = report ? publish_study(*report, as_json, options.output, options.turns ? "turns" : "study")
-                             : Status(report.error());
-  if (!done) note("study failed: " + done.error().to_string());
   return done ? 0 : 1;
 }
 
@@ -94,7 +85,7 @@ void add_scene_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--seeds", options.seeds, "Pictures per point; intervals are over these")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command.add_option("--samples", options.samples, "Samples a pixel; of curves: of the last point, after 1, 2, 4, ...")
+  command.add_option("--samples", options.samples, "Samples a pixel; of comparisons: of the last point after 1, 2, ...")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   command.add_flag("--own-references", options.own_references,
@@ -121,6 +112,16 @@ void add_reuse_options(CLI::App& command, BenchOptions& options) {
   command.add_flag("--ours-alone", options.ours_alone,
                    "Mode combined beside the restart, without other modes and costs: for biases and limits, which take "
                    "many seeds");
+}
+
+void add_turn_options(CLI::App& command, BenchOptions& options) {
+  command.add_option("--degrees", options.step_degrees, "Degrees a step, of 5, 10, 20, 50")
+      ->delimiter(',')
+      ->capture_default_str();
+  command.add_option("--step-samples", options.step_samples, "Samples a pixel at each step")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
 }
 
 int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
@@ -154,12 +155,14 @@ int main(int argc, char** argv) {
   options.daemon = HELIO_BENCH_DAEMON;
   options.oidn_library = from_environment("HELIOGRAPH_OIDN", "");
   options.cache = from_environment("HELIO_BENCH_CACHE", cache_folder());
+  for (int i = 0; i < argc; ++i) options.command_line += (i ? " " : "") + std::string(argv[i]);
   bool as_json = false;
 
   CLI::App app("Measures Heliograph against the figures of tests/bench/README.md. Notes go to stderr.", "helio_bench");
   app.require_subcommand(1);
   app.fallthrough();
-  app.add_flag("--json", as_json, "Print {\"figures\": {name: {value, unit, goal, better}}}; else a table");
+  app.add_flag("--json", as_json,
+               "Print {\"figures\": {name: {value, unit, goal, better}}}, or {\"comparisons\": [...]}; else tables");
   app.add_option("--threads", options.threads, "Threads of ours and of the peers")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
@@ -187,6 +190,10 @@ int main(int argc, char** argv) {
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     if (subcommand.of_scenes) add_scene_options(*command, options);
     if (std::string(subcommand.name) == "reuse") add_reuse_options(*command, options);
+    if (std::string(subcommand.name) == "vulkan")
+      command->add_option("--device", options.vulkan_device,
+                          "Number of the Vulkan device; by default the first that can trace paths")
+          ->check(CLI::Range(0, 255));
     if (std::string(subcommand.name) == "denoisers")
       command->add_option("--oidn-library", options.oidn_library,
                           "Open Image Denoise 2.x, a path or a name for the dynamic linker; also HELIOGRAPH_OIDN. Its "
@@ -195,25 +202,16 @@ int main(int argc, char** argv) {
       command->add_option("--output", options.output,
                           "Folder for PNGs of previews, beside what they are compared with");
   }
-  for (const CurveSubcommand& subcommand : kCurveSubcommands) {
+  for (const ComparisonSubcommand& subcommand : kComparisons) {
     CLI::App* command = app.add_subcommand(subcommand.name, subcommand.help);
     command->callback([&chosen, name = subcommand.name] { chosen = name; });
     add_scene_options(*command, options);
-    command->add_option("--output", options.output, "Folder for curves.json, curves.csv and curves.svg");
+    command->add_option("--output", options.output,
+                        "Folder that gets, for each comparison, a folder with comparison.json, units.csv, points.csv, "
+                        "ratios.csv and report.html");
+    if (std::string(subcommand.name) == "turns") add_turn_options(*command, options);
   }
-  CLI::App* study = app.add_subcommand("study", "the paper's study: settings of adaptive sampling, or reprojection");
-  study->callback([&chosen] { chosen = "study"; });
-  add_scene_options(*study, options);
-  study->add_option("--output", options.output, "Folder for study.json and study.md, or turns.json and turns.md");
-  study->add_flag("--turns", options.turns, "The reprojection part: turns of 100 degrees");
-  study->add_option("--degrees", options.step_degrees, "With --turns: degrees a step, of 5, 10, 20, 50")
-      ->delimiter(',')
-      ->capture_default_str();
-  study->add_option("--step-samples", options.step_samples, "With --turns: samples a pixel at each step")
-      ->delimiter(',')
-      ->check(CLI::Range(1, 1 << 20))
-      ->capture_default_str();
-  app.add_subcommand("all", "all that give figures but adaptive, denoisers, display, drag, previews and reuse")
+  app.add_subcommand("all", "all that give figures but adaptive, denoisers, display, drag, previews, reuse and vulkan")
       ->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);
@@ -228,9 +226,8 @@ int main(int argc, char** argv) {
 #if !defined(__OPTIMIZE__)
   note("not an optimised build: these figures mean nothing");
 #endif
-  for (const CurveSubcommand& subcommand : kCurveSubcommands) {
-    if (chosen == subcommand.name) return run_curves(options, subcommand, as_json);
+  for (const ComparisonSubcommand& subcommand : kComparisons) {
+    if (chosen == subcommand.name) return run_comparison(options, subcommand, as_json);
   }
-  if (chosen == "study") return run_and_publish_study(options, as_json);
   return run(options, chosen, as_json);
 }

@@ -1,4 +1,4 @@
-# That `peers` measures a small scene of our own, also where Mitsuba is absent, and writes its three files.
+# That `peers` measures a small scene of our own, also where Mitsuba is absent, and writes its files.
 # usage: cmake -DBENCH=PROGRAM -DFOLDER=FOLDER -DFAKE_OIDN=LIBRARY -P curves_smoke_test.cmake
 file(REMOVE_RECURSE ${FOLDER})
 file(WRITE ${FOLDER}/wall.xml "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='4'/>\
@@ -12,19 +12,34 @@ execute_process(COMMAND ${BENCH} peers ${FOLDER}/wall.xml --samples 4 --seeds 2 
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "exit code ${code}: ${notes}")
 endif()
-string(JSON scene GET "${json}" curves 0 scene)
-string(JSON mode GET "${json}" curves 0 mode)
-string(JSON points LENGTH "${json}" curves 0 points)
-if(NOT scene STREQUAL "wall" OR NOT mode STREQUAL "pt" OR NOT points EQUAL 3)  # 1, 2 and 4 samples
-  message(FATAL_ERROR "scene ${scene}, mode ${mode}, ${points} points")
+string(JSON name GET "${json}" comparisons 0 name)
+string(JSON mode GET "${json}" comparisons 0 modes 0)
+string(JSON budgets LENGTH "${json}" comparisons 0 budgets)
+if(NOT name STREQUAL "wall" OR NOT mode STREQUAL "pt" OR NOT budgets EQUAL 3)  # 1, 2 and 4 samples
+  message(FATAL_ERROR "comparison ${name}, mode ${mode}, ${budgets} budgets")
 endif()
-# More samples leave less error, and the reference less than all of them.
-string(JSON coarse GET "${json}" curves 0 points 0 mse mean)
-string(JSON fine GET "${json}" curves 0 points 2 mse mean)
-string(JSON seconds GET "${json}" curves 0 points 2 seconds mean)
-string(JSON floor GET "${json}" curves 0 reference_mse)
-if(NOT seconds GREATER 0 OR NOT floor GREATER 0 OR NOT coarse GREATER ${fine} OR NOT fine GREATER ${floor})
-  message(FATAL_ERROR "mse ${coarse}, then ${fine} in ${seconds} s; of the reference ${floor}")
+# Of one point the mean of a measure of the whole picture.
+function(get_value result comparison point measure)
+  string(JSON count LENGTH "${json}" comparisons ${comparison} points ${point} values)
+  math(EXPR last "${count} - 1")
+  foreach(i RANGE ${last})
+    string(JSON found GET "${json}" comparisons ${comparison} points ${point} values ${i} measure)
+    string(JSON region GET "${json}" comparisons ${comparison} points ${point} values ${i} region)
+    if(found STREQUAL measure AND region STREQUAL "")
+      string(JSON value GET "${json}" comparisons ${comparison} points ${point} values ${i} mean)
+      set(${result} ${value} PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+  message(FATAL_ERROR "no ${measure} of point ${point} of comparison ${comparison}")
+endfunction()
+# More samples leave less error, and the reference has one of its own.
+get_value(coarse 0 0 mse)
+get_value(fine 0 2 mse)
+string(JSON seconds GET "${json}" comparisons 0 points 2 seconds mean)
+string(JSON error GET "${json}" comparisons 0 references 0 error)
+if(NOT seconds GREATER 0 OR NOT error GREATER 0 OR NOT coarse GREATER ${fine} OR NOT fine GREATER 0)
+  message(FATAL_ERROR "mse ${coarse}, then ${fine} in ${seconds} s; relative error of the reference ${error}")
 endif()
 # In XML files the longest path and the filter are the file's: of a lamp that fills the view a path of one segment brings
 # its own light alone, in every sample.
@@ -39,7 +54,7 @@ execute_process(COMMAND ${BENCH} peers ${FOLDER}/lamp.xml --samples 2 --seeds 1 
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "peers lamp.xml: exit code ${code}: ${notes}")
 endif()
-string(JSON error GET "${json}" curves 0 points 0 mse mean)
+get_value(error 0 0 mse)
 if(error GREATER 1e-10)
   message(FATAL_ERROR "peers lamp.xml: mse ${error} of a picture of one value")
 endif()
@@ -76,47 +91,30 @@ if(NOT raw.relmse GREATER ${own.relmse} OR NOT own.seconds GREATER ${raw.seconds
     OR NOT as_long EQUAL 4 OR NOT stand_in GREATER 0.1)
   message(FATAL_ERROR "denoisers: ${json}")
 endif()
-# And that `study` compares every setting with plain path tracing.
-execute_process(COMMAND ${BENCH} study box-area --samples 16 --seeds 1 --size 16 --cache ${FOLDER}/cache
-                        --output ${FOLDER} --json
-  OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
-if(NOT code EQUAL 0)
-  message(FATAL_ERROR "study: exit code ${code}: ${notes}")
-endif()
-string(JSON settings LENGTH "${json}" settings)
-string(JSON curves LENGTH "${json}" scenes 0 curves)
-string(JSON first GET "${json}" scenes 0 curves 0 mode)
-if(settings LESS 11 OR NOT curves EQUAL settings OR NOT first STREQUAL "plain")
-  message(FATAL_ERROR "${settings} settings, ${curves} curves, the first is ${first}")
-endif()
-math(EXPR last "${settings} - 1")
-foreach(setting RANGE ${last})
-  string(JSON points LENGTH "${json}" scenes 0 curves ${setting} points)  # 4, 8 and 16 samples
-  string(JSON ratio GET "${json}" scenes 0 curves ${setting} over_plain 2 distance_variance)
-  if(NOT points EQUAL 3 OR NOT ratio GREATER 0)
-    message(FATAL_ERROR "setting ${setting}: ${points} points, variance of distance over plain ${ratio}")
-  endif()
-endforeach()
-# And its reprojection part: the paper's settings and ours along two turns of 50 degrees.
-execute_process(COMMAND ${BENCH} study box-area --turns --degrees 50 --step-samples 8 --samples 4 --seeds 1 --size 16
+# And that `turns` compares the paper's settings and ours along two turns of 50 degrees.
+execute_process(COMMAND ${BENCH} turns box-area --degrees 50 --step-samples 8 --samples 4 --seeds 1 --size 16
                         --cache ${FOLDER}/cache --output ${FOLDER} --json
   OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
-  message(FATAL_ERROR "study --turns: exit code ${code}: ${notes}")
+  message(FATAL_ERROR "turns: exit code ${code}: ${notes}")
 endif()
-string(JSON settings LENGTH "${json}" settings)
-string(JSON curves LENGTH "${json}" scenes 0 curves)
-string(JSON name GET "${json}" scenes 0 scene)
-if(NOT settings EQUAL 11 OR NOT curves EQUAL settings OR NOT name STREQUAL "box-area, 50 degrees and 8 samples a step")
-  message(FATAL_ERROR "${settings} settings, ${curves} curves of ${name}")
+string(JSON modes LENGTH "${json}" comparisons 0 modes)
+string(JSON points LENGTH "${json}" comparisons 0 points)
+string(JSON name GET "${json}" comparisons 0 name)
+if(NOT modes EQUAL 11 OR NOT points EQUAL 33 OR NOT name STREQUAL "box-area-50-degrees-8-samples")  # 1, 2 and 4 samples
+  message(FATAL_ERROR "${modes} modes, ${points} points of ${name}")
 endif()
-foreach(setting RANGE 10)
-  string(JSON points LENGTH "${json}" scenes 0 curves ${setting} points)  # 1, 2 and 4 samples
-  string(JSON ratio GET "${json}" scenes 0 curves ${setting} over_plain 2 mse)
-  if(NOT points EQUAL 3 OR NOT ratio GREATER 0)
-    message(FATAL_ERROR "turns, setting ${setting}: ${points} points, mse over plain ${ratio}")
+foreach(point RANGE 32)
+  get_value(variance 0 ${point} distance-variance)
+  if(NOT variance GREATER 0)
+    message(FATAL_ERROR "turns, point ${point}: variance of the distance ${variance}")
   endif()
 endforeach()
+execute_process(COMMAND ${BENCH} turns box-area --degrees 7
+  OUTPUT_VARIABLE json ERROR_VARIABLE notes RESULT_VARIABLE code)
+if(NOT code EQUAL 1 OR NOT notes MATCHES "7 is none of 5, 10, 20, 50")
+  message(FATAL_ERROR "turns --degrees 7: exit code ${code}: ${notes}")
+endif()
 # And `reuse`, with the paper's modes beside ours.
 execute_process(COMMAND ${BENCH} reuse box-area --motions turn-5,out-and-back --samples 4 --seeds 1 --size 16
                         --cache ${FOLDER}/cache --json
@@ -136,8 +134,10 @@ string(JSON newly_seen GET "${json}" figures box-area.out-and-back.newly_seen va
 if(NOT newly_seen EQUAL 0 OR NOT notes MATCHES "out-and-back: nothing is newly seen")
   message(FATAL_ERROR "newly seen after coming back: ${newly_seen}; ${notes}")
 endif()
-foreach(name curves.json curves.csv curves.svg study.json study.md turns.json turns.md)
-  if(NOT EXISTS ${FOLDER}/${name})
-    message(FATAL_ERROR "${name} was not written")
-  endif()
+foreach(comparison wall lamp/lamp box-area-50-degrees-8-samples)
+  foreach(name comparison.json units.csv points.csv ratios.csv report.html)
+    if(NOT EXISTS ${FOLDER}/${comparison}/${name})
+      message(FATAL_ERROR "${comparison}/${name} was not written")
+    endif()
+  endforeach()
 endforeach()

@@ -4,7 +4,7 @@
 
 #include "renderer/base/result.h"
 #include "tests/bench/bench_context.h"
-#include "tests/bench/reports/error_report.h"
+#include "tests/bench/reports/comparison_record.h"
 #include "tests/bench/reports/figures.h"
 
 namespace helio::bench {
@@ -28,8 +28,12 @@ Status run_metrics(BenchContext& context, Figures& figures);
 Status run_adaptive(BenchContext& context, Figures& figures);
 Status run_bidir(BenchContext& context, Figures& figures);
 Status run_reuse(BenchContext& context, Figures& figures);
+Status run_vulkan(BenchContext& context, Figures& figures);
 
-// Error curves instead of figures.
-Result<std::vector<CurveReport>> run_peers(BenchContext& context);
+// Comparisons instead of figures.
+Result<std::vector<pb::CompareRecord>> run_peers(BenchContext& context);
+// One for each scene, step (options.step_degrees) and number of samples a step (options.step_samples).
+// invalid_argument: a step that camera_paths.h has not.
+Result<std::vector<pb::CompareRecord>> run_turns(BenchContext& context);
 
 }  // namespace helio::bench

@@ -2,14 +2,15 @@
 #include <array>
 #include <cmath>
 
+#include "renderer/comparison/power_law.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/error_metrics.h"
-#include "tests/bench/commands/study.h"
 #include "tests/bench/commands/tile_tracing.h"
 #include "tests/bench/reports/statistics.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/over_scenes.h"
+#include "tests/bench/scenes/study_scenes.h"
 #include "tests/bench/subcommands.h"
 
 namespace helio::bench {
@@ -117,8 +118,7 @@ Result<Measured> render(RenderEngine& engine, const ErrorScene& scene, RenderSet
 
 // Error of uniform counts at `seconds`, between or beyond two measured points, as a power of time.
 double uniform_error_at(const Measured& a, const Measured& b, Metric metric, double seconds) {
-  const double slope = std::log(b.error[metric] / a.error[metric]) / std::log(b.seconds / a.seconds);
-  return b.error[metric] * std::pow(seconds / b.seconds, slope);
+  return std::exp(log_on_power_law(a.seconds, a.error[metric], b.seconds, b.error[metric], seconds));
 }
 
 // Of one kind, an entry for each seed.

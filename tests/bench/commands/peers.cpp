@@ -1,8 +1,9 @@
 // Error against time and samples of every mode, beside Mitsuba on the same XML file.
+#include <algorithm>
 #include <memory>
 #include <utility>
 
-#include "tests/bench/commands/error_curves.h"
+#include "tests/bench/commands/contenders.h"
 #include "tests/bench/peers/mitsuba_peer.h"
 #include "tests/bench/render_modes.h"
 #include "tests/bench/reports/figures.h"
@@ -19,9 +20,9 @@ constexpr std::uint32_t kReferenceFactor = 64;
 std::vector<Contender> our_contenders(RenderEngine& engine, const ErrorScene& scene) {
   std::vector<Contender> contenders;
   for (const ComparedMode& mode : kRenderModes) {
-    contenders.push_back({"heliograph", mode.name, [&engine, &scene, &mode](int samples, std::uint64_t seed) {
-                            RenderSettings settings = scene.settings;
-                            mode.choose_in(settings);
+    RenderSettings settings = scene.settings;
+    mode.choose_in(settings);
+    contenders.push_back({{mode.name, settings}, [&engine, &scene, settings](int samples, std::uint64_t seed) mutable {
                             settings.seed = seed;
                             return render_picture(engine, scene.scene, settings, std::uint32_t(samples));
                           }});
@@ -51,14 +52,16 @@ Result<Contender> mitsuba_contender(MitsubaPeer& peer, const ErrorScene& scene, 
   if (const Status loaded = peer.load(scene.name, file.string()); !loaded) return loaded.error();
   if (const Status sized = peer.resize(scene.name, scene.reference.width, scene.reference.height); !sized)
     return sized.error();
-  return Contender{"mitsuba " + peer.version(), "path", [&peer, &scene, picture_file](int samples, std::uint64_t seed) {
+  std::string name = "mitsuba-" + peer.version();
+  std::replace(name.begin(), name.end(), ' ', '-');
+  return Contender{{name, {}}, [&peer, &scene, picture_file](int samples, std::uint64_t seed) {
                      return peer.render_picture(scene.name, samples, int(seed), picture_file);
                    }};
 }
 
 }  // namespace
 
-Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
+Result<std::vector<pb::CompareRecord>> run_peers(BenchContext& context) {
   const BenchOptions& options = context.options();
   const auto files = chosen_scenes(options);
   if (!files) return files.error();
@@ -67,7 +70,7 @@ Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
   const std::unique_ptr<MitsubaPeer> peer = started ? std::move(started).value() : nullptr;
   const std::string picture_file = (context.folder() / "mitsuba.exr").string();
   RenderEngine engine(options.threads);
-  std::vector<CurveReport> curves;
+  std::vector<pb::CompareRecord> records;
   for (const std::filesystem::path& file : *files) {
     const auto scene = load_error_scene(options, file, engine, kReferenceFactor * std::uint32_t(options.samples));
     if (!scene) return scene.error();
@@ -77,11 +80,11 @@ Result<std::vector<CurveReport>> run_peers(BenchContext& context) {
       if (!contender) return contender.error();
       contenders.push_back(std::move(*contender));
     }
-    auto measured = measure_curves(*scene, contenders, doubling_counts(options.samples), options.seeds);
-    if (!measured) return measured.error();
-    curves.insert(curves.end(), measured->begin(), measured->end());
+    auto record = measure_contenders(*scene, contenders, doubling_counts(options.samples), options);
+    if (!record) return record.error();
+    records.push_back(std::move(*record));
   }
-  return curves;
+  return records;
 }
 
 }  // namespace helio::bench

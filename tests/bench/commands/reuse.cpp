@@ -8,13 +8,13 @@
 
 #include "renderer/metrics/dark_half.h"
 #include "renderer/metrics/error_metrics.h"
-#include "tests/bench/commands/study.h"
 #include "tests/bench/reports/reuse_report.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/newly_seen.h"
 #include "tests/bench/scenes/over_scenes.h"
 #include "tests/bench/scenes/reuse_motions.h"
 #include "tests/bench/scenes/scene_depth.h"
+#include "tests/bench/scenes/study_scenes.h"
 #include "tests/bench/subcommands.h"
 #include "tests/support/loop_views.h"
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
+#include "renderer/comparison/power_law.h"
 #include "renderer/comparison/student_t.h"
 #include "tests/bench/reports/statistics.h"
 #include "tests/bench/scenes/over_scenes.h"
@@ -149,9 +151,9 @@ class Report {
           const ReusePoint& point = curve(seed).points[k];
           return point.*error / error_at(seed.restart, error, point.seconds);
         });
-        const Interval interval = ratio_interval(ratios);
-        means[k] = std::max(means[k], interval.mean);
-        high = std::max(high, interval.high);
+        const MeanRatio ratio = mean_ratio(ratios);
+        means[k] = std::max(means[k], ratio.mean);
+        high = std::max(high, ratio.high);
       }
     }
     add(name, *std::max_element(means.begin(), means.end()), "x", Better::lower);
@@ -165,23 +167,23 @@ class Report {
     const std::vector<double> off = of_seeds([&](const ReuseSeed& seed) {
       return 100 * (seed.combined.points[point].*bias - seed.restart.points.back().*bias);
     });
-    const Interval interval = mean_interval(off);
-    if (!std::isfinite(interval.mean)) return;  // half of the picture is black
+    const double mean = mean_of(off);
+    if (!std::isfinite(mean)) return;  // half of the picture is black
     const bool judged = seeds_.size() >= kLeastSeeds;
     if (judged && against_bound) {
-      add_within(name, interval.mean, "%", -kMostBias, kMostBias);
+      add_within(name, mean, "%", -kMostBias, kMostBias);
     } else {
-      add_within(name, interval.mean, "%", 0, 0);
+      add_within(name, mean, "%", 0, 0);
       out_.figures.back().figure.goal.reset();
     }
     if (!judged) return;
-    const double error = (interval.high - interval.mean) / student_t_95(int(off.size()) - 1);
+    const double error = standard_error(off);
     add(name + ".standard_error", error, "%", Better::lower);
     if (!against_bound) return;
     double bound = 0;
     for (const ReuseSeed& seed : seeds_) bound += 100 * seed.combined.points[point].bound / double(seeds_.size());
     add(name + ".bound", bound, "%", Better::lower);
-    const double beyond = std::max(0.0, std::abs(interval.mean) - bound);
+    const double beyond = std::max(0.0, std::abs(mean) - bound);
     add(name + ".beyond_bound", beyond > 0 ? beyond / error : 0.0, "s.e.", Better::lower, 3.0);
   }
 
@@ -263,11 +265,6 @@ class Report {
   ReuseReport out_;
 };
 
-// Of a power through two points, at t, the share of the way in logarithms.
-double between(double a, double b, double t) {
-  return a * std::pow(b / a, t);
-}
-
 }  // namespace
 
 TimeToError time_to(const ReuseCurve& curve, double ReusePoint::* error, double target) {
@@ -276,7 +273,7 @@ TimeToError time_to(const ReuseCurve& curve, double ReusePoint::* error, double 
   for (std::size_t i = 1; i < points.size(); ++i) {
     const ReusePoint &a = points[i - 1], &b = points[i];
     if (b.*error > target) continue;
-    return {between(a.seconds, b.seconds, std::log(a.*error / target) / std::log(a.*error / (b.*error))), true};
+    return {std::exp(log_on_power_law(a.*error, a.seconds, b.*error, b.seconds, target)), true};
   }
   return {points.back().seconds, false};
 }
@@ -287,16 +284,17 @@ double error_at(const ReuseCurve& curve, double ReusePoint::* error, double seco
   for (std::size_t i = 1; i < points.size(); ++i) {
     const ReusePoint &a = points[i - 1], &b = points[i];
     if (b.seconds < seconds) continue;
-    return between(a.*error, b.*error, std::log(seconds / a.seconds) / std::log(b.seconds / a.seconds));
+    return std::exp(log_on_power_law(a.seconds, a.*error, b.seconds, b.*error, seconds));
   }
   return points.back().*error * points.back().seconds / seconds;
 }
 
-Interval ratio_interval(std::span<const double> ratios) {
+MeanRatio mean_ratio(const std::vector<double>& ratios) {
   std::vector<double> logs;
   for (const double ratio : ratios) logs.push_back(std::log(ratio));
-  const Interval interval = mean_interval(logs);
-  return {std::exp(interval.mean), std::exp(interval.low), std::exp(interval.high)};
+  const double mean = mean_of(logs);
+  if (logs.size() < 2) return {std::exp(mean), std::numeric_limits<double>::infinity()};
+  return {std::exp(mean), std::exp(mean + student_t_95(int(logs.size()) - 1) * standard_error(logs))};
 }
 
 ReuseReport report_reuse(const std::vector<ReuseSeed>& seeds, std::size_t points, double newly_seen,

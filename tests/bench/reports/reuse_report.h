@@ -2,11 +2,9 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "tests/bench/reports/error_report.h"
 #include "tests/bench/reports/figures.h"
 #include "tests/bench/scenes/reuse_motions.h"
 
@@ -60,8 +58,13 @@ TimeToError time_to(const ReuseCurve& curve, double ReusePoint::* error, double 
 // Error at a time, likewise; before its first point that of the first, after its last one as 1 / time.
 double error_at(const ReuseCurve& curve, double ReusePoint::* error, double seconds);
 
-// Geometric mean of positive ratios, with its interval of 95 % (Student's t of the logarithms).
-Interval ratio_interval(std::span<const double> ratios);
+// Geometric mean of positive ratios, and the upper end of its interval of 95 % (Student's t of the logarithms; infinity
+// for one ratio). The intervals of renderer/comparison begin at five seeds; runs of reuse take so long that three have
+// to do.
+struct MeanRatio {
+  double mean = 0, high = 0;
+};
+MeanRatio mean_ratio(const std::vector<double>& ratios);
 
 struct ReuseFigure {
   Figure figure;  // named without scene and motion

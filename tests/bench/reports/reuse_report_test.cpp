@@ -74,9 +74,9 @@ TEST(ReuseReport, TimesAreReadOffCurvesAsPowers) {
 
 TEST(ReuseReport, RatiosAreAveragedByTheirLogarithms) {
   const std::vector<double> ratios = {0.5, 2.0};
-  EXPECT_NEAR(ratio_interval(ratios).mean, 1, 1e-12);
+  EXPECT_NEAR(mean_ratio(ratios).mean, 1, 1e-12);
   // 12.706 is Student's t of one degree of freedom; the logarithms are off by ln 2 each.
-  EXPECT_NEAR(std::log(ratio_interval(ratios).high), 12.706 * std::log(2.0), 1e-3);
+  EXPECT_NEAR(std::log(mean_ratio(ratios).high), 12.706 * std::log(2.0), 1e-3);
 }
 
 TEST(ReuseReport, GainsAndTheirCeiling) {

@@ -46,6 +46,7 @@ Result<bool> find_reference(ErrorScene& scene) {
       if (!fs::exists(file)) continue;
       auto picture = read_picture(file);
       if (!picture) return picture.error();
+      scene.reference_file = file;
       scene.reference = std::move(*picture);
       scene.reference_variance = scene.reference;
       for (auto& channel : scene.reference_variance.channels) std::fill(channel.begin(), channel.end(), 0.0f);
@@ -134,9 +135,10 @@ Result<ErrorScene> load_error_scene(const BenchOptions& options, const fs::path&
   const double aspect = description.cameras.at(0).aspect;
   settings.height = options.size;
   settings.width = aspect > 0 ? std::max(1, int(std::lround(options.size * aspect))) : options.size;
-  auto made = reference_picture(engine, options.cache,
-                                {scene.name, scene.checksum, scene.scene, scene.view, settings, samples});
+  const ReferenceRequest request{scene.name, scene.checksum, scene.scene, scene.view, settings, samples};
+  auto made = reference_picture(engine, options.cache, request);
   if (!made) return made.error();
+  scene.reference_file = reference_file(options.cache, request);
   scene.reference = std::move(made->picture);
   scene.reference_variance = std::move(made->variance);
   scene.reference_noise = std::move(made->noise);

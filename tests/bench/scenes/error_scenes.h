@@ -20,7 +20,8 @@ struct ErrorScene {
   std::uint64_t checksum = 0;  // of every byte the scene was read from
   CameraPose view;             // the scene's own
   RenderSettings settings;     // as the file says (scene_settings.h), of the reference's size
-  LoopPicture reference;       // of that view
+  std::filesystem::path reference_file;
+  LoopPicture reference;           // of that view
   LoopPicture reference_variance;  // of its values; zeroes: not known
   LoopPicture reference_noise;     // Reference::noise; the variance where another renderer made the reference
 };
