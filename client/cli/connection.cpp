@@ -98,6 +98,7 @@ Result<Renderer> Renderer::open(const Connection& connection) {
   config.http = connection.http;
   config.scene_roots = connection.scene_roots;
   config.allow_exclusive = connection.allow_exclusive;
+  config.vulkan_devices = connection.vulkan_devices;
   config.token = connection.connect.token;
   spdlog::set_level(spdlog::level::off);  // failures come back as statuses, and stdout belongs to the command
   auto server = Server::start(config);

@@ -30,6 +30,7 @@ struct Connection {
   std::string http;
   std::vector<std::string> scene_roots;  // in process
   bool allow_exclusive = false;  // in process: comparisons may keep everything else waiting
+  bool vulkan_devices = false;   // in process: Vulkan devices are looked for and may be used
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -142,6 +142,9 @@ void add_picture_options(CLI::App& app, SettingsOptions& options) {
                ". R in pixels, " + find_field("filter_scale", {})->range.to_string() +
                ": the tent's radius, default 1; the Gaussian's standard deviation, default 0.5. "
                "Default: the scene file's, else box");
+  add_text(app, options.device, "--device", "DEVICE",
+           std::string("What traces the paths: ") + kRenderDevices +
+               ". Vulkan devices have --mode pt with --integrator path; heliograph info lists them. Default: cpu");
   add_text(app, options.region, "--region", "x0,y0,x1,y1",
            "Renders only these pixels, x0 <= x < x1 and y0 <= y < y1. Default: the whole picture");
 }
@@ -208,6 +211,7 @@ const TextOption* option_of(const std::string& path, const SettingsOptions& opti
   if (path.starts_with("technique")) return &options.technique;
   if (path.starts_with("filter")) return &options.filter;
   if (path == "region") return &options.region;
+  if (path == "device") return &options.device;
   const auto found = options.fields.find(path);
   return found == options.fields.end() ? nullptr : &found->second;
 }
@@ -270,11 +274,16 @@ pb::RenderSettings read_settings(const SettingsOptions& options, OptionReader& r
     if (row && !row->use.holds(chosen)) reader.problem(option, std::string("is only valid with --") + row->use.words);
   }
   reader.text(options.camera);
+  if (const auto device = reader.text(options.device)) settings.set_device(*device);
   settings.set_seed(reader.integer(options.seed, 0, std::numeric_limits<std::uint64_t>::max()).value_or(0));
   read_technique(options, settings, reader);
   if (const auto rect = reader.rect(options.region)) write_rect(*rect, *settings.mutable_region());
   if (reader.problems().size() == before) check_settings(options, settings, limits_of({}), reader);
   return settings;
+}
+
+bool asks_for_device(const pb::RenderSettings& settings) {
+  return !settings.device().empty() && settings.device() != "cpu";
 }
 
 // `offered`: the daemon's own; empty: it does not say.

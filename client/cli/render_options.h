@@ -12,10 +12,10 @@
 namespace helio::cli {
 
 struct SettingsOptions {
-  TextOption size, camera, seed, technique, filter, region;
+  TextOption size, camera, seed, technique, filter, region, device;
   std::map<std::string, TextOption, std::less<>> fields;  // by path in the protocol's RenderSettings
 };
-// Those that any picture has: size, camera, seed, roulette, filter, region. The others stay absent.
+// Those that any picture has: size, camera, seed, roulette, filter, region, device. The others stay absent.
 void add_picture_options(CLI::App& app, SettingsOptions& options);
 // These and all others.
 void add_settings_options(CLI::App& app, SettingsOptions& options);
@@ -23,6 +23,8 @@ void add_settings_options(CLI::App& app, SettingsOptions& options);
 // by the option that the field comes from. mode: where --mode is absent.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader,
                                              heliograph::v1::Mode mode = heliograph::v1::MODE_UNSPECIFIED);
+// Whether something else than the CPU is to render.
+bool asks_for_device(const heliograph::v1::RenderSettings& settings);
 // Checks settings, which need not be whole, against the daemon's limits, modes and integrators.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,
                           const heliograph::v1::GetServerInfoResponse& server, OptionReader& reader);

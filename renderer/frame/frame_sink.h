@@ -81,6 +81,7 @@ struct FrameEnd {
   FrameTag tag;
   FrameEndReason reason = FrameEndReason::samples;
   std::string message;            // failed: why
+  std::string notice;             // filled in by who passes it on: what is to be said of how the picture was made
   FrameProgress progress;         // at the end
   double first_tile_seconds = 0;  // view accepted -> first tile handed to the sink; 0: none was
   std::vector<PassTime> passes;

@@ -30,6 +30,10 @@ namespace helio {
 
 namespace {
 
+IntegrateFunction make_tracer(std::shared_ptr<const RenderScene> scene, const RenderLoopOptions& options) {
+  return options.make_tracer ? options.make_tracer(std::move(scene)) : path_tracer(std::move(scene));
+}
+
 // Resolved tiles that may wait for the sink: a few for each worker, so that resolving and handing over overlap.
 std::size_t tiles_that_may_wait(int threads) {
   return 2 + 2 * std::size_t(threads);
@@ -304,7 +308,7 @@ bool RenderLoop::Impl::has_work() {
 
 std::uint64_t RenderLoop::Impl::update(const Update& update) {
   std::shared_ptr<const IntegrateFunction> tracer;
-  if (update.scene) tracer = std::make_shared<const IntegrateFunction>(path_tracer(update.scene));
+  if (update.scene) tracer = std::make_shared<const IntegrateFunction>(make_tracer(update.scene, options));
   // Freed after the lock.
   std::shared_ptr<Film> fresh = update.film, retired;
   std::shared_ptr<PreviewHistory> fresh_previews = update.previews;
@@ -557,9 +561,9 @@ bool RenderLoop::Impl::deliver_waiting(std::unique_lock<std::mutex>& lock) noexc
     try {
       prepare(slot.front(), now);
       lock.unlock();
-      const double cpu_started = thread_cpu_s();
+      const double cpu_started = thread_used_s();
       deliver(slot.front(), *sink);
-      cpu_seconds = thread_cpu_s() - cpu_started;
+      cpu_seconds = thread_used_s() - cpu_started;
     } catch (...) {
       failure = failure_reason();
     }
@@ -864,7 +868,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   Film& pixels = *film;
   lock.unlock();
 
-  const double cpu_started = thread_cpu_s();
+  const double cpu_started = thread_used_s();
   bool done = true;
   std::optional<std::string> failure;
   TraceStats stats;
@@ -883,7 +887,7 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
   } catch (...) {
     failure = failure_reason();
   }
-  const double ended = now_s(), cpu_seconds = thread_cpu_s() - cpu_started;
+  const double ended = now_s(), cpu_seconds = thread_used_s() - cpu_started;
   const auto* integrated = std::get_if<IntegratePiece>(&*piece);
 
   lock.lock();
@@ -938,7 +942,7 @@ std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings,
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), path_tracer(scene), scene, settings, budget, rank, std::move(sink),
+    : impl_(std::make_unique<Impl>(engine.impl(), make_tracer(scene, options), scene, settings, budget, rank, std::move(sink),
                                    options)) {}
 
 RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,

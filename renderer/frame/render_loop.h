@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "renderer/base/result.h"
@@ -51,7 +52,8 @@ class RenderEngine {
   RenderEngine& operator=(const RenderEngine&) = delete;
 
   int threads() const;
-  double used_seconds() const;  // processor time of all loops, those that are gone included
+  double used_seconds() const;          // processor time of all loops, those that are gone included
+  std::vector<int> thread_ids() const;  // the system's, of the workers that have begun
 
   struct Impl;
   Impl& impl() { return *impl_; }
@@ -69,6 +71,8 @@ struct RenderLoopOptions {
   std::optional<bool> publish_passes;
   double publish_interval_s = 0.25;
   double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per plane
+  // What traces a scene; null: path_tracer(). It may be asked for the scenes of later updates.
+  std::function<IntegrateFunction(std::shared_ptr<const RenderScene>)> make_tracer;
   bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false: for benches
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;

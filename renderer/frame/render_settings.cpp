@@ -133,6 +133,13 @@ void check_technique(const RenderSettings& settings, const std::string& where, P
   }
 }
 
+void check_device(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  if (settings.device.kind == RenderDevice::Kind::cpu) return;
+  if (settings.mode == RenderMode::pt && settings.integrator == Integrator::path) return;
+  problems.add(where, to_string(settings.device) + " with integrator " + to_string(settings.integrator) + " in mode " +
+                          to_string(settings.mode) + "; Vulkan devices have integrator path in mode pt");
+}
+
 void check_region(const PixelRect& region, int width, int height, const std::string& where, Problems& problems) {
   if (region.empty()) {
     problems.add(where, text(region) + " is empty; x0 < x1 and y0 < y1 are needed");
@@ -207,6 +214,7 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   }
   check_integrator(settings, field_path(where, "integrator"), problems);
   if (settings.technique) check_technique(settings, field_path(where, "technique"), problems);
+  check_device(settings, field_path(where, "device"), problems);
   check_fields(settings_fields(), settings, where, problems);
   if (allocates(settings.mode)) check_adaptive(settings, where, problems);
   const int hits = settings.reprojection.stored_hits;

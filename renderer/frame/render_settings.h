@@ -11,6 +11,7 @@
 #include "renderer/base/number_range.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/base/result.h"
+#include "renderer/frame/render_device.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/integrator.h"
 #include "renderer/trace/paths/light_cache_settings.h"
@@ -94,6 +95,7 @@ struct RenderSettings {
   RouletteRule roulette = RouletteRule::root;
   PixelFilter filter;
   std::optional<PixelRect> region;  // of interest; inside the film; none: the whole film
+  RenderDevice device;              // other than cpu: integrator path in mode pt
   PreviewSettings preview;
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }

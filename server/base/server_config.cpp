@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "renderer/base/instruction_set.h"
+#include "renderer/base/text.h"
 #include "server/base/build_info.h"
 #include "server/base/listen_address.h"
 #include "server/base/man_page.h"
@@ -61,6 +62,17 @@ std::string read_name(const std::string& text, std::initializer_list<const char*
     all += all.empty() ? name : std::string(", ") + name;
   }
   return "'" + text + "'; allowed: " + all;
+}
+
+std::string read_devices(const std::string& text, bool& vulkan) {
+  bool cpu = false;
+  vulkan = false;
+  for (const std::string_view name : comma_separated(text)) {
+    bool& named = name == "vulkan" ? vulkan : cpu;
+    if (named || (name != "cpu" && name != "vulkan")) return "'" + text + "'; allowed: cpu, cpu,vulkan";
+    named = true;
+  }
+  return cpu ? "" : "'" + text + "'; allowed: cpu, cpu,vulkan";
 }
 
 using Config = ServerConfig;
@@ -180,6 +192,11 @@ std::vector<ConfigOption> make_options() {
        "instruction set that Embree traces with: auto (the newest of this processor), sse2, sse4.2, avx, avx2 or "
        "avx512",
        false, [](Config& c, Text t) { return c.isa = t, isa_problem(t); }, [](const Config& c) { return c.isa; }},
+      {"devices",
+       "what may trace the pictures: cpu, or cpu,vulkan, which also allows Vulkan devices; a crash of a Vulkan driver ends "
+       "the daemon",
+       false, [](Config& c, Text t) { return read_devices(t, c.vulkan_devices); },
+       [](const Config& c) { return std::string(c.vulkan_devices ? "cpu,vulkan" : "cpu"); }, false, nullptr, true},
       {"oidn-library",
        "Open Image Denoise 2.x for clients that ask for it: its libOpenImageDenoise.so, a path or a name that the "
        "dynamic linker finds; empty: none",
@@ -242,6 +259,12 @@ std::string daemon_man_page(const CLI::App& app) {
        "heliographd --example-config prints such a file.\n\n"
        "SIGTERM and SIGINT drain the daemon: its health turns NOT_SERVING, new work is refused, frames in flight end, "
        "jobs may finish until --drain-grace is over. A second signal ends it at once."},
+      {"DEVICES",
+       "Pictures are traced by the processor. --devices cpu,vulkan also allows Vulkan devices, which clients choose by "
+       "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions and "
+       "jobs. So they are not used by default. At start a program of its own, heliograph-vulkan-probe, lists and tests the "
+       "devices, in two seconds at most; heliograph info --server tells what it found. The daemon serves meanwhile. "
+       "Results are kept in $XDG_CACHE_HOME/heliograph or ~/.cache/heliograph until a driver changes."},
       {"FILES",
        "/etc/heliograph/heliographd.conf\n\nis read by the systemd unit heliographd.service, which does not start "
        "without it."},
@@ -349,6 +372,11 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   // Where CLI11 gave up, the options still have the texts that it had found by then.
   for (std::size_t i = 0; i < options.size(); ++i) {
     std::vector<std::string> found = flags[i]->results();
+    const bool from_file = std::none_of(all.begin(), all.end(), [&](const std::string& argument) {
+      return argument == "--" + options[i].name || argument.starts_with("--" + options[i].name + "=");
+    });
+    // CLI11 splits what it reads from a file at commas.
+    if (options[i].list && from_file && !found.empty()) found = {fmt::format("{}", fmt::join(found, ","))};
     if (!options[i].repeatable && found.size() > 1) found.erase(found.begin(), found.end() - 1);
     for (const std::string& text : found) {
       const std::string problem = options[i].set(request.config, text);

@@ -36,14 +36,15 @@ struct ServerConfig {
   double request_timeout_s = 60;         // for the open of a stream and for each message of an upload
   std::uint64_t max_memory = 0;    // scenes, films and tile queues together; 0: three quarters of the machine's
   bool strict = false;             // every load is
-  // Of Compare: bytes of the references that are kept; units and pixels of one comparison; whether one may ask that
-  // nothing else is rendered while it measures.
+  // Limits of Compare: bytes of the references that are kept; units and pixels of one comparison; whether one may ask
+  // that nothing else is rendered while it measures.
   std::uint64_t max_reference_memory = 1ull << 30;
   std::uint64_t max_compare_units = 8192;
   std::uint64_t max_compare_pixels = 1ull << 32;
   bool allow_exclusive = false;
   std::string isa = "auto";        // that Embree builds and traverses with (renderer/base/instruction_set.h)
   std::string oidn_library;        // Open Image Denoise's, a file or a name for the dynamic linker; empty: none
+  bool vulkan_devices = false;     // --devices names vulkan: pictures may be rendered on Vulkan devices
   std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
 
@@ -57,6 +58,7 @@ struct ConfigOption {
   std::string (*get)(const ServerConfig&) = nullptr;
   bool flag = false;  // "on" or "off"; without a value "on"
   const char* variable = nullptr;  // of the environment; null: as above
+  bool list = false;               // words separated by commas
 };
 const std::vector<ConfigOption>& config_options();
 

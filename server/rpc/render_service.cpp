@@ -74,6 +74,10 @@ Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
   if (!request.has_settings()) return {};  // no film is allocated
   return {&core.films, &ServiceCore::too_many_waiting};
 }
+Later later(ServiceCore& core, const pb::GetServerInfoRequest&) {
+  if (core.devices.listed()) return {};
+  return {&core.lister, &ServiceCore::too_many_lists};  // until the probe has answered
+}
 Later later(ServiceCore& core, const pb::ListFilesRequest&) {
   return {&core.lister, &ServiceCore::too_many_lists};
 }
@@ -192,15 +196,35 @@ Result<pb::ListScenesResponse> list_scenes(const ServiceCore& core, const pb::Li
   return list;
 }
 
+pb::Device to_device(const vulkan::DeviceInfo& info) {
+  pb::Device device;
+  device.set_kind("vulkan");
+  device.set_name(info.name);
+  device.set_index(info.index);
+  device.set_driver(info.driver);
+  device.set_type(info.type);
+  device.set_path_tracing(std::string(vulkan::level_name(info.level)));
+  device.set_reason(info.reason);
+  device.set_memory_bytes(info.limits.heap_bytes);
+  device.set_max_allocation_bytes(info.limits.max_allocation_bytes);
+  device.set_api_version(info.api_version);
+  device.set_device_uuid(info.device_uuid);
+  device.set_driver_uuid(info.driver_uuid);
+  return device;
+}
+
 pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   const ServerConfig& config = core.config;
   pb::GetServerInfoResponse response;
   response.set_version(build_version());
   response.set_build(build_description());
-  response.set_isa(build_isa());
+  response.set_isa(rendering_isa());
   pb::Device& device = *response.add_devices();
   device.set_kind("embree");
   device.set_name("Embree " + embree_version() + ", traversal by " + traversal_isa());
+  const vulkan::DeviceList vulkan = core.devices.list();
+  for (const vulkan::DeviceInfo& info : vulkan.devices) *response.add_devices() = to_device(info);
+  response.set_no_vulkan_reason(vulkan.reason);
   pb::Limits& limits = *response.mutable_limits();
   limits.set_max_scene_bytes(config.max_scene_bytes);
   limits.set_max_scene_memory(config.max_scene_memory);
@@ -238,9 +262,9 @@ bool RenderService::allowed(const grpc::CallbackServerContext& context) const {
 grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
-  return answer<pb::GetServerInfoRequest>(context, request, response, [this](const auto&) {
-    return Result<pb::GetServerInfoResponse>(server_info(core_));
-  });
+  return answer_later<pb::GetServerInfoRequest>(
+      core_, context, request, response,
+      [this](const auto&) { return Result<pb::GetServerInfoResponse>(server_info(core_)); });
 }
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,

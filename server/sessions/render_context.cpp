@@ -131,6 +131,14 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.scratch_count = *scratch;
   options.previews = std::move(*previews);
   options.display = std::move(*display);
+  rendering->device_ = std::make_shared<DeviceRendering>(
+      [publisher = std::weak_ptr(rendering->publisher_)](const std::string& notice) {
+        if (const auto told = publisher.lock()) told->tell(notice);
+      });
+  options.make_tracer = [device = rendering->device_](std::shared_ptr<const RenderScene> traced) {
+    return device->tracer(std::move(traced));
+  };
+  if (Status placed = rendering->place(settings, rendering->scene().snapshot); !placed) return std::move(placed).error();
   rendering->scratch_ = *scratch;
   if (!sink) sink = rendering->publisher_;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,
@@ -158,6 +166,16 @@ std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update u
     exchange(before);
     throw;
   }
+}
+
+Status RenderContext::place(const RenderSettings& settings, const std::shared_ptr<const RenderScene>& scene) {
+  if (device_->has(settings.device, scene.get())) return ok_status();
+  if (!resources_.devices)
+    return Error{ErrorCode::failed_precondition, to_string(settings.device) + ": only the CPU renders here", "device"};
+  auto placed = resources_.devices->place(settings, scene);
+  if (!placed) return std::move(placed).error();
+  device_->keep(std::move(*placed));
+  return ok_status();
 }
 
 Status RenderContext::prepare(const RenderSettings& settings, unsigned channels, RenderLoop::Update& update) {

@@ -10,6 +10,7 @@
 #include "server/base/reaper.h"
 #include "server/base/timer_queue.h"
 #include "server/scenes/scene_registry.h"
+#include "server/sessions/device_rendering.h"
 #include "server/stream/frame_publisher.h"
 
 namespace helio {
@@ -31,6 +32,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     TimerQueue& timers;
     Reaper& reaper;
     std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
+    RenderDevices* devices = nullptr;                   // null: there is the CPU alone
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;
@@ -42,6 +44,9 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
+  // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;
+  // errors as RenderDevices::place().
+  Status place(const RenderSettings& settings, const std::shared_ptr<const RenderScene>& scene);
   // Makes the update, and renders this scene from now on. The new revision. What RenderLoop::update() throws leaves the
   // scene as it is.
   std::uint64_t switch_scene(SceneLease scene, RenderLoop::Update update);
@@ -84,6 +89,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   std::weak_ptr<const Reservation> scratch_;  // the newest; the loop keeps it
   Reservation queue_memory_;
   std::shared_ptr<FramePublisher> publisher_;
+  std::shared_ptr<DeviceRendering> device_;
   std::unique_ptr<RenderLoop> loop_;  // after what its sink uses
 };
 

@@ -18,6 +18,7 @@
 #include "server/base/task_thread.h"
 #include "server/base/timer_queue.h"
 #include "server/scenes/scene_registry.h"
+#include "server/sessions/device_rendering.h"
 #include "server/sessions/idle_room.h"
 #include "server/sessions/job_store.h"
 #include "server/sessions/session_registry.h"
@@ -32,6 +33,7 @@ struct ServiceCore {
         tokens(std::move(access_tokens)),
         memory(config.max_memory, &room),
         engine(config.render_threads),
+        devices(config.vulkan_devices ? machine_devices() : nullptr, memory),
         scenes(
             std::move(roots),
             {config.max_scene_bytes, config.max_scene_memory, config.max_scenes, config.render_threads, config.strict},
@@ -62,7 +64,7 @@ struct ServiceCore {
   }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn}; }
+  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices}; }
   bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || lister.busy() || films.busy(); }
   // After films.submit() gave false.
   Error too_many_waiting() const { return queue_full(kMaxWaitingFilms, "requests wait for their films"); }
@@ -89,6 +91,7 @@ struct ServiceCore {
   IdleRoom room{memory, reaper, scenes, sessions};
   MemoryAccount memory;
   RenderEngine engine;
+  RenderDevices devices;
   SceneRegistry scenes;
   Reaper reaper;  // frees what renders
   TimerQueue timers;

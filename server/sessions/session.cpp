@@ -73,23 +73,28 @@ bool Session::changes_rate_alone(const Change& change, const RenderLoop::Update&
 Result<std::uint64_t> Session::update(const Change& change) {
   RenderLoop::Update update;
   std::unique_lock resizing(resize_mutex_, std::defer_lock);
-  if (change.settings) resizing.lock();
+  if (change.settings || change.scene) resizing.lock();
   std::unique_lock lock(mutex_);
   if (const Status usable = read(change, update); !usable.ok()) return usable.error();
   const InUse in_use(in_use_, lock);
-  if (update.settings) {
+  const RenderSettings wanted = update.settings.value_or(settings_);
+  const bool on_device = wanted.device.kind != RenderDevice::Kind::cpu;
+  if (update.settings || (change.scene && on_device)) {
     const bool listened = rendering_->publisher().stream() != nullptr;
     const TileFormat format = format_;
     const unsigned channels = channels_;
     lock.unlock();
-    const Status fits = rendering_->prepare(*update.settings, channels, update);
+    Status fits = ok_status();
+    if (on_device)
+      fits = rendering_->place(wanted, change.scene ? (*change.scene)->snapshot : rendering_->scene().snapshot);
+    if (fits.ok() && update.settings) fits = rendering_->prepare(wanted, channels, update);
     Result<Reservation> queue = Reservation();
-    if (fits.ok() && listened) queue = rendering_->reserve_queue(*update.settings, format);
+    if (fits.ok() && update.settings && listened) queue = rendering_->reserve_queue(wanted, format);
     lock.lock();
     if (!fits.ok()) return fits.error();
     // Meanwhile the session may have been closed, have got a newer view, or have lost its listener.
     if (const Status usable = read(change, update); !usable.ok()) return usable.error();
-    if (rendering_->publisher().stream()) {
+    if (update.settings && rendering_->publisher().stream()) {
       const Status kept = rendering_->keep_queue(std::move(queue), *update.settings, format_);
       if (!kept.ok()) return kept.error();
     }

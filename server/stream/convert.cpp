@@ -359,6 +359,7 @@ pb::FrameEnd to_message(const FrameReport& report, const std::string& session_id
   *message.mutable_tag() = to_message(end.tag, session_id);
   message.set_reason(to_message(end.reason));
   message.set_message(end.message);
+  message.set_notice(end.notice);
   *message.mutable_totals() = to_message(end.progress, session_id);
   message.set_first_tile_seconds(end.first_tile_seconds);
   for (const PassTime& pass : end.passes) {

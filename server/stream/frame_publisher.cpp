@@ -128,13 +128,20 @@ void FramePublisher::frame_ended(const FrameEnd& end) {
     return;
   }
   end_ = end;
+  end_->notice = notice_;
   if (!stream_) return;
   std::string token;
   if (make_token_ && begin_ && end.progress.trace.invalid() > 0) {
     token = make_token_(*begin_, end.progress.trace.first_invalid);
   }
-  stream_->push(end, std::move(token));
+  stream_->push(*end_, std::move(token));
   if (finish_after_ && end.tag.revision >= *finish_after_) stream_->finish_when_drained(finish_status_);
+}
+
+void FramePublisher::tell(const std::string& notice) {
+  const std::lock_guard lock(mutex_);
+  notice_ = notice;
+  if (stream_) stream_->push(Notice{NoticeSeverity::warning, notice});
 }
 
 std::size_t FramePublisher::backlog() const {

@@ -36,6 +36,9 @@ class FramePublisher final : public FrameSink {
   // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
   void finish_cancelled(const grpc::Status& status, bool tell);
 
+  // The listener is told now, and all listeners with the end of every frame from now on.
+  void tell(const std::string& notice);
+
   // Of the film's frame that ended last; nothing before the first end.
   std::optional<FrameEnd> last_end() const;
   // The newest state is about to be published again, with an end of its own.
@@ -59,6 +62,7 @@ class FramePublisher final : public FrameSink {
   std::optional<FrameBegin> begin_;    // of the newest frame of the film
   std::optional<FrameEnd> end_;        // of the newest frame of the film that has ended
   std::optional<FrameBegin> preview_;  // that is being made
+  std::string notice_;                 // tell()
   std::optional<std::uint64_t> finish_after_;
   grpc::Status finish_status_;
   bool over_ = false;  // no frame after a cancel

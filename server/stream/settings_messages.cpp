@@ -139,6 +139,13 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   settings.preview.rate = message.preview_rate();
   if (message.preview_budget_ms() != 0) settings.preview.budget_s = 1e-3 * message.preview_budget_ms();
+  if (!message.device().empty()) {
+    if (const auto device = parse_render_device(message.device())) {
+      settings.device = *device;
+    } else {
+      problems.add(field_path(where, "device"), "'" + message.device() + "'; allowed: " + kRenderDevices);
+    }
+  }
   if (message.has_region()) {
     const pb::Rect& region = message.region();
     settings.region = PixelRect{region.x0(), region.y0(), region.x1(), region.y1()};
@@ -229,6 +236,7 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   message.set_filter(to_message(settings.filter.kind));
   if (settings.filter.kind != PixelFilterKind::box) message.set_filter_scale(settings.filter.scale);
   if (settings.region) write_rect(*settings.region, *message.mutable_region());
+  message.set_device(to_string(settings.device));
   message.set_preview_rate(settings.preview.rate);
   if (settings.preview.rate > 0) message.set_preview_budget_ms(1e3 * settings.preview.budget_s);
   return message;

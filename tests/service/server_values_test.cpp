@@ -65,6 +65,32 @@ TEST(ServerConfig, ProblemsOfEveryKindAtOnce) {
   }
 }
 
+TEST(ServerConfig, DevicesAreAListWithTheCpu) {
+  EXPECT_FALSE(ServerConfig().vulkan_devices);
+  for (const char* text : {"cpu,vulkan", "vulkan, cpu"}) {
+    const auto request = parse_server_config("heliographd", {"--devices", text});
+    ASSERT_TRUE(request.ok()) << request.error().to_string();
+    EXPECT_TRUE(request->config.vulkan_devices) << text;
+  }
+  for (const char* text : {"", "vulkan", "cpu,cpu", "cpu,gpu", "cpu,vulkan,"}) {
+    const auto request = parse_server_config("heliographd", {"--devices", text});
+    ASSERT_FALSE(request.ok()) << text;
+    EXPECT_EQ(request.error().message, "--devices: '" + std::string(text) + "'; allowed: cpu, cpu,vulkan");
+  }
+  // Files are split at commas when they are read; flags still win over them.
+  const auto path = std::filesystem::temp_directory_path() / ("helio-devices-" + std::to_string(getpid()) + ".conf");
+  for (const char* line : {"devices = cpu,vulkan", "devices = \"vulkan,cpu\"", "devices = vulkan, cpu"}) {
+    std::ofstream(path) << line << "\n";
+    const auto from_file = parse_server_config("heliographd", {"--config", path.string()});
+    ASSERT_TRUE(from_file.ok()) << from_file.error().to_string();
+    EXPECT_TRUE(from_file->config.vulkan_devices) << line;
+    const auto overridden = parse_server_config("heliographd", {"--config", path.string(), "--devices", "cpu"});
+    ASSERT_TRUE(overridden.ok()) << overridden.error().to_string();
+    EXPECT_FALSE(overridden->config.vulkan_devices) << line;
+  }
+  std::filesystem::remove(path);
+}
+
 TEST(ServerConfig, FlagsWinOverEnvironmentWinsOverFile) {
   const auto path = std::filesystem::temp_directory_path() / ("helio-config-" + std::to_string(getpid()) + ".conf");
   std::ofstream(path) << "max-jobs = 1\nmax-sessions = 1\nmax-scenes = 1\n";

@@ -39,6 +39,7 @@ TEST_F(SessionTest, ServerInfoStatesItsLimits) {
   EXPECT_EQ(info.limits().max_scene_memory(), info.limits().max_memory());
   ASSERT_EQ(info.devices_size(), 1);
   EXPECT_NE(info.devices(0).name().find("Embree"), std::string::npos);
+  EXPECT_NE(info.no_vulkan_reason().find("--devices cpu,vulkan"), std::string::npos) << info.no_vulkan_reason();
   EXPECT_EQ(std::vector<int>(info.modes().begin(), info.modes().end()),
             (std::vector<int>{pb::MODE_PT, pb::MODE_ADAPTIVE, pb::MODE_REPROJECT, pb::MODE_COMBINED}));
   EXPECT_EQ(std::vector<int>(info.integrators().begin(), info.integrators().end()),

@@ -21,6 +21,7 @@
 #include "client/cli/commands/output_check.h"
 #include "client/cli/commands/path_option.h"
 #include "client/cli/compare_modes.h"
+#include "client/cli/comparison_table.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/presets/preset_output.h"
@@ -33,6 +34,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/codec/atomic_file.h"
 #include "renderer/codec/sha256.h"
+#include "server/app/machine_info.h"
 
 namespace helio::cli {
 
@@ -65,9 +67,11 @@ constexpr const char* kHelp =
 constexpr const char* kFolderHelp =
     "FOLDER gets comparison.json (all units, while they come), units.csv, points.csv, ratios.csv, report.html, and\n"
     "pictures/reference.viewN.exr and pictures/MODE.viewN.exr (first seed, last budget; radiance as float). The same\n"
-    "command with the same folder goes on where it was interrupted, and renders nothing twice; more seeds, budgets or\n"
+    "command with the same folder goes on where it was interrupted. It measures no picture twice, but a still's grows\n"
+    "from budget to budget, so that for a later budget those before it are rendered again. More seeds, budgets or\n"
     "modes are added to those that are there. Settings, scene, build, instruction set or threads that differ are\n"
-    "refused, each named, unless --mix is given; the record then says what was mixed.\n";
+    "refused, each named, unless --mix is given; the record then says what was mixed. A comparison that ends early\n"
+    "(Ctrl-C, a failure) leaves the tables and the report of its units so far, marked as partial.\n";
 constexpr const char* kEndHelp =
     "Ctrl-C ends the comparison and keeps the units so far; a second Ctrl-C ends at once.\n"
     "Example: heliograph compare room.glb --size 320x240 --modes pt,combined,pt+bdpt --samples 1..64 --output room\n"
@@ -122,6 +126,9 @@ fs::path read_folder(const TextOption& option, OptionReader& reader) {
     problem = "the folder '" + parent.string() + "' does not exist";
   } else {
     problem = unwritable(parent);
+    std::error_code making;  // some file systems tell no sooner
+    if (problem.empty() && fs::create_directory(folder, making)) fs::remove(folder, ignored);
+    if (making) problem = "the folder '" + folder.string() + "' cannot be made: " + making.message();
   }
   if (!problem.empty()) reader.problem(option, problem);
   return folder;
@@ -211,6 +218,8 @@ bool Comparing::read_flags() {
   }
   read_compare_script(options_.script, options_.modes.common.seed, path, reader, call_.request);
   read_oidn(options_, modes_, context_.connection, reader);
+  context_.connection.vulkan_devices = std::any_of(
+      modes_.begin(), modes_.end(), [](const ChosenMode& mode) { return asks_for_device(mode.message().settings()); });
   context_.connection.allow_exclusive = options_.script.exclusive;
   references_ = read_reference_files(options_.script, reader);
   Problems told;  // of the size, with the modes
@@ -229,13 +238,12 @@ bool Comparing::read_flags() {
     if (kept) kept_ = std::move(*kept);
     check_files();
   }
-  if (!context_.problems.empty()) return false;
-  // Some file systems tell no sooner than now.
-  if (fs::create_directory(folder_, problem)) fs::remove(folder_, problem);
-  if (problem)
-    context_.reader.problem(options_.output,
-                            "the folder '" + folder_.string() + "' cannot be made: " + problem.message());
-  return context_.problems.empty();
+  if (context_.problems.empty()) return true;
+  // Alone it is told when the scene is loaded, with the exit code of that.
+  const bool missing = options_.scene.file.given() && !scene_.on_server && !scene_.local &&
+                       scene_.local.error().code == ErrorCode::not_found;
+  if (missing) context_.problems.add("FILE", scene_.local.error().to_string());
+  return false;
 }
 
 bool Comparing::lock_folder() {
@@ -346,6 +354,7 @@ bool Comparing::plan(const pb::GetServerInfoResponse& info, const pb::LoadSceneR
   call_.build = info.build();
   call_.isa = info.isa();
   call_.threads = info.threads();
+  if (context_.connection.address.empty()) call_.processor = machine_info().processor;
   for (int view = 0; references_.given() && view < request.views_size(); ++view) {
     const auto hash = hash_file(references_.file(view));
     if (!hash) {
@@ -399,7 +408,8 @@ bool Comparing::grow_record() {
     }
   }
   extend_record(record_, call_, found.of_values);
-  whole_ = kept_ && kept_->has_table() && std::uint64_t(record_.units_size()) == unit_count(record_.request()) &&
+  whole_ = kept_ && kept_->has_table() && !kept_->table().partial() &&
+           std::uint64_t(record_.units_size()) == unit_count(record_.request()) &&
            google::protobuf::util::MessageDifferencer::Equals(kept_->request(), record_.request()) &&
            !ComparisonFolder(folder_, record_, control_).request().send_pictures();
   for (const std::string& difference : found.of_values) terminal_.warn("mixed: " + difference);
@@ -528,9 +538,9 @@ Status Comparing::write_report(const pb::CompareRecord& record, Json& json) {
 
 int Comparing::finish(const Interrupt& interrupt, ComparisonFolder& folder,
                       const Result<pb::CompareResponse::Result>& result, Json json) {
-  Status kept = result ? folder.finish(*result) : folder.interrupted();
+  Status kept = result ? folder.finish(*result) : folder.interrupted(partial_table(folder.record()));
   const pb::CompareRecord& record = folder.record();
-  if (result && kept) kept = write_report(record, json);
+  if (record.has_table() && kept) kept = write_report(record, json);
   if (result) {
     json["seconds"] = result->seconds();
     json["rendering_seconds"] = result->rendering_seconds();
@@ -545,6 +555,7 @@ int Comparing::finish(const Interrupt& interrupt, ComparisonFolder& folder,
     return terminal_.fail(exit_code_of(*folder.failure()), folder.failure()->to_string() + in_folder, json);
   }
   if (!kept) return terminal_.fail(kFailed, kept.error().to_string(), json);
+  if (!result && record.has_table()) terminal_.say((folder_ / "report.html").string() + " (partial)");
   if (!result && interrupt.raised()) return terminal_.fail(interrupt.exit_code(), "interrupted" + in_folder, json);
   if (!result) return terminal_.fail(exit_code_of(result.error()), result.error().to_string() + in_folder, json);
   for (const std::string& line : describe_table(record)) terminal_.say(line);

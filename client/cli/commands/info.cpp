@@ -19,15 +19,30 @@ struct InfoOptions {
   bool json = false;
 };
 
+Json to_json(const pb::Device& device) {
+  Json json = {{"kind", device.kind()}, {"name", device.name()}};
+  if (device.kind() != "vulkan") return json;
+  json["device"] = fmt::format("vulkan:{}", device.index());
+  json["driver"] = device.driver();
+  json["type"] = device.type();
+  json["path_tracing"] = device.path_tracing().empty() ? Json(nullptr) : Json(device.path_tracing());
+  json["reason"] = device.reason().empty() ? Json(nullptr) : Json(device.reason());
+  json["memory_bytes"] = device.memory_bytes();
+  json["max_allocation_bytes"] = device.max_allocation_bytes();
+  json["api_version"] = device.api_version();
+  json["device_uuid"] = device.device_uuid();
+  json["driver_uuid"] = device.driver_uuid();
+  return json;
+}
+
 Json to_json(const pb::GetServerInfoResponse& info) {
   Json json;
   json["version"] = info.version();
   json["build"] = info.build();
   json["isa"] = info.isa();
   json["devices"] = Json::array();
-  for (const pb::Device& device : info.devices()) {
-    json["devices"].push_back({{"kind", device.kind()}, {"name", device.name()}});
-  }
+  for (const pb::Device& device : info.devices()) json["devices"].push_back(to_json(device));
+  json["no_vulkan_reason"] = info.no_vulkan_reason().empty() ? Json(nullptr) : Json(info.no_vulkan_reason());
   json["threads"] = info.threads();
   json["modes"] = Json::array();
   for (const int mode : info.modes()) json["modes"].push_back(to_short_name(static_cast<pb::Mode>(mode)));
@@ -101,10 +116,22 @@ void say(Terminal& terminal, const MachineInfo& machine) {
   terminal.say("  libraries: " + join(libraries, ", "));
 }
 
+void say(Terminal& terminal, const pb::Device& device) {
+  if (device.kind() != "vulkan") {
+    terminal.say("  " + device.kind() + ": " + device.name());
+    return;
+  }
+  const std::string paths = device.path_tracing().empty() ? "no path tracing" : "path tracing by " + device.path_tracing();
+  terminal.say(fmt::format("  vulkan:{}: {} ({}), {}; {}B, {}{}", device.index(), device.name(), device.type(),
+                           device.driver(), human_count(double(device.memory_bytes())), paths,
+                           device.reason().empty() ? "" : ": " + device.reason()));
+}
+
 void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& json) {
   terminal.say(fmt::format("heliograph {} ({}, {}), {} threads{}", info.version(), info.build(), info.isa(),
                            info.threads(), info.draining() ? ", draining" : ""));
-  for (const pb::Device& device : info.devices()) terminal.say("  " + device.kind() + ": " + device.name());
+  for (const pb::Device& device : info.devices()) say(terminal, device);
+  if (!info.no_vulkan_reason().empty()) terminal.say("  no Vulkan device: " + info.no_vulkan_reason());
   std::vector<std::string> modes;
   for (const int mode : info.modes()) modes.push_back(to_short_name(static_cast<pb::Mode>(mode)));
   terminal.say("  modes: " + join(modes, ", "));
@@ -138,7 +165,8 @@ int run(const CLI::App& app, const InfoOptions& options) {
   Problems problems;
   OptionReader reader(problems);
   report_unknown(app, reader);
-  const Connection connection = read_connection(options.connection, reader);
+  Connection connection = read_connection(options.connection, reader);
+  connection.vulkan_devices = true;  // to list them
   if (!problems.empty()) return terminal.fail(kUsage, problems.to_error().message);
 
   Result<Renderer> renderer = Renderer::open(connection);

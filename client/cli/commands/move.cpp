@@ -302,6 +302,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const auto pivot = reader.vector(options.pivot);
   pb::CreateSessionRequest request;
   *request.mutable_settings() = read_moving_settings(options.settings, reader);
+  context.connection.vulkan_devices = asks_for_device(request.settings());
   *request.mutable_budget() = read_budget(options.budget, reader);
   const auto play_rate = read_play(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);

@@ -184,6 +184,7 @@ int run(const CLI::App& app, const RenderOptions& options) {
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   pb::RunJobRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
+  context.connection.vulkan_devices = asks_for_device(request.settings());
   *request.mutable_budget() = read_budget(options.budget, reader);
   *request.mutable_format() = read_transport(options.transport, context.connection.address, reader);
   request.set_preview_tiles(true);  // so that something is left when the render is interrupted or the server dies

@@ -256,6 +256,7 @@ int run(const CLI::App& app, const TechniquesOptions& options) {
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
   pb::RunJobRequest request;
   *request.mutable_settings() = read_settings(options.settings, reader);
+  context.connection.vulkan_devices = asks_for_device(request.settings());
   *request.mutable_budget() = read_budget(options.budget, reader);
   *request.mutable_format() = read_transport({}, context.connection.address, reader);
   request.mutable_settings()->set_integrator(pb::INTEGRATOR_BDPT);

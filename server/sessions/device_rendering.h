@@ -1,0 +1,93 @@
+// Rendering on Vulkan devices: the devices of the daemon with the scenes that lie on them, and what a session or a job
+// renders with.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/frame/integrate_function.h"
+#include "renderer/frame/render_device.h"
+#include "renderer/vulkan/path_device.h"
+#include "server/base/memory_account.h"
+
+namespace helio {
+
+// A scene on a device.
+struct PlacedScene {
+  RenderDevice asked;  // for what prepare() made it
+  std::shared_ptr<const RenderScene> scene;
+  std::shared_ptr<vulkan::PathDevice> device;
+  std::shared_ptr<const vulkan::SceneOnDevice> data;
+  Reservation memory;
+};
+
+// Where Vulkan devices come from. Thread safe.
+class DeviceSource {
+ public:
+  virtual ~DeviceSource() = default;
+  virtual bool listed() const = 0;              // list() does not wait
+  virtual vulkan::DeviceList list() const = 0;  // empty, with the reason, where there are none
+  virtual Result<std::shared_ptr<vulkan::PathDevice>> open(int index) = 0;
+};
+
+// This machine's, tested by a process of its own from the call on.
+std::unique_ptr<DeviceSource> machine_devices();
+
+// The devices that sessions and jobs render on, each opened once, and the scenes that lie on them. Thread safe.
+class RenderDevices {
+ public:
+  // Without a source, which is the operator's word (--devices), every device but the CPU is refused.
+  RenderDevices(std::unique_ptr<DeviceSource> source, MemoryAccount& memory);
+
+  bool listed() const { return !source_ || source_->listed(); }
+  vulkan::DeviceList list() const;
+
+  // Opens the settings' device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders compiled.
+  // Takes as long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such device, or
+  // it does not work, with the reason; unimplemented: the scene has what shaders have not; resource_exhausted.
+  Result<std::shared_ptr<const PlacedScene>> place(const RenderSettings& settings,
+                                                   std::shared_ptr<const RenderScene> scene);
+
+ private:
+  struct Open {
+    std::shared_ptr<vulkan::PathDevice> device;
+    std::vector<std::weak_ptr<const PlacedScene>> scenes;
+  };
+
+  Result<int> index_of(const RenderDevice& device) const;
+
+  MemoryAccount& memory_;
+  const std::unique_ptr<DeviceSource> source_;  // null: not allowed
+  std::mutex mutex_;                            // held during uploads
+  std::map<int, Open> open_;
+};
+
+// What the pictures of one rendering are traced with: by settings.device, on the device where the scene was placed, else
+// on the CPU. When a device fails the pictures go on on the CPU. Thread safe.
+class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
+ public:
+  using Notify = std::function<void(const std::string& notice)>;
+  explicit DeviceRendering(Notify notify) : notify_(std::move(notify)) {}
+
+  // Keeps it and the one before, whose frames may still be in flight.
+  void keep(std::shared_ptr<const PlacedScene> placed);
+  // Whether pictures of this scene by this device need no other place().
+  bool has(const RenderDevice& device, const RenderScene* scene) const;
+  IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
+ private:
+  std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
+  void failed(const PlacedScene& placed, const Error& error);
+
+  const Notify notify_;
+  mutable std::mutex mutex_;
+  std::array<std::shared_ptr<const PlacedScene>, 2> placed_;
+  bool told_ = false;
+};
+
+}  // namespace helio
