@@ -84,7 +84,7 @@ BySeed errors_of(const pb::CompareRecord& record, const SeedsOf& seeds, pb::Comp
   return values;
 }
 
-// Of seeds that have all views.
+// Seeds that lack a view are left out.
 BySeed seconds_of(const pb::CompareRecord& record, const SeedsOf& seeds) {
   std::map<std::uint32_t, std::vector<double>> found;
   for (const pb::CompareUnit& unit : record.units())

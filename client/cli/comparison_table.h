@@ -1,5 +1,5 @@
-// What is computed of a comparison's units on this side of the wire: the table of those that there are, and ratios that
-// the table does not have.
+// Computes the table of a comparison from the units that there are, for comparisons that ended early, and ratios that
+// the daemon's table does not have.
 #pragma once
 
 #include <cstdint>
@@ -26,10 +26,10 @@ class SeedRatios {
  public:
   explicit SeedRatios(const heliograph::v1::CompareRecord& record);
 
-  // Of the mean errors of the whole picture, of one view: KIND_EQUAL_SAMPLES where both have the same budget.
+  // Ratio of the mean errors of the whole picture, for one view: KIND_EQUAL_SAMPLES where both have the same budget.
   std::optional<heliograph::v1::CompareInterval> of_errors(heliograph::v1::CompareMeasure measure, std::uint32_t view,
                                                            const SeedsOf& top, const SeedsOf& bottom) const;
-  // Of the geometric means of the seconds, which are means over all views: KIND_SPEED where both have the same budget.
+  // Ratio of the geometric means of the seconds, which are means over all views: KIND_SPEED where both have the same budget.
   std::optional<heliograph::v1::CompareInterval> of_seconds(const SeedsOf& top, const SeedsOf& bottom) const;
 
  private:

@@ -23,7 +23,7 @@ void add_settings_options(CLI::App& app, SettingsOptions& options);
 // by the option that the field comes from. mode: where --mode is absent.
 heliograph::v1::RenderSettings read_settings(const SettingsOptions& options, OptionReader& reader,
                                              heliograph::v1::Mode mode = heliograph::v1::MODE_UNSPECIFIED);
-// Whether something else than the CPU is to render.
+// True where the settings name a device other than the CPU.
 bool asks_for_device(const heliograph::v1::RenderSettings& settings);
 // Checks settings, which need not be whole, against the daemon's limits, modes and integrators.
 void check_against_server(const SettingsOptions& options, const heliograph::v1::RenderSettings& settings,

@@ -115,7 +115,7 @@ Preset schalk_preset() {
       "the same names differ from it and are not in this table.",
   };
 
-  // What scenes/generate writes comes first: those boxes are closed behind the camera, which sees something after a
+  // Boxes that scenes/generate writes come first: those boxes are closed behind the camera, which sees something after a
   // turn.
   const std::vector<SceneFile> box = {
       {"box-area.glb", "Cornell box of scenes/generate, closed behind the camera, 34 triangles"},
