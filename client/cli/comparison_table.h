@@ -29,7 +29,8 @@ class SeedRatios {
   // Ratio of the mean errors of the whole picture, for one view: KIND_EQUAL_SAMPLES where both have the same budget.
   std::optional<heliograph::v1::CompareInterval> of_errors(heliograph::v1::CompareMeasure measure, std::uint32_t view,
                                                            const SeedsOf& top, const SeedsOf& bottom) const;
-  // Ratio of the geometric means of the seconds, which are means over all views: KIND_SPEED where both have the same budget.
+  // Ratio of the geometric means of the seconds, which are means over all views: KIND_SPEED where both have the same
+  // budget.
   std::optional<heliograph::v1::CompareInterval> of_seconds(const SeedsOf& top, const SeedsOf& bottom) const;
 
  private:

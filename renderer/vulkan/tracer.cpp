@@ -186,7 +186,8 @@ Result<std::unique_ptr<Tracer::Slot>> Tracer::take_slot(std::uint64_t samples, b
   if (Status made = make_room(slot->answers, samples * sizeof(PathAnswer), "the samples of a dispatch"); !made)
     return std::move(made).error();
   if (!first_hits) return slot;
-  if (Status made = make_room(slot->first_hits, samples * sizeof(FirstHitAnswer), "the first hits of a dispatch"); !made)
+  if (Status made = make_room(slot->first_hits, samples * sizeof(FirstHitAnswer), "the first hits of a dispatch");
+      !made)
     return std::move(made).error();
   return slot;
 }
@@ -207,13 +208,15 @@ Status Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scen
   const Push push{scene, slot.task.address()};
   const auto bytes = std::as_bytes(std::span(&push, 1));
   const std::uint32_t threads = std::max(task.end_thread - task.first_thread, kGroupSize);
-  return slot.commands.run([&](const VolkDeviceTable&, VkCommandBuffer commands) {
-    if (pipeline.rays) {
-      pipeline.rays->trace(commands, bytes, threads);
-    } else {
-      pipeline.compute->dispatch(commands, bytes, {(threads + kGroupSize - 1) / kGroupSize, 1, 1});
-    }
-  }, limit);
+  return slot.commands.run(
+      [&](const VolkDeviceTable&, VkCommandBuffer commands) {
+        if (pipeline.rays) {
+          pipeline.rays->trace(commands, bytes, threads);
+        } else {
+          pipeline.compute->dispatch(commands, bytes, {(threads + kGroupSize - 1) / kGroupSize, 1, 1});
+        }
+      },
+      limit);
 }
 
 Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const PathSettings& settings,
@@ -224,7 +227,8 @@ Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const
   if (rect.empty() || range.count == 0) return !cancel.cancelled();
   const std::uint64_t samples = std::uint64_t(rect.area()) * range.count;
   if (samples > std::numeric_limits<std::uint32_t>::max() / 2)
-    return Error{ErrorCode::resource_exhausted, std::to_string(samples) + " samples at once; allowed: at most 2^31", {}};
+    return Error{
+        ErrorCode::resource_exhausted, std::to_string(samples) + " samples at once; allowed: at most 2^31", {}};
   auto pipeline = pipeline_for(features(scene, camera));
   if (!pipeline) return std::move(pipeline).error();
   auto slot = take_slot(samples, range.half == 0);

@@ -74,8 +74,8 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderSett
     auto opened = source_->open(*index);
     if (!opened) return opened.error();
     open.device = std::move(*opened);
-    spdlog::info("vulkan:{} is {}, with {}; paths by {}", *index, open.device->info().name,
-                 open.device->info().driver, vulkan::level_name(open.device->level()));
+    spdlog::info("vulkan:{} is {}, with {}; paths by {}", *index, open.device->info().name, open.device->info().driver,
+                 vulkan::level_name(open.device->level()));
   }
   if (open.device->lost())
     return Error{ErrorCode::unavailable, to_string(device) + " failed before, and is not used again", "device"};
@@ -136,12 +136,10 @@ void DeviceRendering::failed(const PlacedScene& placed, const Error& error) {
 }
 
 IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> scene) {
-  return [self = shared_from_this(), scene, cpu = path_tracer(scene)](const IntegrateJob& job,
-                                                                      const CancelToken& cancel, Film& film,
-                                                                      TraceStats& stats) {
-    const auto placed = job.settings.device.kind == RenderDevice::Kind::cpu
-                            ? nullptr
-                            : self->find(job.settings.device, scene.get());
+  return [self = shared_from_this(), scene, cpu = path_tracer(scene)](
+             const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
+    const auto placed =
+        job.settings.device.kind == RenderDevice::Kind::cpu ? nullptr : self->find(job.settings.device, scene.get());
     if (!placed || placed->device->lost()) return cpu(job, cancel, film, stats);
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
     const double started = now_s(), own = thread_cpu_s();

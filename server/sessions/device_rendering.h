@@ -48,9 +48,10 @@ class RenderDevices {
   bool listed() const { return !source_ || source_->listed(); }
   vulkan::DeviceList list() const;
 
-  // Opens the settings' device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders compiled.
-  // Takes as long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such device, or
-  // it does not work, with the reason; unimplemented: the scene has what shaders have not; resource_exhausted.
+  // Opens the settings' device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders
+  // compiled. Takes as long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such
+  // device, or it does not work, with the reason; unimplemented: the scene has what shaders have not;
+  // resource_exhausted.
   Result<std::shared_ptr<const PlacedScene>> place(const RenderSettings& settings,
                                                    std::shared_ptr<const RenderScene> scene);
 
@@ -68,8 +69,8 @@ class RenderDevices {
   std::map<int, Open> open_;
 };
 
-// What the pictures of one rendering are traced with: by settings.device, on the device where the scene was placed, else
-// on the CPU. When a device fails the pictures go on on the CPU. Thread safe.
+// What the pictures of one rendering are traced with: by settings.device, on the device where the scene was placed,
+// else on the CPU. When a device fails the pictures go on on the CPU. Thread safe.
 class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
  public:
   using Notify = std::function<void(const std::string& notice)>;
@@ -80,6 +81,7 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   // Whether pictures of this scene by this device need no other place().
   bool has(const RenderDevice& device, const RenderScene* scene) const;
   IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
+
  private:
   std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
   void failed(const PlacedScene& placed, const Error& error);

@@ -138,7 +138,8 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.make_tracer = [device = rendering->device_](std::shared_ptr<const RenderScene> traced) {
     return device->tracer(std::move(traced));
   };
-  if (Status placed = rendering->place(settings, rendering->scene().snapshot); !placed) return std::move(placed).error();
+  Status placed = rendering->place(settings, rendering->scene().snapshot);
+  if (!placed) return std::move(placed).error();
   rendering->scratch_ = *scratch;
   if (!sink) sink = rendering->publisher_;
   rendering->loop_ = std::make_unique<RenderLoop>(resources.engine, rendering->scene().snapshot, settings, budget, rank,

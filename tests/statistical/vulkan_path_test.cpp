@@ -75,8 +75,8 @@ class VulkanAgreement : public testing::Test {
   static void need(Level level) {
     const auto& device = device_of(level);
     if (device.ok() && (*device)->level() == level) return;
-    const std::string why = device.ok() ? (*device)->info().name + ": " + (*device)->info().reason
-                                        : device.error().to_string();
+    const std::string why =
+        device.ok() ? (*device)->info().name + ": " + (*device)->info().reason : device.error().to_string();
     const char* required = std::getenv("HELIOGRAPH_REQUIRE_VULKAN");
     const Result<Level> least = vulkan::read_level(required ? required : "");
     ASSERT_TRUE(least.ok()) << "HELIOGRAPH_REQUIRE_VULKAN: " << least.error().to_string();

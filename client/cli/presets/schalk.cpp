@@ -115,8 +115,8 @@ Preset schalk_preset() {
       "the same names differ from it and are not in this table.",
   };
 
-  // Boxes that scenes/generate writes come first: those boxes are closed behind the camera, which sees something after a
-  // turn.
+  // Boxes that scenes/generate writes come first: those boxes are closed behind the camera, which sees something after
+  // a turn.
   const std::vector<SceneFile> box = {
       {"box-area.glb", "Cornell box of scenes/generate, closed behind the camera, 34 triangles"},
       {"cornell-glossy-boxes.glb", "Cornell box with two glossy boxes, 38 triangles"}};
