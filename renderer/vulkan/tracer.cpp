@@ -94,7 +94,7 @@ void add_to_film(const Traced& task, std::span<const PathAnswer> answers, std::s
         ++paths;
         stats.shadow_rays += path.shadow_rays;
         stats.media_overflows += path.media_overflows;
-        FirstHit first{};
+        FirstHit first{Rgb(0, 0, 0), V3f(0, 0, 0), 0, kNoHit};
         if (range.half == 0) {
           const FirstHitAnswer& answer = first_hits[at];
           first = {answer.albedo, answer.normal, answer.depth, answer.primitive};
