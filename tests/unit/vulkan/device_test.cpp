@@ -6,7 +6,6 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/base/clock.h"
 #include "renderer/vulkan/device/arena.h"
 #include "renderer/vulkan/device/self_test/loop_limit.h"
 #include "renderer/vulkan/device/self_test/self_test.h"
@@ -92,21 +91,16 @@ TEST_F(DeviceCalls, WithoutAnAnswerInTimeItIsLost) {
   const auto at = arena.upload_vector(std::vector<std::uint32_t>{1, 2, 3}, "numbers");
   ASSERT_TRUE(at.ok());
   ASSERT_TRUE(sum_on_device(*slow, *at, 3).ok());  // the code is there
-  const double begin = now_s();
   const Status late = spin_on_device(*slow, std::chrono::milliseconds(20));
-  const double seconds = now_s() - begin;
   ASSERT_FALSE(late.ok());
   EXPECT_EQ(late.error().code, ErrorCode::unavailable);
   EXPECT_NE(late.error().message.find(" is lost: no answer within 20 ms"), std::string::npos) << late.error().message;
-  EXPECT_GE(seconds, 0.02);
-  EXPECT_LT(seconds, 1.0);
   EXPECT_TRUE((*slow)->lost());
 
   const auto again = sum_on_device(*slow, *at, 3);
   ASSERT_FALSE(again.ok());
   EXPECT_EQ(again.error().message, late.error().message);
   EXPECT_FALSE(arena.upload_vector(std::vector<std::uint32_t>(100'000'000), "more numbers").ok());
-  EXPECT_LT(now_s() - begin, 2.2);
   EXPECT_FALSE(device()->lost()) << "another Device of the same driver";
 }
 
