@@ -942,8 +942,8 @@ std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings,
 RenderLoop::RenderLoop(RenderEngine& engine, std::shared_ptr<const RenderScene> scene, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,
                        const RenderLoopOptions& options)
-    : impl_(std::make_unique<Impl>(engine.impl(), make_tracer(scene, options), scene, settings, budget, rank, std::move(sink),
-                                   options)) {}
+    : impl_(std::make_unique<Impl>(engine.impl(), make_tracer(scene, options), scene, settings, budget, rank,
+                                   std::move(sink), options)) {}
 
 RenderLoop::RenderLoop(RenderEngine& engine, IntegrateFunction integrate, const RenderSettings& settings,
                        const Budget& budget, RenderRank rank, std::shared_ptr<FrameSink> sink,

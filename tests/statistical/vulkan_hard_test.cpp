@@ -9,19 +9,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "renderer/vulkan/path_device.h"
 #include "tests/statistical/hard/light_range_scenes.h"
 #include "tests/statistical/hard/placements.h"
 #include "tests/statistical/hard/torture_scenes.h"
 #include "tests/support/bumpy_ball.h"
 #include "tests/support/small_rooms.h"
 #include "tests/support/tier.h"
+#include "tests/support/vulkan_level.h"
 
 namespace helio::test {
 namespace {
@@ -42,24 +40,7 @@ struct Picture {
 
 class VulkanHard : public testing::TestWithParam<Level> {
  protected:
-  // Skips the test, or fails it, where the level is not there.
-  void SetUp() override {
-    static std::map<Level, Result<std::shared_ptr<PathDevice>>> opened;
-    auto found = opened.find(GetParam());
-    if (found == opened.end()) found = opened.emplace(GetParam(), PathDevice::open(0, GetParam())).first;
-    const Result<std::shared_ptr<PathDevice>>& device = found->second;
-    if (device.ok() && (*device)->level() == GetParam()) {
-      device_ = *device;
-      return;
-    }
-    const std::string why =
-        device.ok() ? (*device)->info().name + ": " + (*device)->info().reason : device.error().to_string();
-    const char* required = std::getenv("HELIOGRAPH_REQUIRE_VULKAN");
-    const Result<Level> least = vulkan::read_level(required ? required : "");
-    ASSERT_TRUE(least.ok()) << "HELIOGRAPH_REQUIRE_VULKAN: " << least.error().to_string();
-    ASSERT_LT(*least, GetParam()) << why;
-    GTEST_SKIP() << "needs path tracing by " << vulkan::level_name(GetParam()) << ": " << why;
-  }
+  void SetUp() override { device_ = device_of(GetParam()); }
 
   std::shared_ptr<const SceneOnDevice> upload(std::shared_ptr<const RenderScene> scene) const {
     if (!scene) return nullptr;

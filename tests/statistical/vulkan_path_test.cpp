@@ -8,31 +8,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <map>
 #include <vector>
 
 #include "renderer/scene/load/scene_loader.h"
-#include "renderer/vulkan/path_device.h"
 #include "tests/statistical/closed_form_scenes.h"
 #include "tests/statistical/estimates.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/tier.h"
+#include "tests/support/vulkan_level.h"
 
 namespace helio {
 namespace {
 
 using vulkan::Level;
 using vulkan::PathDevice;
-
-// By the highest level that is tried; opened once.
-const Result<std::shared_ptr<PathDevice>>& device_of(Level most) {
-  static std::map<Level, Result<std::shared_ptr<PathDevice>>> opened;
-  auto found = opened.find(most);
-  if (found == opened.end()) found = opened.emplace(most, PathDevice::open(0, most)).first;
-  return found->second;
-}
 
 struct Subject {
   const char* name;
@@ -71,19 +61,6 @@ class VulkanAgreement : public testing::Test {
  protected:
   static constexpr int kSide = 32;
 
-  // Skips the test, or fails it, where the level is not there.
-  static void need(Level level) {
-    const auto& device = device_of(level);
-    if (device.ok() && (*device)->level() == level) return;
-    const std::string why =
-        device.ok() ? (*device)->info().name + ": " + (*device)->info().reason : device.error().to_string();
-    const char* required = std::getenv("HELIOGRAPH_REQUIRE_VULKAN");
-    const Result<Level> least = vulkan::read_level(required ? required : "");
-    ASSERT_TRUE(least.ok()) << "HELIOGRAPH_REQUIRE_VULKAN: " << least.error().to_string();
-    ASSERT_LT(*least, level) << why;
-    GTEST_SKIP() << "needs path tracing by " << vulkan::level_name(level) << ": " << why;
-  }
-
   // Of the device.
   static Film render(PathDevice& device, const vulkan::SceneOnDevice& placed, const Picture& picture,
                      std::uint32_t samples, TraceStats& stats) {
@@ -99,7 +76,7 @@ class VulkanAgreement : public testing::Test {
   }
 
   static void compare(const char* name, Level level, Picture picture) {
-    PathDevice& device = **device_of(level);
+    PathDevice& device = *test::device_of(level);
     const auto placed = device.upload(picture.scene);
     ASSERT_TRUE(placed.ok()) << placed.error().to_string();
     const std::uint32_t samples = test::by_tier(128u, 1024u);
@@ -147,7 +124,7 @@ class VulkanAgreement : public testing::Test {
 };
 
 class VulkanPath : public VulkanAgreement, public testing::WithParamInterface<std::tuple<Level, Subject>> {
-  void SetUp() override { need(std::get<0>(GetParam())); }
+  void SetUp() override { test::device_of(std::get<0>(GetParam())); }
 };
 
 TEST_P(VulkanPath, EstimatesWhatTheProcessorDoes) {
@@ -175,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, VulkanPath,
 
 class VulkanClosedForm : public VulkanAgreement,
                          public testing::WithParamInterface<std::tuple<Level, test::NamedScene>> {
-  void SetUp() override { need(std::get<0>(GetParam())); }
+  void SetUp() override { test::device_of(std::get<0>(GetParam())); }
 };
 
 TEST_P(VulkanClosedForm, EstimatesWhatTheProcessorDoes) {

@@ -3,16 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 
 #include "renderer/vulkan/device/device.h"
+#include "tests/support/vulkan_level.h"
 
 namespace helio::test {
 
-// Tests that need a device of some level are skipped where there is none, and the skip says what is missing. Where
-// HELIOGRAPH_REQUIRE_VULKAN is "compute" or "rt", tests of that level and below it fail instead.
+// Skipped, or failed, by miss_level() where the device has not this level.
 class DeviceTest : public ::testing::Test {
  protected:
   explicit DeviceTest(vulkan::Level level = vulkan::Level::compute) : level_(level) {}
@@ -25,11 +24,7 @@ class DeviceTest : public ::testing::Test {
     }
     const std::string why =
         opened ? (*opened)->info().name + ": " + (*opened)->info().reason : opened.error().to_string();
-    const char* required = std::getenv("HELIOGRAPH_REQUIRE_VULKAN");
-    const Result<vulkan::Level> least = vulkan::read_level(required ? required : "");
-    ASSERT_TRUE(least.ok()) << "HELIOGRAPH_REQUIRE_VULKAN: " << least.error().to_string();
-    ASSERT_LT(*least, level_) << why;
-    GTEST_SKIP() << "needs path tracing by " << level_name(level_) << ": " << why;
+    miss_level(level_, why);
   }
 
   // Null in SetUp() of derived classes where the test does not run.
