@@ -76,7 +76,7 @@ struct ComparedRatio {
   // calls: what else the machine did then is in it, and nothing is decided.
   bool different_calls = false;
 
-  // The same in every seed.
+  // Both modes have the same error in every seed.
   bool equal() const { return ratio.known && ratio.low == 1 && ratio.high == 1; }
 };
 

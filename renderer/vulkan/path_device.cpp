@@ -1,5 +1,6 @@
 #include "renderer/vulkan/path_device.h"
 
+#include <atomic>
 #include <utility>
 
 #include "renderer/vulkan/device/device.h"
@@ -25,28 +26,31 @@ class VulkanPathDevice final : public PathDevice {
 
   const DeviceInfo& info() const override { return tracer_->device()->info(); }
   Level level() const override { return tracer_->device()->level(); }
-  bool lost() const override { return tracer_->device()->lost(); }
+  bool lost() const override { return failed_.load(std::memory_order_relaxed) || tracer_->device()->lost(); }
 
   Result<std::shared_ptr<const SceneOnDevice>> upload(std::shared_ptr<const RenderScene> scene,
-                                                      const CancelToken* cancel) override {
-    auto uploaded = DeviceScene::upload(tracer_->device(), std::move(scene), cancel);
+                                                      const Admit& admit, const CancelToken* cancel) override {
+    auto uploaded = DeviceScene::upload(tracer_->device(), std::move(scene), admit, cancel);
     if (!uploaded) return std::move(uploaded).error();
     return std::shared_ptr<const SceneOnDevice>(std::make_shared<UploadedScene>(std::move(*uploaded)));
   }
 
-  Status prepare(const SceneOnDevice& scene, const Camera& camera) override {
-    return tracer_->prepare(static_cast<const UploadedScene&>(scene).scene(), camera);
+  Status prepare(const SceneOnDevice& scene) override {
+    return tracer_->prepare(static_cast<const UploadedScene&>(scene).scene());
   }
 
   Result<bool> trace(const SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,
                      const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                      TraceStats& stats) override {
-    return tracer_->trace(static_cast<const UploadedScene&>(scene).scene(), camera, settings, range, window, cancel,
-                          film, stats);
+    auto done = tracer_->trace(static_cast<const UploadedScene&>(scene).scene(), camera, settings, range, window,
+                               cancel, film, stats);
+    if (!done) failed_.store(true, std::memory_order_relaxed);
+    return done;
   }
 
  private:
   std::shared_ptr<Tracer> tracer_;
+  std::atomic<bool> failed_{false};
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "renderer/base/cancel.h"
@@ -34,20 +35,23 @@ class PathDevice {
   virtual Level level() const = 0;  // what it was opened for
   virtual bool lost() const = 0;    // it failed once and is not to be used again
 
+  // Asked with the bytes of device memory that an upload is about to take, acceleration structures (Level::rt) not
+  // counted; its error becomes the upload's.
+  using Admit = std::function<Status(std::uint64_t bytes)>;
   // All that the device needs to trace paths in the scene. Takes as long as a build. unimplemented: the scene has what
   // shaders have not, by name; resource_exhausted: the device does not hold it, with bytes and limit; cancelled;
   // unavailable: the device was lost.
   virtual Result<std::shared_ptr<const SceneOnDevice>> upload(std::shared_ptr<const RenderScene> scene,
+                                                              const Admit& admit = {},
                                                               const CancelToken* cancel = nullptr) = 0;
 
-  // Has the driver compile the shaders for pictures of the scene by such a camera (its lens and filter count), which
-  // may take seconds. Else trace() does.
-  virtual Status prepare(const SceneOnDevice& scene, const Camera& camera) = 0;
+  // Has the driver compile the shaders for pictures of the scene, which may take seconds. Else trace() does.
+  virtual Status prepare(const SceneOnDevice& scene) = 0;
 
   // As trace_window(), of a scene that was uploaded to this device: adds the samples of the range to each pixel of the
   // window in index order, or leaves the film as it was and returns false when cancelled. For a scene, camera and
   // settings, a device and its driver, the bits depend on pixel, sample index and half alone. An error: the device
-  // cannot be used any more; the film is as it was.
+  // is lost() from then on; the film is as it was.
   //
   // Precondition: integrator path; the film has neither targets nor history.
   virtual Result<bool> trace(const SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,

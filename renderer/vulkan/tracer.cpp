@@ -13,8 +13,8 @@
 #include "renderer/trace/paths/path_group.h"
 #include "renderer/trace/sampling/pixel_filter_sampling.h"
 #include "renderer/vulkan/rt_pipeline.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
-#include "renderer/vulkan/shaders/tables_task.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
+#include "renderer/vulkan/shaders/tables/task.h"
 
 namespace helio::vulkan {
 namespace {
@@ -54,14 +54,6 @@ CameraTable camera_table(const Camera& camera, std::uint64_t filter) {
   table.width = camera.width();
   table.height = camera.height();
   return table;
-}
-
-std::array<std::uint32_t, 4> features(const DeviceScene& scene, const Camera& camera) {
-  const Camera::Parts parts = camera.parts();
-  std::array<std::uint32_t, 4> features = scene.features();
-  if (parts.lens_radius > 0) features[3] |= kPathLens;
-  if (parts.filter.kind != PixelFilterKind::box) features[3] |= kPathFilter;
-  return features;
 }
 
 // What a task was about.
@@ -197,8 +189,8 @@ void Tracer::give_back(std::unique_ptr<Slot> slot) {
   free_.push_back(std::move(slot));
 }
 
-Status Tracer::prepare(const DeviceScene& scene, const Camera& camera) {
-  auto pipeline = pipeline_for(features(scene, camera));
+Status Tracer::prepare(const DeviceScene& scene) {
+  auto pipeline = pipeline_for(scene.features());
   return pipeline ? ok_status() : Status(std::move(pipeline).error());
 }
 
@@ -229,7 +221,7 @@ Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const
   if (samples > std::numeric_limits<std::uint32_t>::max() / 2)
     return Error{
         ErrorCode::resource_exhausted, std::to_string(samples) + " samples at once; allowed: at most 2^31", {}};
-  auto pipeline = pipeline_for(features(scene, camera));
+  auto pipeline = pipeline_for(scene.features());
   if (!pipeline) return std::move(pipeline).error();
   auto slot = take_slot(samples, range.half == 0);
   if (!slot) return std::move(slot).error();

@@ -23,7 +23,7 @@
 
 namespace helio::vulkan {
 
-struct PathTask;  // shaders/tables_task.h
+struct PathTask;  // shaders/tables/task.h
 
 // The pipelines of a device, and what dispatches in flight work with. Thread safe.
 class Tracer {
@@ -32,9 +32,9 @@ class Tracer {
   static Result<std::shared_ptr<Tracer>> create(std::shared_ptr<Device> device);
   const std::shared_ptr<Device>& device() const { return device_; }
 
-  // Makes the pipeline for pictures of such a scene by such a camera and has the driver compile it, which may take
-  // seconds; trace() does the same where nobody has.
-  Status prepare(const DeviceScene& scene, const Camera& camera);
+  // Makes the pipeline for pictures of such a scene and has the driver compile it, which may take seconds; trace() does
+  // the same where nobody has.
+  Status prepare(const DeviceScene& scene);
 
   // As trace_window(): adds the samples of the range to each pixel of the window in index order. For a scene, camera
   // and settings, a device and its driver, the bits added depend on pixel, sample index and half alone. False:
@@ -52,7 +52,7 @@ class Tracer {
     Buffer task, answers, first_hits;
   };
   using Features = std::array<std::uint32_t, 4>;  // specialisation constants 0 to 3
-  // Of a kind of scene and picture; one of the two.
+  // Of a kind of scene; one of the two.
   struct Pipeline {
     std::optional<ComputePipeline> compute;
     std::optional<RayPipeline> rays;

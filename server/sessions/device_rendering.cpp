@@ -63,9 +63,8 @@ Result<int> RenderDevices::index_of(const RenderDevice& device) const {
   return Error{ErrorCode::unavailable, name + " cannot trace paths: " + reasons, "device"};
 }
 
-Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderSettings& settings,
+Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevice& device,
                                                                 std::shared_ptr<const RenderScene> scene) {
-  const RenderDevice& device = settings.device;
   const auto index = index_of(device);
   if (!index) return index.error();
   const std::lock_guard lock(mutex_);
@@ -82,40 +81,43 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderSett
   std::erase_if(open.scenes, [](const auto& held) { return held.expired(); });
   for (const auto& held : open.scenes) {
     const auto placed = held.lock();
-    if (placed && placed->scene == scene && placed->asked == device) return placed;
+    if (placed && placed->scene == scene) return placed;
   }
   const auto refused = [&](const Error& error) {
     return Error{error.code, to_string(device) + ": " + error.to_string(), "device"};
   };
-  auto data = open.device->upload(scene);
-  if (!data) return refused(data.error());
-  const auto& cameras = scene->description().cameras;
-  const CameraPose pose = cameras.empty() ? CameraPose() : camera_pose(cameras.front());
-  const Camera camera(pose, settings.width, settings.height, scene->origin(), settings.filter);
-  if (const Status prepared = open.device->prepare(**data, camera); !prepared.ok()) return refused(prepared.error());
-  auto memory = memory_.reserve_with_room((*data)->bytes(), "the scene on " + to_string(device));
-  if (!memory) return memory.error();
   auto placed = std::make_shared<PlacedScene>();
-  placed->asked = device;
+  const auto reserve = [&](std::uint64_t bytes) -> Status {
+    placed->memory = {};
+    auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name);
+    if (!memory) return std::move(memory).error();
+    placed->memory = std::move(*memory);
+    return ok_status();
+  };
+  placed->name = "vulkan:" + std::to_string(*index);
+  auto data = open.device->upload(scene, reserve);
+  if (!data) return refused(data.error());
+  if (const Status all = reserve((*data)->bytes()); !all.ok()) return all.error();
+  if (const Status prepared = open.device->prepare(**data); !prepared.ok()) return refused(prepared.error());
   placed->scene = std::move(scene);
   placed->device = open.device;
   placed->data = std::move(*data);
-  placed->memory = std::move(*memory);
   open.scenes.push_back(placed);
   return std::shared_ptr<const PlacedScene>(std::move(placed));
 }
 
-void DeviceRendering::keep(std::shared_ptr<const PlacedScene> placed) {
+void DeviceRendering::keep(const RenderDevice& asked, std::shared_ptr<const PlacedScene> placed) {
+  Kept kept{asked, std::move(placed)};
   const std::lock_guard lock(mutex_);
-  if (placed_[0] == placed) return;
-  placed_[1].swap(placed);
-  placed_[0].swap(placed_[1]);
+  if (kept_[0].asked == kept.asked && kept_[0].placed == kept.placed) return;
+  std::swap(kept_[1], kept);
+  std::swap(kept_[0], kept_[1]);
 }
 
 std::shared_ptr<const PlacedScene> DeviceRendering::find(const RenderDevice& device, const RenderScene* scene) const {
   const std::lock_guard lock(mutex_);
-  for (const auto& placed : placed_) {
-    if (placed && placed->asked == device && placed->scene.get() == scene) return placed;
+  for (const Kept& kept : kept_) {
+    if (kept.placed && kept.asked == device && kept.placed->scene.get() == scene) return kept.placed;
   }
   return nullptr;
 }
@@ -125,7 +127,7 @@ bool DeviceRendering::has(const RenderDevice& device, const RenderScene* scene) 
 }
 
 void DeviceRendering::failed(const PlacedScene& placed, const Error& error) {
-  const std::string notice = fmt::format("{} ({}) failed: {}; the picture goes on on the CPU", to_string(placed.asked),
+  const std::string notice = fmt::format("{} ({}) failed: {}; the picture goes on on the CPU", placed.name,
                                          placed.device->info().name, error.message);
   {
     const std::lock_guard lock(mutex_);

@@ -20,7 +20,7 @@ namespace helio {
 
 // A scene on a device.
 struct PlacedScene {
-  RenderDevice asked;  // for what prepare() made it
+  std::string name;  // of the device: "vulkan:N"
   std::shared_ptr<const RenderScene> scene;
   std::shared_ptr<vulkan::PathDevice> device;
   std::shared_ptr<const vulkan::SceneOnDevice> data;
@@ -48,11 +48,11 @@ class RenderDevices {
   bool listed() const { return !source_ || source_->listed(); }
   vulkan::DeviceList list() const;
 
-  // Opens the settings' device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders
-  // compiled. Takes as long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such
-  // device, or it does not work, with the reason; unimplemented: the scene has what shaders have not;
-  // resource_exhausted.
-  Result<std::shared_ptr<const PlacedScene>> place(const RenderSettings& settings,
+  // Opens the device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders compiled. Takes as
+  // long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such device, or it does
+  // not work, with the reason; unimplemented: the scene has what shaders have not; resource_exhausted.
+  // Precondition: not the CPU.
+  Result<std::shared_ptr<const PlacedScene>> place(const RenderDevice& device,
                                                    std::shared_ptr<const RenderScene> scene);
 
  private:
@@ -76,19 +76,24 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   using Notify = std::function<void(const std::string& notice)>;
   explicit DeviceRendering(Notify notify) : notify_(std::move(notify)) {}
 
-  // Keeps it and the one before, whose frames may still be in flight.
-  void keep(std::shared_ptr<const PlacedScene> placed);
+  // What RenderDevices::place() gave for `asked`. Keeps it and the one before, whose frames may still be in flight.
+  void keep(const RenderDevice& asked, std::shared_ptr<const PlacedScene> placed);
   // Whether pictures of this scene by this device need no other place().
   bool has(const RenderDevice& device, const RenderScene* scene) const;
   IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
 
  private:
+  struct Kept {
+    RenderDevice asked;
+    std::shared_ptr<const PlacedScene> placed;
+  };
+
   std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
   void failed(const PlacedScene& placed, const Error& error);
 
   const Notify notify_;
   mutable std::mutex mutex_;
-  std::array<std::shared_ptr<const PlacedScene>, 2> placed_;
+  std::array<Kept, 2> kept_;
   bool told_ = false;
 };
 

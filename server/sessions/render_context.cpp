@@ -138,7 +138,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.make_tracer = [device = rendering->device_](std::shared_ptr<const RenderScene> traced) {
     return device->tracer(std::move(traced));
   };
-  Status placed = rendering->place(settings, rendering->scene().snapshot);
+  Status placed = rendering->place(settings.device, rendering->scene().snapshot);
   if (!placed) return std::move(placed).error();
   rendering->scratch_ = *scratch;
   if (!sink) sink = rendering->publisher_;
@@ -169,13 +169,13 @@ std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update u
   }
 }
 
-Status RenderContext::place(const RenderSettings& settings, const std::shared_ptr<const RenderScene>& scene) {
-  if (device_->has(settings.device, scene.get())) return ok_status();
+Status RenderContext::place(const RenderDevice& device, const std::shared_ptr<const RenderScene>& scene) {
+  if (device_->has(device, scene.get())) return ok_status();
   if (!resources_.devices)
-    return Error{ErrorCode::failed_precondition, to_string(settings.device) + ": only the CPU renders here", "device"};
-  auto placed = resources_.devices->place(settings, scene);
+    return Error{ErrorCode::failed_precondition, to_string(device) + ": only the CPU renders here", "device"};
+  auto placed = resources_.devices->place(device, scene);
   if (!placed) return std::move(placed).error();
-  device_->keep(std::move(*placed));
+  device_->keep(device, std::move(*placed));
   return ok_status();
 }
 

@@ -46,7 +46,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   const LoadedScene& scene() const;
   // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;
   // errors as RenderDevices::place().
-  Status place(const RenderSettings& settings, const std::shared_ptr<const RenderScene>& scene);
+  Status place(const RenderDevice& device, const std::shared_ptr<const RenderScene>& scene);
   // Makes the update, and renders this scene from now on. The new revision. What RenderLoop::update() throws leaves the
   // scene as it is.
   std::uint64_t switch_scene(SceneLease scene, RenderLoop::Update update);

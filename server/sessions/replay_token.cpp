@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "renderer/trace/accel/traversal_isa.h"
 #include "renderer/trace/paths/light_vertex_cache.h"
@@ -153,6 +154,7 @@ std::string make_replay_token(const LoadedScene& scene, const FrameBegin& frame,
   message.set_light_paths(sample.light_paths);
   if (caches_light_vertices(settings.integrator)) *message.mutable_light_cache() = to_message(settings.light_cache);
   if (settings.technique) *message.mutable_technique() = to_message(*settings.technique);
+  if (settings.device != RenderDevice{}) message.set_device(to_string(settings.device));
   message.set_seed(settings.seed);
   message.set_max_segments(settings.max_segments);
   message.set_roulette_from(settings.roulette_from);
@@ -235,8 +237,16 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
 }
 
 std::string replay_note(const pb::SampleReplay& message) {
-  if (message.build() == build()) return {};
-  return fmt::format("rendered by another build ({}; this is {}): bits may differ", message.build(), build());
+  std::vector<std::string> reasons;
+  if (message.build() != build()) {
+    reasons.push_back(fmt::format("rendered by another build ({}; this is {}): bits may differ", message.build(), build()));
+  }
+  if (!message.device().empty()) {
+    reasons.push_back(fmt::format("rendered on {}, traced again on the CPU, which rounds in other places: bits may differ, "
+                                  "and what is invalid there may be valid here",
+                                  message.device()));
+  }
+  return fmt::format("{}", fmt::join(reasons, "; "));
 }
 
 }  // namespace helio

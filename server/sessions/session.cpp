@@ -86,7 +86,7 @@ Result<std::uint64_t> Session::update(const Change& change) {
     lock.unlock();
     Status fits = ok_status();
     if (on_device)
-      fits = rendering_->place(wanted, change.scene ? (*change.scene)->snapshot : rendering_->scene().snapshot);
+      fits = rendering_->place(wanted.device, change.scene ? (*change.scene)->snapshot : rendering_->scene().snapshot);
     if (fits.ok() && update.settings) fits = rendering_->prepare(wanted, channels, update);
     Result<Reservation> queue = Reservation();
     if (fits.ok() && update.settings && listened) queue = rendering_->reserve_queue(wanted, format);

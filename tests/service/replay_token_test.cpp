@@ -74,6 +74,21 @@ TEST(ReplayToken, HoldsFilmCameraSettingsAndSample) {
   }
 }
 
+// A device rounds in other places: the CPU, which traces a sample again, may find another value.
+TEST(ReplayToken, TellsTheDeviceThatRendered) {
+  FrameBegin begin = frame();
+  begin.settings.device = {RenderDevice::Kind::vulkan, 2};
+  const auto replay = read_replay_token(make_replay_token(Scene(), begin, kSample), {}, "token");
+  ASSERT_TRUE(replay.ok()) << replay.error().to_string();
+  EXPECT_EQ(replay->settings.device, RenderDevice{});
+  EXPECT_EQ(replay_note(replay->message),
+            "rendered on vulkan:2, traced again on the CPU, which rounds in other places: bits may differ, and what is "
+            "invalid there may be valid here");
+  pb::SampleReplay other = replay->message;
+  other.set_build("another");
+  EXPECT_NE(replay_note(other).find("bits may differ; rendered on vulkan:2"), std::string::npos);
+}
+
 TEST(ReplayToken, TellsTheMode) {
   FrameBegin begin = frame();
   for (const RenderMode mode : kEveryRenderMode) {

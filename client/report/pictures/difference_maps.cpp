@@ -29,8 +29,8 @@ double luminance_variance(const LoadedPicture& picture, std::size_t pixel) {
   return sum;
 }
 
-// Of a reference, each the mean over 3x3 pixels: its variances may be those of two halves' difference, which alone says
-// next to nothing of its own pixel.
+// Each pixel's is the mean over 3x3 pixels: a reference's variance may be that of two halves' difference, which alone
+// says next to nothing of its own pixel.
 std::vector<double> smoothed_luminance_variances(const LoadedPicture& picture) {
   std::vector<double> smoothed;
   smoothed.reserve(picture.planes[0].size());

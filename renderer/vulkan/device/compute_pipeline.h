@@ -10,6 +10,7 @@
 #include <span>
 
 #include "renderer/vulkan/device/commands.h"
+#include "renderer/vulkan/device/pipeline_objects.h"
 
 namespace helio::vulkan {
 
@@ -24,21 +25,13 @@ class ComputePipeline {
   // constants, a multiple of 4. `constants`: the values of its specialisation constants 0, 1, ...
   static Result<ComputePipeline> create(std::shared_ptr<Device> device, std::span<const std::uint32_t> spirv,
                                         std::uint32_t push_bytes, std::span<const std::uint32_t> constants = {});
-  ComputePipeline(ComputePipeline&& other) noexcept;
-  ComputePipeline& operator=(ComputePipeline&& other) noexcept;
-  ~ComputePipeline();
-
   // Binds it and dispatches. `push` has the size that it was created with.
   void dispatch(VkCommandBuffer commands, std::span<const std::byte> push, Groups groups) const;
 
  private:
   ComputePipeline() = default;
-  void destroy();
 
-  std::shared_ptr<Device> device_;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
-  VkPipeline pipeline_ = VK_NULL_HANDLE;
-  std::uint32_t push_bytes_ = 0;
+  std::shared_ptr<const PipelineObjects> objects_;
 };
 
 // Runs a shader once and waits for it: for tests.

@@ -110,12 +110,8 @@ Result<RayPipeline> RayPipeline::create(std::shared_ptr<Device> device, const Ra
   }
   if (!added) return std::move(added).error();
 
-  RayPipeline made;
-  made.device_ = device;
-  made.push_bytes_ = push_bytes;
-  auto layout = create_push_layout(*device, push_bytes, kStages);
-  if (!layout) return std::move(layout).error();
-  made.layout_ = *layout;
+  auto objects = PipelineObjects::create(device, push_bytes, kStages);
+  if (!objects) return std::move(objects).error();
   auto create =
       vulkan_struct<VkRayTracingPipelineCreateInfoKHR>(VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR);
   create.stageCount = static_cast<std::uint32_t>(stages.stages().size());
@@ -123,10 +119,10 @@ Result<RayPipeline> RayPipeline::create(std::shared_ptr<Device> device, const Ra
   create.groupCount = static_cast<std::uint32_t>(stages.groups().size());
   create.pGroups = stages.groups().data();
   create.maxPipelineRayRecursionDepth = recursion;
-  create.layout = made.layout_;
+  create.layout = (*objects)->layout;
   const VolkDeviceTable& api = device->api();
   if (const VkResult result = api.vkCreateRayTracingPipelinesKHR(device->handle(), VK_NULL_HANDLE, VK_NULL_HANDLE, 1,
-                                                                 &create, nullptr, &made.pipeline_);
+                                                                 &create, nullptr, &(*objects)->pipeline);
       result != VK_SUCCESS) {
     return vulkan_error(*device, result, "vkCreateRayTracingPipelinesKHR");
   }
@@ -134,7 +130,7 @@ Result<RayPipeline> RayPipeline::create(std::shared_ptr<Device> device, const Ra
   // The shader binding table: raygen, miss, hit, each part aligned.
   std::vector<std::byte> handles(stages.groups().size() * limits.handle_size);
   if (const VkResult result = api.vkGetRayTracingShaderGroupHandlesKHR(
-          device->handle(), made.pipeline_, 0, create.groupCount, handles.size(), handles.data());
+          device->handle(), (*objects)->pipeline, 0, create.groupCount, handles.size(), handles.data());
       result != VK_SUCCESS) {
     return vulkan_error(*device, result, "vkGetRayTracingShaderGroupHandlesKHR");
   }
@@ -145,6 +141,8 @@ Result<RayPipeline> RayPipeline::create(std::shared_ptr<Device> device, const Ra
   auto table = Buffer::create(device, bytes + limits.base_alignment, Memory::host, "a shader binding table",
                               VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR);
   if (!table) return std::move(table).error();
+  RayPipeline made;
+  made.objects_ = std::move(*objects);
   made.table_ = std::move(table).value();
   const std::uint64_t begin = align_up(made.table_.address(), limits.base_alignment);
   VkStridedDeviceAddressRegionKHR* const regions[] = {&made.raygen_, &made.miss_, &made.hit_};
@@ -160,43 +158,10 @@ Result<RayPipeline> RayPipeline::create(std::shared_ptr<Device> device, const Ra
   return made;
 }
 
-RayPipeline::RayPipeline(RayPipeline&& other) noexcept {
-  *this = std::move(other);
-}
-
-RayPipeline& RayPipeline::operator=(RayPipeline&& other) noexcept {
-  if (this == &other) return *this;
-  destroy();
-  device_ = std::move(other.device_);
-  layout_ = std::exchange(other.layout_, VK_NULL_HANDLE);
-  pipeline_ = std::exchange(other.pipeline_, VK_NULL_HANDLE);
-  push_bytes_ = other.push_bytes_;
-  table_ = std::move(other.table_);
-  raygen_ = other.raygen_;
-  miss_ = other.miss_;
-  hit_ = other.hit_;
-  callable_ = other.callable_;
-  return *this;
-}
-
-RayPipeline::~RayPipeline() {
-  destroy();
-}
-
-void RayPipeline::destroy() {
-  if (!device_ || device_->lost()) return;
-  device_->api().vkDestroyPipeline(device_->handle(), pipeline_, nullptr);
-  device_->api().vkDestroyPipelineLayout(device_->handle(), layout_, nullptr);
-  device_.reset();
-}
-
 void RayPipeline::trace(VkCommandBuffer commands, std::span<const std::byte> push, std::uint32_t width,
                         std::uint32_t height) const {
-  HELIO_CHECK(push.size() == push_bytes_);
-  const VolkDeviceTable& api = device_->api();
-  api.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, pipeline_);
-  if (push_bytes_ > 0) api.vkCmdPushConstants(commands, layout_, kStages, 0, push_bytes_, push.data());
-  api.vkCmdTraceRaysKHR(commands, &raygen_, &miss_, &hit_, &callable_, width, height, 1);
+  objects_->bind(commands, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, push);
+  objects_->device->api().vkCmdTraceRaysKHR(commands, &raygen_, &miss_, &hit_, &callable_, width, height, 1);
 }
 
 }  // namespace helio::vulkan

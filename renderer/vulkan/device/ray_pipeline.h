@@ -12,6 +12,7 @@
 
 #include "renderer/vulkan/device/buffer.h"
 #include "renderer/vulkan/device/commands.h"
+#include "renderer/vulkan/device/pipeline_objects.h"
 
 namespace helio::vulkan {
 
@@ -33,22 +34,14 @@ class RayPipeline {
   // `constants`: the values of the specialisation constants 0, 1, ... of all stages. `recursion`: at least 1.
   static Result<RayPipeline> create(std::shared_ptr<Device> device, const RayShaders& shaders, std::uint32_t push_bytes,
                                     std::span<const std::uint32_t> constants = {}, std::uint32_t recursion = 1);
-  RayPipeline(RayPipeline&& other) noexcept;
-  RayPipeline& operator=(RayPipeline&& other) noexcept;
-  ~RayPipeline();
-
   // Binds it and launches the raygen shader width x height times. `push` has the size that it was created with.
   void trace(VkCommandBuffer commands, std::span<const std::byte> push, std::uint32_t width,
              std::uint32_t height = 1) const;
 
  private:
   RayPipeline() = default;
-  void destroy();
 
-  std::shared_ptr<Device> device_;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
-  VkPipeline pipeline_ = VK_NULL_HANDLE;
-  std::uint32_t push_bytes_ = 0;
+  std::shared_ptr<const PipelineObjects> objects_;
   Buffer table_;
   VkStridedDeviceAddressRegionKHR raygen_{}, miss_{}, hit_{}, callable_{};
 };

@@ -34,23 +34,4 @@ Specialization::Specialization(std::span<const std::uint32_t> values) {
   info_ = {static_cast<std::uint32_t>(entries_.size()), entries_.data(), values.size_bytes(), values.data()};
 }
 
-Result<VkPipelineLayout> create_push_layout(Device& device, std::uint32_t push_bytes, VkShaderStageFlags stages) {
-  if (const std::uint32_t most = device.info().limits.max_push_constant_bytes; push_bytes > most) {
-    return Error{
-        ErrorCode::resource_exhausted,
-        std::to_string(push_bytes) + " bytes of push constants; " + device.info().name + " has " + std::to_string(most),
-        {}};
-  }
-  const VkPushConstantRange range{stages, 0, push_bytes};
-  auto create = vulkan_struct<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
-  create.pushConstantRangeCount = push_bytes > 0 ? 1 : 0;
-  create.pPushConstantRanges = &range;
-  VkPipelineLayout layout = VK_NULL_HANDLE;
-  if (const VkResult result = device.api().vkCreatePipelineLayout(device.handle(), &create, nullptr, &layout);
-      result != VK_SUCCESS) {
-    return vulkan_error(device, result, "vkCreatePipelineLayout");
-  }
-  return layout;
-}
-
 }  // namespace helio::vulkan

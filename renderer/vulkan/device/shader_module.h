@@ -40,7 +40,4 @@ class Specialization {
   VkSpecializationInfo info_{};
 };
 
-// A layout without descriptors. `stages`: those that see the push constants. Refused: more bytes than the device has.
-Result<VkPipelineLayout> create_push_layout(Device& device, std::uint32_t push_bytes, VkShaderStageFlags stages);
-
 }  // namespace helio::vulkan

@@ -9,7 +9,7 @@
 #include "renderer/base/result.h"
 #include "renderer/vulkan/device/arena.h"
 #include "renderer/vulkan/scene/geometry_tables.h"
-#include "renderer/vulkan/shaders/tables_geometry.h"
+#include "renderer/vulkan/shaders/tables/geometry.h"
 
 namespace helio::vulkan {
 

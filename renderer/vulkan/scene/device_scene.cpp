@@ -13,7 +13,7 @@
 #include "renderer/vulkan/scene/material_tables.h"
 #include "renderer/vulkan/scene/supported.h"
 #include "renderer/vulkan/scene/texture_tables.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
 
 namespace helio::vulkan {
 
@@ -32,6 +32,7 @@ std::uint64_t DeviceScene::bytes() const {
 
 Result<std::shared_ptr<const DeviceScene>> DeviceScene::upload(std::shared_ptr<Device> device,
                                                                std::shared_ptr<const RenderScene> scene,
+                                                               const std::function<Status(std::uint64_t)>& admit,
                                                                const CancelToken* cancel) {
   if (const auto missing = unsupported(*scene); !missing.empty())
     return Error{ErrorCode::unimplemented, fmt::format("Vulkan devices do not have {}", fmt::join(missing, "; ")), {}};
@@ -56,6 +57,7 @@ Result<std::shared_ptr<const DeviceScene>> DeviceScene::upload(std::shared_ptr<D
   Arena& arena = uploaded->parts_->arena;
   const std::uint64_t bytes = geometry.bytes() + bvh.bytes() + materials.bytes() + lights.bytes() + textures.bytes() +
                               sizeof(SceneTables) + 4096;
+  if (Status admitted = admit ? admit(bytes) : ok_status(); !admitted) return std::move(admitted).error();
   if (Status fits = arena.reserve(bytes); !fits) return std::move(fits).error();
   if (Status done = upload_meshes(geometry, arena); !done) return std::move(done).error();
   if (rt) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "renderer/base/cancel.h"
@@ -19,9 +20,10 @@ class DeviceScene {
   // What `device` needs to trace paths in the scene, by the level that it was opened for: geometry with its BVH or
   // acceleration structures, materials, textures, lights. Takes as long as a build. unimplemented: the scene has what
   // shaders have not (unsupported()); resource_exhausted: the device does not hold it, with bytes and limit; cancelled;
-  // unavailable: the device was lost.
+  // unavailable: the device was lost. `admit` is asked before device memory is taken, acceleration structures aside.
   static Result<std::shared_ptr<const DeviceScene>> upload(std::shared_ptr<Device> device,
                                                            std::shared_ptr<const RenderScene> scene,
+                                                           const std::function<Status(std::uint64_t bytes)>& admit = {},
                                                            const CancelToken* cancel = nullptr);
   ~DeviceScene();
 

@@ -1,4 +1,4 @@
-// Meshes, spheres and instances of a scene, made ready for the device: tables_geometry.h.
+// Meshes, spheres and instances of a scene, made ready for the device: shaders/tables/geometry.h.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include "renderer/base/result.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/vulkan/device/arena.h"
-#include "renderer/vulkan/shaders/tables_geometry.h"
+#include "renderer/vulkan/shaders/tables/geometry.h"
 
 namespace helio::vulkan {
 

@@ -1,4 +1,4 @@
-// The lights of a scene as the shaders read them (shaders/tables_lights.h, shaders/light_sampler.glsl).
+// The lights of a scene as the shaders read them (shaders/tables/lights.h, shaders/lights/light_sampler.glsl).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include "renderer/scene/images/environment.h"
 #include "renderer/trace/lights/light_sampler.h"
 #include "renderer/vulkan/device/arena.h"
-#include "renderer/vulkan/shaders/tables_lights.h"
+#include "renderer/vulkan/shaders/tables/lights.h"
 
 namespace helio::vulkan {
 
@@ -29,7 +29,7 @@ struct HostLights {
   std::span<const double> row_cos;
   std::span<const float> density;
 
-  // Bits of kLightFeatures (shaders/light_features.glsl).
+  // Bits of kLightFeatures (shaders/lights/light_features.glsl).
   std::uint32_t features() const;
   std::uint64_t bytes() const;  // of device memory, with room for alignment
   // Errors: those of Arena::upload().

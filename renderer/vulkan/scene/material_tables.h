@@ -1,4 +1,4 @@
-// Materials as the shaders read them (shaders/tables_materials.h, shaders/evaluate_material.glsl, shaders/bsdf.glsl).
+// Materials as the shaders read them (shaders/tables/materials.h, shaders/scene/evaluate_material.glsl, shaders/bsdf).
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include "renderer/base/result.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/vulkan/device/arena.h"
-#include "renderer/vulkan/shaders/tables_materials.h"
+#include "renderer/vulkan/shaders/tables/materials.h"
 
 namespace helio::vulkan {
 
@@ -48,7 +48,7 @@ HostMaterials make_host_materials(const std::vector<Material>& materials, const 
 std::vector<bool> used_materials(const SceneData& data);
 
 // Bits kLobe... and kFeature... that shaders for the used materials need (kMaterialFeatures of
-// shaders/surface_params.glsl).
+// shaders/scene/surface_params.glsl).
 std::uint32_t material_features(const SceneData& data);
 
 }  // namespace helio::vulkan

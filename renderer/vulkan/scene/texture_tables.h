@@ -1,4 +1,4 @@
-// Images and texture slots as the shaders read them (shaders/tables_textures.h, shaders/textures.glsl).
+// Images and texture slots as the shaders read them (shaders/tables/textures.h, shaders/scene/textures.glsl).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 #include "renderer/base/result.h"
 #include "renderer/scene/description/scene_description.h"
 #include "renderer/vulkan/device/arena.h"
-#include "renderer/vulkan/shaders/tables_textures.h"
+#include "renderer/vulkan/shaders/tables/textures.h"
 
 namespace helio::vulkan {
 
@@ -24,7 +24,7 @@ struct HostTextures {
   std::vector<std::string> names;                  // by image, for errors
   std::vector<float> srgb_u8, srgb_u16;            // linear values of sRGB-encoded codes; the second may be empty
 
-  // Bits of kLightFeatures (shaders/light_features.glsl).
+  // Bits of kLightFeatures (shaders/lights/light_features.glsl).
   std::uint32_t features() const;
   std::uint64_t bytes() const;  // of device memory, with room for alignment
   // Errors: those of Arena::upload(), which name the image.

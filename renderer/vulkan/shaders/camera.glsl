@@ -2,9 +2,9 @@
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
-#include "base.glsl"
-#include "tables_task.h"
-#include "warp.glsl"
+#include "base/base.glsl"
+#include "tables/task.h"
+#include "sampling/warp.glsl"
 
 const uint kFilterBox = 0, kFilterTent = 1, kFilterGaussian = 2;
 const uint kFilterPieces = 1024;
@@ -67,7 +67,7 @@ double sample_pixel_filter(CameraTable camera, double u, double low, double high
 
 void generate_ray(CameraTable camera, ivec2 pixel, vec2 in_pixel, vec2 lens, out vec3 origin, out vec3 direction) {
   dvec2 film = dvec2(pixel) + dvec2(in_pixel);
-  if (has_path_feature(kPathFilter) && camera.filter_kind != kFilterBox) {
+  if (camera.filter_kind != kFilterBox) {
     const dvec2 centre = dvec2(pixel) + 0.5;
     film.x = centre.x + sample_pixel_filter(camera, double(in_pixel.x), -centre.x, camera.width - centre.x);
     film.y = centre.y + sample_pixel_filter(camera, double(in_pixel.y), -centre.y, camera.height - centre.y);
@@ -79,7 +79,7 @@ void generate_ray(CameraTable camera, ivec2 pixel, vec2 in_pixel, vec2 lens, out
   const bool orthographic = (camera.flags & kCameraOrthographic) != 0;
   origin = orthographic ? camera.origin + offset : camera.origin;
   direction = orthographic ? camera.forward : offset;
-  if (has_path_feature(kPathLens) && (camera.flags & kCameraLens) != 0) {
+  if ((camera.flags & kCameraLens) != 0) {
     const vec3 focus = (orthographic ? camera.forward : offset) * camera.focus_distance;
     const vec2 disk = square_to_disk(lens);
     const vec3 on_lens = camera.right * (disk.x * camera.lens_radius) + camera.up * (disk.y * camera.lens_radius);

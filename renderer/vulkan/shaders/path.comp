@@ -2,7 +2,7 @@
 // Paths on our own BVH: one invocation a sample.
 #extension GL_GOOGLE_include_directive : require
 
-#include "base.glsl"
+#include "base/base.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push {
@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push {
   uint64_t task;
 } push;
 
-#include "trace_bvh.glsl"
+#include "accel/trace_bvh.glsl"
 #include "path.glsl"
 
 void main() {

@@ -2,29 +2,29 @@
 // trace/integrators/. The includer declares the push constants and names its tracer:
 //
 //   layout(push_constant, scalar) uniform Push { uint64_t scene; uint64_t task; } push;
-//   #include "trace_bvh.glsl" or "trace_rt.glsl"   intersect(), occluded()
+//   #include "accel/trace_bvh.glsl" or "trace_rt.glsl"   intersect(), occluded()
 #ifndef PATH_GLSL
 #define PATH_GLSL
 
-#include "tables_scene.h"
+#include "tables/scene.h"
 
-// What the scene and the camera may need. Compilers leave out the code for the rest.
+// What the scene may need. Compilers leave out the code for the rest.
 layout(constant_id = 3) const uint kPathFeatures = 0xffffffffu;
 bool has_path_feature(uint feature) {
   return (kPathFeatures & feature) != 0;
 }
 
-#include "bsdf.glsl"
+#include "bsdf/bsdf.glsl"
 #include "camera.glsl"
-#include "evaluate_material.glsl"
-#include "frame.glsl"
-#include "light_sampler.glsl"
-#include "media.glsl"
-#include "mis.glsl"
-#include "roulette.glsl"
-#include "sampler.glsl"
-#include "surface.glsl"
-#include "tables_task.h"
+#include "scene/evaluate_material.glsl"
+#include "base/frame.glsl"
+#include "lights/light_sampler.glsl"
+#include "scene/media.glsl"
+#include "sampling/mis.glsl"
+#include "sampling/roulette.glsl"
+#include "sampling/sampler.glsl"
+#include "scene/surface.glsl"
+#include "tables/task.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer PathTaskBuffer {
   PathTask task;
@@ -183,7 +183,7 @@ Path start_path(ivec2 pixel, uint index, PathTask task) {
   path.key = pixel_key(pixel, task.film_half, uvec2(task.seed_low, task.seed_high));
   path.reversed_index = reverse_bits(index);
   vec2 lens = vec2(0.5);
-  if (has_path_feature(kPathLens)) lens = sample_pair(path.key, path.reversed_index, 1);
+  if ((task.camera.flags & kCameraLens) != 0) lens = sample_pair(path.key, path.reversed_index, 1);
   generate_ray(task.camera, pixel, sample_pair(path.key, path.reversed_index, 0), lens, path.ray.origin,
                path.ray.direction);
   path.ray.t_max = kInfinity;

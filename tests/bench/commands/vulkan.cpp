@@ -146,7 +146,7 @@ Result<std::vector<Subject>> place(const std::vector<OpenLevel>& levels, const s
   std::vector<Subject> subjects;
   for (const OpenLevel& level : levels) {
     auto placed = upload(level, scene, threads);
-    const Status prepared = placed ? level.device->prepare(**placed, camera) : Status(placed.error());
+    const Status prepared = placed ? level.device->prepare(**placed) : Status(placed.error());
     if (!prepared) {
       note(fmt::format("no figures of {} by {}: {}", name, level.name, prepared.error().to_string()));
       continue;
@@ -270,7 +270,6 @@ Status upload_room(const std::vector<OpenLevel>& levels, const std::shared_ptr<c
 // By a device that has compiled nothing yet. run_vulkan() switched the drivers' caches off.
 Status compile_cornell(const std::vector<OpenLevel>& levels, const std::shared_ptr<const RenderScene>& scene,
                        const BenchOptions& options, Figures& figures) {
-  const Camera camera = camera_of(*scene, options.size, options.size);
   std::vector<std::vector<double>> seconds(levels.size());
   for (int i = 0; i < std::min(options.repeat, kMostCompilations); ++i) {
     for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -279,7 +278,7 @@ Status compile_cornell(const std::vector<OpenLevel>& levels, const std::shared_p
       const auto placed = upload({*fresh, levels[l].name}, scene, options.threads);
       if (!placed) return placed.error();
       const double started = now_s();
-      if (const Status prepared = (*fresh)->prepare(**placed, camera); !prepared) return prepared;
+      if (const Status prepared = (*fresh)->prepare(**placed); !prepared) return prepared;
       seconds[l].push_back(now_s() - started);
     }
   }

@@ -30,11 +30,12 @@ class FakeDevice final : public vulkan::PathDevice {
   bool lost() const override { return pieces_ < 0; }
 
   Result<std::shared_ptr<const vulkan::SceneOnDevice>> upload(std::shared_ptr<const RenderScene> scene,
-                                                              const CancelToken*) override {
+                                                              const Admit& admit, const CancelToken*) override {
+    if (Status admitted = admit(900); !admitted) return std::move(admitted).error();
     ++uploads;
     return std::shared_ptr<const vulkan::SceneOnDevice>(std::make_shared<Placed>(std::move(scene)));
   }
-  Status prepare(const vulkan::SceneOnDevice&, const Camera&) override { return ok_status(); }
+  Status prepare(const vulkan::SceneOnDevice&) override { return ok_status(); }
   Result<bool> trace(const vulkan::SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,
                      const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
                      TraceStats& stats) override {
@@ -94,9 +95,7 @@ class DeviceRenderingTest : public testing::Test {
   }
 
   std::string refusal(const RenderDevice& device) {
-    RenderSettings settings = settings_;
-    settings.device = device;
-    const auto placed = devices_->place(settings, scene_);
+    const auto placed = devices_->place(device, scene_);
     return placed ? "" : placed.error().to_string();
   }
 
@@ -114,14 +113,16 @@ TEST_F(DeviceRenderingTest, RefusalsNameTheDeviceAndTheReason) {
             "device: vulkan:0 cannot trace paths: vulkan:0 (broken): its self-test crashed");
   EXPECT_EQ(refusal({Kind::vulkan, 7}), "device: vulkan:7: no such device; there are vulkan:0 to vulkan:1");
   RenderDevices none(nullptr, memory_);
-  EXPECT_EQ(none.place(settings_, scene_).error().to_string(),
+  EXPECT_EQ(none.place(settings_.device, scene_).error().to_string(),
             "device: vulkan: the daemon renders on its CPU alone; --devices cpu,vulkan allows Vulkan devices");
 }
 
 TEST_F(DeviceRenderingTest, SessionsShareADeviceAndWhatLiesOnIt) {
   start(1000);
   {
-    const auto first = devices_->place(settings_, scene_), second = devices_->place(settings_, scene_);
+    // By index or as the first that can: the same device.
+    const auto first = devices_->place(settings_.device, scene_);
+    const auto second = devices_->place({RenderDevice::Kind::vulkan, 1}, scene_);
     ASSERT_TRUE(first.ok() && second.ok());
     EXPECT_EQ(*first, *second);
     EXPECT_EQ(source_->opened, 1);
@@ -129,9 +130,23 @@ TEST_F(DeviceRenderingTest, SessionsShareADeviceAndWhatLiesOnIt) {
     EXPECT_EQ(memory_.used(), 1000u);
   }
   EXPECT_EQ(memory_.used(), 0u);
-  ASSERT_TRUE(devices_->place(settings_, scene_).ok());
+  ASSERT_TRUE(devices_->place(settings_.device, scene_).ok());
   EXPECT_EQ(source_->opened, 1);
   EXPECT_EQ(source_->device->uploads, 2);
+}
+
+// Memory that is not there is refused before the device is given anything.
+TEST_F(DeviceRenderingTest, AnUploadBeyondTheMemoryAccountIsRefusedBefore) {
+  start(1000);
+  const auto most = memory_.reserve((1 << 20) - 950, "a test");
+  ASSERT_TRUE(most.ok());
+  EXPECT_NE(refusal(settings_.device).find("the scene on vulkan:1"), std::string::npos);
+  EXPECT_EQ(source_->device->uploads, 1);  // 900 bytes fit, all 1,000 do not
+  const auto more = memory_.reserve(100, "a test");
+  ASSERT_TRUE(more.ok());
+  EXPECT_NE(refusal(settings_.device).find("the scene on vulkan:1"), std::string::npos);
+  EXPECT_EQ(source_->device->uploads, 1);
+  EXPECT_EQ(memory_.used(), (1u << 20) - 850);
 }
 
 // What a device has done when it fails stays; the rest comes from the processor, and the picture is whole.
@@ -143,9 +158,9 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
     const std::lock_guard lock(mutex);
     notices.push_back(notice);
   });
-  auto placed = devices_->place(settings_, scene_);
+  auto placed = devices_->place(settings_.device, scene_);
   ASSERT_TRUE(placed.ok());
-  rendering->keep(*placed);
+  rendering->keep(settings_.device, *placed);
   RenderLoopOptions options;
   options.make_tracer = [&](std::shared_ptr<const RenderScene> scene) { return rendering->tracer(std::move(scene)); };
   Budget budget;
@@ -156,15 +171,14 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
   EXPECT_EQ(picture.end.reason, FrameEndReason::samples) << picture.end.message;
   EXPECT_EQ(source_->device->traced, 3);
   ASSERT_EQ(notices.size(), 1u);
-  EXPECT_EQ(notices.front(), "vulkan (fake) failed: the device is lost; the picture goes on on the CPU");
+  EXPECT_EQ(notices.front(), "vulkan:1 (fake) failed: the device is lost; the picture goes on on the CPU");
 
   // Same samples, same bits: the fake one traces as the processor does.
   settings_.device = {};
   const LoopPicture cpu = render_through_loop(engine, scene_, settings_, budget, pose);
   for (int c = 0; c < 3; ++c) EXPECT_EQ(picture.channels[c], cpu.channels[c]);
 
-  settings_.device = {RenderDevice::Kind::vulkan, 1};
-  EXPECT_EQ(devices_->place(settings_, scene_).error().to_string(),
+  EXPECT_EQ(devices_->place({RenderDevice::Kind::vulkan, 1}, scene_).error().to_string(),
             "device: vulkan:1 failed before, and is not used again");
 }
 

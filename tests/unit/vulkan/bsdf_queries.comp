@@ -2,7 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#include "base.glsl"
+#include "base/base.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push {
@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push {
   uint count;
 } push;
 
-#include "bsdf.glsl"
+#include "bsdf/bsdf.glsl"
 #include "tests/unit/vulkan/bsdf_queries.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Queries {

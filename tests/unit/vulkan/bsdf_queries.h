@@ -2,7 +2,7 @@
 #ifndef HELIO_TEST_BSDF_QUERIES_H
 #define HELIO_TEST_BSDF_QUERIES_H
 
-#include "renderer/vulkan/shaders/tables_materials.h"
+#include "renderer/vulkan/shaders/tables/materials.h"
 
 #ifdef __cplusplus
 namespace helio::vulkan {

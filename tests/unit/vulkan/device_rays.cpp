@@ -13,7 +13,7 @@
 #include "renderer/vulkan/rt_pipeline.h"
 #include "renderer/vulkan/scene/material_tables.h"
 #include "renderer/vulkan/scene/texture_tables.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
 
 namespace helio::test {
 namespace {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "renderer/vulkan/device/arena.h"
-#include "renderer/vulkan/device/self_test/loop_limit.h"
 #include "renderer/vulkan/device/self_test/self_test.h"
 #include "tests/unit/vulkan/kernels.h"
 #include "tests/unit/vulkan/test_device.h"
@@ -76,7 +75,7 @@ TEST_F(DeviceCalls, ThreadsSubmitAtOnce) {
 }
 
 TEST_F(DeviceCalls, LoopsEndAsTheyShouldOrAfterARoundThatIsKnown) {
-  const auto limit = vulkan::find_loop_limit(device());
+  const auto limit = find_loop_limit(device());
   ASSERT_TRUE(limit.ok()) << limit.error().to_string();
   const bool debian12 = device()->info().driver.starts_with("llvmpipe, Mesa 22.3.");
   EXPECT_EQ(*limit, debian12 ? 65535u : 0u) << device()->info().driver;

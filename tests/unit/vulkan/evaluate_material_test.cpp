@@ -18,7 +18,7 @@
 #include "renderer/vulkan/scene/geometry_tables.h"
 #include "renderer/vulkan/scene/material_tables.h"
 #include "renderer/vulkan/scene/texture_tables.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
 #include "tests/unit/vulkan/material_queries.h"

@@ -1,5 +1,6 @@
 #include "tests/unit/vulkan/kernels.h"
 
+#include <helio_shaders/loop_limit_comp.h>
 #include <helio_shaders/sum_numbers_comp.h>
 
 namespace helio::test {
@@ -24,6 +25,22 @@ Result<std::uint64_t> run(const std::shared_ptr<vulkan::Device>& device, std::ui
 }
 
 }  // namespace
+
+Result<std::uint32_t> find_loop_limit(const std::shared_ptr<vulkan::Device>& device) {
+  constexpr std::uint32_t kRounds = 1 << 18;
+  const auto answer = vulkan::Buffer::create(device, 2 * sizeof(std::uint32_t), vulkan::Memory::host, "a count");
+  if (!answer) return answer.error();
+  struct Push {
+    std::uint64_t answer;
+    std::uint32_t rounds, unused;
+  };
+  const Push push{answer->address(), kRounds, 0};
+  const Status run =
+      vulkan::run_compute(device, loop_limit_comp, std::as_bytes(std::span(&push, 1)), vulkan::Groups());
+  if (!run) return run.error();
+  const std::uint32_t counted = answer->mapped_as<std::uint32_t>().front();
+  return counted == kRounds ? 0 : counted;
+}
 
 Result<std::uint64_t> sum_on_device(const std::shared_ptr<vulkan::Device>& device, std::uint64_t numbers,
                                     std::uint32_t count) {

@@ -2,7 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#include "base.glsl"
+#include "base/base.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push {
@@ -10,9 +10,9 @@ layout(push_constant, scalar) uniform Push {
   uint count;
 } push;
 
-#include "scene.glsl"
+#include "scene/scene.glsl"
 
-#include "light_sampler.glsl"
+#include "lights/light_sampler.glsl"
 #include "tests/unit/vulkan/light_queries.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Queries {

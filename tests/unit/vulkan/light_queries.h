@@ -2,7 +2,7 @@
 #ifndef HELIO_TEST_LIGHT_QUERIES_H
 #define HELIO_TEST_LIGHT_QUERIES_H
 
-#include "renderer/vulkan/shaders/tables.h"
+#include "renderer/vulkan/shaders/tables/base.h"
 
 #ifdef __cplusplus
 namespace helio::vulkan {

@@ -14,7 +14,7 @@
 
 #include "renderer/vulkan/scene/light_tables.h"
 #include "renderer/vulkan/scene/texture_tables.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
 #include "tests/unit/vulkan/light_queries.h"
 #include "tests/unit/vulkan/light_scenes.h"
 #include "tests/unit/vulkan/scene_queries.h"

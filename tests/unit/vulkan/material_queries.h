@@ -2,7 +2,7 @@
 #ifndef HELIO_TEST_MATERIAL_QUERIES_H
 #define HELIO_TEST_MATERIAL_QUERIES_H
 
-#include "renderer/vulkan/shaders/tables_materials.h"
+#include "renderer/vulkan/shaders/tables/materials.h"
 
 #ifdef __cplusplus
 #include "renderer/trace/accel/accel.h"

@@ -10,7 +10,7 @@
 
 #include "renderer/scene/images/texture.h"
 #include "renderer/vulkan/scene/texture_tables.h"
-#include "renderer/vulkan/shaders/tables_scene.h"
+#include "renderer/vulkan/shaders/tables/scene.h"
 #include "tests/support/random.h"
 #include "tests/unit/vulkan/scene_queries.h"
 #include "tests/unit/vulkan/test_device.h"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#include "base.glsl"
+#include "base/base.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push {
@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform Push {
   uint count;
 } push;
 
-#include "trace_bvh.glsl"
+#include "accel/trace_bvh.glsl"
 #include "tests/unit/vulkan/trace_rays.glsl"
 
 void main() {
