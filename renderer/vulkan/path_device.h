@@ -45,18 +45,19 @@ class PathDevice {
                                                               const Admit& admit = {},
                                                               const CancelToken* cancel = nullptr) = 0;
 
-  // Has the driver compile the shaders for pictures of the scene, which may take seconds. Else trace() does.
+  // Has the driver compile the shaders for pictures of the scene, which may take minutes on software devices. Else
+  // trace() does. Pictures of other scenes do not wait for it.
   virtual Status prepare(const SceneOnDevice& scene) = 0;
 
   // As trace_window(), of a scene that was uploaded to this device: adds the samples of the range to each pixel of the
   // window in index order, or leaves the film as it was and returns false when cancelled. For a scene, camera and
   // settings, a device and its driver, the bits depend on pixel, sample index and half alone. An error: the device
-  // is lost() from then on; the film is as it was.
+  // is lost() from then on; the film is as it was. `device_seconds`: if not null, what the device has worked is added.
   //
   // Precondition: integrator path; the film has neither targets nor history.
   virtual Result<bool> trace(const SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,
                              const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                             TraceStats& stats) = 0;
+                             TraceStats& stats, double* device_seconds = nullptr) = 0;
 };
 
 }  // namespace helio::vulkan

@@ -4,8 +4,10 @@
 #include <helio_shaders/path_rgen.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "renderer/base/check.h"
 #include "renderer/base/clock.h"
@@ -22,9 +24,9 @@ namespace {
 constexpr std::uint32_t kGroupSize = 64;  // local_size_x of path.comp
 // Nothing can end a dispatch early: a cancel waits for one, so that it aims at this time.
 constexpr double kDispatchSeconds = 0.015;
-constexpr std::uint64_t kFirstSamples = 1024;  // of the first one of a pipeline, before anything was measured
+constexpr std::uint64_t kFirstSamples = 128;  // of the first one of a scene, before anything was measured
 constexpr std::uint64_t kMostSamples = 1 << 18;
-constexpr std::chrono::seconds kCompileLimit{120};
+constexpr std::chrono::seconds kCompileLimit{600};
 
 struct Push {
   std::uint64_t scene, task;
@@ -118,20 +120,25 @@ std::uint32_t probe_result() {
 Result<std::shared_ptr<Tracer>> Tracer::create(std::shared_ptr<Device> device) {
   std::shared_ptr<Tracer> tracer(new Tracer(std::move(device)));
   const GaussianPieces pieces = gaussian_pieces();
-  auto filter = Buffer::create(tracer->device_, pieces.density.size_bytes() + pieces.integral.size_bytes(),
-                               Memory::host, "the pixel filter");
+  std::vector<double> numbers(pieces.density.begin(), pieces.density.end());
+  numbers.insert(numbers.end(), pieces.integral.begin(), pieces.integral.end());
+  auto filter = tracer->arena_.upload_vector(numbers, "the pixel filter");
   if (!filter) return std::move(filter).error();
-  std::byte* at = filter->mapped().data();
-  std::memcpy(at, pieces.density.data(), pieces.density.size_bytes());
-  std::memcpy(at + pieces.density.size_bytes(), pieces.integral.data(), pieces.integral.size_bytes());
-  tracer->filter_ = std::move(*filter);
+  tracer->filter_ = *filter;
   return tracer;
 }
 
-Result<Tracer::Pipeline*> Tracer::pipeline_for(const Features& features) {
-  const std::lock_guard lock(pipeline_mutex_);
+const Tracer::Pipeline* Tracer::find(const SceneFeatures& features) {
+  const std::lock_guard lock(mutex_);
   const auto found = pipelines_.find(features);
-  if (found != pipelines_.end()) return found->second.get();
+  return found != pipelines_.end() ? found->second.get() : nullptr;
+}
+
+Result<const Tracer::Pipeline*> Tracer::pipeline_for(const DeviceScene& scene) {
+  const SceneFeatures& features = scene.features();
+  if (const Pipeline* found = find(features)) return found;
+  const std::lock_guard compiling(compile_mutex_);
+  if (const Pipeline* found = find(features)) return found;
   auto made = std::make_unique<Pipeline>();
   if (device_->level() == Level::rt) {
     auto rays = make_ray_pipeline(device_, path_rgen, sizeof(Push), features);
@@ -145,8 +152,10 @@ Result<Tracer::Pipeline*> Tracer::pipeline_for(const Features& features) {
   // Some drivers compile at the first dispatch: one without a sample.
   auto slot = take_slot(0, false);
   if (!slot) return std::move(slot).error();
-  if (Status ran = dispatch(*made, **slot, 0, PathTask{}, kCompileLimit); !ran) return std::move(ran).error();
+  if (auto ran = dispatch(*made, **slot, scene.address(), PathTask{}, kCompileLimit); !ran)
+    return std::move(ran).error();
   give_back(std::move(*slot));
+  const std::lock_guard lock(mutex_);
   return pipelines_.emplace(features, std::move(made)).first->second.get();
 }
 
@@ -170,7 +179,7 @@ Result<std::unique_ptr<Tracer::Slot>> Tracer::take_slot(std::uint64_t samples, b
   const auto make_room = [&](Buffer& buffer, std::uint64_t bytes, const char* what) -> Status {
     if (buffer.bytes() >= bytes) return Unit();
     buffer = {};
-    auto larger = Buffer::create(device_, bytes, Memory::host, what);
+    auto larger = Buffer::create(device_, std::bit_ceil(bytes), Memory::host, what);
     if (!larger) return std::move(larger).error();
     buffer = std::move(*larger);
     return Unit();
@@ -190,17 +199,18 @@ void Tracer::give_back(std::unique_ptr<Slot> slot) {
 }
 
 Status Tracer::prepare(const DeviceScene& scene) {
-  auto pipeline = pipeline_for(scene.features());
+  auto pipeline = pipeline_for(scene);
   return pipeline ? ok_status() : Status(std::move(pipeline).error());
 }
 
-Status Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
-                        std::chrono::milliseconds limit) {
+Result<double> Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
+                                std::chrono::milliseconds limit) {
   std::memcpy(slot.task.mapped().data(), &task, sizeof task);
   const Push push{scene, slot.task.address()};
   const auto bytes = std::as_bytes(std::span(&push, 1));
   const std::uint32_t threads = std::max(task.end_thread - task.first_thread, kGroupSize);
-  return slot.commands.run(
+  const double started = now_s();
+  Status ran = slot.commands.run(
       [&](const VolkDeviceTable&, VkCommandBuffer commands) {
         if (pipeline.rays) {
           pipeline.rays->trace(commands, bytes, threads);
@@ -209,25 +219,30 @@ Status Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scen
         }
       },
       limit);
+  if (!ran) return std::move(ran).error();
+  // The queue works in order: before the last answer it worked for others.
+  const double ended = now_s();
+  return ended - std::max(started, last_answer_.exchange(ended));
 }
 
 Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const PathSettings& settings,
                            const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                           TraceStats& stats) {
+                           TraceStats& stats, double* device_seconds) {
   HELIO_DCHECK(settings.integrator == Integrator::path && !film.targets() && !film.history());
   const PixelRect rect = intersect(window, film.bounds());
-  if (rect.empty() || range.count == 0) return !cancel.cancelled();
+  if (cancel.cancelled()) return false;
+  if (rect.empty() || range.count == 0) return true;
   const std::uint64_t samples = std::uint64_t(rect.area()) * range.count;
   if (samples > std::numeric_limits<std::uint32_t>::max() / 2)
     return Error{
         ErrorCode::resource_exhausted, std::to_string(samples) + " samples at once; allowed: at most 2^31", {}};
-  auto pipeline = pipeline_for(scene.features());
+  auto pipeline = pipeline_for(scene);
   if (!pipeline) return std::move(pipeline).error();
   auto slot = take_slot(samples, range.half == 0);
   if (!slot) return std::move(slot).error();
   Slot& mine = **slot;
   PathTask task{};
-  task.camera = camera_table(camera, filter_->address());
+  task.camera = camera_table(camera, filter_);
   task.answers = mine.answers.address();
   task.first_hits = range.half == 0 ? mine.first_hits.address() : 0;
   task.x0 = rect.x0;
@@ -246,15 +261,16 @@ Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const
   task.probe_result = probe_result();
   bool done = true;
   for (std::uint64_t first = 0; first < samples && done;) {
-    const double cost = (*pipeline)->sample_seconds;
+    const double cost = scene.sample_seconds();
     const double affordable = cost > 0 ? kDispatchSeconds / cost : double(kFirstSamples);
     const auto count = std::min(samples - first, std::uint64_t(std::clamp(affordable, 64.0, double(kMostSamples))));
     task.first_thread = uint(first);
     task.end_thread = uint(first + count);
-    const double started = now_s();
-    if (Status ran = dispatch(**pipeline, mine, scene.address(), task); !ran) return std::move(ran).error();
-    const double measured = (now_s() - started) / double(count);
-    (*pipeline)->sample_seconds = float(cost > 0 ? cost + 0.3 * (measured - cost) : measured);
+    const auto worked = dispatch(**pipeline, mine, scene.address(), task);
+    if (!worked) return worked.error();
+    if (device_seconds) *device_seconds += *worked;
+    const double measured = *worked / double(count);
+    scene.sample_seconds() = float(cost > 0 ? cost + 0.3 * (measured - cost) : measured);
     first += count;
     done = !cancel.cancelled();
   }

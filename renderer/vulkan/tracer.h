@@ -2,7 +2,6 @@
 // (trace/paths/path_integrator.h), for integrator path and films without history.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include "renderer/film/core/film.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/paths/path_integrator.h"
+#include "renderer/vulkan/device/arena.h"
 #include "renderer/vulkan/device/compute_pipeline.h"
 #include "renderer/vulkan/device/ray_pipeline.h"
 #include "renderer/vulkan/scene/device_scene.h"
@@ -32,18 +32,19 @@ class Tracer {
   static Result<std::shared_ptr<Tracer>> create(std::shared_ptr<Device> device);
   const std::shared_ptr<Device>& device() const { return device_; }
 
-  // Makes the pipeline for pictures of such a scene and has the driver compile it, which may take seconds; trace() does
-  // the same where nobody has.
+  // Makes the pipeline for pictures of such a scene and has the driver compile it, which may take minutes on software
+  // devices; trace() does the same where nobody has. Pictures that have their pipeline do not wait for it.
   Status prepare(const DeviceScene& scene);
 
   // As trace_window(): adds the samples of the range to each pixel of the window in index order. For a scene, camera
   // and settings, a device and its driver, the bits added depend on pixel, sample index and half alone. False:
   // cancelled, the film is as it was. An error: the device cannot be used any more; the film is as it was.
+  // `device_seconds`: if not null, what the device has worked for it is added, without the wait for others.
   //
   // Precondition: integrator path; the scene was uploaded to this device; the film has neither targets nor history.
   Result<bool> trace(const DeviceScene& scene, const Camera& camera, const PathSettings& settings,
                      const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                     TraceStats& stats);
+                     TraceStats& stats, double* device_seconds = nullptr);
 
  private:
   // One dispatch in flight.
@@ -51,26 +52,28 @@ class Tracer {
     CommandSlot commands;
     Buffer task, answers, first_hits;
   };
-  using Features = std::array<std::uint32_t, 4>;  // specialisation constants 0 to 3
   // Of a kind of scene; one of the two.
   struct Pipeline {
     std::optional<ComputePipeline> compute;
     std::optional<RayPipeline> rays;
-    std::atomic<float> sample_seconds{0};  // of late dispatches; 0: none was measured
   };
 
-  explicit Tracer(std::shared_ptr<Device> device) : device_(std::move(device)) {}
-  Result<Pipeline*> pipeline_for(const Features& features);
+  explicit Tracer(std::shared_ptr<Device> device) : device_(device), arena_(std::move(device)) {}
+  const Pipeline* find(const SceneFeatures& features);
+  Result<const Pipeline*> pipeline_for(const DeviceScene& scene);
   Result<std::unique_ptr<Slot>> take_slot(std::uint64_t samples, bool first_hits);
   void give_back(std::unique_ptr<Slot> slot);
-  Status dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
-                  std::chrono::milliseconds limit = kSubmissionLimit);
+  // The seconds that the device worked for it.
+  Result<double> dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
+                          std::chrono::milliseconds limit = kSubmissionLimit);
 
   std::shared_ptr<Device> device_;
-  std::optional<Buffer> filter_;  // gaussian_pieces(): density, then integral
-  std::mutex pipeline_mutex_;
-  std::map<Features, std::unique_ptr<Pipeline>> pipelines_;
+  Arena arena_;
+  std::uint64_t filter_ = 0;  // address of gaussian_pieces(): density, then integral
+  std::atomic<double> last_answer_{0};  // when the device ended a dispatch
+  std::mutex compile_mutex_;            // held while a pipeline is compiled
   std::mutex mutex_;
+  std::map<SceneFeatures, std::unique_ptr<const Pipeline>> pipelines_;
   std::vector<std::unique_ptr<Slot>> free_;  // as many as were ever in flight at once
 };
 

@@ -53,12 +53,12 @@ struct Server::Impl {
 // Mesa's software device takes as many threads as it is told, else one for each core. Its variable is read when a device
 // is opened; this is before the threads that do.
 static void limit_software_devices(const ServerConfig& config) {
-  if (!config.vulkan_devices || config.render_threads <= 0) return;
+  if (!config.vulkan_devices) return;
   setenv("LP_NUM_THREADS", std::to_string(config.render_threads).c_str(), 0);
 }
 
 Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
-  limit_software_devices(config);
+  limit_software_devices(complete(config));
   auto roots = SceneRoots::open(config.scene_roots);
   if (!roots) return roots.error();
   if (const Status chosen = choose_traversal_isa(config.isa); !chosen) return chosen.error();

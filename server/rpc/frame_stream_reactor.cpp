@@ -76,7 +76,8 @@ void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> r
     if (status) Finish(*std::move(status));  // this may be gone now
   };
   const Status taken = guarded([&]() -> Status {
-    const bool submitted = core_.films.submit([this, request = std::move(request), over] {
+    TaskThread& thread = core_.thread_for(request->settings().device());
+    const bool submitted = thread.submit([this, request = std::move(request), over] {
       bool read_on = false;
       const Status handled = guarded([&] {
         read_on = handle(*request);

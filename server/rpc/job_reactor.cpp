@@ -63,8 +63,11 @@ JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, 
 void JobReactor::start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request) {
   if (!hold_.begin()) return;
   const Status taken = guarded([&]() -> Status {
-    const bool submitted = core_.films.submit([this, &context, request] {
-      const Status started = guarded([&] { return start(context, request); });
+    const auto parsed = make_arena_message<pb::RunJobRequest>();
+    grpc::ByteBuffer copy(request);  // shares the slices
+    if (const Status done = parse_message(copy, *parsed); !done.ok()) return done;
+    const bool submitted = core_.thread_for(parsed->settings().device()).submit([this, &context, parsed] {
+      const Status started = guarded([&] { return start(context, *parsed); });
       if (!started.ok()) stream_->finish(to_grpc_status(started));
       start_over();
     });
@@ -81,11 +84,8 @@ void JobReactor::start_over() {
   if (status) Finish(*std::move(status));  // this may be gone now
 }
 
-Status JobReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuffer bytes) {
+Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobRequest& request) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
-  ArenaMessage<pb::RunJobRequest> held;
-  const pb::RunJobRequest& request = *held;
-  if (const Status parsed = parse_message(bytes, *held); !parsed.ok()) return parsed;
   tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);

@@ -31,7 +31,7 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   }
   void start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
   void start_over();
-  Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
+  Status start(grpc::CallbackServerContext& context, const pb::RunJobRequest& request);
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;

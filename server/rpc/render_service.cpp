@@ -67,12 +67,12 @@ struct Later {
   TaskThread* thread = nullptr;
   Error (ServiceCore::*full)() const = nullptr;
 };
-Later later(ServiceCore& core, const pb::CreateSessionRequest&) {
-  return {&core.films, &ServiceCore::too_many_waiting};
+Later later(ServiceCore& core, const pb::CreateSessionRequest& request) {
+  return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
   if (!request.has_settings()) return {};  // no film is allocated
-  return {&core.films, &ServiceCore::too_many_waiting};
+  return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::GetServerInfoRequest&) {
   if (core.devices.listed()) return {};

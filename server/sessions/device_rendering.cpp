@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/base/clock.h"
 #include "renderer/frame/thread_clock.h"
 #include "renderer/vulkan/probe/probe.h"
 
@@ -17,14 +16,18 @@ namespace {
 class MachineDevices final : public DeviceSource {
  public:
   bool listed() const override { return probe_.finished(); }
-  vulkan::DeviceList list() const override { return probe_.devices(); }
   // Software devices trace our own BVH several times as fast as their acceleration structures (helio_bench vulkan).
-  Result<std::shared_ptr<vulkan::PathDevice>> open(int index) override {
-    vulkan::Level level = vulkan::Level::none;
-    for (const vulkan::DeviceInfo& info : list().devices) {
-      if (info.index == index) level = info.type == "cpu" ? std::min(info.level, vulkan::Level::compute) : info.level;
+  vulkan::DeviceList list() const override {
+    vulkan::DeviceList found = probe_.devices();
+    for (vulkan::DeviceInfo& info : found.devices) {
+      if (info.type != "cpu" || info.level <= vulkan::Level::compute) continue;
+      info.reason = fmt::format("{} works, too, and is slower on software devices", vulkan::level_name(info.level));
+      info.level = vulkan::Level::compute;
     }
-    return vulkan::PathDevice::open(index, level);
+    return found;
+  }
+  Result<std::shared_ptr<vulkan::PathDevice>> open(const vulkan::DeviceInfo& listed) override {
+    return vulkan::PathDevice::open(listed.index, listed.level);
   }
 
  private:
@@ -42,51 +45,72 @@ RenderDevices::RenderDevices(std::unique_ptr<DeviceSource> source, MemoryAccount
 
 vulkan::DeviceList RenderDevices::list() const {
   if (!source_) return {{}, "the daemon renders on its CPU alone; --devices cpu,vulkan allows Vulkan devices"};
-  return source_->list();
+  vulkan::DeviceList found = source_->list();
+  const std::lock_guard lock(mutex_);
+  for (vulkan::DeviceInfo& info : found.devices) {
+    const auto opened = open_.find(info.index);
+    if (opened == open_.end() || !opened->second.device || !opened->second.device->lost()) continue;
+    info.level = vulkan::Level::none;
+    info.reason = "it failed, and is not used again until the daemon is restarted";
+  }
+  return found;
 }
 
-Result<int> RenderDevices::index_of(const RenderDevice& device) const {
+Result<vulkan::DeviceInfo> RenderDevices::find(const RenderDevice& device) const {
   const std::string name = to_string(device);
   const vulkan::DeviceList found = list();
-  if (!source_) return Error{ErrorCode::failed_precondition, name + ": " + found.reason, "device"};
-  if (found.devices.empty()) return Error{ErrorCode::unavailable, name + ": " + found.reason, "device"};
+  if (found.devices.empty()) return Error{ErrorCode::failed_precondition, name + ": " + found.reason, "device"};
   std::string reasons;
   for (const vulkan::DeviceInfo& info : found.devices) {
     if (device.index != RenderDevice::kAny && info.index != device.index) continue;
-    if (info.level != vulkan::Level::none) return info.index;
+    if (info.level != vulkan::Level::none) return info;
     reasons += fmt::format("{}vulkan:{} ({}): {}", reasons.empty() ? "" : "; ", info.index, info.name, info.reason);
   }
-  if (reasons.empty())
-    return Error{ErrorCode::not_found,
-                 fmt::format("{}: no such device; there are vulkan:0 to vulkan:{}", name, found.devices.size() - 1),
-                 "device"};
-  return Error{ErrorCode::unavailable, name + " cannot trace paths: " + reasons, "device"};
+  if (!reasons.empty())
+    return Error{ErrorCode::failed_precondition, name + " cannot trace paths: " + reasons, "device"};
+  const std::size_t count = found.devices.size();
+  const std::string there =
+      count == 1 ? "there is vulkan:0" : fmt::format("there are vulkan:0 to vulkan:{}", count - 1);
+  return Error{ErrorCode::not_found, name + ": no such device; " + there, "device"};
+}
+
+Result<std::shared_ptr<vulkan::PathDevice>> RenderDevices::open(const vulkan::DeviceInfo& info,
+                                                                const std::shared_ptr<const RenderScene>& scene,
+                                                                std::shared_ptr<Place>& place) {
+  const std::lock_guard lock(mutex_);
+  Open& open = open_[info.index];
+  if (!open.device) {
+    auto opened = source_->open(info);
+    if (!opened) return Error{ErrorCode::failed_precondition, opened.error().message, "device"};
+    open.device = std::move(*opened);
+    spdlog::info("vulkan:{} is {}, with {}; paths by {}", info.index, info.name, info.driver,
+                 vulkan::level_name(open.device->level()));
+  }
+  std::erase_if(open.places, [](const auto& each) { return each->scene.expired(); });
+  for (const auto& each : open.places) {
+    if (each->scene.lock() == scene) place = each;
+  }
+  if (!place) {
+    place = open.places.emplace_back(std::make_shared<Place>());
+    place->scene = scene;
+  }
+  return open.device;
 }
 
 Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevice& device,
                                                                 std::shared_ptr<const RenderScene> scene) {
-  const auto index = index_of(device);
-  if (!index) return index.error();
-  const std::lock_guard lock(mutex_);
-  Open& open = open_[*index];
-  if (!open.device) {
-    auto opened = source_->open(*index);
-    if (!opened) return opened.error();
-    open.device = std::move(*opened);
-    spdlog::info("vulkan:{} is {}, with {}; paths by {}", *index, open.device->info().name, open.device->info().driver,
-                 vulkan::level_name(open.device->level()));
-  }
-  if (open.device->lost())
-    return Error{ErrorCode::unavailable, to_string(device) + " failed before, and is not used again", "device"};
-  std::erase_if(open.scenes, [](const auto& held) { return held.expired(); });
-  for (const auto& held : open.scenes) {
-    const auto placed = held.lock();
-    if (placed && placed->scene == scene) return placed;
-  }
+  const auto info = find(device);
+  if (!info) return info.error();
+  std::shared_ptr<Place> place;
+  const auto opened = open(*info, scene, place);
+  if (!opened) return opened.error();
+  const std::lock_guard placing(place->mutex);
+  if (auto placed = place->placed.lock()) return placed;
   const auto refused = [&](const Error& error) {
     return Error{error.code, to_string(device) + ": " + error.to_string(), "device"};
   };
   auto placed = std::make_shared<PlacedScene>();
+  placed->name = "vulkan:" + std::to_string(info->index);
   const auto reserve = [&](std::uint64_t bytes) -> Status {
     placed->memory = {};
     auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name);
@@ -94,15 +118,14 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevi
     placed->memory = std::move(*memory);
     return ok_status();
   };
-  placed->name = "vulkan:" + std::to_string(*index);
-  auto data = open.device->upload(scene, reserve);
+  auto data = (*opened)->upload(scene, reserve);
   if (!data) return refused(data.error());
   if (const Status all = reserve((*data)->bytes()); !all.ok()) return all.error();
-  if (const Status prepared = open.device->prepare(**data); !prepared.ok()) return refused(prepared.error());
+  if (const Status prepared = (*opened)->prepare(**data); !prepared.ok()) return refused(prepared.error());
   placed->scene = std::move(scene);
-  placed->device = open.device;
+  placed->device = *opened;
   placed->data = std::move(*data);
-  open.scenes.push_back(placed);
+  place->placed = placed;
   return std::shared_ptr<const PlacedScene>(std::move(placed));
 }
 
@@ -122,17 +145,34 @@ std::shared_ptr<const PlacedScene> DeviceRendering::find(const RenderDevice& dev
   return nullptr;
 }
 
-bool DeviceRendering::has(const RenderDevice& device, const RenderScene* scene) const {
-  return device.kind == RenderDevice::Kind::cpu || find(device, scene) != nullptr;
+void DeviceRendering::release() {
+  std::array<Kept, 2> gone;
+  const std::lock_guard lock(mutex_);
+  std::swap(gone, kept_);
 }
 
-void DeviceRendering::failed(const PlacedScene& placed, const Error& error) {
-  const std::string notice = fmt::format("{} ({}) failed: {}; the picture goes on on the CPU", placed.name,
-                                         placed.device->info().name, error.message);
+bool DeviceRendering::has(const RenderDevice& device, const RenderScene* scene) const {
+  if (device.kind == RenderDevice::Kind::cpu) return true;
+  const std::lock_guard lock(mutex_);
+  return std::any_of(kept_.begin(), kept_.end(), [&](const Kept& kept) {
+    return kept.placed && kept.asked == device && (kept.placed->scene.get() == scene || kept.placed->device->lost());
+  });
+}
+
+// By places for other scenes; not after release(), nor when the device has failed.
+bool DeviceRendering::dropped(const RenderDevice& device, const RenderScene* scene) const {
+  if (has(device, scene)) return false;
+  const std::lock_guard lock(mutex_);
+  return kept_[0].placed != nullptr;
+}
+
+// Once for each device.
+void DeviceRendering::tell(const std::string& device, const std::string& what) {
   {
     const std::lock_guard lock(mutex_);
-    if (std::exchange(told_, true)) return;
+    if (!told_.insert(device).second) return;
   }
+  const std::string notice = fmt::format("{} {}; the picture goes on on the CPU", device, what);
   spdlog::warn("{}", notice);
   notify_(notice);
 }
@@ -140,16 +180,25 @@ void DeviceRendering::failed(const PlacedScene& placed, const Error& error) {
 IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> scene) {
   return [self = shared_from_this(), scene, cpu = path_tracer(scene)](
              const IntegrateJob& job, const CancelToken& cancel, Film& film, TraceStats& stats) {
-    const auto placed =
-        job.settings.device.kind == RenderDevice::Kind::cpu ? nullptr : self->find(job.settings.device, scene.get());
-    if (!placed || placed->device->lost()) return cpu(job, cancel, film, stats);
+    const RenderDevice& device = job.settings.device;
+    if (device.kind == RenderDevice::Kind::cpu) return cpu(job, cancel, film, stats);
+    const auto placed = self->find(device, scene.get());
+    if (!placed) {
+      if (self->dropped(device, scene.get())) self->tell(to_string(device), "does not hold the scene any more");
+      return cpu(job, cancel, film, stats);
+    }
+    const std::string name = fmt::format("{} ({})", placed->name, placed->device->info().name);
+    if (placed->device->lost()) {
+      self->tell(name, "has failed");
+      return cpu(job, cancel, film, stats);
+    }
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
-    const double started = now_s(), own = thread_cpu_s();
+    double device_s = 0;
     const Result<bool> done = placed->device->trace(*placed->data, camera, path_settings(job.settings), job.range,
-                                                    job.window, cancel, film, stats);
-    charge_device_time((now_s() - started) - (thread_cpu_s() - own));
+                                                    job.window, cancel, film, stats, &device_s);
+    charge_device_time(device_s);
     if (done) return *done;
-    self->failed(*placed, done.error());
+    self->tell(name, "failed: " + done.error().message);
     return cpu(job, cancel, film, stats);
   };
 }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ class DeviceSource {
  public:
   virtual ~DeviceSource() = default;
   virtual bool listed() const = 0;              // list() does not wait
-  virtual vulkan::DeviceList list() const = 0;  // empty, with the reason, where there are none
-  virtual Result<std::shared_ptr<vulkan::PathDevice>> open(int index) = 0;
+  // Empty, with the reason, where there are none; levels are those to open devices for.
+  virtual vulkan::DeviceList list() const = 0;
+  virtual Result<std::shared_ptr<vulkan::PathDevice>> open(const vulkan::DeviceInfo& listed) = 0;
 };
 
 // This machine's, tested by a process of its own from the call on.
@@ -46,31 +48,41 @@ class RenderDevices {
   RenderDevices(std::unique_ptr<DeviceSource> source, MemoryAccount& memory);
 
   bool listed() const { return !source_ || source_->listed(); }
+  // Of devices that failed since, that they did.
   vulkan::DeviceList list() const;
 
   // Opens the device, if nobody has, puts the scene on it, if nobody holds it there, and has shaders compiled. Takes as
-  // long as a build. failed_precondition: devices are not allowed; not_found, unavailable: no such device, or it does
-  // not work, with the reason; unimplemented: the scene has what shaders have not; resource_exhausted.
-  // Precondition: not the CPU.
+  // long as a build, on software devices minutes; calls for other scenes do not wait. failed_precondition: devices are
+  // not allowed, there are none, or it does not work, with the reason; not_found: no such device; unimplemented: the
+  // scene has what shaders have not; resource_exhausted. Precondition: not the CPU.
   Result<std::shared_ptr<const PlacedScene>> place(const RenderDevice& device,
                                                    std::shared_ptr<const RenderScene> scene);
 
  private:
+  // A scene's on one device.
+  struct Place {
+    std::weak_ptr<const RenderScene> scene;
+    std::mutex mutex;  // held by whoever puts it there
+    std::weak_ptr<const PlacedScene> placed;
+  };
   struct Open {
     std::shared_ptr<vulkan::PathDevice> device;
-    std::vector<std::weak_ptr<const PlacedScene>> scenes;
+    std::vector<std::shared_ptr<Place>> places;
   };
 
-  Result<int> index_of(const RenderDevice& device) const;
+  Result<vulkan::DeviceInfo> find(const RenderDevice& device) const;
+  Result<std::shared_ptr<vulkan::PathDevice>> open(const vulkan::DeviceInfo& info,
+                                                   const std::shared_ptr<const RenderScene>& scene,
+                                                   std::shared_ptr<Place>& place);
 
   MemoryAccount& memory_;
   const std::unique_ptr<DeviceSource> source_;  // null: not allowed
-  std::mutex mutex_;                            // held during uploads
+  mutable std::mutex mutex_;                    // not held while a scene is put on a device
   std::map<int, Open> open_;
 };
 
 // What the pictures of one rendering are traced with: by settings.device, on the device where the scene was placed,
-// else on the CPU. When a device fails the pictures go on on the CPU. Thread safe.
+// else on the CPU. When a device fails the pictures go on on the CPU, with a notice. Thread safe.
 class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
  public:
   using Notify = std::function<void(const std::string& notice)>;
@@ -78,7 +90,9 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
 
   // What RenderDevices::place() gave for `asked`. Keeps it and the one before, whose frames may still be in flight.
   void keep(const RenderDevice& asked, std::shared_ptr<const PlacedScene> placed);
-  // Whether pictures of this scene by this device need no other place().
+  // Gives back what was kept: frames still in flight go on on the CPU.
+  void release();
+  // Whether pictures of this scene by this device need no other place(): it is there, or the device has failed.
   bool has(const RenderDevice& device, const RenderScene* scene) const;
   IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
 
@@ -89,12 +103,13 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   };
 
   std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
-  void failed(const PlacedScene& placed, const Error& error);
+  bool dropped(const RenderDevice& device, const RenderScene* scene) const;
+  void tell(const std::string& device, const std::string& what);
 
   const Notify notify_;
   mutable std::mutex mutex_;
   std::array<Kept, 2> kept_;
-  bool told_ = false;
+  std::set<std::string> told_;  // devices of which the client knows that they failed
 };
 
 }  // namespace helio

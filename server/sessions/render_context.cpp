@@ -170,6 +170,7 @@ std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update u
 }
 
 Status RenderContext::place(const RenderDevice& device, const std::shared_ptr<const RenderScene>& scene) {
+  if (device.kind == RenderDevice::Kind::cpu) device_->release();
   if (device_->has(device, scene.get())) return ok_status();
   if (!resources_.devices)
     return Error{ErrorCode::failed_precondition, to_string(device) + ": only the CPU renders here", "device"};

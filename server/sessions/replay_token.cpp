@@ -239,11 +239,12 @@ Result<Replay> read_replay_token(const std::string& token, const RenderLimits& l
 std::string replay_note(const pb::SampleReplay& message) {
   std::vector<std::string> reasons;
   if (message.build() != build()) {
-    reasons.push_back(fmt::format("rendered by another build ({}; this is {}): bits may differ", message.build(), build()));
+    reasons.push_back(
+        fmt::format("rendered by another build ({}; this is {}): bits may differ", message.build(), build()));
   }
   if (!message.device().empty()) {
-    reasons.push_back(fmt::format("rendered on {}, traced again on the CPU, which rounds in other places: bits may differ, "
-                                  "and what is invalid there may be valid here",
+    reasons.push_back(fmt::format("rendered on {}, traced again on the CPU, which rounds in other places: bits may "
+                                  "differ, and what is invalid there may be valid here",
                                   message.device()));
   }
   return fmt::format("{}", fmt::join(reasons, "; "));

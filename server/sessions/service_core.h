@@ -44,7 +44,8 @@ struct ServiceCore {
         editor(std::size_t(config.max_queued_loads)),
         replayer(std::size_t(config.max_queued_loads)),
         lister(kMaxWaitingLists),
-        films(kMaxWaitingFilms, kFilmThreads) {}
+        films(kMaxWaitingFilms, kFilmThreads),
+        placer(kMaxWaitingFilms, kPlaceThreads) {}
   // Timers first: a function in hand may use anything below.
   ~ServiceCore() { timers.stop(); }
 
@@ -65,8 +66,13 @@ struct ServiceCore {
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
   RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices}; }
-  bool busy() const { return loader.busy() || editor.busy() || replayer.busy() || lister.busy() || films.busy(); }
-  // After films.submit() gave false.
+  // For requests with this RenderSettings.device.
+  TaskThread& thread_for(const std::string& device) { return device.empty() || device == "cpu" ? films : placer; }
+  bool busy() const {
+    return loader.busy() || editor.busy() || replayer.busy() || lister.busy() || films.busy() ||
+           placer.busy();
+  }
+  // After films.submit() or placer.submit() gave false.
   Error too_many_waiting() const { return queue_full(kMaxWaitingFilms, "requests wait for their films"); }
   // After lister.submit() did.
   Error too_many_lists() const { return queue_full(kMaxWaitingLists, "folders wait to be listed"); }
@@ -78,6 +84,7 @@ struct ServiceCore {
   // For requests that may allocate a film: a few that take seconds do not hold up small ones.
   static constexpr std::size_t kMaxWaitingFilms = 4096;
   static constexpr int kFilmThreads = 4;
+  static constexpr int kPlaceThreads = 2;
   static constexpr std::size_t kMaxWaitingLists = 64;
 
   const ServerConfig config;
@@ -101,6 +108,7 @@ struct ServiceCore {
   TaskThread loader, editor, replayer;
   TaskThread lister;  // of folders, on disks that may be slow
   TaskThread films;
+  TaskThread placer;  // of requests that put a scene on a device, which may compile shaders for minutes
 
  private:
   Error queue_full(std::size_t count, const char* what) const {

@@ -84,9 +84,8 @@ Result<std::uint64_t> Session::update(const Change& change) {
     const TileFormat format = format_;
     const unsigned channels = channels_;
     lock.unlock();
-    Status fits = ok_status();
-    if (on_device)
-      fits = rendering_->place(wanted.device, change.scene ? (*change.scene)->snapshot : rendering_->scene().snapshot);
+    Status fits =
+        rendering_->place(wanted.device, change.scene ? (*change.scene)->snapshot : rendering_->scene().snapshot);
     if (fits.ok() && update.settings) fits = rendering_->prepare(wanted, channels, update);
     Result<Reservation> queue = Reservation();
     if (fits.ok() && update.settings && listened) queue = rendering_->reserve_queue(wanted, format);

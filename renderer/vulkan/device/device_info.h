@@ -50,6 +50,7 @@ struct DeviceInfo {
 struct DeviceList {
   std::vector<DeviceInfo> devices;
   std::string reason;  // why there are none, e.g. "built without Vulkan"; "" where there are some
+  bool late = false;   // the probe's time limit ended it: more time may find more
 };
 
 }  // namespace helio::vulkan

@@ -1,5 +1,6 @@
 #include "renderer/vulkan/probe/probe.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@ using nlohmann::json;
 using Read = ChildProcess::Read;
 
 constexpr const char* kProgram = "heliograph-vulkan-probe";
+constexpr std::chrono::milliseconds kStopLatency{100};
 
 struct Test {
   std::size_t device;  // of the list
@@ -40,7 +42,7 @@ class Probing {
   // Lists the devices. An error: there is no list, and why.
   Result<std::vector<DeviceInfo>> list(ChildProcess& child) const {
     std::string line;
-    const Read read = child.read_line(line, deadline_);
+    const Read read = this->read(child, line);
     if (read == Read::late) return Error{ErrorCode::unavailable, "the drivers gave " + no_answer(), {}};
     if (read == Read::end) return Error{ErrorCode::unavailable, "the probe of Vulkan devices " + ended(child), {}};
     const json message = read == Read::line ? json::parse(line, nullptr, false) : json();
@@ -57,6 +59,8 @@ class Probing {
     return devices;
   }
 
+  bool late() const { return late_; }  // something had no answer
+
   struct Outcome {
     std::string failure;   // "": passed
     bool lasting = false;  // the next probe would find the same
@@ -72,8 +76,8 @@ class Probing {
     child.write_line(json{{"test", request}}.dump(), deadline_);
     while (outcomes.size() < tests.size()) {
       std::string begin, line;
-      Read read = child.read_line(begin, deadline_);
-      if (read == Read::line) read = child.read_line(line, deadline_);
+      Read read = this->read(child, begin);
+      if (read == Read::line) read = this->read(child, line);
       const json message = read == Read::line ? json::parse(line, nullptr, false) : json();
       if (read == Read::late) {
         outcomes.push_back({no_answer(), false});
@@ -95,6 +99,18 @@ class Probing {
   }
 
  private:
+  // By the deadline, or until the caller wants no answer any more.
+  Read read(ChildProcess& child, std::string& line) const {
+    for (;;) {
+      const auto now = std::chrono::steady_clock::now();
+      const Read read = child.read_line(line, std::min(deadline_, now + kStopLatency));
+      if (read != Read::late) return read;
+      if (std::chrono::steady_clock::now() >= deadline_ || (options_.stop && *options_.stop)) {
+        late_ = true;
+        return read;
+      }
+    }
+  }
   std::string no_answer() const { return "no answer within " + seconds(options_.time_limit); }
   std::string ended(ChildProcess& child) const {
     const std::string how = child.finish(deadline_);
@@ -107,6 +123,7 @@ class Probing {
 
   const ProbeOptions& options_;
   ChildProcess::Time deadline_;
+  mutable bool late_ = false;
 };
 
 // The device has `level` no more: what is left is the level before.
@@ -145,7 +162,8 @@ Result<fs::path> find_program() {
                {}};
 }
 
-Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options) {
+// `late`: set where an answer did not come in time.
+Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options, bool& late) {
   const ChildProcess::Time deadline = std::chrono::steady_clock::now() + options.time_limit;
   fs::path program = options.program;
   if (program.empty()) {
@@ -162,6 +180,7 @@ Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options) {
     auto child = ChildProcess::start(program);
     if (!child) return std::move(child).error();
     auto listed = probing.list(*child);
+    late = probing.late();
     if (first) {
       if (!listed) return std::move(listed).error();
       devices = std::move(listed).value();
@@ -176,6 +195,7 @@ Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options) {
       break;
     }
     const auto outcomes = probing.run(*child, devices, waiting);
+    late = probing.late();
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       DeviceInfo& device = devices[waiting[i].device];
       if (outcomes[i].lasting) cache.put(device, waiting[i].level, outcomes[i].failure);
@@ -191,9 +211,10 @@ Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options) {
 }  // namespace
 
 DeviceList probe_devices(const ProbeOptions& options) {
-  auto devices = probe(options);
-  if (devices) return {std::move(devices).value(), {}};
-  return {{}, std::move(devices).error().to_string()};
+  bool late = false;
+  auto devices = probe(options, late);
+  if (devices) return {std::move(devices).value(), {}, late};
+  return {{}, std::move(devices).error().to_string(), late};
 }
 
 }  // namespace helio::vulkan

@@ -58,7 +58,7 @@ Result<double> last_sign_of_work(RenderClient& client, const std::string& sessio
 
 // One stream that is given up while its picture is refined. Seconds from the call of cancel to the last sign of work.
 Result<double> give_up(RenderClient& client, RenderClient& observer, const std::string& session_id,
-                       std::uint64_t try_) {
+                       const pb::RenderSettings& of_session, std::uint64_t try_) {
   std::mutex mutex;
   std::condition_variable changed;
   bool tile = false, over = false;
@@ -80,9 +80,7 @@ Result<double> give_up(RenderClient& client, RenderClient& observer, const std::
   view.set_id(try_);
   view.mutable_camera()->set_scene_camera("0");
   // Every try starts a picture of its own.
-  pb::RenderSettings settings;
-  settings.set_width(kWidth);
-  settings.set_height(kHeight);
+  pb::RenderSettings settings = of_session;
   settings.set_seed(try_);
   if (const Status sent = stream->send_settings(settings); !sent) return sent.error();
   if (const Status sent = stream->send_view(view); !sent) return sent.error();
@@ -99,10 +97,35 @@ Result<double> give_up(RenderClient& client, RenderClient& observer, const std::
   return *stopped - cancelled;
 }
 
+// `device`: as RenderSettings.device.
+Result<std::vector<double>> give_up_often(RenderClient& client, RenderClient& observer, const std::string& scene_id,
+                                          const std::string& device, int tries) {
+  pb::CreateSessionRequest create;
+  create.set_scene_id(scene_id);
+  create.mutable_settings()->set_width(kWidth);
+  create.mutable_settings()->set_height(kHeight);
+  create.mutable_settings()->set_device(device);
+  const auto session = client.create_session(create);
+  if (!session) return session.error();
+  std::vector<double> milliseconds;
+  for (int i = 1; i <= tries + 1; ++i) {  // the first one is the warm-up
+    const auto seconds = give_up(client, observer, session->session_id(), create.settings(), std::uint64_t(i));
+    if (!seconds) return seconds.error();
+    if (i > 1) milliseconds.push_back(1e3 * *seconds);
+  }
+  return milliseconds;
+}
+
+void add_figures(const std::string& name, double goal, const std::vector<double>& milliseconds, Figures& figures) {
+  figures.add({name + "p99_ms", percentile(milliseconds, 0.99), "ms", goal, Better::lower});
+  figures.add({name + "p50_ms", percentile(milliseconds, 0.5), "ms", std::nullopt, Better::lower});
+  figures.add({name + "worst_ms", percentile(milliseconds, 1), "ms", std::nullopt, Better::lower});
+}
+
 }  // namespace
 
 Status run_cancel(BenchContext& context, Figures& figures) {
-  auto daemon = DaemonProcess::start(context.options(), context.folder());
+  auto daemon = DaemonProcess::start(context.options(), context.folder(), {"--devices", "cpu,vulkan"});
   if (!daemon) return daemon.error();
   auto client = (*daemon)->connect();
   if (!client) return client.error();
@@ -110,23 +133,16 @@ Status run_cancel(BenchContext& context, Figures& figures) {
   if (!observer) return observer.error();
   const auto scene_id = upload(**client, context.cornell());
   if (!scene_id) return scene_id.error();
-  pb::CreateSessionRequest create;
-  create.set_scene_id(*scene_id);
-  create.mutable_settings()->set_width(kWidth);
-  create.mutable_settings()->set_height(kHeight);
-  const auto session = (*client)->create_session(create);
-  if (!session) return session.error();
-
-  std::vector<double> milliseconds;
   const int tries = std::max(kMinTries, context.options().views);
-  for (int i = 1; i <= tries + 1; ++i) {  // the first one is the warm-up
-    const auto seconds = give_up(**client, **observer, session->session_id(), std::uint64_t(i));
-    if (!seconds) return seconds.error();
-    if (i > 1) milliseconds.push_back(1e3 * *seconds);
+  const auto cpu = give_up_often(**client, **observer, *scene_id, "cpu", tries);
+  if (!cpu) return cpu.error();
+  add_figures("cancel.", 20.0, *cpu, figures);
+  const auto vulkan = give_up_often(**client, **observer, *scene_id, "vulkan", tries);
+  if (vulkan) {
+    add_figures("cancel.vulkan_", 50.0, *vulkan, figures);
+  } else {
+    note("no figures by a Vulkan device: " + vulkan.error().to_string());
   }
-  figures.add({"cancel.p99_ms", percentile(milliseconds, 0.99), "ms", 20.0, Better::lower});
-  figures.add({"cancel.p50_ms", percentile(milliseconds, 0.5), "ms", std::nullopt, Better::lower});
-  figures.add({"cancel.worst_ms", percentile(milliseconds, 1), "ms", std::nullopt, Better::lower});
   return ok_status();
 }
 

@@ -12,11 +12,15 @@
 namespace helio::bench {
 
 Result<std::unique_ptr<DaemonProcess>> DaemonProcess::start(const BenchOptions& options,
-                                                            const std::filesystem::path& folder) {
+                                                            const std::filesystem::path& folder,
+                                                            const std::vector<std::string>& more) {
   const std::filesystem::path port_file = folder / "port";
   std::filesystem::remove(port_file);
-  auto process = ChildProcess::start({options.daemon, "--listen", "127.0.0.1:0", "--port-file", port_file.string(),
-                                      "--render-threads", std::to_string(options.threads), "--log-level", "error"});
+  std::vector<std::string> command = {options.daemon,       "--listen",         "127.0.0.1:0",
+                                      "--port-file",        port_file.string(), "--render-threads",
+                                      std::to_string(options.threads), "--log-level", "error"};
+  command.insert(command.end(), more.begin(), more.end());
+  auto process = ChildProcess::start(command);
   if (!process) return process.error();
   for (const double started = now_s(); now_s() - started < 30;) {
     std::ifstream file(port_file);

@@ -13,8 +13,10 @@ namespace helio::bench {
 
 class DaemonProcess {
  public:
-  // On a free loopback port, with the bench's threads; waits until it serves. `folder` holds its port file.
-  static Result<std::unique_ptr<DaemonProcess>> start(const BenchOptions& options, const std::filesystem::path& folder);
+  // On a free loopback port, with the bench's threads; waits until it serves. `folder` holds its port file. `more`: of
+  // its options.
+  static Result<std::unique_ptr<DaemonProcess>> start(const BenchOptions& options, const std::filesystem::path& folder,
+                                                      const std::vector<std::string>& more = {});
 
   Result<std::unique_ptr<RenderClient>> connect() const;
   const std::string& address() const { return address_; }

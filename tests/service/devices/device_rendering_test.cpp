@@ -2,6 +2,7 @@
 #include "server/sessions/device_rendering.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -38,7 +39,7 @@ class FakeDevice final : public vulkan::PathDevice {
   Status prepare(const vulkan::SceneOnDevice&) override { return ok_status(); }
   Result<bool> trace(const vulkan::SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,
                      const SampleRange& range, const PixelRect& window, const CancelToken& cancel, Film& film,
-                     TraceStats& stats) override {
+                     TraceStats& stats, double*) override {
     if (--pieces_ < 0) return Error{ErrorCode::unavailable, "the device is lost", {}};
     ++traced;
     return trace_window(*static_cast<const Placed&>(scene).scene, camera, settings, range, window, cancel, film, stats);
@@ -72,9 +73,9 @@ class FakeSource final : public DeviceSource {
     works.level = Level::compute;
     return {{broken, works}, ""};
   }
-  Result<std::shared_ptr<vulkan::PathDevice>> open(int index) override {
+  Result<std::shared_ptr<vulkan::PathDevice>> open(const DeviceInfo& listed) override {
     ++opened;
-    EXPECT_EQ(index, 1);
+    EXPECT_EQ(listed.index, 1);
     return std::shared_ptr<vulkan::PathDevice>(device);
   }
 
@@ -179,7 +180,26 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(picture.channels[c], cpu.channels[c]);
 
   EXPECT_EQ(devices_->place({RenderDevice::Kind::vulkan, 1}, scene_).error().to_string(),
-            "device: vulkan:1 failed before, and is not used again");
+            "device: vulkan:1 cannot trace paths: vulkan:1 (fake): it failed, and is not used again until the daemon "
+            "is restarted");
+  EXPECT_EQ(devices_->list().devices[1].level, Level::none);
+  // The session that had the device goes on without it, whatever is edited.
+  EXPECT_TRUE(rendering->has({RenderDevice::Kind::vulkan, RenderDevice::kAny}, nullptr));
+  EXPECT_FALSE(rendering->has({RenderDevice::Kind::vulkan, 1}, nullptr));
+
+  // Another session on the device is told, too, although its own work never failed.
+  std::vector<std::string> others;
+  const auto other = std::make_shared<DeviceRendering>([&](const std::string& notice) {
+    const std::lock_guard lock(mutex);
+    others.push_back(notice);
+  });
+  other->keep({RenderDevice::Kind::vulkan, RenderDevice::kAny}, *placed);
+  options.make_tracer = [&](std::shared_ptr<const RenderScene> scene) { return other->tracer(std::move(scene)); };
+  settings_.device = {RenderDevice::Kind::vulkan, RenderDevice::kAny};
+  const LoopPicture without = render_through_loop(engine, scene_, settings_, budget, pose, options);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(without.channels[c], cpu.channels[c]);
+  ASSERT_EQ(others.size(), 1u);
+  EXPECT_EQ(others.front(), "vulkan:1 (fake) has failed; the picture goes on on the CPU");
 }
 
 // On this machine's devices, through the daemon.
@@ -196,6 +216,7 @@ class DeviceServiceTest : public ServiceTest {
     request.mutable_settings()->set_height(32);
     request.mutable_settings()->set_device(device);
     request.mutable_budget()->set_samples(4);
+    request.mutable_format()->set_pixel_type(pb::PIXEL_TYPE_FLOAT);
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(120));
     auto reader = stub().RunJob(&context, request);
@@ -227,7 +248,15 @@ TEST_F(DeviceServiceTest, AJobAndASessionOnADevice) {
     ASSERT_EQ(std::getenv("HELIOGRAPH_REQUIRE_VULKAN"), nullptr) << info.no_vulkan_reason();
     GTEST_SKIP() << "no Vulkan device traces paths: " << info.no_vulkan_reason();
   }
-  const std::string scene = load_quad(3);
+  // Metal that lies under a sky: the processor and a device round what it scatters in different places.
+  auto gltf = nlohmann::json::parse(quad_gltf(3));
+  gltf["materials"][0]["pbrMetallicRoughness"] = {{"metallicFactor", 1}, {"roughnessFactor", 0.5}};
+  Upload upload;
+  upload.bytes = gltf.dump();
+  upload.environment = "0.3,0.4,0.5";
+  pb::LoadSceneResponse loaded;
+  ASSERT_TRUE(load(upload.messages(), &loaded).ok());
+  const std::string scene = loaded.scene().scene_id();
   const Outcome outcome = run("vulkan", scene);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(outcome.messages.front().accepted().settings().device(), "vulkan");
@@ -236,6 +265,15 @@ TEST_F(DeviceServiceTest, AJobAndASessionOnADevice) {
   EXPECT_EQ(result.end().notice(), "");
   EXPECT_EQ(result.end().totals().samples_per_pixel(), 4u);
   EXPECT_EQ(result.end().totals().invalid_samples(), 0u);
+  // It was the device that rendered.
+  const auto picture = [](const Outcome& of) {
+    std::string tiles;
+    for (const pb::RunJobResponse& message : of.messages) tiles += message.tile().exr();
+    return tiles;
+  };
+  EXPECT_FALSE(picture(outcome).empty());
+  EXPECT_TRUE(picture(outcome) == picture(run("vulkan", scene)));
+  EXPECT_TRUE(picture(outcome) != picture(run("cpu", scene)));
 
   // A session changes over to the device and back.
   const std::string session = create_session(scene, 32, 32, 4);

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "renderer/base/clock.h"
@@ -238,6 +239,27 @@ TEST_F(Probe, AnswersOnAThread) {
   EXPECT_EQ(later.devices().devices.size(), 1u);
   EXPECT_TRUE(later.finished());
 }
+
+// A machine may be too busy for the first time limit.
+TEST_F(Probe, DriversThatAreLateGetAnotherChance) {
+  const std::string seen = "'" + (folder_.path() / "seen").string() + "'";
+  answer_by("if [ ! -e " + seen + " ]; then touch " + seen + "; exec sleep 60; fi\n" + listing({Level::none}));
+  options_.time_limit = std::chrono::milliseconds(300);
+  const vulkan::DeviceProbe probe(options_);
+  const DeviceList first = probe.devices();
+  EXPECT_TRUE(first.late);
+  EXPECT_EQ(first.devices.size(), 0u);
+  for (int i = 0; i < 20000 && probe.devices().late; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(probe.devices().devices.size(), 1u);
+}
+
+TEST_F(Probe, NobodyWaitsForADriverThatIsGivenUp) {
+  answer_by("exec sleep 600\n");
+  options_.time_limit = std::chrono::milliseconds(100);
+  options_.patience = std::chrono::hours(1);
+  const vulkan::DeviceProbe probe(options_);
+  EXPECT_TRUE(probe.devices().late);
+}  // ends the second probe
 
 class ProbeOfThisMachine : public DeviceTest {};
 
