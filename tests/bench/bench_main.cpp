@@ -59,6 +59,8 @@ const ComparisonSubcommand kComparisons[] = {
     {"turns", "error against time of the last view of a turn, of reprojection as published and ours", run_turns},
 };
 
+const Subcommand kRealScenes = {"peers --real", "", run_real};  // figures instead of the comparisons of `peers`
+
 constexpr int kSkipped = 77;  // exit code: the pictures of ../shared are absent (CTest's skip)
 
 std::string from_environment(const char* name, const std::string& otherwise) {
@@ -124,7 +126,26 @@ void add_turn_options(CLI::App& command, BenchOptions& options) {
       ->capture_default_str();
 }
 
-int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
+void add_peer_options(CLI::App& command, BenchOptions& options) {
+  command.add_flag("--real", options.real,
+                   "Figures of sponza-dabrovic, breakfast-room and kitchen-partial, or the SCENEs among these, at "
+                   "640x360, over Mitsuba, Cycles and bare Embree");
+  command.add_option("--bpy-python", options.bpy_python,
+                     "Python with bpy 5.0.1, for --real; also HELIO_BPY_PYTHON. Without it the figures over Cycles are "
+                     "left out");
+}
+
+// Those that give figures: by its name, or of `all`.
+std::vector<Subcommand> chosen_subcommands(const BenchOptions& options, const std::string& chosen) {
+  if (options.real) return {kRealScenes};
+  std::vector<Subcommand> subcommands;
+  for (const Subcommand& subcommand : kSubcommands) {
+    if (chosen == "all" ? subcommand.in_all : chosen == subcommand.name) subcommands.push_back(subcommand);
+  }
+  return subcommands;
+}
+
+int run(const BenchOptions& options, const std::vector<Subcommand>& subcommands, bool as_json) {
   if (!std::filesystem::exists(std::filesystem::path(options.shared) / "scenes/bench/cornell.gltf")) {
     note("skipped: " + options.shared + "/scenes/bench is absent (--shared, HELIO_SHARED)");
     return from_environment("CI", "") == "true" ? 1 : kSkipped;
@@ -134,8 +155,7 @@ int run(const BenchOptions& options, const std::string& chosen, bool as_json) {
   BenchContext context(options);
   Figures figures;
   bool failed = false;
-  for (const Subcommand& subcommand : kSubcommands) {
-    if (chosen == "all" ? !subcommand.in_all : chosen != subcommand.name) continue;
+  for (const Subcommand& subcommand : subcommands) {
     if (const Status done = subcommand.run(context, figures); !done) {
       note(std::string(subcommand.name) + " failed: " + done.error().to_string());
       failed = true;
@@ -151,6 +171,7 @@ int main(int argc, char** argv) {
   BenchOptions options;
   options.shared = from_environment("HELIO_SHARED", HELIO_BENCH_SHARED);
   options.mitsuba_python = from_environment("HELIO_MITSUBA_PYTHON", "");
+  options.bpy_python = from_environment("HELIO_BPY_PYTHON", "");
   options.blender = from_environment("HELIO_BLENDER", "blender");
   options.daemon = HELIO_BENCH_DAEMON;
   options.oidn_library = from_environment("HELIOGRAPH_OIDN", "");
@@ -209,6 +230,7 @@ int main(int argc, char** argv) {
     command->add_option("--output", options.output,
                         "Folder that gets, for each comparison, a folder with comparison.json, units.csv, points.csv, "
                         "ratios.csv and report.html");
+    if (std::string(subcommand.name) == "peers") add_peer_options(*command, options);
     if (std::string(subcommand.name) == "turns") add_turn_options(*command, options);
   }
   app.add_subcommand("all", "all that give figures but adaptive, denoisers, display, drag, previews, reuse and vulkan")
@@ -227,7 +249,7 @@ int main(int argc, char** argv) {
   note("not an optimised build: these figures mean nothing");
 #endif
   for (const ComparisonSubcommand& subcommand : kComparisons) {
-    if (chosen == subcommand.name) return run_comparison(options, subcommand, as_json);
+    if (chosen == subcommand.name && !options.real) return run_comparison(options, subcommand, as_json);
   }
-  return run(options, chosen, as_json);
+  return run(options, chosen_subcommands(options, chosen), as_json);
 }

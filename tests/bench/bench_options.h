@@ -15,6 +15,7 @@ struct BenchOptions {
   std::vector<std::string> scenes;  // of errors; empty: those of the manual
   std::vector<std::string> motions;  // of reuse (reuse_motions.h); empty: those with goals; "all" alone: every one
   bool ours_alone = false;           // of reuse: mode combined beside the restart, nothing else, and no costs
+  bool real = false;                 // of peers: figures of real scenes instead of comparisons
   bool own_references = false;       // of errors: those of other renderers, of one size, are passed by
   std::string cache;           // folder of references that were made here
   std::string output;          // folder for the files of comparisons; empty: none are written
@@ -26,6 +27,7 @@ struct BenchOptions {
   std::string shared;          // folder with scenes/bench
   std::string mitsuba_python;  // Python with Mitsuba 3.9.1 and numpy; empty: none
   std::string blender;         // Blender, whose Cycles is a peer; by default from PATH
+  std::string bpy_python;      // Python with bpy, whose Cycles is a peer of real scenes; empty: none
   std::string oidn_library;    // Open Image Denoise 2.x; empty: none
   std::string daemon;          // heliographd
   int vulkan_device = -1;      // DeviceInfo::index; -1: the first that can trace paths

@@ -29,6 +29,8 @@ Status run_adaptive(BenchContext& context, Figures& figures);
 Status run_bidir(BenchContext& context, Figures& figures);
 Status run_reuse(BenchContext& context, Figures& figures);
 Status run_vulkan(BenchContext& context, Figures& figures);
+// `peers --real`. invalid_argument: a scene that is none of its own.
+Status run_real(BenchContext& context, Figures& figures);
 
 // Comparisons instead of figures.
 Result<std::vector<pb::CompareRecord>> run_peers(BenchContext& context);

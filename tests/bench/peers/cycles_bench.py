@@ -1,13 +1,16 @@
 """Cycles' side of helio_bench: reads one JSON request a line, answers one JSON object a line (Blender prints others).
 
 usage: blender --background --factory-startup --python-exit-code 1 --python cycles_bench.py -- THREADS
-  {"do": "load", "file": GLTF}                              -> {"version"}
-  {"do": "render", "samples": N, "seed": S, "output": EXR}  -> {"seconds"}: one render of N samples a pixel, 512x512
+       PYTHON cycles_bench.py THREADS    (a Python with the module bpy)
+  {"do": "load", "file": GLTF}                              -> {"version"}; renders are 512x512
+  {"do": "import", "file": GLB, "width": W, "height": H}    -> {"version"}; with the importer's own materials
+  {"do": "render", "samples": N, "seed": S, "output": EXR}  -> {"seconds"}: one render of N samples a pixel
 
-The bench pictures hold Lambert materials and one-sided lights only, so every material is rebuilt as a diffuse BSDF plus
-emission on the front, from what the glTF file says. 10 path segments are 8 bounces here. Box filter; nothing adaptive,
-clamped, denoised or left out. Each render synchronises the scene and builds its BVH again (kept data would miss that
-the sample count has changed): callers take the difference of two sample counts.
+The bench pictures hold Lambert materials and one-sided lights only, so `load` rebuilds every material as a diffuse BSDF
+plus emission on the front, from what the glTF file says. 10 path segments are 8 bounces here. Box filter; nothing
+adaptive, clamped, denoised, blurred or left out; a black world. After `import` Cycles has no light tree, which makes its
+samples cheaper. Each render synchronises the scene and builds its BVH again (kept data would miss that the sample count
+has changed): callers take the difference of two sample counts.
 """
 import json
 import sys
@@ -48,22 +51,17 @@ def rebuild(material, described):
     links.new(shader, output.inputs["Surface"])
 
 
-def load(request):
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.import_scene.gltf(filepath=request["file"])
-    with open(request["file"]) as file:
-        described = {m["name"]: m for m in json.load(file)["materials"]}
-    for material in bpy.data.materials:
-        if material.name in described:
-            rebuild(material, described[material.name])
+def set_up(width, height):
     scene = bpy.context.scene
     scene.camera = next(o for o in scene.objects if o.type == "CAMERA")
     world = bpy.data.worlds.new("black")
     world.color = (0, 0, 0)
+    if world.node_tree:  # Blender 5 always has one, of a grey that nobody asked for
+        world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
     scene.world = world
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
-    render.resolution_x = render.resolution_y = 512
+    render.resolution_x, render.resolution_y = width, height
     render.resolution_percentage = 100
     render.threads_mode, render.threads = "FIXED", int(sys.argv[-1])
     render.film_transparent = False
@@ -74,10 +72,29 @@ def load(request):
     cycles.device = "CPU"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0
-    cycles.max_bounces = cycles.diffuse_bounces = 8
-    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 8
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
     cycles.light_sampling_threshold = 0
     return {"version": bpy.app.version_string}
+
+
+def load(request):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=request["file"])
+    with open(request["file"]) as file:
+        described = {m["name"]: m for m in json.load(file)["materials"]}
+    for material in bpy.data.materials:
+        if material.name in described:
+            rebuild(material, described[material.name])
+    return set_up(512, 512)
+
+
+def import_file(request):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=request["file"])
+    answer = set_up(request["width"], request["height"])
+    bpy.context.scene.cycles.use_light_tree = False
+    return answer
 
 
 def render(request):
@@ -94,7 +111,7 @@ def render(request):
 for line in sys.stdin:
     asked = json.loads(line)
     try:
-        answer = {"load": load, "render": render}[asked["do"]](asked)
+        answer = {"load": load, "import": import_file, "render": render}[asked["do"]](asked)
     except Exception as error:  # told to the bench, which names the request
         answer = {"error": f"{type(error).__name__}: {error}"}
     print(json.dumps(answer), flush=True)

@@ -19,8 +19,32 @@ Result<std::unique_ptr<CyclesPeer>> CyclesPeer::start(const std::string& blender
   return std::unique_ptr<CyclesPeer>(new CyclesPeer(PeerProcess("Cycles", std::move(process).value())));
 }
 
+Result<std::unique_ptr<CyclesPeer>> CyclesPeer::start_module(const std::string& python, int threads) {
+  if (python.empty()) {
+    return Error{ErrorCode::failed_precondition,
+                 "no Cycles: give --bpy-python or HELIO_BPY_PYTHON; figures over Cycles are left out",
+                 {}};
+  }
+  auto probe = ChildProcess::start({python, "-c", "import bpy, numpy"});
+  if (!probe || (*probe)->wait() != 0) {
+    return Error{ErrorCode::failed_precondition,
+                 "no Cycles: " + python + " cannot import bpy; figures over Cycles are left out",
+                 {}};
+  }
+  auto process = ChildProcess::start({python, HELIO_BENCH_FOLDER "/peers/cycles_bench.py", std::to_string(threads)});
+  if (!process) return process.error();
+  return std::unique_ptr<CyclesPeer>(new CyclesPeer(PeerProcess("Cycles", std::move(process).value())));
+}
+
 Status CyclesPeer::load(const std::string& gltf) {
   const auto answer = process_.ask({{"do", "load"}, {"file", gltf}});
+  if (!answer) return answer.error();
+  version_ = answer->value("version", "?");
+  return ok_status();
+}
+
+Status CyclesPeer::import_glb(const std::string& glb, int width, int height) {
+  const auto answer = process_.ask({{"do", "import"}, {"file", glb}, {"width", width}, {"height", height}});
   if (!answer) return answer.error();
   version_ = answer->value("version", "?");
   return ok_status();

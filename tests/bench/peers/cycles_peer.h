@@ -12,8 +12,13 @@ class CyclesPeer {
  public:
   // failed_precondition: `blender` is no program that can be run.
   static Result<std::unique_ptr<CyclesPeer>> start(const std::string& blender, int threads);
+  // From the module bpy. failed_precondition: no Python given, or one without it.
+  static Result<std::unique_ptr<CyclesPeer>> start_module(const std::string& python, int threads);
 
-  Status load(const std::string& gltf);                    // takes note of the version
+  // Both take note of the version. Lambert materials, 512x512 pixels:
+  Status load(const std::string& gltf);
+  // A glTF binary with what Blender's importer makes of its materials. Size in pixels.
+  Status import_glb(const std::string& glb, int width, int height);
   const std::string& version() const { return version_; }  // "3.4.1"
 
   // Seconds for one picture of so many samples a pixel, with what every render costs beside its samples. `output`: an

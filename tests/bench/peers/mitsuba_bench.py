@@ -9,6 +9,9 @@ usage: mitsuba_bench.py THREADS
   {"do": "curve", "scene": NAME, "step": N, "seed": S, "target": E, "limit": M, "reference": EXR}
       -> {"points": [[samples, seconds, relmse], ...]}: passes of N samples with a seed each, averaged, until relMSE =
          mean((x - r)^2 / (r^2 + 0.01)) has reached E or M samples are in; comparing is not part of the seconds
+  {"do": "rays", "scene": NAME, "samples": N, "seed": S, "max_depth": D, "rr_depth": R}
+      -> {"segments", "shadow_rays", "useful_shadow_rays", "difference"}: means a path of a render by counting_path.py,
+         and how far its picture is from that of the scene's own integrator at this seed: mean(|x - y|) / mean(y)
 
 Variant llvm_ad_rgb without gradients; the path integrator's own roulette depth, 5. A render counts as done when its
 pixels are in memory (dr.eval and dr.sync_thread). The seconds are wall time.
@@ -23,6 +26,7 @@ import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 dr.set_thread_count(int(sys.argv[1]))
+import counting_path  # noqa: E402, F401: registers an integrator of the variant
 scenes = {}
 
 
@@ -98,10 +102,24 @@ def curve(request):
     return {"points": points}
 
 
+def rays(request):
+    scene, samples, seed = scenes[request["scene"]], request["samples"], request["seed"]
+    depths = {key: request[key] for key in ("max_depth", "rr_depth")}
+    expected = np.array(render(scene, samples, seed), dtype=np.float64)[..., :3]
+    with dr.suspend_grad():
+        counted = mi.render(scene, integrator=mi.load_dict({"type": "counting_path", **depths}), spp=samples, seed=seed)
+    counted = np.array(counted, dtype=np.float64)
+    difference = np.abs(counted[..., :3] - expected).mean() / expected.mean()
+    names = ("segments", "shadow_rays", "useful_shadow_rays")
+    return {"difference": difference, **dict(zip(names, counted[..., -3:].mean((0, 1)).tolist()))}
+
+
+ANSWERS = {"load": load, "time": timed, "resize": resize, "picture": picture, "curve": curve, "rays": rays}
+
 for line in sys.stdin:
     request = json.loads(line)
     try:
-        answer = {"load": load, "time": timed, "resize": resize, "picture": picture, "curve": curve}[request["do"]](request)
+        answer = ANSWERS[request["do"]](request)
     except Exception as error:  # told to the bench, which names the request
         answer = {"error": f"{type(error).__name__}: {error}"}
     print(json.dumps(answer), flush=True)

@@ -71,4 +71,23 @@ Result<std::vector<CurvePoint>> MitsubaPeer::error_curve(const std::string& scen
   return points;
 }
 
+Result<PeerRayCount> MitsubaPeer::count_rays(const std::string& scene, int samples, int seed, int max_depth,
+                                             int roulette_depth) {
+  constexpr double kSamePicture = 1e-5;  // sums of floats in another order are apart by 1e-7
+  const auto answer = process_.ask({{"do", "rays"},
+                                    {"scene", scene},
+                                    {"samples", samples},
+                                    {"seed", seed},
+                                    {"max_depth", max_depth},
+                                    {"rr_depth", roulette_depth}});
+  if (!answer) return answer.error();
+  if (const double difference = answer->at("difference").get<double>(); !(difference <= kSamePicture)) {
+    return Error{ErrorCode::internal,
+                 "the integrator that counts rays makes another picture, off by " + std::to_string(difference),
+                 scene};
+  }
+  return PeerRayCount{answer->at("segments").get<double>(), answer->at("shadow_rays").get<double>(),
+                      answer->at("useful_shadow_rays").get<double>()};
+}
+
 }  // namespace helio::bench

@@ -11,6 +11,14 @@
 
 namespace helio::bench {
 
+// Means a path.
+struct PeerRayCount {
+  double segments = 0, shadow_rays = 0;
+  double useful_shadow_rays = 0;  // of these, those that would bring light if nothing were in their way
+
+  double rays() const { return segments + shadow_rays; }
+};
+
 class MitsubaPeer {
  public:
   // failed_precondition: no Python given, or one without Mitsuba.
@@ -27,6 +35,9 @@ class MitsubaPeer {
   Result<LoopPicture> render_picture(const std::string& scene, int samples, int seed, const std::string& file);
   Result<std::vector<CurvePoint>> error_curve(const std::string& scene, int step, int seed, double target, int limit,
                                               const std::string& reference);
+  // Of `samples` paths a pixel. internal: the integrator that counts makes another picture than the scene's own, which
+  // has other depths.
+  Result<PeerRayCount> count_rays(const std::string& scene, int samples, int seed, int max_depth, int roulette_depth);
 
  private:
   explicit MitsubaPeer(PeerProcess process) : process_(std::move(process)) {}
