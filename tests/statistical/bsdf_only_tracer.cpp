@@ -5,6 +5,7 @@
 #include <limits>
 #include <thread>
 
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/scene/surface.h"
 #include "renderer/trace/scene/surface_layers.h"
@@ -41,7 +42,7 @@ Rgb trace_path(const SceneData& scene, Ray ray, int max_segments, Random& random
       params.layers = &layers;
     }
     const float u_lobe = random.next_float();
-    const BsdfSample sample = sample_bsdf(params, frame.to_local(back), u_lobe, random.next_v2f());
+    const BsdfSample sample = Bsdf(params, frame.to_local(back)).sample(u_lobe, random.next_v2f());
     if (!sample.valid()) return radiance;
     const V3f direction = frame.to_world(sample.wi);
     const bool same_side = dot(frame.n, surface.geometric_normal) > 0;

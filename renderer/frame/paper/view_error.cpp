@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/trace/bsdf/bsdf_blend.h"
-#include "renderer/trace/bsdf/bsdf_plastic.h"
+#include "renderer/trace/bsdf/bsdf.h"
 
 namespace helio {
 namespace {
@@ -51,7 +50,7 @@ float view_error(const SurfaceParams& params, const V3f& now, const V3f& before,
                  const Rgb& irradiance) {
   constexpr float kUnknown = std::numeric_limits<float>::infinity();
   if (!(now.z * before.z > 0)) return kUnknown;
-  const Rgb here = evaluate_bsdf(params, now, towards).f_cos, there = evaluate_bsdf(params, before, towards).f_cos;
+  const Rgb here = Bsdf(params, now).evaluate(towards).f_cos, there = Bsdf(params, before).evaluate(towards).f_cos;
   float largest = 0;
   for (int c = 0; c < 3; ++c) {
     const float difference = std::fabs(here[c] - there[c]);

@@ -6,7 +6,7 @@
 // cancels. Directions are unit vectors of the local shading frame, as in bsdf.h.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/surface_params.h"
 
 namespace helio {
 

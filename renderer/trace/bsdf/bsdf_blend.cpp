@@ -1,43 +1,48 @@
 #include "renderer/trace/bsdf/bsdf_blend.h"
 
+#include "renderer/trace/bsdf/bsdf.h"
+
 namespace helio {
 
-BsdfValue evaluate_blend(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
-  const BlendParams& blend = *params.blend;
+BlendBsdf::BlendBsdf(const SurfaceParams& params, const V3f& wo) : weight_(params.blend->weight) {
+  if (1 - weight_ > 0) first_.emplace(params.blend->first, wo);
+  if (weight_ > 0) second_.emplace(params.blend->second, wo);
+}
+
+BsdfValue BlendBsdf::evaluate(const V3f& wi) const {
   BsdfValue value;
-  const auto add = [&](const SurfaceParams& part, float share) {
-    if (!(share > 0)) return;
-    const BsdfValue own = evaluate_bsdf(part, wo, wi);
+  const auto add = [&](const std::optional<Part>& part, float share) {
+    if (!part) return;
+    const BsdfValue own = part->evaluate(wi);
     value.f_cos += own.f_cos * share;
     value.pdf_w += own.pdf_w * share;
   };
-  add(blend.first, 1 - blend.weight);
-  add(blend.second, blend.weight);
+  add(first_, 1 - weight_);
+  add(second_, weight_);
   return value;
 }
 
-Rgb matte_blend(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
-  const BlendParams& blend = *params.blend;
+Rgb BlendBsdf::matte(const V3f& wi) const {
   Rgb f_cos(0, 0, 0);
-  if (blend.weight < 1) f_cos += matte_cos(blend.first, wo, wi) * (1 - blend.weight);
-  if (blend.weight > 0) f_cos += matte_cos(blend.second, wo, wi) * blend.weight;
+  if (first_) f_cos += first_->matte(wi) * (1 - weight_);
+  if (second_) f_cos += second_->matte(wi) * weight_;
   return f_cos;
 }
 
-BsdfSample sample_blend(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
-  const BlendParams& blend = *params.blend;
-  const bool second = u_lobe < blend.weight;
-  const float share = second ? blend.weight : 1 - blend.weight;
-  const float rest = second ? u_lobe / share : (u_lobe - blend.weight) / share;
-  const SurfaceParams &own = second ? blend.second : blend.first, &other = second ? blend.first : blend.second;
-  BsdfSample sample = sample_bsdf(own, wo, std::clamp(rest, 0.0f, kOneMinusEpsilon), u);
+BsdfSample BlendBsdf::sample(float u_lobe, const V2f& u) const {
+  const bool second = u_lobe < weight_;
+  const float share = second ? weight_ : 1 - weight_;
+  const float rest = second ? u_lobe / share : (u_lobe - weight_) / share;
+  const std::optional<Part>&own = second ? second_ : first_, &other = second ? first_ : second_;
+  if (!own) return {};
+  BsdfSample sample = own->sample(std::clamp(rest, 0.0f, kOneMinusEpsilon), u);
   if (!sample.valid()) return sample;
   const float own_pdf = sample.pdf_w * share;
   if (sample.delta) {
     sample.pdf_w = own_pdf;
     return sample;  // chosen with its share, which its part of f has too: the weight stays
   }
-  const BsdfValue rival = share < 1 ? evaluate_bsdf(other, wo, sample.wi) : BsdfValue{};
+  const BsdfValue rival = other ? other->evaluate(sample.wi) : BsdfValue{};
   const float pdf = own_pdf + rival.pdf_w * (1 - share);
   if (!std::isfinite(pdf)) return {};
   sample.weight = (sample.weight * own_pdf + rival.f_cos * (1 - share)) / pdf;
@@ -45,14 +50,35 @@ BsdfSample sample_blend(const SurfaceParams& params, const V3f& wo, float u_lobe
   return sample;
 }
 
-bool is_pure_delta_blend(const SurfaceParams& params) {
-  const BlendParams& blend = *params.blend;
-  return (!(blend.weight < 1) || is_pure_delta(blend.first)) && (!(blend.weight > 0) || is_pure_delta(blend.second));
+bool BlendBsdf::is_pure_delta() const {
+  return (!first_ || first_->is_pure_delta()) && (!second_ || second_->is_pure_delta());
 }
 
-Rgb blend_albedo(const SurfaceParams& params, const V3f& wo) {
-  const BlendParams& blend = *params.blend;
-  return surface_albedo(blend.first, wo) * (1 - blend.weight) + surface_albedo(blend.second, wo) * blend.weight;
+Rgb BlendBsdf::albedo() const {
+  Rgb albedo(0, 0, 0);
+  if (first_) albedo += first_->albedo() * (1 - weight_);
+  if (second_) albedo += second_->albedo() * weight_;
+  return albedo;
+}
+
+bool InnerBlendBsdf::is_pure_delta() const {
+  return BlendBsdf(params_, wo_).is_pure_delta();
+}
+
+Rgb InnerBlendBsdf::albedo() const {
+  return BlendBsdf(params_, wo_).albedo();
+}
+
+BsdfValue InnerBlendBsdf::evaluate(const V3f& wi) const {
+  return BlendBsdf(params_, wo_).evaluate(wi);
+}
+
+Rgb InnerBlendBsdf::matte(const V3f& wi) const {
+  return BlendBsdf(params_, wo_).matte(wi);
+}
+
+BsdfSample InnerBlendBsdf::sample(float u_lobe, const V2f& u) const {
+  return BlendBsdf(params_, wo_).sample(u_lobe, u);
 }
 
 }  // namespace helio

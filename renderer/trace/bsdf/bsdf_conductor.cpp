@@ -1,53 +1,59 @@
 #include "renderer/trace/bsdf/bsdf_conductor.h"
 
-#include "renderer/trace/bsdf/bsdf_microfacet.h"
 #include "renderer/trace/bsdf/fresnel.h"
 #include "renderer/trace/bsdf/microfacet_albedo.h"
 
 namespace helio {
 
-namespace {
+ConductorBsdf::ConductorBsdf(const SurfaceParams& params, bool)
+    : mirror_(params.alpha < kDeltaAlpha),
+      alpha_(params.alpha),
+      eta_(params.eta),
+      k_(params.k),
+      tint_(params.specular_color),
+      microfacet_(microfacet_of(params)) {}
 
-Rgb reflectance(const SurfaceParams& params, float cos_m) {
-  return fresnel_conductor(cos_m, params.eta, params.k) * params.specular_color;
+void ConductorBsdf::look_from(const V3f& wo) {
+  wo_ = wo;
+  if (!mirror_) projected_area_ = microfacet_.projected_area(wo);
 }
 
-}  // namespace
+Rgb ConductorBsdf::reflectance(float cos_m) const {
+  return fresnel_conductor(cos_m, eta_, k_) * tint_;
+}
 
-BsdfValue evaluate_conductor(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
-  if (params.alpha < kDeltaAlpha || !(wi.z > 0)) return {};
-  const V3f h = wo + wi;
+BsdfValue ConductorBsdf::evaluate(const V3f& wi) const {
+  if (mirror_ || !(wi.z > 0)) return {};
+  const V3f h = wo_ + wi;
   const float squared = length_squared(h);
   if (!(squared > 1e-24f)) return {};
   const V3f m = h / std::sqrt(squared);
-  const Microfacet microfacet = microfacet_of(params);
-  const float pdf_w = microfacet.normal_density(m) / (4 * microfacet.projected_area(wo));
-  return {reflectance(params, dot(wo, m)) * (microfacet.masking(wi) * pdf_w), pdf_w};
+  const float pdf_w = microfacet_.normal_density(m) / (4 * projected_area_);
+  return {reflectance(dot(wo_, m)) * (microfacet_.masking(wi) * pdf_w), pdf_w};
 }
 
-BsdfSample sample_conductor(const SurfaceParams& params, const V3f& wo, const V2f& u) {
+BsdfSample ConductorBsdf::sample(float, const V2f& u) const {
   BsdfSample sample;
-  if (params.alpha < kDeltaAlpha) {
-    sample.wi = V3f(-wo.x, -wo.y, wo.z);
-    sample.weight = reflectance(params, wo.z);
+  if (mirror_) {
+    sample.wi = V3f(-wo_.x, -wo_.y, wo_.z);
+    sample.weight = reflectance(wo_.z);
     sample.pdf_w = 1;
     sample.delta = true;
     return sample;
   }
-  const Microfacet microfacet = microfacet_of(params);
-  const V3f m = microfacet.sample_visible_normal(wo, u);
-  const float cos_m = dot(wo, m);
-  const V3f wi = m * (2 * cos_m) - wo;
+  const V3f m = microfacet_.sample_visible_normal(wo_, u);
+  const float cos_m = dot(wo_, m);
+  const V3f wi = m * (2 * cos_m) - wo_;
   if (!(cos_m > 0) || !(wi.z > 0)) return sample;
   sample.wi = wi;
-  sample.weight = reflectance(params, cos_m) * microfacet.masking(wi);
-  sample.pdf_w = microfacet.normal_density(m) / (4 * microfacet.projected_area(wo));
+  sample.weight = reflectance(cos_m) * microfacet_.masking(wi);
+  sample.pdf_w = microfacet_.normal_density(m) / (4 * projected_area_);
   return sample;
 }
 
-Rgb conductor_albedo(const SurfaceParams& params, const V3f& wo) {
-  const AlbedoTerms terms = directional_albedo(params.distribution, params.alpha, wo.z);
-  return reflectance(params, wo.z) * (terms.a + terms.b);
+Rgb ConductorBsdf::albedo() const {
+  const AlbedoTerms terms = directional_albedo(microfacet_.distribution, alpha_, wo_.z);
+  return reflectance(wo_.z) * (terms.a + terms.b);
 }
 
 }  // namespace helio

@@ -4,7 +4,8 @@
 // the albedo. Reciprocal; loses no energy.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
+#include "renderer/trace/bsdf/surface_params.h"
 #include "renderer/trace/sampling/warp.h"
 
 namespace helio {
@@ -22,5 +23,24 @@ inline BsdfSample sample_lambert(const Rgb& albedo, const V3f& wo, const V3f& wi
   sample.pdf_w = wo.z > 0 ? cosine_hemisphere_pdf_w(sample.wi.z) : 0.0f;
   return sample;
 }
+
+// The same for one wo. Conventions: see bsdf.h.
+class LambertBsdf {
+ public:
+  LambertBsdf(const SurfaceParams& params, bool) : albedo_(params.base_color) {}
+
+  // wo.z > 0. Comes before evaluate(), matte() and sample().
+  void look_from(const V3f& wo) { wo_ = wo; }
+
+  bool is_pure_delta() const { return is_black(albedo_); }
+  Rgb albedo() const { return albedo_; }
+  BsdfValue evaluate(const V3f& wi) const { return evaluate_lambert(albedo_, wo_, wi); }
+  Rgb matte(const V3f& wi) const { return evaluate(wi).f_cos; }
+  BsdfSample sample(float, const V2f& u) const { return sample_lambert(albedo_, wo_, square_to_cosine_hemisphere(u)); }
+
+ private:
+  Rgb albedo_;
+  V3f wo_{0, 0, 1};
+};
 
 }  // namespace helio

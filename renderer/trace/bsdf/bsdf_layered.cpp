@@ -304,55 +304,43 @@ Rgb matte_reflected(const LayeredLobes& lobes, const LayeredView& view, const La
   return f_cos;
 }
 
-MatteView matte_along(const LayeredLobes& lobes, const V3f& wo) {
-  MatteView view;
-  const bool base = !is_black(lobes.diffuse), metal = rescatters(lobes);
-  if (!base && !metal) return view;
-  const AlbedoTerms terms = albedo_terms(lobes, wo.z);
-  if (base) view.diffuse = lobes.diffuse * base_entry(lobes, terms, wo.z);
-  if (metal) {
-    const Rescattering rescattering = rescattering_of(lobes);
-    view.rescattered = rescattering.share * (terms.loss / rescattering.mean_loss);
-  }
-  return view;
-}
-
-Rgb matte_layered(const LayeredLobes& lobes, const MatteView& view, const V3f& wi) {
-  const bool base = !is_black(view.diffuse), metal = !is_black(view.rescattered);
+Rgb matte_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi) {
+  const Rgb diffuse = lobes.diffuse * view.base_entry;
+  const bool base = !is_black(diffuse), metal = !is_black(view.rescattering);
   if (!(wi.z > 0) || (!base && !metal)) return {0, 0, 0};
   const AlbedoTerms terms = albedo_terms(lobes, wi.z);
   Rgb f(0, 0, 0);
-  if (base) f += view.diffuse * base_exit(lobes, terms, wi.z);
-  if (metal) f += view.rescattered * terms.loss;
+  if (base) f += diffuse * base_exit(lobes, terms, wi.z);
+  if (metal) f += view.rescattering * terms.loss;
   return f * cosine_hemisphere_pdf_w(wi.z);
 }
 
-BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
-  if (wi.z > 0) return evaluate_reflected(lobes, view_along(lobes, wo), arrival_along(lobes, wi));
+BsdfValue evaluate_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi) {
+  if (wi.z > 0) return evaluate_reflected(lobes, view, arrival_along(lobes, wi));
   if (!(wi.z < 0) || lobes.mirror) return {};
+  const V3f& wo = view.wo;
   V3f m;
   if (lobes.passage == Passage::thin) {
     const V3f reflected(wi.x, wi.y, -wi.z);
     if (!make_normal(wo + reflected, m)) return {};
-    return evaluate_thin_wall(lobes, view_along(lobes, wo), reflected, m, dot(wo, m));
+    return evaluate_thin_wall(lobes, view, reflected, m, dot(wo, m));
   }
   if (lobes.passage != Passage::refract || !make_normal(wo + wi * lobes.eta, m)) return {};
   const float cos_m = dot(wo, m);
   if (!(cos_m > 0) || !(dot(wi, m) < 0)) return {};
-  return evaluate_refraction(lobes, view_along(lobes, wo), wi, m, cos_m);
+  return evaluate_refraction(lobes, view, wi, m, cos_m);
 }
 
-BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u) {
-  const LayeredView view = view_along(lobes, wo);
+BsdfSample sample_layered(const LayeredLobes& lobes, const LayeredView& view, float u_lobe, const V2f& u) {
   if (u_lobe < view.diffuse) return sample_towards(lobes, view, square_to_cosine_hemisphere(u));
   u_lobe -= view.diffuse;
   if (u_lobe < view.rescattered) return sample_towards(lobes, view, sample_rescattered(lobes, u));
   u_lobe -= view.rescattered;
   if (u_lobe < view.facets) {
     const float rest = std::min(u_lobe / view.facets, kOneMinusEpsilon);
-    return lobes.mirror ? sample_mirror(lobes, view.facets, wo, rest) : sample_facets(lobes, view, rest, u);
+    return lobes.mirror ? sample_mirror(lobes, view.facets, view.wo, rest) : sample_facets(lobes, view, rest, u);
   }
-  BsdfSample sample = finish_delta(-wo, lobes.tint * lobes.glass, view.straight);
+  BsdfSample sample = finish_delta(-view.wo, lobes.tint * lobes.glass, view.straight);
   sample.transmitted = sample.valid();
   return sample;
 }

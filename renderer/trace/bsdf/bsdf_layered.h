@@ -31,7 +31,7 @@
 // Samples below the horizon, whose light would meet a second facet, are invalid.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
 #include "renderer/trace/bsdf/microfacet.h"
 #include "renderer/trace/bsdf/thin_film_base.h"
 
@@ -104,19 +104,11 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo);
 LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi);
 // evaluate_layered() of the two.
 BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival);
-BsdfValue evaluate_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi);
+BsdfValue evaluate_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);
 // What of their f_cos the diffuse base sends, and what is rescattered: each is a function of wo times one of wi.
 Rgb matte_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival);
-// The same from the factors of wo, which are worked out once for many wi.
-struct MatteView {
-  Rgb diffuse{0, 0, 0}, rescattered{0, 0, 0};
-};
-MatteView matte_along(const LayeredLobes& lobes, const V3f& wo);
-Rgb matte_layered(const LayeredLobes& lobes, const MatteView& view, const V3f& wi);
-inline Rgb matte_layered(const LayeredLobes& lobes, const V3f& wo, const V3f& wi) {
-  return matte_layered(lobes, matte_along(lobes, wo), wi);
-}
-BsdfSample sample_layered(const LayeredLobes& lobes, const V3f& wo, float u_lobe, const V2f& u);
+Rgb matte_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);
+BsdfSample sample_layered(const LayeredLobes& lobes, const LayeredView& view, float u_lobe, const V2f& u);
 bool is_pure_delta(const LayeredLobes& lobes);
 Rgb layered_albedo(const LayeredLobes& lobes, const V3f& wo);
 

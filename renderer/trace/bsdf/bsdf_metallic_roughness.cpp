@@ -65,4 +65,8 @@ LayeredLobes specular_glossiness_lobes(const SurfaceParams& params) {
   return lobes;
 }
 
+LayeredBsdf::LayeredBsdf(const SurfaceParams& params, bool inside)
+    : lobes_(params.model == LobeModel::specular_glossiness ? specular_glossiness_lobes(params)
+                                                            : metallic_roughness_lobes(params, inside)) {}
+
 }  // namespace helio

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/trace/bsdf/bsdf_layered.h"
+#include "renderer/trace/bsdf/surface_params.h"
 
 namespace helio {
 
@@ -22,5 +23,27 @@ LayeredLobes metallic_roughness_lobes(const SurfaceParams& params, bool inside);
 // KHR_materials_pbrSpecularGlossiness: Schlick with f0, f90 = 1, over the diffuse base_color (1 - max f0). It does not
 // say what is metal; facets rescatter by the share max f0 that has no diffuse base.
 LayeredLobes specular_glossiness_lobes(const SurfaceParams& params);
+
+// Either of the two, by the model of the parameters, as one wo sees it. Conventions: see bsdf.h.
+class LayeredBsdf {
+ public:
+  LayeredBsdf(const SurfaceParams& params, bool inside);
+
+  // wo.z > 0. Comes before all but is_pure_delta().
+  void look_from(const V3f& wo) { view_ = view_along(lobes_, wo); }
+
+  const LayeredLobes& lobes() const { return lobes_; }
+  const LayeredView& view() const { return view_; }
+
+  bool is_pure_delta() const { return helio::is_pure_delta(lobes_); }
+  Rgb albedo() const { return layered_albedo(lobes_, view_.wo); }
+  BsdfValue evaluate(const V3f& wi) const { return evaluate_layered(lobes_, view_, wi); }
+  Rgb matte(const V3f& wi) const { return matte_layered(lobes_, view_, wi); }
+  BsdfSample sample(float u_lobe, const V2f& u) const { return sample_layered(lobes_, view_, u_lobe, u); }
+
+ private:
+  LayeredLobes lobes_;
+  LayeredView view_;
+};
 
 }  // namespace helio

@@ -1,8 +1,8 @@
 // The microfacets of an evaluated material.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/bsdf/microfacet.h"
+#include "renderer/trace/bsdf/surface_params.h"
 
 namespace helio {
 

@@ -4,35 +4,33 @@
 
 namespace helio {
 
-namespace {
+PaneBsdf::PaneBsdf(const SurfaceParams& params, bool)
+    : ior_(params.ior), reflection_tint_(params.specular_color), transmission_tint_(params.base_color) {}
 
-float pane_reflectance(const SurfaceParams& params, const V3f& wo) {
-  const float one_side = fresnel_dielectric(wo.z, params.ior).reflectance;
-  return 2 * one_side / (1 + one_side);
+void PaneBsdf::look_from(const V3f& wo) {
+  const float one_side = fresnel_dielectric(wo.z, ior_).reflectance;
+  wo_ = wo;
+  reflected_ = 2 * one_side / (1 + one_side);
 }
 
-}  // namespace
-
-BsdfSample sample_pane(const SurfaceParams& params, const V3f& wo, float u_lobe) {
-  const float reflected = pane_reflectance(params, wo);
+BsdfSample PaneBsdf::sample(float u_lobe, const V2f&) const {
   BsdfSample sample;
   sample.delta = true;
-  if (u_lobe < reflected) {
-    sample.wi = V3f(-wo.x, -wo.y, wo.z);
-    sample.weight = params.specular_color;
-    sample.pdf_w = reflected;
+  if (u_lobe < reflected_) {
+    sample.wi = V3f(-wo_.x, -wo_.y, wo_.z);
+    sample.weight = reflection_tint_;
+    sample.pdf_w = reflected_;
   } else {
-    sample.wi = -wo;
-    sample.weight = params.base_color;
-    sample.pdf_w = 1 - reflected;
+    sample.wi = -wo_;
+    sample.weight = transmission_tint_;
+    sample.pdf_w = 1 - reflected_;
     sample.transmitted = true;
   }
   return sample;
 }
 
-Rgb pane_albedo(const SurfaceParams& params, const V3f& wo) {
-  const float reflected = pane_reflectance(params, wo);
-  return params.specular_color * reflected + params.base_color * (1 - reflected);
+Rgb PaneBsdf::albedo() const {
+  return reflection_tint_ * reflected_ + transmission_tint_ * (1 - reflected_);
 }
 
 }  // namespace helio

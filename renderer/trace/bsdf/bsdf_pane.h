@@ -6,12 +6,30 @@
 // unbent is metallic-roughness with transmission instead (bsdf_layered.h).
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
+#include "renderer/trace/bsdf/surface_params.h"
 
 namespace helio {
 
-// wo.z > 0 in both.
-BsdfSample sample_pane(const SurfaceParams& params, const V3f& wo, float u_lobe);
-Rgb pane_albedo(const SurfaceParams& params, const V3f& wo);
+// Conventions: see bsdf.h.
+class PaneBsdf {
+ public:
+  PaneBsdf(const SurfaceParams& params, bool inside);
+
+  // wo.z > 0. Comes before all but is_pure_delta().
+  void look_from(const V3f& wo);
+
+  bool is_pure_delta() const { return true; }
+  Rgb albedo() const;
+  BsdfValue evaluate(const V3f&) const { return {}; }
+  Rgb matte(const V3f&) const { return {0, 0, 0}; }
+  BsdfSample sample(float u_lobe, const V2f& u) const;
+
+ private:
+  float ior_;
+  Rgb reflection_tint_, transmission_tint_;
+  V3f wo_{0, 0, 1};
+  float reflected_ = 0;
+};
 
 }  // namespace helio

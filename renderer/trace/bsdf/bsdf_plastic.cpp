@@ -1,6 +1,5 @@
 #include "renderer/trace/bsdf/bsdf_plastic.h"
 
-#include "renderer/trace/bsdf/bsdf_microfacet.h"
 #include "renderer/trace/bsdf/fresnel.h"
 #include "renderer/trace/sampling/warp.h"
 
@@ -39,13 +38,6 @@ Rgb base_reflectance(const SurfaceParams& params) {
     base[c] /= std::max(1e-6f, 1 - returned) * sqr(interface.eta);
   }
   return base;
-}
-
-// Probability of sampling the reflection.
-float reflection_share(const SurfaceParams& params, float transmitted) {
-  const float reflected = max_component(params.specular_color) * (1 - transmitted);
-  const float base = max_component(params.base_color) * transmitted;
-  return reflected + base > 0 ? reflected / (reflected + base) : 1.0f;
 }
 
 }  // namespace
@@ -92,65 +84,75 @@ std::shared_ptr<const PlasticInterface> make_plastic_interface(MicrofacetDistrib
   return interface;
 }
 
-Rgb matte_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
-  if (!(wi.z > 0)) return {0, 0, 0};
-  const PlasticInterface& interface = *params.plastic;
-  return base_reflectance(params) *
-         (interface.transmitted(wo.z) * interface.transmitted(wi.z) * cosine_hemisphere_pdf_w(wi.z));
+PlasticBsdf::PlasticBsdf(const SurfaceParams& params, bool)
+    : interface_(*params.plastic),
+      mirror_(params.alpha < kDeltaAlpha),
+      tint_(params.specular_color),
+      color_(params.base_color),
+      base_(base_reflectance(params)),
+      microfacet_(microfacet_of(params)) {}
+
+void PlasticBsdf::look_from(const V3f& wo) {
+  wo_ = wo;
+  entering_ = interface_.transmitted(wo.z);
+  share_ = reflection_share();
+  if (!interface_.smooth) projected_area_ = microfacet_.projected_area(wo);
 }
 
-BsdfValue evaluate_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi) {
+float PlasticBsdf::reflection_share() const {
+  const float reflected = max_component(tint_) * (1 - entering_);
+  const float base = max_component(color_) * entering_;
+  return reflected + base > 0 ? reflected / (reflected + base) : 1.0f;
+}
+
+bool PlasticBsdf::is_pure_delta() const {
+  return is_black(color_) && mirror_;
+}
+
+Rgb PlasticBsdf::matte(const V3f& wi) const {
+  if (!(wi.z > 0)) return {0, 0, 0};
+  return base_ * (entering_ * interface_.transmitted(wi.z) * cosine_hemisphere_pdf_w(wi.z));
+}
+
+BsdfValue PlasticBsdf::evaluate(const V3f& wi) const {
   if (!(wi.z > 0)) return {};
-  const PlasticInterface& interface = *params.plastic;
-  const float entering = interface.transmitted(wo.z), share = reflection_share(params, entering);
   const float cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
-  BsdfValue value{base_reflectance(params) * (entering * interface.transmitted(wi.z) * cosine_pdf),
-                  (1 - share) * cosine_pdf};
-  const V3f h = wo + wi;
+  BsdfValue value{base_ * (entering_ * interface_.transmitted(wi.z) * cosine_pdf), (1 - share_) * cosine_pdf};
+  const V3f h = wo_ + wi;
   const float squared = length_squared(h);
-  if (interface.smooth || !(squared > 1e-24f)) return value;
+  if (interface_.smooth || !(squared > 1e-24f)) return value;
   const V3f m = h / std::sqrt(squared);
-  const Microfacet microfacet = microfacet_of(params);
-  const float pdf_w = microfacet.normal_density(m) / (4 * microfacet.projected_area(wo));
-  const float fresnel = fresnel_dielectric(dot(wo, m), interface.eta).reflectance;
-  value.f_cos += params.specular_color * (fresnel * microfacet.masking(wi) * pdf_w);
-  value.pdf_w += share * pdf_w;
+  const float pdf_w = microfacet_.normal_density(m) / (4 * projected_area_);
+  const float fresnel = fresnel_dielectric(dot(wo_, m), interface_.eta).reflectance;
+  value.f_cos += tint_ * (fresnel * microfacet_.masking(wi) * pdf_w);
+  value.pdf_w += share_ * pdf_w;
   return value;
 }
 
-BsdfSample sample_plastic(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u) {
-  const PlasticInterface& interface = *params.plastic;
-  const float share = reflection_share(params, interface.transmitted(wo.z));
-  BsdfSample sample;
+BsdfSample PlasticBsdf::sample(float u_lobe, const V2f& u) const {
   V3f wi;
-  if (!(u_lobe < share)) {
+  if (!(u_lobe < share_)) {
     wi = square_to_cosine_hemisphere(u);
-  } else if (interface.smooth) {
-    sample.wi = V3f(-wo.x, -wo.y, wo.z);
-    sample.weight = params.specular_color * ((1 - interface.transmitted(wo.z)) / share);
-    sample.pdf_w = share;
+  } else if (interface_.smooth) {
+    BsdfSample sample;
+    sample.wi = V3f(-wo_.x, -wo_.y, wo_.z);
+    sample.weight = tint_ * ((1 - entering_) / share_);
+    sample.pdf_w = share_;
     sample.delta = true;
     return sample;
   } else {
-    const V3f m = microfacet_of(params).sample_visible_normal(wo, u);
-    const float cos_m = dot(wo, m);
-    if (!(cos_m > 0)) return sample;
-    wi = m * (2 * cos_m) - wo;
+    const V3f m = microfacet_.sample_visible_normal(wo_, u);
+    const float cos_m = dot(wo_, m);
+    if (!(cos_m > 0)) return {};
+    wi = m * (2 * cos_m) - wo_;
   }
-  const BsdfValue value = evaluate_plastic(params, wo, wi);
-  if (!(value.pdf_w > 0) || !std::isfinite(value.pdf_w)) return sample;
-  sample.wi = wi;
-  sample.weight = value.f_cos / value.pdf_w;
-  sample.pdf_w = value.pdf_w;
-  return sample;
+  return sample_of(wi, evaluate(wi));
 }
 
-Rgb plastic_albedo(const SurfaceParams& params, const V3f& wo) {
-  const PlasticInterface& interface = *params.plastic;
-  const float entering = interface.transmitted(wo.z);
+Rgb PlasticBsdf::albedo() const {
   // Diffuse light that leaves: 1 - R_i of it per round, in units of what Lambert's base returns.
-  const float leaving = (1 - interface.internal_reflectance) * sqr(interface.eta);
-  const Rgb albedo = params.specular_color * (1 - entering) + base_reflectance(params) * (entering * leaving);
+  const float leaving = (1 - interface_.internal_reflectance) * sqr(interface_.eta);
+  const Rgb albedo = tint_ * (1 - entering_) + base_ * (entering_ * leaving);
   return {std::min(1.0f, albedo.x), std::min(1.0f, albedo.y), std::min(1.0f, albedo.z)};
 }
 

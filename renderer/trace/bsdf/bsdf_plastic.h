@@ -15,7 +15,8 @@
 #include <array>
 #include <memory>
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_microfacet.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
 
 namespace helio {
 
@@ -43,11 +44,33 @@ std::shared_ptr<const PlasticInterface> make_plastic_interface(MicrofacetDistrib
 // ior^2.
 float diffuse_internal_reflectance(float ior);
 
-// wo.z > 0, params.plastic set in all of these.
-BsdfValue evaluate_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi);
-// Of its f_cos, the diffuse base.
-Rgb matte_plastic(const SurfaceParams& params, const V3f& wo, const V3f& wi);
-BsdfSample sample_plastic(const SurfaceParams& params, const V3f& wo, float u_lobe, const V2f& u);
-Rgb plastic_albedo(const SurfaceParams& params, const V3f& wo);
+// Conventions: see bsdf.h. Its matte part is the diffuse base.
+class PlasticBsdf {
+ public:
+  // params.plastic is set, and outlives this.
+  PlasticBsdf(const SurfaceParams& params, bool inside);
+
+  // wo.z > 0. Comes before all but is_pure_delta().
+  void look_from(const V3f& wo);
+
+  bool is_pure_delta() const;
+  Rgb albedo() const;
+  BsdfValue evaluate(const V3f& wi) const;
+  Rgb matte(const V3f& wi) const;
+  BsdfSample sample(float u_lobe, const V2f& u) const;
+
+ private:
+  float reflection_share() const;
+
+  const PlasticInterface& interface_;
+  const bool mirror_;
+  const Rgb tint_, color_;
+  const Rgb base_;  // d / (1 - R_i d') / eta^2 above
+  const Microfacet microfacet_;
+  V3f wo_{0, 0, 1};
+  float projected_area_ = 1;  // of the facets that wo sees
+  float entering_ = 0;        // T(wo)
+  float share_ = 0;           // probability of sampling the reflection
+};
 
 }  // namespace helio

@@ -16,15 +16,47 @@
 // furnace along its normal and 1.18 at a cosine of 0.1 (bsdf_mitsuba_test holds it).
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_microfacet.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
 
 namespace helio {
 
-// wo.z > 0, params.principled set; inside: wo was inside the volume and has been mirrored.
-BsdfValue evaluate_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
-// Of its f_cos, the diffuse lobe.
-Rgb matte_principled(const SurfaceParams& params, bool inside, const V3f& wo, const V3f& wi);
-BsdfSample sample_principled(const SurfaceParams& params, bool inside, const V3f& wo, float u_lobe, const V2f& u);
-Rgb principled_albedo(const SurfaceParams& params, bool inside, const V3f& wo);
+// Conventions: see bsdf.h. Its matte part is the diffuse lobe.
+class PrincipledBsdf {
+ public:
+  // inside: wo was inside the volume and has been mirrored.
+  PrincipledBsdf(const SurfaceParams& params, bool inside);
+
+  // wo.z > 0. Comes before all but is_pure_delta().
+  void look_from(const V3f& wo);
+
+  bool is_pure_delta() const { return false; }
+  Rgb albedo() const;
+  BsdfValue evaluate(const V3f& wi) const;
+  Rgb matte(const V3f& wi) const;
+  BsdfSample sample(float u_lobe, const V2f& u) const;
+
+ private:
+  Rgb reflectance(float dielectric, float schlick_m) const;
+  // Probability that a facet reflects.
+  float reflected_share(float dielectric) const { return inside_ ? dielectric : 1 - glass_ * (1 - dielectric); }
+  // With the cosine cos_i, which keeps the flat part finite at the horizon. cos_d: between the half vector and either
+  // direction.
+  Rgb diffuse_cos(float cos_i, float cos_d) const;
+  Rgb sheen_color() const;
+  BsdfValue refraction(const V3f& wi) const;
+  BsdfSample reflect_about(const V3f& m) const;
+  BsdfSample finish(const V3f& wi) const { return sample_of(wi, evaluate(wi)); }
+
+  const PrincipledMaterial p_;
+  const Rgb base_;
+  const float metal_;
+  const bool inside_;
+  const Microfacet facets_;
+  float eta_ = 1, glass_ = 0, diffuse_ = 0, roughness_ = 1, coat_alpha_ = 0.1f;
+  float choose_diffuse_ = 0, choose_coat_ = 0, choose_facets_ = 1;
+  V3f wo_{0, 0, 1};
+  float projected_area_ = 1;  // of the facets that wo sees
+};
 
 }  // namespace helio

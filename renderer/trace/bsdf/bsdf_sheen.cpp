@@ -60,8 +60,8 @@ const SheenTable& sheen_table() {
 
 }  // namespace
 
-float evaluate_sheen(float alpha, const V3f& wo, const V3f& wi) {
-  return bare_sheen(alpha, wo, wi) / std::max({1.0f, sheen_albedo(alpha, wo.z), sheen_albedo(alpha, wi.z)});
+float evaluate_sheen(float alpha, const V3f& wo, const V3f& wi, float albedo_o, float albedo_i) {
+  return bare_sheen(alpha, wo, wi) / std::max({1.0f, albedo_o, albedo_i});
 }
 
 float sheen_albedo(float alpha, float mu) {

@@ -9,15 +9,16 @@
 // uniformly over the hemisphere: the lobe is flat in solid angle, and has no peak that a half vector would find.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
 
 namespace helio {
 
 // Below it the lobe is a rim that no pixel resolves: smaller values are taken as this one.
 inline constexpr float kLeastSheenAlpha = 0.01f;
 
-// The lobe at unit colour, times cos wi, for wo.z > 0 and wi.z > 0; alpha in [kLeastSheenAlpha, 1].
-float evaluate_sheen(float alpha, const V3f& wo, const V3f& wi);
+// The lobe at unit colour, times cos wi, for wo.z > 0 and wi.z > 0; alpha in [kLeastSheenAlpha, 1]. albedo_o, albedo_i:
+// sheen_albedo() of the two.
+float evaluate_sheen(float alpha, const V3f& wo, const V3f& wi, float albedo_o, float albedo_i);
 
 // Directional albedo E(mu) above, from a table; min(1, E) is at least the albedo of evaluate_sheen. Relative error
 // about 1 %; the table is computed on first use (about 0.3 s) and then immutable.

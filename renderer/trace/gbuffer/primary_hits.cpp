@@ -31,14 +31,13 @@ struct LobeChange {
 };
 
 // wo, from: local, the new and the old view, as `views` has them; beyond `expected`, new over old.
-LobeChange lobe_change(const SurfaceParams& params, const BsdfViews& views, const V3f& wo, const V3f& from,
-                       float expected, std::uint32_t key) {
+LobeChange lobe_change(const BsdfViews& views, const V3f& wo, const V3f& from, float expected, std::uint32_t key) {
   LobeChange told;
   if (!(from.z * wo.z > 0)) return told;
   float whole = 0, changed = 0;
   for (int k = 0; k < kDirections; ++k) {
     const SamplePair u = sample_pair(key, reverse_bits(std::uint32_t(k)), 0);
-    const BsdfSample sample = sample_bsdf(params, wo, (float(k) + 0.5f) / kDirections, V2f(u.x, u.y));
+    const BsdfSample sample = views.first().sample((float(k) + 0.5f) / kDirections, V2f(u.x, u.y));
     if (!sample.valid() || !is_finite(sample.weight)) continue;
     const float weight = luminance(sample.weight);
     whole += weight;
@@ -185,7 +184,7 @@ CentreHit PrimaryHits::at(int x, int y) {
   // in Sponza): only where textures are filtered does their albedo count.
   const bool point_of_texture = shading.surface.material->textured && !scene_.mip_mapped;
   const bool lambert = params.model == LobeModel::lambert && !params.mapped;
-  const Rgb albedo = lambert ? params.base_color : surface_albedo(params, b.wo);
+  const Rgb albedo = lambert ? params.base_color : shading.bsdf().albedo();
   see(albedo, seen);
   centre.albedo = pack_reflectance(point_of_texture ? Rgb(1, 1, 1) : albedo);
   b.albedo = unpack_reflectance(centre.albedo);
@@ -202,11 +201,11 @@ bool PrimaryHits::depends_on_view() const {
   return block_->shading.has_value();
 }
 
-Rgb PrimaryHits::albedo_change(const V3f& from) const {
+Rgb PrimaryHits::albedo_change(const BsdfViews& views, const V3f& from) const {
   const Block& b = *block_;
   if (!b.albedo_known || !(from.z * b.wo.z > 0)) return {1, 1, 1};
   // As the picture from there has it, rounded like it: what is not changed is 1 to the bit.
-  const Rgb there = unpack_reflectance(pack_reflectance(surface_albedo(b.shading->params, from)));
+  const Rgb there = unpack_reflectance(pack_reflectance(views.second().albedo()));
   Rgb change = demodulation(b.albedo) / demodulation(there);
   for (int c = 0; c < 3; ++c) {
     // One of the two was too dark to divide by.
@@ -232,7 +231,7 @@ void PrimaryHits::ask_lobes(const V3f& viewpoint, const BsdfViews& views, const 
     keep = &known;
     break;
   }
-  const LobeChange change = lobe_change(b.shading->params, views, b.wo, from, luminance(told.albedo), b.key);
+  const LobeChange change = lobe_change(views, b.wo, from, luminance(told.albedo), b.key);
   told.unseen = change.unseen;
   told.arrival = change.arrival;
   if (keep) *keep = {surface.material, viewpoint, normal, change};
@@ -248,16 +247,15 @@ bool PrimaryHits::textured() const {
 
 ViewEvidence PrimaryHits::evidence_from(const V3f& viewpoint, WeighedDirections& directions) const {
   const Block& b = *block_;
-  const SurfaceParams& params = b.shading->params;
   const Frame& frame = b.shading->frame;
   const V3f from = frame.to_local(normalize_any(viewpoint - b.shading->surface.position));
-  const BsdfViews views(params, b.wo, from);
+  const BsdfViews views(b.shading->bsdf(), b.shading->params, from);
   ViewEvidence told;
   told.material = b.shading->surface.material;
   told.normal = frame.n;
   told.pools = !textured();
   // What is known of all directions together. Ratios are over it from here on.
-  told.albedo = albedo_change(from);
+  told.albedo = albedo_change(views, from);
   const Rgb inverse(1 / told.albedo.x, 1 / told.albedo.y, 1 / told.albedo.z);
   ask_lobes(viewpoint, views, from, told);
 

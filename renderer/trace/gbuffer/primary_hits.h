@@ -5,7 +5,6 @@
 
 #include "renderer/film/core/film.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/gbuffer/view_reweighting.h"
 #include "renderer/trace/gbuffer/weighed_directions.h"
@@ -63,8 +62,8 @@ class PrimaryHits {
   struct Block;
   // lobe_change(), of the pixel in hand or one next to it.
   void ask_lobes(const V3f& viewpoint, const BsdfViews& views, const V3f& from, ViewEvidence& told) const;
-  // Of the surface in hand, new over old. from: local, where the old viewpoint is.
-  Rgb albedo_change(const V3f& from) const;
+  // Of the surface in hand, new over old. from: local, where the old viewpoint is, as the second of `views` has it.
+  Rgb albedo_change(const BsdfViews& views, const V3f& from) const;
 
   const SceneData& scene_;
   const Camera& camera_;

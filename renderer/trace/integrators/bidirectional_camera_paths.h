@@ -175,23 +175,24 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     const Frame frame = point ? point->frame : Frame(at.facing_normal());
     const V3f wo = frame.to_local(to_camera);
     if (vertex == 1) {
-      const Rgb albedo = black ? Rgb(0, 0, 0) : point ? surface_albedo(point->params, wo) : at.albedo;
+      const Rgb albedo = black ? Rgb(0, 0, 0) : point ? point->bsdf().albedo() : at.albedo;
       const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
     if (Recorder::kRecordsSample || (Recorder::kRecordsForReuse && vertex == 1))
       tell_surface(i, at, point, frame.n, black);
+    recorder_.scattering(point ? &point->bsdf() : nullptr);
     if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
     if (point && point->params.model == LobeModel::none) return false;
 
     // The next direction first: what is evaluated below may overwrite the parts of a blend.
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    const BsdfSample sample = point ? sample_bsdf(point->params, wo, b.lobe[j], u)
+    const BsdfSample sample = point ? point->bsdf().sample(b.lobe[j], u)
                                     : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
     recorder_.scatter(i, sample, frame);
     const bool transmissive = point && lets_light_through(point->params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
-    if (has_lights_ && !(point ? is_pure_delta(point->params) : is_black(at.albedo))) {
+    if (has_lights_ && !(point ? point->bsdf().is_pure_delta() : is_black(at.albedo))) {
       if (kernel().samples_lights() && shows(1, vertex + 1))
         sample_light(vertex, j, i, at, point, light_normal, transmissive);
       kernel().connect(vertex, i, at, point);

@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <optional>
 #include <vector>
 
 #include "renderer/film/core/direction_reservoir.h"
 #include "renderer/film/history/film_history.h"
-#include "renderer/trace/bsdf/bsdf_views.h"
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/integrators/path_recorder.h"
 #include "renderer/trace/paths/connection_rays.h"
 #include "renderer/trace/sampling/sampler.h"
@@ -27,26 +26,20 @@ class DirectionRecorder : public NoRecorder {
   void make_room(std::size_t samples) { samples_.resize(samples); }
   void arrived(const PathGroup&) {}
 
-  void segment(int vertex, std::uint32_t path, const PathGroup& group) {
+  void segment(int vertex, std::uint32_t path, const PathGroup&) {
     first_ = vertex == 1;
     if (!first_) return;
     paths_[path] = {};
     beta_ = Rgb(1, 1, 1);  // throughput() is not called where nothing is met
-    to_camera_ = -group.rays[path].direction;
   }
   void throughput(std::uint32_t, const Rgb& beta) { beta_ = beta; }
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {
     if (first_) paths_[path].emitted = luminance(beta_ * radiance) * weight;
   }
-  // The parameters are there until the next vertex is looked at; of a blend, whose parts are made anew with every look,
-  // whenever light_value() and connection_value() are called, which come straight after this vertex was looked at.
-  void surface(std::uint32_t, const Surface&, const SurfaceParams& params, const V3f& normal, const V3f&, bool) {
-    if (!first_) return;
-    const bool lambert = params.model == LobeModel::lambert && !params.mapped;
-    params_ = lambert ? nullptr : &params;
-    frame_ = Frame(normal);
-    matte_.reset();
+  void surface(std::uint32_t, const Surface&, const SurfaceParams&, const V3f& normal, const V3f&, bool) {
+    if (first_) frame_ = Frame(normal);
   }
+  void scattering(const Bsdf* bsdf) { bsdf_ = bsdf; }
   void light_sample(std::uint32_t path, const LightSample& light) {
     if (first_) paths_[path].light.direction = pack_direction<DirectionReservoir::kAxisBits>(light.direction);
   }
@@ -129,10 +122,8 @@ class DirectionRecorder : public NoRecorder {
   };
 
   // What of light from `wi`, local, of which the surface in hand sends f_cos on, its lobes do.
-  float lobe_share(const Rgb& f_cos, const V3f& wi) {
-    if (!params_ || is_black(f_cos)) return 0;
-    if (!matte_) matte_.emplace(*params_, frame_.to_local(to_camera_));
-    return varying_share(f_cos, matte_->f_cos(wi));
+  float lobe_share(const Rgb& f_cos, const V3f& wi) const {
+    return bsdf_ && !is_black(f_cos) ? varying_share(f_cos, bsdf_->matte(wi)) : 0;
   }
   void note_ray(int ray, float share) { ray_shares_[ray] = share; }
 
@@ -140,10 +131,8 @@ class DirectionRecorder : public NoRecorder {
   const std::uint64_t seed_;
   bool first_ = false;  // the vertex in hand is the first
   Rgb beta_{1, 1, 1};
-  V3f to_camera_{0, 0, 1};
-  const SurfaceParams* params_ = nullptr;  // of the vertex in hand; null: Lambert
+  const Bsdf* bsdf_ = nullptr;  // of the vertex in hand; null: Lambert
   Frame frame_{V3f(0, 0, 1)};
-  std::optional<MatteBsdf> matte_;
   float connected_ = 0;  // of the connection in hand
   float ray_shares_[ConnectionRays::kCapacity];
   Sample paths_[kGroupPaths];

@@ -1,7 +1,9 @@
 // The kernel for everything: one vertex of one path after the other. Recorder: as path_recorder.h has them.
 #pragma once
 
-#include "renderer/trace/bsdf/bsdf_lambert.h"
+#include <optional>
+
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/integrators/path_kernel_base.h"
 #include "renderer/trace/scene/surface_layers.h"
 
@@ -63,7 +65,6 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
     if (material.emissive) add_emission(vertex, i, hit, surface);
 
     // Evaluate the material; the frame's z axis is on the viewer's side, except where a volume tells its sides apart.
-    SurfaceParams params;
     float footprint = 0;
     if (scene_.mip_mapped) {
       b.cones[i].advance(hit.t);
@@ -72,7 +73,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
     if (surface.part->smooth || material.normal_mapped) {
       interpolate_normal(scene_, hit, wo_world, footprint, surface);
     }
-    params = evaluate_material(scene_, hit, wo_world, footprint, surface);
+    SurfaceParams params = evaluate_material(scene_, hit, wo_world, footprint, surface);
     const bool flip = !surface.front && !material.volume;
     const V3f normal = flip ? -surface.shading_normal : surface.shading_normal;
     const V3f geometric_normal = flip ? -surface.geometric_normal : surface.geometric_normal;
@@ -85,21 +86,23 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
     const bool lambert = params.model == LobeModel::lambert && !params.mapped;
 
     const bool black = material.one_sided && !surface.front;
+    const bool ends = black || vertex >= task_.settings.max_segments || params.model == LobeModel::none;
+    std::optional<Bsdf> bsdf;  // of all that is not Lambert
+    if (!lambert && !(ends && vertex > 1)) bsdf.emplace(params, wo);
     if (vertex == 1) {
-      const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : surface_albedo(params, wo);
+      const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : bsdf->albedo();
       const V3f seen = params.mapped ? frame.to_world(params.map_normal) : normal;
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
     recorder_.surface(i, surface, params, normal, geometric_normal, black);
-    if (black) return false;
-    if (vertex >= task_.settings.max_segments) return false;
-    if (params.model == LobeModel::none) return false;
+    recorder_.scattering(bsdf ? &*bsdf : nullptr);
+    if (ends) return false;
 
     // Sample a light and weight it against the BSDF's finding it.
     const bool transmissive = !lambert && lets_light_through(params);
     const V3f light_normal = transmissive ? V3f(0, 0, 0) : surface.facing_normal();
     const V3f near_side = near_side_origin(surface, ray.direction);
-    if (has_lights_ && !is_pure_delta(params)) {
+    if (has_lights_ && !(lambert ? is_black(params.base_color) : bsdf->is_pure_delta())) {
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
       // would then, if it emits, light itself.
       const V3f from = transmissive ? surface.position : near_side;
@@ -107,7 +110,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
       recorder_.light_sample(i, light);
       if (light.pdf_w > 0 && !is_black(light.radiance)) {
         const V3f wi = frame.to_local(light.direction);
-        const BsdfValue value = lambert ? evaluate_lambert(params.base_color, wo, wi) : evaluate_bsdf(params, wo, wi);
+        const BsdfValue value = lambert ? evaluate_lambert(params.base_color, wo, wi) : bsdf->evaluate(wi);
         recorder_.light_value(i, light, value);
         // A direction that the shading normal admits but the geometry does not would leak light.
         const bool consistent = dot(geometric_normal, light.direction) * wi.z > 0;
@@ -125,10 +128,9 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
     }
 
     // Sample the BSDF for the next direction.
-    BsdfSample sample;
     const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    sample = lambert ? sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u))
-                     : sample_bsdf(params, wo, b.lobe[j], u);
+    const BsdfSample sample = lambert ? sample_lambert(params.base_color, wo, square_to_cosine_hemisphere(u))
+                                      : bsdf->sample(b.lobe[j], u);
     recorder_.scatter(i, sample, frame);
     if (!sample.valid()) return false;
     const V3f direction = frame.to_world(sample.wi);

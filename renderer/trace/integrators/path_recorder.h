@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/paths/light_paths.h"
 #include "renderer/trace/paths/path_group.h"
 #include "renderer/trace/paths/path_kernel.h"
@@ -28,6 +29,8 @@ struct NoRecorder {
   void throughput(std::uint32_t, const Rgb&) {}
   void emission(std::uint32_t, const Rgb&, float) {}
   void surface(std::uint32_t, const Surface&, const SurfaceParams&, const V3f&, const V3f&, bool) {}
+  // Of the vertex in hand, and there as long as it is; null: it is Lambert, or the path ends here.
+  void scattering(const Bsdf*) {}
   void light_sample(std::uint32_t, const LightSample&) {}
   void light_value(std::uint32_t, const LightSample&, const BsdfValue&) {}
   void shadow_ray(std::uint32_t, float, const Rgb&) {}
@@ -104,6 +107,8 @@ class SampleRecorder {
     v.params = params;
     v.params.layers = nullptr;
   }
+
+  void scattering(const Bsdf*) {}
 
   void light_sample(std::uint32_t path, const LightSample& light) { note(path).light.sample = light; }
 

@@ -97,7 +97,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   std::optional<ShadingPoint> point;  // of all that is not Lambert
   if (!vertex.lambert) point.emplace(scene, hit, surface, to_light, vertex.footprint);
   if (point && point->params.model == LobeModel::none) return false;
-  const bool pure_delta = point ? is_pure_delta(point->params) : is_black(vertex.albedo);
+  const bool pure_delta = point ? point->bsdf().is_pure_delta() : is_black(vertex.albedo);
   const bool transmissive = point && lets_light_through(point->params);
 
   const float cos_in = vertex.cosine(to_light);
@@ -130,7 +130,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   const V2f u(drawn.x, drawn.y);
   const Frame frame = point ? point->frame : Frame(vertex.facing_normal());
   const V3f wo = frame.to_local(to_light);
-  const BsdfSample sample = point ? sample_bsdf(point->params, wo, sample_1d(key, index, dimension), u)
+  const BsdfSample sample = point ? point->bsdf().sample(sample_1d(key, index, dimension), u)
                                   : sample_lambert(vertex.albedo, wo, square_to_cosine_hemisphere(u));
   if (!sample.valid()) return false;
   const V3f direction = frame.to_world(sample.wi);

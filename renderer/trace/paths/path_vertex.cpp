@@ -43,9 +43,7 @@ BsdfValue PathVertex::scatter_any(const SceneData& scene, const V3f& to_camera, 
   std::optional<ShadingPoint> made;
   if (!point || !serves(scene, *point, wo, to_camera))
     point = &made.emplace(scene, hit, seen_from(to_camera), to_camera, footprint);
-  const BsdfValue value = point->evaluate(to_camera, to_light);
-  if (matte) *matte = is_black(value.f_cos) ? Rgb(0, 0, 0) : point->matte(to_camera, to_light);
-  return value;
+  return point->evaluate(to_camera, to_light, matte);
 }
 
 }  // namespace helio

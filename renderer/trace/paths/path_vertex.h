@@ -59,7 +59,7 @@ struct PathVertex {
 
   // f |cos to_light|, and the density with which the path tracer, coming from `to_camera`, samples `to_light`; deltas
   // excluded. `point`, made for `wo`, saves the making of another where it serves; null: none. matte: if not null, gets
-  // matte_cos() of it; of a Lambert vertex nobody asks.
+  // Bsdf::matte() of it; of a Lambert vertex nobody asks.
   BsdfValue scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
                     const V3f& wo, Rgb* matte = nullptr) const {
     if (!lambert) return scatter_any(scene, to_camera, to_light, point, wo, matte);

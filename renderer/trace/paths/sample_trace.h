@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "renderer/base/cancel.h"
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/bsdf_values.h"
+#include "renderer/trace/bsdf/surface_params.h"
 #include "renderer/trace/lights/light_sampler.h"
 #include "renderer/trace/paths/path_integrator.h"
 

@@ -2,8 +2,7 @@
 #include <algorithm>
 
 #include "renderer/scene/description/material_slots.h"
-#include "renderer/trace/bsdf/bsdf_microfacet.h"
-#include "renderer/trace/bsdf/bsdf_plastic.h"
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "renderer/trace/scene/surface_layers.h"
 #include "renderer/trace/scene/surface_numbers.h"

@@ -10,7 +10,7 @@
 #include "renderer/scene/images/environment.h"
 #include "renderer/scene/images/texture.h"
 #include "renderer/trace/accel/accel.h"
-#include "renderer/trace/bsdf/bsdf.h"
+#include "renderer/trace/bsdf/surface_params.h"
 #include "renderer/trace/lights/light_sampler.h"
 #include "renderer/trace/scene/render_scene.h"
 

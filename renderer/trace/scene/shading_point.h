@@ -1,6 +1,9 @@
 // A point of a surface as it is looked at: its material's parameters as the path kernels see them at a vertex.
 #pragma once
 
+#include <optional>
+
+#include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/scene/surface.h"
 #include "renderer/trace/scene/surface_layers.h"
@@ -34,8 +37,13 @@ struct ShadingPoint {
       params.layers = &layers;
     }
     black = material.one_sided && !surface.front;
+    wo_ = wo;
+    bsdf_.emplace(params, frame.to_local(wo));
   }
   ShadingPoint(const ShadingPoint&) = delete;
+
+  // Along the direction that it is looked at.
+  const Bsdf& bsdf() const { return *bsdf_; }
 
   // On the side of the frame's normal that the surface's own is on.
   V3f geometric_normal() const {
@@ -43,15 +51,17 @@ struct ShadingPoint {
   }
 
   // f |cos wi| of unit world directions and the density of wi; black where the shading normal admits a direction that
-  // the geometry does not, which would leak light.
-  BsdfValue evaluate(const V3f& wo, const V3f& wi) const {
+  // the geometry does not, which would leak light. matte: if not null, gets Bsdf::matte() of it.
+  BsdfValue evaluate(const V3f& wo, const V3f& wi, Rgb* matte = nullptr) const {
     const V3f local = frame.to_local(wi);
+    if (matte) *matte = Rgb(0, 0, 0);
     if (black || !(dot(geometric_normal(), wi) * local.z > 0)) return {};
-    return evaluate_bsdf(params, frame.to_local(wo), local);
+    std::optional<Bsdf> other;
+    const Bsdf& seen = wo == wo_ ? *bsdf_ : other.emplace(params, frame.to_local(wo));
+    const BsdfValue value = seen.evaluate(local);
+    if (matte && !is_black(value.f_cos)) *matte = seen.matte(local);
+    return value;
   }
-
-  // matte_cos() of that, where it is not black.
-  Rgb matte(const V3f& wo, const V3f& wi) const { return matte_cos(params, frame.to_local(wo), frame.to_local(wi)); }
 
  private:
   static float camera_footprint(const SceneData& scene, const Camera& camera, const Ray& ray, const Hit& hit) {
@@ -59,6 +69,9 @@ struct ShadingPoint {
     cone.advance(hit.t);
     return cone.footprint(dot(make_surface<true>(scene, ray, hit).geometric_normal, ray.direction));
   }
+
+  V3f wo_;
+  std::optional<Bsdf> bsdf_;
 };
 
 }  // namespace helio

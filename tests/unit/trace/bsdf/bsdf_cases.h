@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/trace/bsdf/bsdf.h"
+#include "tests/unit/trace/bsdf/bsdf_questions.h"
 
 namespace helio::test {
 

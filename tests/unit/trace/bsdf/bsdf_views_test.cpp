@@ -6,8 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/unit/trace/bsdf/layer_cases.h"
-#include "tests/unit/trace/bsdf/mitsuba_cases.h"
+#include "tests/unit/trace/bsdf/all_cases.h"
 
 namespace helio::test {
 namespace {
@@ -49,8 +48,9 @@ TEST(BsdfViews, AreThoseOfEachDirectionToTheBit) {
   int bright = 0;
   for (const SurfaceParams& params : surfaces()) {
     for (const V3f& first : directions) {
+      const Bsdf bsdf(params, first);
       for (const V3f& second : directions) {
-        const BsdfViews views(params, first, second);
+        const BsdfViews views(bsdf, params, second);
         for (const V3f& wi : directions) {
           const BsdfViews::Values values = views.f_cos(wi);
           EXPECT_EQ(values.first, evaluate_bsdf(params, first, wi).f_cos);
@@ -58,27 +58,12 @@ TEST(BsdfViews, AreThoseOfEachDirectionToTheBit) {
           EXPECT_EQ(views.second_f_cos(wi), values.second);
           EXPECT_TRUE(near(values.first_matte, matte_cos(params, first, wi)));
           EXPECT_TRUE(near(values.second_matte, matte_cos(params, second, wi)));
-          EXPECT_EQ(MatteBsdf(params, first).f_cos(wi), matte_cos(params, first, wi));
           bright += values.first.x > 0;
         }
       }
     }
   }
   EXPECT_GT(bright, 500);
-}
-
-// All models, layers and blends, from outside and from inside.
-std::vector<NamedMaterial> all_materials() {
-  std::vector<NamedMaterial> all = materials_at(MicrofacetDistribution::ggx, 0.2f);
-  for (const auto& more : {layered_materials(0.2f, false), mitsuba_materials(0.2f, false)})
-    all.insert(all.end(), more.begin(), more.end());
-  all.push_back(lambert_material());
-  NamedMaterial mapped = all[2];
-  mapped.params.mapped = true;
-  mapped.params.map_normal = normalize(V3f(0.2f, -0.1f, 1));
-  mapped.params.map_alpha2 = 0.1f;
-  all.push_back({"mapped", mapped.params});
-  return all;
 }
 
 // What is matte is part of what is scattered; the rest is all of it where there are lobes alone, and none of it where

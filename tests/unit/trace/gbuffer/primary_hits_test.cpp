@@ -11,6 +11,7 @@
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/scene/scene_data.h"
 #include "tests/support/test_scenes.h"
+#include "tests/unit/trace/bsdf/bsdf_questions.h"
 
 namespace helio::test {
 namespace {
