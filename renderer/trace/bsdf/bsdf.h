@@ -5,9 +5,9 @@
 // flipped to z > 0 by the caller's choice of frame, never in here.
 #pragma once
 
-#include <optional>
 #include <variant>
 
+#include "renderer/base/late.h"
 #include "renderer/trace/bsdf/bsdf_blend.h"
 #include "renderer/trace/bsdf/bsdf_conductor.h"
 #include "renderer/trace/bsdf/bsdf_lambert.h"
@@ -108,7 +108,7 @@ class BlendBsdf {
   using Part = BsdfOf<InnerBlendBsdf>;
 
   const float weight_;
-  std::optional<Part> first_, second_;
+  Late<Part> first_, second_;
 };
 
 extern template class BsdfOf<InnerBlendBsdf>;

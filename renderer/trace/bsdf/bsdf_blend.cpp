@@ -11,7 +11,7 @@ BlendBsdf::BlendBsdf(const SurfaceParams& params, const V3f& wo) : weight_(param
 
 BsdfValue BlendBsdf::evaluate(const V3f& wi) const {
   BsdfValue value;
-  const auto add = [&](const std::optional<Part>& part, float share) {
+  const auto add = [&](const Late<Part>& part, float share) {
     if (!part) return;
     const BsdfValue own = part->evaluate(wi);
     value.f_cos += own.f_cos * share;
@@ -33,7 +33,7 @@ BsdfSample BlendBsdf::sample(float u_lobe, const V2f& u) const {
   const bool second = u_lobe < weight_;
   const float share = second ? weight_ : 1 - weight_;
   const float rest = second ? u_lobe / share : (u_lobe - weight_) / share;
-  const std::optional<Part>&own = second ? second_ : first_, &other = second ? first_ : second_;
+  const Late<Part>&own = second ? second_ : first_, &other = second ? first_ : second_;
   if (!own) return {};
   BsdfSample sample = own->sample(std::clamp(rest, 0.0f, kOneMinusEpsilon), u);
   if (!sample.valid()) return sample;

@@ -65,7 +65,7 @@ FacetResponse facet_response(const LayeredLobes& lobes, float cos_i) {
 }
 
 AlbedoTerms albedo_terms(const LayeredLobes& lobes, float mu) {
-  return directional_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha, mu);
+  return directional_albedo(lobes.albedo_row, mu);
 }
 
 bool rescatters(const LayeredLobes& lobes) {
@@ -80,7 +80,7 @@ struct Rescattering {
 
 Rescattering rescattering_of(const LayeredLobes& lobes) {
   const Microfacet& facets = lobes.microfacet;
-  const float loss = mean_albedo(facets.distribution, facets.alpha).loss;
+  const float loss = mean_albedo(lobes.albedo_row).loss;
   if (!(loss > 0)) return {};
   float metal = lobes.metal;
   if (is_anisotropic(facets.distribution)) {
@@ -100,7 +100,7 @@ Rgb base_entry(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
 }
 Rgb base_exit(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
-  const AlbedoTerms mean = mean_albedo(lobes.microfacet.distribution, lobes.microfacet.alpha);
+  const AlbedoTerms mean = mean_albedo(lobes.albedo_row);
   const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
   return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
 }
@@ -158,7 +158,7 @@ LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi) {
     arrival.cosine_pdf = cosine_hemisphere_pdf_w(wi.z);
     if (base) arrival.base_exit = base_exit(lobes, terms, wi.z);
     arrival.loss = terms.loss;
-    if (metal) arrival.loss_pdf = loss_pdf_w(lobes.microfacet.distribution, lobes.microfacet.alpha, wi.z);
+    if (metal) arrival.loss_pdf = loss_pdf_w(lobes.albedo_row, wi.z);
   }
   if (!lobes.mirror) arrival.masking = lobes.microfacet.masking(wi);
   return arrival;
@@ -269,7 +269,7 @@ BsdfSample sample_facets(const LayeredLobes& lobes, const LayeredView& view, flo
 }
 
 V3f sample_rescattered(const LayeredLobes& lobes, const V2f& u) {
-  const float mu = sample_loss_cosine(lobes.microfacet.distribution, lobes.microfacet.alpha, u.y);
+  const float mu = sample_loss_cosine(lobes.albedo_row, u.y);
   const float sine = safe_sqrt((1 - mu) * (1 + mu)), phi = kTwoPi * u.x;
   return {sine * std::cos(phi), sine * std::sin(phi), mu};
 }

@@ -42,6 +42,7 @@ enum class Passage : std::uint8_t { none, thin, refract, straight };
 
 struct LayeredLobes {
   Microfacet microfacet;  // alpha 0: mirror
+  AlbedoRow albedo_row;   // of its distribution and alpha
   bool mirror = false;    // reflection and transmission are deltas
 
   // Schlick part of the reflection: r0 + (r90 - r0) (1 - cos)^5.

@@ -10,6 +10,7 @@ namespace {
 void set_roughness(const SurfaceParams& params, LayeredLobes& lobes) {
   lobes.mirror = params.alpha < kDeltaAlpha;
   lobes.microfacet = microfacet_of(params);
+  lobes.albedo_row = albedo_row(lobes.microfacet.distribution, lobes.microfacet.alpha);
 }
 
 void set_transmission(const SurfaceParams& params, bool inside, float share, const Rgb& f0, LayeredLobes& lobes) {

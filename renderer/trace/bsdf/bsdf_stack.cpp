@@ -55,6 +55,7 @@ StackBsdf::StackBsdf(const SurfaceParams& params, bool inside)
       base_.microfacet.alpha_across = std::max(across, kDeltaAlpha);
       base_.microfacet.along = layers.anisotropy_direction;
       base_.microfacet.alpha = std::sqrt(along * base_.microfacet.alpha_across);
+      base_.albedo_row = albedo_row(base_.microfacet.distribution, base_.microfacet.alpha);
     }
   }
   if (layers.iridescence > 0 && layers.film_thickness > 0) {
@@ -101,9 +102,8 @@ StackBsdf::Passing StackBsdf::shared(const V3f& wi) const {
 
 void StackBsdf::look_from(const V3f& wo) {
   if (base_.film && (!is_black(base_.diffuse) || !is_black(far_diffuse_))) {
-    filmed_base_ = FilmedBase::recent(film_, base_.coat_f0, film_.glass_weight, base_.microfacet.distribution,
-                                      base_.microfacet.alpha);
-    base_.filmed_base = &*filmed_base_;
+    base_.filmed_base = &filmed_base_.emplace(FilmedBase::recent(
+        film_, base_.coat_f0, film_.glass_weight, base_.microfacet.distribution, base_.microfacet.alpha));
   }
   wo_ = wo;
   base_view_ = view_along(base_, wo);

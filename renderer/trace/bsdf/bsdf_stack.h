@@ -18,15 +18,14 @@
 // What a white furnace gets back is in scenes/README.md, printed by the test BsdfStack.LossesAreAsDocumented.
 #pragma once
 
-#include <optional>
-
+#include "renderer/base/late.h"
 #include "renderer/trace/bsdf/bsdf_layered.h"
 #include "renderer/trace/bsdf/surface_params.h"
 
 namespace helio {
 
-// The layers of one surface, with the choice between them for one wo. Conventions: see bsdf.h. Its matte part is that of
-// the base, and diffuse transmission.
+// The layers of one surface, with the choice between them for one wo. Conventions: see bsdf.h. Its matte part is that
+// of the base, and diffuse transmission.
 class StackBsdf {
  public:
   // params.layers is set; inside: wo was inside the volume and has been mirrored.
@@ -70,7 +69,7 @@ class StackBsdf {
   const bool inside_, thin_;
   LayeredLobes base_;
   ThinFilm film_;
-  std::optional<FilmedBase> filmed_base_;
+  Late<FilmedBase> filmed_base_;
   Rgb far_diffuse_{0, 0, 0};
   float coat_ = 0, coat_alpha_ = 0;
   Frame coat_frame_;  // about its normal

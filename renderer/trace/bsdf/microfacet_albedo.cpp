@@ -170,8 +170,8 @@ std::unique_ptr<const AlbedoTable> build_table(MicrofacetDistribution distributi
 }
 
 template <typename Terms>
-Terms look_up(const std::array<std::array<Terms, kMuNodes>, kAlphaNodes>& table, float alpha, float mu) {
-  const CellPosition row = locate_alpha(alpha), column = locate(fourth_root(mu), kMuNodes);
+Terms look_up(const std::array<std::array<Terms, kMuNodes>, kAlphaNodes>& table, const AlbedoRow& row, float mu) {
+  const CellPosition column = locate(fourth_root(mu), kMuNodes);
   const std::size_t i = std::size_t(column.index), j = std::size_t(row.index);
   const auto& low = table[j];
   const auto& high = table[j + 1];
@@ -179,8 +179,7 @@ Terms look_up(const std::array<std::array<Terms, kMuNodes>, kAlphaNodes>& table,
 }
 
 template <typename Terms>
-Terms look_up(const std::array<Terms, kAlphaNodes>& means, float alpha) {
-  const CellPosition row = locate_alpha(alpha);
+Terms look_up(const std::array<Terms, kAlphaNodes>& means, const AlbedoRow& row) {
   return mix(means[std::size_t(row.index)], means[std::size_t(row.index) + 1], row.t);
 }
 
@@ -195,18 +194,18 @@ float squared_node(int i) {
 // What is lost below each node, for one alpha.
 class LostBelow {
  public:
-  LostBelow(const AlbedoTable& table, float alpha)
-      : row_(locate_alpha(alpha)),
-        low_(table.lost_below[std::size_t(row_.index)]),
-        high_(table.lost_below[std::size_t(row_.index) + 1]) {}
+  LostBelow(const AlbedoTable& table, const AlbedoRow& row)
+      : t_(row.t),
+        low_(table.lost_below[std::size_t(row.index)]),
+        high_(table.lost_below[std::size_t(row.index) + 1]) {}
 
   float operator[](int i) const {
-    return low_[std::size_t(i)] + (high_[std::size_t(i)] - low_[std::size_t(i)]) * row_.t;
+    return low_[std::size_t(i)] + (high_[std::size_t(i)] - low_[std::size_t(i)]) * t_;
   }
   float all() const { return (*this)[kMuNodes - 1]; }
 
  private:
-  CellPosition row_;
+  float t_;
   const std::array<float, kMuNodes>&low_, &high_;
 };
 
@@ -222,25 +221,30 @@ const AlbedoTable& table_of(MicrofacetDistribution distribution) {
 
 }  // namespace
 
-AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu) {
-  return look_up(table_of(distribution).directional, alpha, mu);
+AlbedoRow albedo_row(MicrofacetDistribution distribution, float alpha) {
+  const CellPosition position = locate_alpha(alpha);
+  return {distribution, position.index, position.t};
 }
 
-AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha) {
-  return look_up(table_of(distribution).mean, alpha);
+AlbedoTerms directional_albedo(const AlbedoRow& row, float mu) {
+  return look_up(table_of(row.distribution).directional, row, mu);
 }
 
-CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu) {
-  return look_up(table_of(distribution).directional_weights, alpha, mu);
+AlbedoTerms mean_albedo(const AlbedoRow& row) {
+  return look_up(table_of(row.distribution).mean, row);
 }
 
-CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha) {
-  return look_up(table_of(distribution).mean_weights, alpha);
+CosineWeights directional_weights(const AlbedoRow& row, float mu) {
+  return look_up(table_of(row.distribution).directional_weights, row, mu);
 }
 
-float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u) {
+CosineWeights mean_weights(const AlbedoRow& row) {
+  return look_up(table_of(row.distribution).mean_weights, row);
+}
+
+float sample_loss_cosine(const AlbedoRow& row, float u) {
   if (u >= kByLoss) return std::sqrt((u - kByLoss) / (1 - kByLoss));
-  const LostBelow below(table_of(distribution), alpha);
+  const LostBelow below(table_of(row.distribution), row);
   const float wanted = u / kByLoss * below.all();
   int cell = 0, end = kMuNodes - 1;
   while (end - cell > 1) {
@@ -252,8 +256,8 @@ float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float
   return std::sqrt(squared_node(cell) + (squared_node(cell + 1) - squared_node(cell)) * t);
 }
 
-float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu) {
-  const LostBelow below(table_of(distribution), alpha);
+float loss_pdf_w(const AlbedoRow& row, float mu) {
+  const LostBelow below(table_of(row.distribution), row);
   const int cell = locate(fourth_root(mu), kMuNodes).index;
   const float squares = squared_node(cell + 1) - squared_node(cell), all = below.all();
   const float by_loss = all > 0 ? (below[cell + 1] - below[cell]) / (all * squares) : 1.0f;

@@ -46,23 +46,37 @@ struct CosineWeights {
   std::array<float, kNodes> w{};
 };
 
+// Where an alpha lies between the nodes of a distribution's tables: made once for lookups of many cosines.
+struct AlbedoRow {
+  MicrofacetDistribution distribution = MicrofacetDistribution::ggx;
+  int index = 0;
+  float t = 0;
+};
+AlbedoRow albedo_row(MicrofacetDistribution distribution, float alpha);
+
 // mu = cosine of the direction, [0, 1]; alpha in [0, 1], 0 being the mirror. Interpolated from a table; absolute error
 // below 0.002 for alpha 0 and from kDeltaAlpha on. The table of a distribution is computed on first use (about 70 ms)
 // and then immutable.
-AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu);
+AlbedoTerms directional_albedo(const AlbedoRow& row, float mu);
+inline AlbedoTerms directional_albedo(MicrofacetDistribution distribution, float alpha, float mu) {
+  return directional_albedo(albedo_row(distribution, alpha), mu);
+}
 
 // Cosine-weighted mean of directional_albedo over the hemisphere, exact for its interpolant.
-AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha);
+AlbedoTerms mean_albedo(const AlbedoRow& row);
+inline AlbedoTerms mean_albedo(MicrofacetDistribution distribution, float alpha) {
+  return mean_albedo(albedo_row(distribution, alpha));
+}
 
 // Directional and mean as above.
-CosineWeights directional_weights(MicrofacetDistribution distribution, float alpha, float mu);
-CosineWeights mean_weights(MicrofacetDistribution distribution, float alpha);
+CosineWeights directional_weights(const AlbedoRow& row, float mu);
+CosineWeights mean_weights(const AlbedoRow& row);
 
 // Directions by what facets lose of the light from them: the density follows loss cos, in steps of the table, for
 // seven eighths of them; the others follow the cosine alone. The sampled cosine for u in [0, 1); and the density per
 // solid angle for a cosine.
-float sample_loss_cosine(MicrofacetDistribution distribution, float alpha, float u);
-float loss_pdf_w(MicrofacetDistribution distribution, float alpha, float mu);
+float sample_loss_cosine(const AlbedoRow& row, float u);
+float loss_pdf_w(const AlbedoRow& row, float mu);
 
 // The numbers behind directional_albedo(), mean_albedo() and the two above, for devices that look them up themselves:
 // rows over nodes of the cosine, one a node of alpha. Valid until the program ends.

@@ -6,7 +6,7 @@
 namespace helio {
 
 FilmedBase::FilmedBase(const ThinFilm& film, float bare_f0, float f90, MicrofacetDistribution distribution, float alpha)
-    : distribution_(distribution), alpha_(alpha), f90_(f90) {
+    : row_(albedo_row(distribution, alpha)), f90_(f90) {
   // At a cosine of 0 all reflect f90 and q is a limit: taken close to it.
   constexpr float kLeastCosine = 0.01f;
   for (std::size_t k = 0; k < q_.size(); ++k) {
@@ -27,7 +27,7 @@ FilmedBase::FilmedBase(const ThinFilm& film, float bare_f0, float f90, Microface
       largest_[c] = std::clamp(q_[k][c], largest_[c], 1.0f);
     }
   }
-  const Rgb mean = entering(mean_albedo(distribution, alpha), mean_weights(distribution, alpha));
+  const Rgb mean = entering(mean_albedo(row_), mean_weights(row_));
   for (int c = 0; c < 3; ++c) per_mean_[c] = mean[c] > 0 ? 1 / mean[c] : 0.0f;
 }
 
@@ -47,7 +47,7 @@ Rgb FilmedBase::entering(const AlbedoTerms& terms, const CosineWeights& weights)
 }
 
 Rgb FilmedBase::entering(float mu) const {
-  return entering(directional_albedo(distribution_, alpha_, mu), directional_weights(distribution_, alpha_, mu));
+  return entering(directional_albedo(row_, mu), directional_weights(row_, mu));
 }
 
 Rgb FilmedBase::leaving(float mu) const {

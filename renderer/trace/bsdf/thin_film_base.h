@@ -31,8 +31,8 @@ class FilmedBase {
  private:
   Rgb entering(const AlbedoTerms& terms, const CosineWeights& weights) const;
 
-  MicrofacetDistribution distribution_;
-  float alpha_, f90_;
+  AlbedoRow row_;
+  float f90_;
   std::array<Rgb, CosineWeights::kNodes> q_;
   Rgb largest_{0, 0, 0};
   Rgb per_mean_{0, 0, 0};  // 1 / T_mean

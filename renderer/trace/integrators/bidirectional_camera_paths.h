@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "renderer/film/splats/splat_buffer.h"
 #include "renderer/trace/bsdf/bsdf_lambert.h"
@@ -168,9 +167,9 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
     if (material.emissive && shows(0, vertex + 1)) add_emission(vertex, i, hit, surface);
 
-    std::optional<ShadingPoint> made;  // of all that is not Lambert
+    Late<ShadingPoint> made;  // of all that is not Lambert
     if (!at.lambert) made.emplace(scene_, hit, surface, to_camera, at.footprint);
-    const ShadingPoint* point = made ? &*made : nullptr;
+    const ShadingPoint* point = made.get();
     const bool black = material.one_sided && !surface.front;
     const Frame frame = point ? point->frame : Frame(at.facing_normal());
     const V3f wo = frame.to_local(to_camera);
@@ -291,9 +290,9 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
     if (is_black(camera_value.f_cos)) return;
     recorder_.connection_value(direction, camera_value);
-    std::optional<ShadingPoint> from_camera;  // the light vertex
+    Late<ShadingPoint> from_camera;  // the light vertex
     if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
-    const ShadingPoint* light_point = from_camera ? &*from_camera : nullptr;
+    const ShadingPoint* light_point = from_camera.get();
     const BsdfValue light_value = light.scatter(scene_, back, to_light, light_point, back);
     if (is_black(light_value.f_cos)) return;
     const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;

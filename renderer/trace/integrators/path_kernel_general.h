@@ -1,8 +1,7 @@
 // The kernel for everything: one vertex of one path after the other. Recorder: as path_recorder.h has them.
 #pragma once
 
-#include <optional>
-
+#include "renderer/base/late.h"
 #include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/integrators/path_kernel_base.h"
 #include "renderer/trace/scene/surface_layers.h"
@@ -87,7 +86,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
 
     const bool black = material.one_sided && !surface.front;
     const bool ends = black || vertex >= task_.settings.max_segments || params.model == LobeModel::none;
-    std::optional<Bsdf> bsdf;  // of all that is not Lambert
+    Late<Bsdf> bsdf;  // of all that is not Lambert
     if (!lambert && !(ends && vertex > 1)) bsdf.emplace(params, wo);
     if (vertex == 1) {
       const Rgb albedo = black ? Rgb(0, 0, 0) : lambert ? params.base_color : bsdf->albedo();
@@ -95,7 +94,7 @@ class GeneralKernel : public PathKernelBase<GeneralKernel<Recorder>, Recorder> {
       b.first[i] = {albedo, seen, hit.t, hit.primitive};
     }
     recorder_.surface(i, surface, params, normal, geometric_normal, black);
-    recorder_.scattering(bsdf ? &*bsdf : nullptr);
+    recorder_.scattering(bsdf.get());
     if (ends) return false;
 
     // Sample a light and weight it against the BSDF's finding it.

@@ -1,7 +1,6 @@
 #include "renderer/trace/paths/light_paths.h"
 
 #include <limits>
-#include <optional>
 
 #include "renderer/trace/bsdf/bsdf_lambert.h"
 #include "renderer/trace/paths/enclosing_media.h"
@@ -94,7 +93,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   const V3f to_light = -ray.direction;
   if (state.media.count > 0) state.throughput *= transmittance(scene, state.media, hit.t);
 
-  std::optional<ShadingPoint> point;  // of all that is not Lambert
+  Late<ShadingPoint> point;  // of all that is not Lambert
   if (!vertex.lambert) point.emplace(scene, hit, surface, to_light, vertex.footprint);
   if (point && point->params.model == LobeModel::none) return false;
   const bool pure_delta = point ? point->bsdf().is_pure_delta() : is_black(vertex.albedo);
@@ -147,7 +146,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
     weight = sample.weight * (sample.eta * sample.eta * (cos_in_s * cos_out) / (cos_in * cos_out_s));
     state.mis.scatter_delta(cos_out);
   } else {
-    const BsdfValue seen = vertex.scatter(scene, direction, to_light, point ? &*point : nullptr, to_light);
+    const BsdfValue seen = vertex.scatter(scene, direction, to_light, point.get(), to_light);
     weight = adjoint_weight(vertex, seen.f_cos, direction, to_light) * (1 / sample.pdf_w);
     state.mis.scatter(sample.pdf_w, seen.pdf_w, cos_out, counts);
   }

@@ -40,7 +40,7 @@ bool PathVertex::serves(const SceneData& scene, const ShadingPoint& point, const
 
 BsdfValue PathVertex::scatter_any(const SceneData& scene, const V3f& to_camera, const V3f& to_light,
                                   const ShadingPoint* point, const V3f& wo, Rgb* matte) const {
-  std::optional<ShadingPoint> made;
+  Late<ShadingPoint> made;
   if (!point || !serves(scene, *point, wo, to_camera))
     point = &made.emplace(scene, hit, seen_from(to_camera), to_camera, footprint);
   return point->evaluate(to_camera, to_light, matte);

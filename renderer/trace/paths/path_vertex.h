@@ -7,8 +7,6 @@
 // follows from it (adjoint_weight).
 #pragma once
 
-#include <optional>
-
 #include "renderer/trace/sampling/warp.h"
 #include "renderer/trace/scene/media.h"
 #include "renderer/trace/scene/shading_point.h"
@@ -53,7 +51,7 @@ struct PathVertex {
   bool keeps_its_point() const { return !lambert && surface.material->params.model != LobeModel::blend; }
 
   // The point for scatter() that looks along the unit direction.
-  void look_from(const SceneData& scene, const V3f& direction, std::optional<ShadingPoint>& point) const {
+  void look_from(const SceneData& scene, const V3f& direction, Late<ShadingPoint>& point) const {
     point.emplace(scene, hit, seen_from(direction), direction, footprint);
   }
 

@@ -1,8 +1,7 @@
 // A point of a surface as it is looked at: its material's parameters as the path kernels see them at a vertex.
 #pragma once
 
-#include <optional>
-
+#include "renderer/base/late.h"
 #include "renderer/trace/bsdf/bsdf.h"
 #include "renderer/trace/camera/camera.h"
 #include "renderer/trace/scene/surface.h"
@@ -56,7 +55,7 @@ struct ShadingPoint {
     const V3f local = frame.to_local(wi);
     if (matte) *matte = Rgb(0, 0, 0);
     if (black || !(dot(geometric_normal(), wi) * local.z > 0)) return {};
-    std::optional<Bsdf> other;
+    Late<Bsdf> other;
     const Bsdf& seen = wo == wo_ ? *bsdf_ : other.emplace(params, frame.to_local(wo));
     const BsdfValue value = seen.evaluate(local);
     if (matte && !is_black(value.f_cos)) *matte = seen.matte(local);
@@ -71,7 +70,7 @@ struct ShadingPoint {
   }
 
   V3f wo_;
-  std::optional<Bsdf> bsdf_;
+  Late<Bsdf> bsdf_;
 };
 
 }  // namespace helio
