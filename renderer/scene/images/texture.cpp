@@ -59,13 +59,18 @@ float channel_value(const std::uint8_t* texel, int channel, bool alpha) {
   }
 }
 
-template <TexelFormat Format, bool Srgb>
-V4f read_texel(const std::uint8_t* texel, int channels) {
-  const auto get = [&](int channel, bool alpha) { return channel_value<Format, Srgb>(texel, channel, alpha); };
-  if (channels >= 3) return {get(0, false), get(1, false), get(2, false), channels == 4 ? get(3, true) : 1.0f};
-  const float grey = get(0, false);
-  return {grey, grey, grey, channels == 2 ? get(1, true) : 1.0f};
-}
+// The texel at an address. A type for each kind, so that taps are read in place. Channels: of the image, where that is
+// known here; 0: `channels` are.
+template <TexelFormat Format, bool Srgb, int Channels = 0>
+struct TexelReader {
+  V4f operator()(const std::uint8_t* texel, int channels) const {
+    if constexpr (Channels != 0) channels = Channels;
+    const auto get = [&](int channel, bool alpha) { return channel_value<Format, Srgb>(texel, channel, alpha); };
+    if (channels >= 3) return {get(0, false), get(1, false), get(2, false), channels == 4 ? get(3, true) : 1.0f};
+    const float grey = get(0, false);
+    return {grey, grey, grey, channels == 2 ? get(1, true) : 1.0f};
+  }
+};
 
 constexpr std::size_t bytes_of(TexelFormat format) {
   return format == TexelFormat::u8 ? 1 : format == TexelFormat::f32 ? 4 : 2;
@@ -127,22 +132,27 @@ V4f filter_bilinear(const Taps& x, const Taps& y, const Fetch& fetch) {
   return mix(top, bottom, y.weight);
 }
 
-// Calls f with a texel reader of the format and encoding: f(read) where read(pointer, channels) -> V4f. The choice is
-// made once per lookup, not once per texel.
+// f(read) where read(pointer, channels) -> V4f. The choice is made once per lookup, not once per texel.
+template <TexelFormat Format, int Channels = 0, class F>
+V4f with_encoding(TexelEncoding encoding, const F& f) {
+  return encoding == TexelEncoding::srgb ? f(TexelReader<Format, true, Channels>())
+                                         : f(TexelReader<Format, false, Channels>());
+}
 template <class F>
-decltype(auto) with_reader(TexelFormat format, TexelEncoding encoding, F&& f) {
-  const bool srgb = encoding == TexelEncoding::srgb;
+V4f with_reader(TexelFormat format, TexelEncoding encoding, int channels, const F& f) {
   switch (format) {
     case TexelFormat::u8:
-      return srgb ? f(read_texel<TexelFormat::u8, true>) : f(read_texel<TexelFormat::u8, false>);
+      return channels == 3   ? with_encoding<TexelFormat::u8, 3>(encoding, f)
+             : channels == 4 ? with_encoding<TexelFormat::u8, 4>(encoding, f)
+                             : with_encoding<TexelFormat::u8>(encoding, f);
     case TexelFormat::u16:
-      return srgb ? f(read_texel<TexelFormat::u16, true>) : f(read_texel<TexelFormat::u16, false>);
+      return with_encoding<TexelFormat::u16>(encoding, f);
     case TexelFormat::f16:
-      return srgb ? f(read_texel<TexelFormat::f16, true>) : f(read_texel<TexelFormat::f16, false>);
+      return with_encoding<TexelFormat::f16>(encoding, f);
     case TexelFormat::f32:
       break;
   }
-  return srgb ? f(read_texel<TexelFormat::f32, true>) : f(read_texel<TexelFormat::f32, false>);
+  return with_encoding<TexelFormat::f32>(encoding, f);
 }
 
 // Compares stored alpha with the bits of 1 in the image's format.
@@ -258,7 +268,7 @@ V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv) const {
   const V2f t = transform_uv(slot, uv);
   const float u = safe_coordinate(t.x), v = safe_coordinate(t.y);
   const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
-  return with_reader(view.format, slot.encoding, [&](auto read) {
+  return with_reader(view.format, slot.encoding, view.channels, [&](auto read) {
     const auto fetch = [&](int x, int y) {
       return read(view.texels + (std::size_t(y) * std::size_t(view.width) + std::size_t(x)) * stride, view.channels);
     };
@@ -293,14 +303,14 @@ V4f TextureTable::texel(int image, TexelEncoding encoding, int x, int y) const {
   const View& view = views_[std::size_t(image)];
   const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
   const std::uint8_t* at = view.texels + (std::size_t(y) * std::size_t(view.width) + std::size_t(x)) * stride;
-  return with_reader(view.format, encoding, [&](auto read) { return read(at, view.channels); });
+  return with_reader(view.format, encoding, view.channels, [&](auto read) { return read(at, view.channels); });
 }
 
 V4f TextureTable::mean(int image, TexelEncoding encoding) const {
   const View& view = views_[std::size_t(image)];
   const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
   const std::size_t count = std::size_t(view.width) * std::size_t(view.height);
-  return with_reader(view.format, encoding, [&](auto read) {
+  return with_reader(view.format, encoding, view.channels, [&](auto read) {
     Imath::Vec4<double> sum(0, 0, 0, 0);
     for (std::size_t i = 0; i < count; ++i) sum += Imath::Vec4<double>(read(view.texels + i * stride, view.channels));
     return V4f(sum / double(count));

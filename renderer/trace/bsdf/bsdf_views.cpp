@@ -11,8 +11,9 @@ BsdfViews::Values BsdfViews::f_cos(const V3f& wi) const {
     return {first_.evaluate(wi).f_cos, second_.evaluate(wi).f_cos, first_.matte(wi), second_.matte(wi)};
   const LayeredLobes& lobes = one->lobes();  // the other's, too
   const LayeredArrival arrival = arrival_along(lobes, wi);
-  return {evaluate_reflected(lobes, one->view(), arrival).f_cos, evaluate_reflected(lobes, other->view(), arrival).f_cos,
-          matte_reflected(lobes, one->view(), arrival), matte_reflected(lobes, other->view(), arrival)};
+  return {evaluate_reflected(lobes, one->view(), arrival).f_cos,
+          evaluate_reflected(lobes, other->view(), arrival).f_cos, matte_reflected(lobes, one->view(), arrival),
+          matte_reflected(lobes, other->view(), arrival)};
 }
 
 }  // namespace helio

@@ -5,8 +5,8 @@
 
 namespace helio {
 
-// Bsdf::evaluate() along two wo, to the bit, and Bsdf::matte(), but for rounding, for many wi. What depends on a wi alone
-// is worked out once for both, for the models that have but one interface.
+// Bsdf::evaluate() along two wo, to the bit, and Bsdf::matte(), but for rounding, for many wi. What depends on a wi
+// alone is worked out once for both, for the models that have but one interface.
 class BsdfViews {
  public:
   // `first` is the Bsdf of `params` along one wo, and outlives this; second: the other wo, local, unit.
