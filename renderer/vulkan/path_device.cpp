@@ -56,7 +56,9 @@ class VulkanPathDevice final : public PathDevice {
   }
 
   Status prepare(const SceneOnDevice& scene) override {
-    return uploaded(scene).tracer->prepare(*uploaded(scene).scene);
+    Status prepared = uploaded(scene).tracer->prepare(*uploaded(scene).scene);
+    if (uploaded(scene).tracer->device()->lost()) failed_.store(true, std::memory_order_relaxed);
+    return prepared;
   }
 
   Result<bool> trace(const SceneOnDevice& scene, const Camera& camera, const PathSettings& settings,

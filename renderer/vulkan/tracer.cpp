@@ -122,6 +122,9 @@ Result<std::shared_ptr<Tracer>> Tracer::create(std::shared_ptr<Device> device) {
   const GaussianPieces pieces = gaussian_pieces();
   std::vector<double> numbers(pieces.density.begin(), pieces.density.end());
   numbers.insert(numbers.end(), pieces.integral.begin(), pieces.integral.end());
+  constexpr std::uint64_t kAlignment = 256;
+  if (Status room = tracer->arena_.reserve(numbers.size() * sizeof(double) + kAlignment); !room)
+    return std::move(room).error();
   auto filter = tracer->arena_.upload_vector(numbers, "the pixel filter");
   if (!filter) return std::move(filter).error();
   tracer->filter_ = *filter;
@@ -222,7 +225,7 @@ Result<double> Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint6
   if (!ran) return std::move(ran).error();
   // The queue works in order: before the last answer it worked for others.
   const double ended = now_s();
-  return ended - std::max(started, last_answer_.exchange(ended));
+  return std::max(0.0, ended - std::max(started, last_answer_.exchange(ended)));
 }
 
 Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const PathSettings& settings,
@@ -269,8 +272,9 @@ Result<bool> Tracer::trace(const DeviceScene& scene, const Camera& camera, const
     const auto worked = dispatch(**pipeline, mine, scene.address(), task);
     if (!worked) return worked.error();
     if (device_seconds) *device_seconds += *worked;
-    const double measured = *worked / double(count);
-    scene.sample_seconds() = float(cost > 0 ? cost + 0.3 * (measured - cost) : measured);
+    // Answers that came together say little of each: the cost falls to a quarter at most at once.
+    const double before = scene.sample_seconds(), measured = std::max(*worked / double(count), before / 4);
+    scene.sample_seconds() = float(before > 0 ? before + 0.3 * (measured - before) : measured);
     first += count;
     done = !cancel.cancelled();
   }

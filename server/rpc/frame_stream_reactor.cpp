@@ -41,6 +41,11 @@ FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   }
 }
 
+// What a change of its scene puts there takes long.
+static bool on_device(const Session& session) {
+  return session.settings().device.kind != RenderDevice::Kind::cpu;
+}
+
 void FrameStreamReactor::OnReadDone(bool ok) {
   const auto attached = session();
   if (!ok) {
@@ -56,7 +61,9 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
     request_.Clear();
     note_unknown(*request);
-    if (request->request_case() == pb::StreamRequest::kSettings) {
+    const auto kind = request->request_case();
+    const bool places = kind == pb::StreamRequest::kScene && attached && on_device(*attached);
+    if (kind == pb::StreamRequest::kSettings || places) {
       handle_later(std::move(request));
     } else if (handle(*request)) {
       tell_ignored();
@@ -76,7 +83,10 @@ void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> r
     if (status) Finish(*std::move(status));  // this may be gone now
   };
   const Status taken = guarded([&]() -> Status {
-    TaskThread& thread = core_.thread_for(request->settings().device());
+    std::string device = request->settings().device();
+    if (const auto attached = session(); attached && request->has_scene())
+      device = to_string(attached->settings().device);
+    TaskThread& thread = core_.thread_for(device);
     const bool submitted = thread.submit([this, request = std::move(request), over] {
       bool read_on = false;
       const Status handled = guarded([&] {

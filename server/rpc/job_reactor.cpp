@@ -86,6 +86,10 @@ void JobReactor::start_over() {
 
 Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobRequest& request) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
+  {
+    const std::lock_guard lock(cancel_mutex_);
+    if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
+  }
   tell_ignored(context, unknown_fields(request));
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);

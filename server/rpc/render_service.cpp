@@ -71,8 +71,14 @@ Later later(ServiceCore& core, const pb::CreateSessionRequest& request) {
   return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
-  if (!request.has_settings()) return {};  // no film is allocated
-  return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
+  std::string device = request.settings().device();
+  if (!request.has_settings()) {
+    const auto session = core.sessions.find(request.session_id(), "session_id");
+    if (!session || request.scene_id().empty()) return {};  // nothing large is allocated
+    device = to_string((*session)->settings().device);
+    if (&core.thread_for(device) == &core.films) return {};
+  }
+  return {&core.thread_for(device), &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::GetServerInfoRequest&) {
   if (core.devices.listed()) return {};

@@ -66,6 +66,8 @@ Result<vulkan::DeviceInfo> RenderDevices::find(const RenderDevice& device) const
     if (info.level != vulkan::Level::none) return info;
     reasons += fmt::format("{}vulkan:{} ({}): {}", reasons.empty() ? "" : "; ", info.index, info.name, info.reason);
   }
+  if (!reasons.empty() && found.late)
+    return Error{ErrorCode::unavailable, name + " is not ready: " + reasons + "; try again in half a minute", "device"};
   if (!reasons.empty())
     return Error{ErrorCode::failed_precondition, name + " cannot trace paths: " + reasons, "device"};
   const std::size_t count = found.devices.size();
@@ -77,11 +79,14 @@ Result<vulkan::DeviceInfo> RenderDevices::find(const RenderDevice& device) const
 Result<std::shared_ptr<vulkan::PathDevice>> RenderDevices::open(const vulkan::DeviceInfo& info,
                                                                 const std::shared_ptr<const RenderScene>& scene,
                                                                 std::shared_ptr<Place>& place) {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard opening(opening_mutex_);
+  std::unique_lock lock(mutex_);
   Open& open = open_[info.index];
   if (!open.device) {
+    lock.unlock();
     auto opened = source_->open(info);
     if (!opened) return Error{ErrorCode::failed_precondition, opened.error().message, "device"};
+    lock.lock();
     open.device = std::move(*opened);
     spdlog::info("vulkan:{} is {}, with {}; paths by {}", info.index, info.name, info.driver,
                  vulkan::level_name(open.device->level()));
@@ -107,7 +112,9 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevi
   const std::lock_guard placing(place->mutex);
   if (auto placed = place->placed.lock()) return placed;
   const auto refused = [&](const Error& error) {
-    return Error{error.code, to_string(device) + ": " + error.to_string(), "device"};
+    // What fails is the device, not the daemon, which `unavailable` would say.
+    const ErrorCode code = error.code == ErrorCode::unavailable ? ErrorCode::failed_precondition : error.code;
+    return Error{code, to_string(device) + ": " + error.to_string(), "device"};
   };
   auto placed = std::make_shared<PlacedScene>();
   placed->name = "vulkan:" + std::to_string(info->index);
@@ -132,7 +139,6 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevi
 void DeviceRendering::keep(const RenderDevice& asked, std::shared_ptr<const PlacedScene> placed) {
   Kept kept{asked, std::move(placed)};
   const std::lock_guard lock(mutex_);
-  if (kept_[0].asked == kept.asked && kept_[0].placed == kept.placed) return;
   std::swap(kept_[1], kept);
   std::swap(kept_[0], kept_[1]);
 }
@@ -151,19 +157,22 @@ void DeviceRendering::release() {
   std::swap(gone, kept_);
 }
 
-bool DeviceRendering::has(const RenderDevice& device, const RenderScene* scene) const {
+bool DeviceRendering::use(const RenderDevice& device, const RenderScene* scene) {
   if (device.kind == RenderDevice::Kind::cpu) return true;
   const std::lock_guard lock(mutex_);
-  return std::any_of(kept_.begin(), kept_.end(), [&](const Kept& kept) {
+  const auto serves = [&](const Kept& kept) {
     return kept.placed && kept.asked == device && (kept.placed->scene.get() == scene || kept.placed->device->lost());
-  });
+  };
+  if (serves(kept_[0])) return true;
+  if (!serves(kept_[1])) return false;
+  std::swap(kept_[0], kept_[1]);
+  return true;
 }
 
-// By places for other scenes; not after release(), nor when the device has failed.
-bool DeviceRendering::dropped(const RenderDevice& device, const RenderScene* scene) const {
-  if (has(device, scene)) return false;
+// For a scene that is not there: the newest that is, whose device may have failed. Null after release().
+std::shared_ptr<const PlacedScene> DeviceRendering::newest() const {
   const std::lock_guard lock(mutex_);
-  return kept_[0].placed != nullptr;
+  return kept_[0].placed;
 }
 
 // Once for each device.
@@ -183,13 +192,10 @@ IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> sce
     const RenderDevice& device = job.settings.device;
     if (device.kind == RenderDevice::Kind::cpu) return cpu(job, cancel, film, stats);
     const auto placed = self->find(device, scene.get());
-    if (!placed) {
-      if (self->dropped(device, scene.get())) self->tell(to_string(device), "does not hold the scene any more");
-      return cpu(job, cancel, film, stats);
-    }
-    const std::string name = fmt::format("{} ({})", placed->name, placed->device->info().name);
-    if (placed->device->lost()) {
-      self->tell(name, "has failed");
+    const auto other = placed ? placed : self->newest();
+    const std::string name = other ? fmt::format("{} ({})", other->name, other->device->info().name) : "";
+    if (!placed || placed->device->lost()) {
+      if (other) self->tell(name, other->device->lost() ? "has failed" : "does not hold the scene any more");
       return cpu(job, cancel, film, stats);
     }
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);

@@ -77,7 +77,8 @@ class RenderDevices {
 
   MemoryAccount& memory_;
   const std::unique_ptr<DeviceSource> source_;  // null: not allowed
-  mutable std::mutex mutex_;                    // not held while a scene is put on a device
+  std::mutex opening_mutex_;                    // held while a device is opened
+  mutable std::mutex mutex_;                    // not held while a device is opened or a scene is put there
   std::map<int, Open> open_;
 };
 
@@ -92,8 +93,9 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   void keep(const RenderDevice& asked, std::shared_ptr<const PlacedScene> placed);
   // Gives back what was kept: frames still in flight go on on the CPU.
   void release();
-  // Whether pictures of this scene by this device need no other place(): it is there, or the device has failed.
-  bool has(const RenderDevice& device, const RenderScene* scene) const;
+  // Whether pictures of this scene by this device need no other place(): it is there, or the device has failed. Counts
+  // as the newest then.
+  bool use(const RenderDevice& device, const RenderScene* scene);
   IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
 
  private:
@@ -103,7 +105,7 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   };
 
   std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
-  bool dropped(const RenderDevice& device, const RenderScene* scene) const;
+  std::shared_ptr<const PlacedScene> newest() const;
   void tell(const std::string& device, const std::string& what);
 
   const Notify notify_;

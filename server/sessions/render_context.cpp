@@ -152,6 +152,10 @@ const LoadedScene& RenderContext::scene() const {
   return *scenes_->current;
 }
 
+void RenderContext::release_device() {
+  device_->release();
+}
+
 std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update update) {
   update.scene = scene->snapshot;
   const auto exchange = [&](std::weak_ptr<const LoadedScene> before) {
@@ -170,8 +174,7 @@ std::uint64_t RenderContext::switch_scene(SceneLease scene, RenderLoop::Update u
 }
 
 Status RenderContext::place(const RenderDevice& device, const std::shared_ptr<const RenderScene>& scene) {
-  if (device.kind == RenderDevice::Kind::cpu) device_->release();
-  if (device_->has(device, scene.get())) return ok_status();
+  if (device_->use(device, scene.get())) return ok_status();
   if (!resources_.devices)
     return Error{ErrorCode::failed_precondition, to_string(device) + ": only the CPU renders here", "device"};
   auto placed = resources_.devices->place(device, scene);

@@ -84,7 +84,7 @@ struct ServiceCore {
   // For requests that may allocate a film: a few that take seconds do not hold up small ones.
   static constexpr std::size_t kMaxWaitingFilms = 4096;
   static constexpr int kFilmThreads = 4;
-  static constexpr int kPlaceThreads = 2;
+  static constexpr int kPlaceThreads = 16;  // most of the time they wait for a driver, or for one another
   static constexpr std::size_t kMaxWaitingLists = 64;
 
   const ServerConfig config;

@@ -112,7 +112,11 @@ Result<std::uint64_t> Session::update(const Change& change) {
   // May throw when memory is out; nothing has changed then.
   const std::uint64_t revision =
       change.scene ? rendering_->switch_scene(std::move(*change.scene), update) : rendering_->loop().update(update);
-  if (update.settings) settings_ = *update.settings;
+  if (update.settings) {
+    if (settings_.device != update.settings->device) rendering_->publisher().tell("");
+    settings_ = *update.settings;
+    if (settings_.device.kind == RenderDevice::Kind::cpu) rendering_->release_device();
+  }
   if (update.budget) budget_ = *update.budget;
   if (update.view) last_view_id_ = update.view->id;
   const auto stream = rendering_->publisher().stream();

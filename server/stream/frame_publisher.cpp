@@ -141,7 +141,7 @@ void FramePublisher::frame_ended(const FrameEnd& end) {
 void FramePublisher::tell(const std::string& notice) {
   const std::lock_guard lock(mutex_);
   notice_ = notice;
-  if (stream_) stream_->push(Notice{NoticeSeverity::warning, notice});
+  if (stream_ && !notice.empty()) stream_->push(Notice{NoticeSeverity::warning, notice});
 }
 
 std::size_t FramePublisher::backlog() const {

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <mutex>
+#include <thread>
 
 #include "tests/service/service_fixture.h"
 #include "tests/support/loop_picture.h"
@@ -166,7 +167,7 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
   options.make_tracer = [&](std::shared_ptr<const RenderScene> scene) { return rendering->tracer(std::move(scene)); };
   Budget budget;
   budget.samples = 16;
-  RenderEngine engine(2);
+  RenderEngine engine(1);  // so that the piece that fails is the first to tell
   const CameraPose pose = camera_at({0, 0, 0.9}, {0, -0.2, -1});
   const LoopPicture picture = render_through_loop(engine, scene_, settings_, budget, pose, options);
   EXPECT_EQ(picture.end.reason, FrameEndReason::samples) << picture.end.message;
@@ -184,8 +185,8 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
             "is restarted");
   EXPECT_EQ(devices_->list().devices[1].level, Level::none);
   // The session that had the device goes on without it, whatever is edited.
-  EXPECT_TRUE(rendering->has({RenderDevice::Kind::vulkan, RenderDevice::kAny}, nullptr));
-  EXPECT_FALSE(rendering->has({RenderDevice::Kind::vulkan, 1}, nullptr));
+  EXPECT_TRUE(rendering->use({RenderDevice::Kind::vulkan, RenderDevice::kAny}, nullptr));
+  EXPECT_FALSE(rendering->use({RenderDevice::Kind::vulkan, 1}, nullptr));
 
   // Another session on the device is told, too, although its own work never failed.
   std::vector<std::string> others;
@@ -239,13 +240,19 @@ TEST_F(DeviceServiceTest, ADaemonThatIsNotAllowedDevicesRefusesThem) {
 
 TEST_F(DeviceServiceTest, AJobAndASessionOnADevice) {
   start([](ServerConfig& config) { config.vulkan_devices = true; });
+  const bool required = std::getenv("HELIOGRAPH_REQUIRE_VULKAN") != nullptr;
   pb::GetServerInfoResponse info;
-  grpc::ClientContext context;
-  ASSERT_TRUE(stub().GetServerInfo(&context, {}, &info).ok());
-  const bool any = std::any_of(info.devices().begin(), info.devices().end(),
-                               [](const pb::Device& device) { return !device.path_tracing().empty(); });
+  bool any = false;
+  // On a busy machine the devices' first test may be too short.
+  for (int i = 0; i < 200 && !any && (i == 0 || required); ++i) {
+    if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    grpc::ClientContext context;
+    ASSERT_TRUE(stub().GetServerInfo(&context, {}, &info).ok());
+    any = std::any_of(info.devices().begin(), info.devices().end(),
+                      [](const pb::Device& device) { return !device.path_tracing().empty(); });
+  }
   if (!any) {
-    ASSERT_EQ(std::getenv("HELIOGRAPH_REQUIRE_VULKAN"), nullptr) << info.no_vulkan_reason();
+    ASSERT_FALSE(required) << info.no_vulkan_reason();
     GTEST_SKIP() << "no Vulkan device traces paths: " << info.no_vulkan_reason();
   }
   // Metal that lies under a sky: the processor and a device round what it scatters in different places.
