@@ -71,10 +71,11 @@ class VulkanPathDevice final : public PathDevice {
   }
 
  private:
-  // The most kinds of scenes whose compiled shaders are kept while no scene of theirs is on the device.
-  static constexpr std::size_t kKept = 16;
+  // The most kinds of scenes whose compiled shaders are kept while no scene of theirs is on the device: lavapipe
+  // holds some 180 MB for each, which no account sees.
+  static constexpr std::size_t kKept = 4;
 
-  Result<std::shared_ptr<Tracer>> tracer_for(const SceneFeatures& features) {
+  Result<std::shared_ptr<Tracer>> tracer_for(const ShaderFeatures& features) {
     if (info().type != "cpu") return tracer_;
     const std::lock_guard lock(mutex_);
     const auto found = tracers_.find(features);
@@ -90,7 +91,7 @@ class VulkanPathDevice final : public PathDevice {
   const std::shared_ptr<Tracer> tracer_;
   std::atomic<bool> failed_{false};
   std::mutex mutex_;
-  std::map<SceneFeatures, std::shared_ptr<Tracer>> tracers_;  // of software devices
+  std::map<ShaderFeatures, std::shared_ptr<Tracer>> tracers_;  // of software devices
 };
 
 }  // namespace

@@ -26,8 +26,8 @@ class SceneOnDevice {
 // Thread safe.
 class PathDevice {
  public:
-  // DeviceInfo::index `index`, for at most this level.
-  // unavailable: there is none, with the reason.
+  // Opens the device with this DeviceInfo::index for the highest level that it has, at most `most`. unavailable: there
+  // is none, with the reason.
   static Result<std::shared_ptr<PathDevice>> open(int index, Level most = Level::rt);
   virtual ~PathDevice() = default;
 
@@ -45,8 +45,8 @@ class PathDevice {
                                                               const Admit& admit = {},
                                                               const CancelToken* cancel = nullptr) = 0;
 
-  // Has the driver compile the shaders for pictures of the scene, which may take minutes on software devices. Else
-  // trace() does. Pictures of other scenes do not wait for it.
+  // Has the driver compile the shaders for pictures of the scene, which may take minutes on software devices. Without
+  // this call trace() does so. Pictures of other scenes do not wait for it.
   virtual Status prepare(const SceneOnDevice& scene) = 0;
 
   // As trace_window(), of a scene that was uploaded to this device: adds the samples of the range to each pixel of the

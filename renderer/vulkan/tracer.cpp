@@ -22,9 +22,9 @@ namespace helio::vulkan {
 namespace {
 
 constexpr std::uint32_t kGroupSize = 64;  // local_size_x of path.comp
-// Nothing can end a dispatch early: a cancel waits for one, so that it aims at this time.
+// Dispatches aim at this time: nothing can end one early, so that a cancel waits for it.
 constexpr double kDispatchSeconds = 0.015;
-constexpr std::uint64_t kFirstSamples = 128;  // of the first one of a scene, before anything was measured
+constexpr std::uint64_t kFirstSamples = 128;  // of a scene's first dispatch, before anything was measured
 constexpr std::uint64_t kMostSamples = 1 << 18;
 constexpr std::chrono::seconds kCompileLimit{600};
 
@@ -67,8 +67,8 @@ struct Traced {
   PixelRect window;
 };
 
-// Adds answers, row-major over the window and side by side for each pixel, in index order. What the driver has not
-// traced to its end is traced by the processor.
+// Adds answers to the film, row-major over the window and side by side for each pixel, in index order. Samples that the
+// driver has not traced to their end are traced by the processor.
 void add_to_film(const Traced& task, std::span<const PathAnswer> answers, std::span<const FirstHitAnswer> first_hits,
                  Film& film, TraceStats& stats) {
   const SampleRange& range = task.range;
@@ -131,14 +131,14 @@ Result<std::shared_ptr<Tracer>> Tracer::create(std::shared_ptr<Device> device) {
   return tracer;
 }
 
-const Tracer::Pipeline* Tracer::find(const SceneFeatures& features) {
+const Tracer::Pipeline* Tracer::find(const ShaderFeatures& features) {
   const std::lock_guard lock(mutex_);
   const auto found = pipelines_.find(features);
   return found != pipelines_.end() ? found->second.get() : nullptr;
 }
 
 Result<const Tracer::Pipeline*> Tracer::pipeline_for(const DeviceScene& scene) {
-  const SceneFeatures& features = scene.features();
+  const ShaderFeatures& features = scene.features();
   if (const Pipeline* found = find(features)) return found;
   const std::lock_guard compiling(compile_mutex_);
   if (const Pipeline* found = find(features)) return found;
@@ -162,7 +162,7 @@ Result<const Tracer::Pipeline*> Tracer::pipeline_for(const DeviceScene& scene) {
   return pipelines_.emplace(features, std::move(made)).first->second.get();
 }
 
-// With room for so many samples.
+// A slot with room for the answers of so many samples.
 Result<std::unique_ptr<Tracer::Slot>> Tracer::take_slot(std::uint64_t samples, bool first_hits) {
   std::unique_ptr<Slot> slot;
   {
@@ -223,7 +223,7 @@ Result<double> Tracer::dispatch(const Pipeline& pipeline, Slot& slot, std::uint6
       },
       limit);
   if (!ran) return std::move(ran).error();
-  // The queue works in order: before the last answer it worked for others.
+  // The queue works in order, so that before its last answer the device worked for others.
   const double ended = now_s();
   return std::max(0.0, ended - std::max(started, last_answer_.exchange(ended)));
 }

@@ -52,18 +52,18 @@ class Tracer {
     CommandSlot commands;
     Buffer task, answers, first_hits;
   };
-  // Of a kind of scene; one of the two.
+  // What traces one kind of scene: `compute`, or `rays` at Level::rt.
   struct Pipeline {
     std::optional<ComputePipeline> compute;
     std::optional<RayPipeline> rays;
   };
 
   explicit Tracer(std::shared_ptr<Device> device) : device_(device), arena_(std::move(device)) {}
-  const Pipeline* find(const SceneFeatures& features);
+  const Pipeline* find(const ShaderFeatures& features);
   Result<const Pipeline*> pipeline_for(const DeviceScene& scene);
   Result<std::unique_ptr<Slot>> take_slot(std::uint64_t samples, bool first_hits);
   void give_back(std::unique_ptr<Slot> slot);
-  // The seconds that the device worked for it.
+  // Runs the task and returns the seconds that the device worked for it.
   Result<double> dispatch(const Pipeline& pipeline, Slot& slot, std::uint64_t scene, const PathTask& task,
                           std::chrono::milliseconds limit = kSubmissionLimit);
 
@@ -73,7 +73,7 @@ class Tracer {
   std::atomic<double> last_answer_{0};  // when the device ended a dispatch
   std::mutex compile_mutex_;            // held while a pipeline is compiled
   std::mutex mutex_;
-  std::map<SceneFeatures, std::unique_ptr<const Pipeline>> pipelines_;
+  std::map<ShaderFeatures, std::unique_ptr<const Pipeline>> pipelines_;
   std::vector<std::unique_ptr<Slot>> free_;  // as many as were ever in flight at once
 };
 

@@ -41,15 +41,15 @@ FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   }
 }
 
-// What a change of its scene puts there takes long.
-static bool on_device(const Session& session) {
-  return session.settings().device.kind != RenderDevice::Kind::cpu;
+TaskThread* FrameStreamReactor::thread_for(const pb::StreamRequest& request) const {
+  if (request.has_settings()) return &core_.thread_for(request.settings().device());
+  const auto attached = session();
+  return request.has_scene() && attached ? core_.thread_for_scene(*attached) : nullptr;
 }
 
 void FrameStreamReactor::OnReadDone(bool ok) {
-  const auto attached = session();
   if (!ok) {
-    if (attached) {
+    if (const auto attached = session()) {
       attached->finish_after_frame(stream_);
     } else {
       end(to_grpc_status(out_of_order("the stream ended before open")));
@@ -61,10 +61,8 @@ void FrameStreamReactor::OnReadDone(bool ok) {
     if (const Status parsed = parse_message(request_, *request); !parsed.ok()) return parsed;
     request_.Clear();
     note_unknown(*request);
-    const auto kind = request->request_case();
-    const bool places = kind == pb::StreamRequest::kScene && attached && on_device(*attached);
-    if (kind == pb::StreamRequest::kSettings || places) {
-      handle_later(std::move(request));
+    if (TaskThread* const thread = thread_for(*request)) {
+      handle_later(*thread, std::move(request));
     } else if (handle(*request)) {
       tell_ignored();
       StartRead(&request_);
@@ -74,7 +72,7 @@ void FrameStreamReactor::OnReadDone(bool ok) {
   if (!handled.ok()) end(to_grpc_status(handled));
 }
 
-void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> request) {
+void FrameStreamReactor::handle_later(TaskThread& thread, std::shared_ptr<const pb::StreamRequest> request) {
   if (!hold_.begin()) return;
   const auto over = [this](bool read_on) {
     auto status = hold_.end([&] {
@@ -83,10 +81,6 @@ void FrameStreamReactor::handle_later(std::shared_ptr<const pb::StreamRequest> r
     if (status) Finish(*std::move(status));  // this may be gone now
   };
   const Status taken = guarded([&]() -> Status {
-    std::string device = request->settings().device();
-    if (const auto attached = session(); attached && request->has_scene())
-      device = to_string(attached->settings().device);
-    TaskThread& thread = core_.thread_for(device);
     const bool submitted = thread.submit([this, request = std::move(request), over] {
       bool read_on = false;
       const Status handled = guarded([&] {

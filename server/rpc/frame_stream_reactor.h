@@ -33,8 +33,10 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
     if (!hold_.defer(status)) Finish(copy_status(status));
   }
 
-  // Runs handle() on a thread that can take the time: a film may be allocated.
-  void handle_later(std::shared_ptr<const pb::StreamRequest> request);
+  // Where a request runs that takes long: one that may allocate a film or place a scene. Null: it is handled at once.
+  TaskThread* thread_for(const pb::StreamRequest& request) const;
+  // Runs handle() on `thread`.
+  void handle_later(TaskThread& thread, std::shared_ptr<const pb::StreamRequest> request);
   // False: the stream ends, nothing more is read.
   bool handle(const pb::StreamRequest& request);
   Status open(const pb::StreamRequest::Open& open);

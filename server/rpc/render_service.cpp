@@ -71,14 +71,10 @@ Later later(ServiceCore& core, const pb::CreateSessionRequest& request) {
   return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
-  std::string device = request.settings().device();
-  if (!request.has_settings()) {
-    const auto session = core.sessions.find(request.session_id(), "session_id");
-    if (!session || request.scene_id().empty()) return {};  // nothing large is allocated
-    device = to_string((*session)->settings().device);
-    if (&core.thread_for(device) == &core.films) return {};
-  }
-  return {&core.thread_for(device), &ServiceCore::too_many_waiting};
+  if (request.has_settings()) return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
+  if (request.scene_id().empty()) return {};  // nothing large is allocated
+  const auto session = core.sessions.find(request.session_id(), "session_id");
+  return {session ? core.thread_for_scene(**session) : nullptr, &ServiceCore::too_many_waiting};
 }
 Later later(ServiceCore& core, const pb::GetServerInfoRequest&) {
   if (core.devices.listed()) return {};
@@ -414,8 +410,8 @@ grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContex
   return new ReplayReactor(core_, *context, *request, response);
 }
 
-grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
-                                                   grpc::ByteBuffer* response) {
+grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return new EditSceneReactor(core_, *context, *request, response);
 }

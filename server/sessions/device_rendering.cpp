@@ -175,13 +175,14 @@ std::shared_ptr<const PlacedScene> DeviceRendering::newest() const {
   return kept_[0].placed;
 }
 
-// Once for each device.
-void DeviceRendering::tell(const std::string& device, const std::string& what) {
+// Sends a notice about the device that `on` lies on, once for each device.
+void DeviceRendering::tell(const PlacedScene& on, std::string_view what) {
   {
     const std::lock_guard lock(mutex_);
-    if (!told_.insert(device).second) return;
+    if (!told_.insert(on.name).second) return;
   }
-  const std::string notice = fmt::format("{} {}; the picture goes on on the CPU", device, what);
+  const std::string notice =
+      fmt::format("{} ({}) {}; the picture goes on on the CPU", on.name, on.device->info().name, what);
   spdlog::warn("{}", notice);
   notify_(notice);
 }
@@ -193,9 +194,8 @@ IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> sce
     if (device.kind == RenderDevice::Kind::cpu) return cpu(job, cancel, film, stats);
     const auto placed = self->find(device, scene.get());
     const auto other = placed ? placed : self->newest();
-    const std::string name = other ? fmt::format("{} ({})", other->name, other->device->info().name) : "";
     if (!placed || placed->device->lost()) {
-      if (other) self->tell(name, other->device->lost() ? "has failed" : "does not hold the scene any more");
+      if (other) self->tell(*other, other->device->lost() ? "has failed" : "does not hold the scene any more");
       return cpu(job, cancel, film, stats);
     }
     const Camera camera(job.camera, job.settings.width, job.settings.height, scene->origin(), job.settings.filter);
@@ -204,7 +204,7 @@ IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> sce
                                                     job.window, cancel, film, stats, &device_s);
     charge_device_time(device_s);
     if (done) return *done;
-    self->tell(name, "failed: " + done.error().message);
+    self->tell(*placed, "failed: " + done.error().message);
     return cpu(job, cancel, film, stats);
   };
 }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/frame/integrate_function.h"
@@ -106,12 +107,12 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
 
   std::shared_ptr<const PlacedScene> find(const RenderDevice& device, const RenderScene* scene) const;
   std::shared_ptr<const PlacedScene> newest() const;
-  void tell(const std::string& device, const std::string& what);
+  void tell(const PlacedScene& on, std::string_view what);
 
   const Notify notify_;
   mutable std::mutex mutex_;
   std::array<Kept, 2> kept_;
-  std::set<std::string> told_;  // devices of which the client knows that they failed
+  std::set<std::string> told_;  // PlacedScene::name of devices of which the client knows that they failed
 };
 
 }  // namespace helio

@@ -68,6 +68,11 @@ struct ServiceCore {
   RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices}; }
   // For requests with this RenderSettings.device.
   TaskThread& thread_for(const std::string& device) { return device.empty() || device == "cpu" ? films : placer; }
+  // For requests that switch the session's scene and leave its settings: the scene is placed on the session's device.
+  // Null: the session renders on the CPU, where a switch takes no time worth a thread.
+  TaskThread* thread_for_scene(const Session& session) {
+    return session.settings().device.kind == RenderDevice::Kind::cpu ? nullptr : &placer;
+  }
   bool busy() const {
     return loader.busy() || editor.busy() || replayer.busy() || lister.busy() || films.busy() ||
            placer.busy();

@@ -78,14 +78,4 @@ inline bool lets_light_through(const SurfaceParams& params) {
   return params.transmission > 0 || (params.model == LobeModel::stack && params.layers->diffuse_transmission > 0);
 }
 
-// The cheapest model with the same scattering: metallic-roughness without specular, metal and transmission is Lambert.
-inline SurfaceParams simplify(const SurfaceParams& params) {
-  SurfaceParams simple = params;
-  if (params.model == LobeModel::metallic_roughness && params.metallic == 0 && params.transmission == 0 &&
-      params.specular == 0) {
-    simple.model = LobeModel::lambert;
-  }
-  return simple;
-}
-
 }  // namespace helio

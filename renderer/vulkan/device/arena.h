@@ -27,7 +27,7 @@ class Arena {
   // in errors, e.g. "vertices". Refused: what the device cannot hold, with the bytes and the limit.
   Result<std::uint64_t> upload(std::span<const std::byte> data, std::uint64_t alignment, const std::string& what);
 
-  // The same for an array. What GLSL reads by scalar block layout has the alignment of its largest member.
+  // Uploads an array as upload() does. GLSL's scalar block layout asks for the alignment of the largest member.
   template <class T>
   Result<std::uint64_t> upload_vector(std::span<const T> values, const std::string& what) {
     // Not trivially copyable: vectors of Imath declare their copies themselves.
@@ -38,7 +38,7 @@ class Arena {
   Result<std::uint64_t> upload_vector(const std::vector<T>& values, const std::string& what) {
     return upload_vector(std::span<const T>(values), what);
   }
-  // The same for one value, e.g. the table of tables.
+  // Uploads one value, e.g. the table of tables, as upload() does.
   template <class T>
   Result<std::uint64_t> upload_value(const T& value, const std::string& what) {
     return upload_vector(std::span<const T>(&value, 1), what);

@@ -35,7 +35,7 @@ class Buffer {
   std::uint64_t bytes() const { return bytes_; }
   // The mapped memory, coherent; empty where it is not mapped. Aligned for any type.
   std::span<std::byte> mapped() const { return {mapped_, mapped_ ? bytes_ : 0}; }
-  // The same as an array.
+  // The mapped memory as an array of T; empty where it is not mapped.
   template <class T>
   std::span<T> mapped_as() const {
     return {reinterpret_cast<T*>(mapped_), mapped_ ? bytes_ / sizeof(T) : 0};

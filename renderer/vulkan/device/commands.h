@@ -32,7 +32,7 @@ class CommandSlot {
   Status submit(const Recording& record);
   // Waits for the submission; fails where the device is lost or the limit passes, and the device then counts as lost.
   Status wait(std::chrono::milliseconds limit = kSubmissionLimit);
-  // Both.
+  // Submits as submit() does and waits as wait() does.
   Status run(const Recording& record, std::chrono::milliseconds limit = kSubmissionLimit);
 
  private:

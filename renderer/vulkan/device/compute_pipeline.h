@@ -25,7 +25,7 @@ class ComputePipeline {
   // constants, a multiple of 4. `constants`: the values of its specialisation constants 0, 1, ...
   static Result<ComputePipeline> create(std::shared_ptr<Device> device, std::span<const std::uint32_t> spirv,
                                         std::uint32_t push_bytes, std::span<const std::uint32_t> constants = {});
-  // Binds it and dispatches. `push` has the size that it was created with.
+  // Binds the pipeline and dispatches it. `push` has the size that the pipeline was created with.
   void dispatch(VkCommandBuffer commands, std::span<const std::byte> push, Groups groups) const;
 
  private:

@@ -29,7 +29,7 @@ struct DescribedDevice {
   int queue_family = -1;  // that computes; -1: none
 };
 
-// In the order of DeviceInfo::index. Calls the drivers in this process; probe_devices() does not.
+// All devices, in the order of DeviceInfo::index. Calls the drivers in this process; probe_devices() does not.
 Result<std::vector<DescribedDevice>> describe_devices(VkInstance instance);
 
 // Switches on what `level` needs, and nothing else.

@@ -7,8 +7,8 @@
 
 namespace helio::vulkan {
 
-// Made by the first call and kept until the process ends, one with validation and one without. Fails with a clause that
-// says what is missing: the loader, or a driver. Thread safe.
+// The process's instance, which the first call makes and which is kept until the process ends; there is one with
+// validation and one without. Fails with a clause that says what is missing: the loader, or a driver. Thread safe.
 Result<VkInstance> open_instance(bool validation = false);
 
 }  // namespace helio::vulkan

@@ -13,7 +13,7 @@
 namespace helio::vulkan {
 
 struct PipelineObjects {
-  // With the layout alone. `stages`: those that see the push constants. Refused: more bytes than the device has.
+  // Creates the layout alone. `stages`: those that see the push constants. Refused: more bytes than the device has.
   static Result<std::shared_ptr<PipelineObjects>> create(std::shared_ptr<Device> device, std::uint32_t push_bytes,
                                                          VkShaderStageFlags stages);
   PipelineObjects(std::shared_ptr<Device> device, std::uint32_t push_bytes, VkShaderStageFlags stages);

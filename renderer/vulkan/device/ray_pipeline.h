@@ -34,7 +34,8 @@ class RayPipeline {
   // `constants`: the values of the specialisation constants 0, 1, ... of all stages. `recursion`: at least 1.
   static Result<RayPipeline> create(std::shared_ptr<Device> device, const RayShaders& shaders, std::uint32_t push_bytes,
                                     std::span<const std::uint32_t> constants = {}, std::uint32_t recursion = 1);
-  // Binds it and launches the raygen shader width x height times. `push` has the size that it was created with.
+  // Binds the pipeline and launches the raygen shader width x height times. `push` has the size that the pipeline was
+  // created with.
   void trace(VkCommandBuffer commands, std::span<const std::byte> push, std::uint32_t width,
              std::uint32_t height = 1) const;
 

@@ -16,14 +16,14 @@ class ChildProcess {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // Its standard input and output are the lines, its standard error is dropped, and it inherits no other descriptor and
-  // no blocked signal.
+  // Starts the program: its standard input and output are the lines, its standard error is dropped, and it inherits no
+  // other descriptor and no blocked signal.
   static Result<ChildProcess> start(const std::filesystem::path& program);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();  // kills it where it still runs, and waits
 
-  // False: it takes no input any more.
+  // Writes a line; false where the program takes no input any more.
   bool write_line(const std::string& line, Time deadline);
 
   enum class Read {
@@ -34,8 +34,9 @@ class ChildProcess {
   };
   Read read_line(std::string& line, Time deadline);
 
-  // Waits for its end, and kills it at the deadline. "" where it ended by itself with exit code 0; otherwise the clause
-  // that says how it ended: "ended with exit code 3", "crashed (SIGSEGV)", "was killed: it did not end in time".
+  // Waits for the program to end, and kills it at the deadline. "" where it ended by itself with exit code 0; otherwise
+  // a clause that says how it ended: "ended with exit code 3", "crashed (SIGSEGV)", "was killed: it did not end in
+  // time".
   std::string finish(Time deadline);
 
  private:

@@ -10,7 +10,7 @@
 namespace helio::vulkan {
 
 nlohmann::json to_json(const DeviceInfo& device);
-// Absent: this is no device as to_json() writes it.
+// The device that to_json() has written; absent where this is none.
 std::optional<DeviceInfo> device_from_json(const nlohmann::json& json);
 
 }  // namespace helio::vulkan

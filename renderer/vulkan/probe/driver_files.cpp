@@ -69,7 +69,8 @@ std::set<fs::path> driver_manifests() {
   return manifests;
 }
 
-// Empty: the manifest names none, or the library is not where the dynamic linker usually looks.
+// The library that a manifest names; empty where it names none, or one that is not where the dynamic linker usually
+// looks.
 fs::path library_of(const fs::path& manifest) {
   std::error_code error;
   if (!fs::is_regular_file(manifest, error) || fs::file_size(manifest, error) > kLargestManifest) return {};

@@ -99,7 +99,7 @@ class Probing {
   }
 
  private:
-  // By the deadline, or until the caller wants no answer any more.
+  // Reads a line, until the deadline or until the caller wants no answer any more.
   Read read(ChildProcess& child, std::string& line) const {
     for (;;) {
       const auto now = std::chrono::steady_clock::now();
@@ -126,14 +126,14 @@ class Probing {
   mutable bool late_ = false;
 };
 
-// The device has `level` no more: what is left is the level before.
+// Lowers the device to the level before `level`, whose self-test failed.
 void refuse(DeviceInfo& device, Level level, const std::string& why) {
   device.level = level == Level::rt ? Level::compute : Level::none;
   device.reason = "the self-test of " + std::string(level_name(level)) + " failed: " + why;
 }
 
-// By the cache where it knows the device; otherwise what has to be tested is added. Compute comes first: a device that
-// fails it has no level at all.
+// Judges a device by the cache where that knows it, and otherwise adds what has to be tested. Compute comes first: a
+// device that fails it has no level at all.
 void judge(DeviceInfo& device, std::size_t position, const ProbeCache& cache, std::vector<Test>& compute,
            std::vector<Test>& rays) {
   for (const Level level : {Level::compute, Level::rt}) {
@@ -162,7 +162,7 @@ Result<fs::path> find_program() {
                {}};
 }
 
-// `late`: set where an answer did not come in time.
+// Lists and tests the devices; sets `late` where an answer did not come in time.
 Result<std::vector<DeviceInfo>> probe(const ProbeOptions& options, bool& late) {
   const ChildProcess::Time deadline = std::chrono::steady_clock::now() + options.time_limit;
   fs::path program = options.program;

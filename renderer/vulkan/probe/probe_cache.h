@@ -19,7 +19,7 @@ class ProbeCache {
   // `folder` empty: there is no cache.
   ProbeCache(std::filesystem::path folder, std::uint64_t fingerprint);
 
-  // "" : passed; otherwise why it failed; absent: not tested.
+  // What the self-test found: "" where it passed, otherwise why it failed; absent where the device was not tested.
   std::optional<std::string> find(const DeviceInfo& device, Level level) const;
   void put(const DeviceInfo& device, Level level, const std::string& outcome);
   // Writes the file anew, in one step, if anything was put.
@@ -34,7 +34,8 @@ class ProbeCache {
   bool changed_ = false;
 };
 
-// $XDG_CACHE_HOME/heliograph or ~/.cache/heliograph; empty where neither variable is set to an absolute path.
+// The user's cache folder, $XDG_CACHE_HOME/heliograph or ~/.cache/heliograph; empty where neither variable is set to an
+// absolute path.
 std::filesystem::path default_cache_folder();
 
 }  // namespace helio::vulkan

@@ -18,9 +18,9 @@ inline constexpr std::uint32_t kTriangleHitGroup = 0, kSphereHitGroup = 1;
 
 class AccelerationStructures {
  public:
-  // Builds them of what upload_meshes() has uploaded and waits for the device; sets their addresses in
-  // `geometry.tables`. Precondition: the device is opened for Level::rt. Errors: resource_exhausted (more primitives,
-  // instances or bytes than the device allows), cancelled, unavailable (the device was lost).
+  // Builds the structures of what upload_meshes() has uploaded and waits for the device; sets their addresses
+  // in `geometry.tables`. Precondition: the device is opened for Level::rt. Errors: resource_exhausted (more
+  // primitives, instances or bytes than the device allows), cancelled, unavailable (the device was lost).
   static Result<AccelerationStructures> build(SceneGeometry& geometry, Arena& arena,
                                               const CancelToken* cancel = nullptr);
   AccelerationStructures() = default;  // none

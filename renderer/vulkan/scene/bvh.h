@@ -29,7 +29,7 @@ struct SceneBvhOptions {
 // of 27 bits, host memory), cancelled.
 Result<SceneBvh> build_bvh(SceneGeometry& geometry, const SceneBvhOptions& options = {});
 
-// Uploads it and sets its addresses in `geometry.tables`.
+// Uploads the trees and sets their addresses in `geometry.tables`.
 Status upload_bvh(const SceneBvh& bvh, SceneGeometry& geometry, Arena& arena);
 
 }  // namespace helio::vulkan

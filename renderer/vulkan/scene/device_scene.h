@@ -21,7 +21,7 @@ class DeviceScene {
   // with bytes and limit; cancelled; unavailable: the device was lost.
   static Result<std::shared_ptr<const DeviceScene>> upload(std::shared_ptr<Device> device, HostScene host,
                                                            const CancelToken* cancel = nullptr);
-  // Both. Errors: of both.
+  // Uploads `scene` by make_host_scene() and upload(), and fails as they do.
   static Result<std::shared_ptr<const DeviceScene>> upload(std::shared_ptr<Device> device,
                                                            std::shared_ptr<const RenderScene> scene,
                                                            const CancelToken* cancel = nullptr);
@@ -31,7 +31,7 @@ class DeviceScene {
   const std::shared_ptr<Device>& device() const { return device_; }
   std::uint64_t address() const { return address_; }  // of its SceneTables
   std::uint64_t bytes() const;                        // of device memory
-  const SceneFeatures& features() const { return features_; }
+  const ShaderFeatures& features() const { return features_; }
   // What a sample has taken of late, seconds; 0: none was traced.
   std::atomic<float>& sample_seconds() const { return sample_seconds_; }
 
@@ -44,7 +44,7 @@ class DeviceScene {
   std::shared_ptr<const RenderScene> scene_;
   std::unique_ptr<Parts> parts_;
   std::uint64_t address_ = 0;
-  SceneFeatures features_{};
+  ShaderFeatures features_{};
   mutable std::atomic<float> sample_seconds_{0};
 };
 

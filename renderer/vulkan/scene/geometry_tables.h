@@ -26,7 +26,7 @@ struct SceneGeometry {
 
   // Index of the first instance of each object.
   std::vector<std::uint32_t> first_instances() const;
-  // Of all that upload_geometry() uploads.
+  // Bytes of device memory that upload_meshes() and upload_geometry() take, alignment included.
   std::uint64_t bytes() const;
 };
 

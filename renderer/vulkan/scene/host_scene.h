@@ -17,7 +17,7 @@
 
 namespace helio::vulkan {
 
-using SceneFeatures = std::array<std::uint32_t, 4>;  // specialisation constants 0 to 3
+using ShaderFeatures = std::array<std::uint32_t, 4>;  // specialisation constants 0 to 3
 
 struct HostScene {
   std::shared_ptr<const RenderScene> scene;  // which the tables refer to
@@ -26,7 +26,7 @@ struct HostScene {
   HostMaterials materials;
   HostLights lights;
   HostTextures textures;
-  SceneFeatures features{};
+  ShaderFeatures features{};
 
   std::uint64_t bytes() const;  // of device memory, acceleration structures not counted
 };

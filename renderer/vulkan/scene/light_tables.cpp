@@ -22,9 +22,10 @@ static_assert(std::uint32_t(Selection::none) == kSelectionNone && std::uint32_t(
               std::uint32_t(Selection::power) == kSelectionPower && std::uint32_t(Selection::tree) == kSelectionTree);
 
 static_assert(LightTree::kWidth == kLightTreeWidth && LightTree::kLeaf == kLightTreeLeaf);
-// Uploaded as the CPU has them.
+// The bit of a shape is kHasTriangles shifted by its kind.
 static_assert(kHasTriangles << kShapeParallelogram == kHasParallelograms &&
               kHasTriangles << kShapeSphere == kHasSpheres && kHasTriangles << kShapeEllipsoid == kHasEllipsoids);
+// Alias tables are uploaded as the CPU has them.
 using Bin = AliasTable::Bin;
 static_assert(sizeof(Bin) == sizeof(AliasBinTable) && offsetof(Bin, alias) == offsetof(AliasBinTable, alias) &&
               offsetof(Bin, probability) == offsetof(AliasBinTable, probability));
@@ -207,7 +208,7 @@ std::uint32_t HostLights::features() const {
   }
   if (!punctual.empty()) features |= kHasPunctual;
   if (!projectors.empty()) features |= kHasProjectors;
-  // One that gives no light has a radiance, too.
+  // Rays look the map up even where the environment is not one of the lights.
   const EnvironmentLightTable& map = tables.environment;
   if (map.slot != kNone) features |= kHasEnvironmentMap;
   if (map.slot == kNone && tables.environment_light != 0) features |= kHasConstantEnvironment;

@@ -16,15 +16,15 @@ namespace helio::vulkan {
 struct BsdfTables {
   std::uint64_t albedo_ggx = 0, albedo_beckmann = 0;  // AlbedoTable
 
-  // Both for any set of materials. Errors: those of Arena::upload().
+  // Uploads both tables, whatever materials a scene has. Errors: those of Arena::upload().
   static Result<BsdfTables> place(Arena& arena);
 };
 inline constexpr std::uint64_t kBsdfTableBytes = 2 * (sizeof(AlbedoTable) + 16);
 
 PlasticTable make_plastic_table(const PlasticInterface& interface);
 
-// Of any model but stack and blend; of a blend what it has besides its parts. `plastic`: address of the PlasticTable, 0
-// for other models.
+// The lobes of a material of any model but stack; of a blend, what it has besides its parts. `plastic`: address of the
+// PlasticTable, 0 for other models.
 LobeParams make_lobe_params(const SurfaceParams& params, const BsdfTables& tables, std::uint64_t plastic);
 
 // The materials of a scene on the host.
@@ -44,7 +44,7 @@ struct HostMaterials {
 // `records`: make_material_record() of `materials`.
 HostMaterials make_host_materials(const std::vector<Material>& materials, const std::vector<MaterialRecord>& records);
 
-// By material: some shape of the scene has it, itself or in a blend.
+// For each material, whether a shape of the scene has it, itself or in a blend.
 std::vector<bool> used_materials(const SceneData& data);
 
 // Bits kLobe... and kFeature... that shaders for the used materials need (kMaterialFeatures of

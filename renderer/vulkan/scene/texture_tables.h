@@ -14,7 +14,7 @@
 
 namespace helio::vulkan {
 
-// `slot` may be absent.
+// The slot as the shaders read it; its image is kNone where `slot` is absent.
 TextureSlotTable make_texture_slot(const TextureSlot& slot);
 
 // The images of a scene on the host: sizes and formats, without the addresses that their texels will have.

@@ -49,7 +49,7 @@ struct Path {
   uint rays, shadow_rays, media_overflows;
 };
 
-// The path met nothing.
+// Ends a path that met nothing: adds the environment's radiance.
 void leave_scene(inout Path path, int vertex) {
   if (vertex == 1) path.first = FirstHitAnswer(vec3(0), vec3(0), kInfinity, kNone);
   if (!is_finite(path.ray.direction)) {
@@ -78,7 +78,7 @@ void add_emission(inout Path path, Hit hit, Surface surface) {
   path.radiance += path.beta * radiance * weight;
 }
 
-// One vertex. False where the path ends.
+// Traces the path to its next vertex and scatters there. False where the path ends.
 bool shade_vertex(inout Path path, int vertex, PathTask task) {
   const Hit hit = intersect(path.ray);
   ++path.rays;
@@ -121,7 +121,7 @@ bool shade_vertex(inout Path path, int vertex, PathTask task) {
   const vec3 light_normal = transmissive ? vec3(0) : facing_normal(surface);
   const vec3 near_side = near_side_origin(surface, path.ray.direction);
   if (has_lights() && !is_pure_delta(params)) {
-    // Seen from where the rays will start: rounding may have put the position itself behind its own surface.
+    // The light is sampled from where the rays will start: rounding may have put the position behind its own surface.
     const vec3 from = transmissive ? surface.position : near_side;
     const float u_select = needs_selection() ? sample_1d(path.key, path.reversed_index, dimension) : 0.0;
     const vec2 u_light = sample_pair(path.key, path.reversed_index, pair);
@@ -202,15 +202,15 @@ Path start_path(ivec2 pixel, uint index, PathTask task) {
   return path;
 }
 
-// Mesa before 24 ends all loops of an invocation after 65,535 rounds together, and says nothing. Whether it has is seen
-// by one more loop.
+// Mesa before 24 ends all loops of an invocation after 65,535 rounds together, and says nothing. One more loop shows
+// whether it has.
 bool loops_were_ended(PathTask task) {
   uint value = 1;
   [[dont_unroll]] for (uint i = 0; i < task.loop_probe; ++i) value = hash32(value);
   return value != task.probe_result;
 }
 
-// Answer number first_thread + invocation of the task.
+// Makes answer number first_thread + invocation of the task.
 void trace_sample(uint invocation) {
   const PathTask task = PathTaskBuffer(push.task).task;
   const uint thread = task.first_thread + invocation;

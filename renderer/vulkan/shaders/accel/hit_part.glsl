@@ -18,7 +18,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ray
 uint hit_instance() {
   return RayInstances(scene.geometry.ray_instances).at[gl_InstanceID].instance;
 }
-// As in Hit.
+// The part that was hit, numbered as in Hit.
 uint hit_part() {
   const uint first = RayInstances(scene.geometry.ray_instances).at[gl_InstanceID].first_part;
   return Uints(scene.geometry.ray_parts).at[first + gl_GeometryIndexEXT];

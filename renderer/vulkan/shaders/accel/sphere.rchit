@@ -12,7 +12,7 @@ layout(location = 0) rayPayloadInEXT RayPayload payload;
 void main() {
   const uint number = hit_part(), instance = hit_instance();
   const PartTable part = part_at(part_index(number, instance));
-  // Not by hit attributes: see triangle.rchit.
+  // The normal is computed anew, because hit attributes may be wrong (triangle.rchit).
   const vec3 direction = gl_ObjectRayDirectionEXT;
   const SphereHit hit = meet_sphere(gl_ObjectRayOriginEXT, direction, part.center, part.radius);
   const vec3 normal = sphere_normal(hit, direction, gl_HitTEXT < hit.middle);

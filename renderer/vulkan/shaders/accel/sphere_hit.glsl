@@ -21,7 +21,7 @@ SphereHit meet_sphere(vec3 origin, vec3 direction, vec3 center, float radius) {
   return hit;
 }
 
-// Of the near or the far side, outwards, as long as the radius.
+// The normal of a sphere on its near or its far side, outwards, as long as the radius.
 vec3 sphere_normal(SphereHit hit, vec3 direction, bool near_side) {
   return direction * (near_side ? -hit.half_length : hit.half_length) - hit.off;
 }

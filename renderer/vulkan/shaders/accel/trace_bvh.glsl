@@ -11,7 +11,7 @@
 #include "accel/sphere_hit.glsl"
 #include "accel/triangle_hit.glsl"
 
-// GeometryTables::features, for compilers.
+// GeometryTables::features as a constant: compilers leave out the code for the rest.
 layout(constant_id = 0) const uint kTraceFeatures = 0xffffffffu;
 
 // Nodes and triangles, in words of 64 bits: software devices load word by word.
@@ -206,7 +206,8 @@ Hit intersect(Ray ray) {
   const BvhHit found = traverse(ray, false);
   if (found.triangle == kNone) return hit;
   const BvhTriangle triangle = bvh_triangle(found.triangle);
-  // Of these edges, as Embree has it: the sign of a component that is 0 chooses the frame around it (frame.glsl).
+  // The normal is made of the edges that Embree takes: the sign of a component that is 0 chooses the frame around it
+  // (frame.glsl).
   hit = Hit(found.t, found.u, found.v, cross(triangle.c - triangle.a, triangle.a - triangle.b),
             triangle.part & kBvhPartMask, triangle.primitive, found.instance);
   if ((kTraceFeatures & kTraceSpheres) != 0 && (triangle.part & kBvhSphere) != 0) {

@@ -36,8 +36,8 @@ vec3 corner_weights(vec3 origin, RayShear shear, vec3 a, vec3 b, vec3 c, out vec
   depths = vec3(pa.z, pb.z, pc.z) * shear.factors.z;
   precise const vec3 first = vec3(qc.x, qa.x, qb.x) * vec3(qb.y, qc.y, qa.y);
   precise const vec3 second = vec3(qc.y, qa.y, qb.y) * vec3(qb.x, qc.x, qa.x);
-  // A difference of rounded products is of the right sign or zero. Of two triangles at an edge both have it, or its
-  // negative; where it is zero both are met, and none is missed.
+  // A difference of rounded products is of the right sign or zero. Two triangles that share an edge get the same
+  // difference, or its negative; where it is zero the ray meets both triangles.
   precise const vec3 weights = first - second;
   return weights;
 }

@@ -36,7 +36,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Dou
   double at[];
 };
 
-// Comparisons of NaN and infinity by their bits: compilers of shaders may assume that there are none.
+// Tells NaN and infinity by their bits: compilers of shaders may assume that there are none.
 bool is_finite(float x) {
   return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 }
@@ -69,7 +69,7 @@ bool normalizable(vec3 v) {
 float copysign(float magnitude, float sign_of) {
   return uintBitsToFloat((floatBitsToUint(magnitude) & 0x7fffffffu) | (floatBitsToUint(sign_of) & 0x80000000u));
 }
-// Zero stays zero.
+// v at length 1; zero stays zero.
 vec3 normalize_any(vec3 v) {
   const float squared = length_squared(v);
   if (squared >= 1e-30 && squared <= 1e30) return v * (1.0 / sqrt(squared));

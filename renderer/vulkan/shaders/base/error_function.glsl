@@ -32,7 +32,7 @@ float error_function(float x) {
   return 1 - p * exp(-x * x);
 }
 
-// Giles 2012, single precision. Values outside of (-1, 1) are clamped into it.
+// The inverse of the error function in single precision (Giles 2012). Values outside of (-1, 1) are clamped into it.
 float inverse_error_function(float x) {
   const float kLargest = 1 - 1.0 / 16777216;
   x = clamp(x, -kLargest, kLargest);

@@ -4,21 +4,15 @@
 
 #include "bsdf/bsdf_blend.glsl"
 
-// Scatters about another normal than the frame's.
+// Whether the surface scatters about another normal than its frame's.
 bool is_mapped(SurfaceParams params) {
   return has_feature(kFeatureScatterMaps) && params.mapped;
 }
 
 BsdfValue evaluate_bsdf(SurfaceParams params, vec3 wo, vec3 wi) {
   float shadowing = 1;
-  if (is_mapped(params)) {
-    const Frame frame = make_frame(params.map_normal);
-    const vec3 own_wi = to_local(frame, wi);
-    if (!(wi.z * own_wi.z > 0)) return no_value();
-    if (params.map_alpha2 > 0) shadowing = map_shadowing(params.map_alpha2, wi);
-    wo = to_local(frame, wo);
-    wi = own_wi;
-  }
+  if (is_mapped(params) && !enter_map(make_frame(params.map_normal), params.map_alpha2, wo, wi, shadowing))
+    return no_value();
   BsdfValue value = evaluate_blend(params, wo, wi);
   value.f_cos *= shadowing;
   return value;
@@ -33,11 +27,7 @@ BsdfSample sample_bsdf(SurfaceParams params, vec3 wo, float u_lobe, vec2 u) {
   }
   BsdfSample chosen = sample_blend(params, wo, u_lobe, u);
   if (!is_mapped(params) || !(chosen.pdf_w > 0)) return chosen;
-  const float own_z = chosen.wi.z;
-  chosen.wi = to_world(frame, chosen.wi);
-  if (!(chosen.wi.z * own_z > 0)) return no_sample();
-  if (params.map_alpha2 > 0) chosen.weight *= map_shadowing(params.map_alpha2, chosen.wi);
-  return chosen;
+  return leave_map(frame, params.map_alpha2, chosen);
 }
 
 // True when every lobe is a delta: next-event estimation cannot contribute.

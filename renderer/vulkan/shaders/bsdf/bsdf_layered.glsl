@@ -11,7 +11,7 @@
 // How light gets through the interface where it is transmitted.
 const uint kPassageNone = 0, kPassageThin = 1, kPassageRefract = 2, kPassageStraight = 3;
 
-// LayeredLobes.
+// LayeredLobes of trace/bsdf/bsdf_layered.h.
 struct LayeredLobes {
   Microfacet facets;  // alpha 0: mirror
   uint64_t albedo;    // AlbedoTable of their distribution
@@ -43,7 +43,7 @@ struct GlassFresnel {
   float transmitted, cos_t;
 };
 
-// LayeredView, without wo.
+// LayeredView of trace/bsdf/bsdf_layered.h, without wo.
 struct LayeredView {
   float diffuse, rescattered, facets, straight;
   float visible_area;
@@ -94,7 +94,7 @@ bool rescatters(LayeredLobes lobes) {
   return lobes.metal > 0 && !lobes.mirror;
 }
 
-// Of rescattered light: metal F_ms; mean_loss = 1 - E_mean.
+// The share of the light that several facets scatter in turn: metal F_ms. mean_loss = 1 - E_mean.
 vec3 rescattered_share(LayeredLobes lobes, out float mean_loss) {
   const float loss = mean_albedo(lobes.albedo, lobes.facets.alpha).loss;
   mean_loss = 1;
@@ -173,7 +173,7 @@ BsdfValue evaluate_matte(LayeredLobes lobes, LayeredView view, vec3 wi) {
   return value;
 }
 
-// m: the half vector with cos_m = wo.m = wi.m.
+// What is reflected into wi, the matte part included. m is the half vector, with cos_m = wo.m = wi.m.
 BsdfValue evaluate_reflection(LayeredLobes lobes, LayeredView view, vec3 wi, vec3 m, float cos_m) {
   BsdfValue value = evaluate_matte(lobes, view, wi);
   if (lobes.mirror) return value;
@@ -184,7 +184,7 @@ BsdfValue evaluate_reflection(LayeredLobes lobes, LayeredView view, vec3 wi, vec
   return value;
 }
 
-// `reflected` is wi mirrored to this side, m the half vector of wo and it.
+// What a thin wall lets through: `reflected` is wi mirrored to this side, m the half vector of wo and `reflected`.
 BsdfValue evaluate_thin_wall(LayeredLobes lobes, LayeredView view, vec3 reflected, vec3 m, float cos_m) {
   const FacetResponse response = facet_response(lobes, cos_m);
   const float pdf = normal_density(lobes.facets, m) / (4 * view.visible_area);
@@ -192,7 +192,7 @@ BsdfValue evaluate_thin_wall(LayeredLobes lobes, LayeredView view, vec3 reflecte
                    view.facets * (1 - response.reflect_share) * pdf);
 }
 
-// wi.z < 0, and m the normal about which wo refracts into wi.
+// The refraction into a volume: wi.z < 0, and m is the normal about which wo refracts into wi.
 BsdfValue evaluate_refraction(LayeredLobes lobes, LayeredView view, vec3 wi, vec3 m, float cos_m) {
   const FacetResponse response = facet_response(lobes, cos_m);
   const float eta = lobes.eta, cos_t = response.cos_t;

@@ -17,6 +17,25 @@ float map_shadowing(float map_alpha2, vec3 wi) {
   return 2 / (1 + sqrt(1 + map_alpha2 * max(0.0, 1 - cos2) / cos2));
 }
 
+// Turns wo and wi into `frame`, that of a mapped normal. `shadowing`: the share of light from wi that the map's facets
+// let pass. False where the mapped normal and the surface's disagree on the side of wi: nothing is scattered then.
+bool enter_map(Frame frame, float map_alpha2, inout vec3 wo, inout vec3 wi, out float shadowing) {
+  shadowing = map_alpha2 > 0 ? map_shadowing(map_alpha2, wi) : 1.0;
+  const float unmapped_z = wi.z;
+  wo = to_local(frame, wo);
+  wi = to_local(frame, wi);
+  return unmapped_z * wi.z > 0;
+}
+
+// Turns a valid sample in `frame`, that of a mapped normal, into the frame of the surface.
+BsdfSample leave_map(Frame frame, float map_alpha2, BsdfSample chosen) {
+  const float own_z = chosen.wi.z;
+  chosen.wi = to_world(frame, chosen.wi);
+  if (!(chosen.wi.z * own_z > 0)) return no_sample();
+  if (map_alpha2 > 0) chosen.weight *= map_shadowing(map_alpha2, chosen.wi);
+  return chosen;
+}
+
 // Only parts of blends have maps of their own.
 bool is_mapped(LobeParams params) {
   return has_feature(kFeatureScatterMaps) && has_model(kLobeBlend) && params.mapped != 0;
@@ -90,14 +109,8 @@ BsdfSample sample_from_above(LobeParams params, vec3 wo, float u_lobe, vec2 u, b
 
 BsdfValue evaluate_lobes(LobeParams params, vec3 wo, vec3 wi) {
   float shadowing = 1;
-  if (is_mapped(params)) {
-    const Frame frame = make_frame(params.map_normal);
-    const vec3 own_wi = to_local(frame, wi);
-    if (!(wi.z * own_wi.z > 0)) return no_value();
-    if (params.map_alpha2 > 0) shadowing = map_shadowing(params.map_alpha2, wi);
-    wo = to_local(frame, wo);
-    wi = own_wi;
-  }
+  if (is_mapped(params) && !enter_map(make_frame(params.map_normal), params.map_alpha2, wo, wi, shadowing))
+    return no_value();
   if (!is_seen(params, wo)) return no_value();
   const bool inside = wo.z < 0;
   BsdfValue value = evaluate_from_above(params, inside ? mirrored(wo) : wo, inside ? mirrored(wi) : wi, inside);
@@ -117,11 +130,7 @@ BsdfSample sample_lobes(LobeParams params, vec3 wo, float u_lobe, vec2 u) {
   BsdfSample chosen = sample_from_above(params, inside ? mirrored(wo) : wo, u_lobe, u, inside);
   if (inside) chosen.wi = mirrored(chosen.wi);
   if (!mapped || !(chosen.pdf_w > 0)) return chosen;
-  const float own_z = chosen.wi.z;
-  chosen.wi = to_world(frame, chosen.wi);
-  if (!(chosen.wi.z * own_z > 0)) return no_sample();
-  if (params.map_alpha2 > 0) chosen.weight *= map_shadowing(params.map_alpha2, chosen.wi);
-  return chosen;
+  return leave_map(frame, params.map_alpha2, chosen);
 }
 
 bool is_pure_delta(LobeParams params) {

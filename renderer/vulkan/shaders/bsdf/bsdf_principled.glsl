@@ -27,7 +27,7 @@ vec3 tint_of(vec3 color) {
   return lum > 0 ? color / lum : vec3(1);
 }
 
-// The class Principled of bsdf_principled.cpp.
+// PrincipledBsdf of trace/bsdf/bsdf_principled.h.
 struct PrincipledLobes {
   PrincipledTable own;
   Microfacet facets;
@@ -92,7 +92,7 @@ vec3 principled_sheen_color(PrincipledLobes lobes) {
   return lobes.own.sheen_tint > 0 ? vec3(1) + (tint_of(lobes.base) - vec3(1)) * lobes.own.sheen_tint : vec3(1);
 }
 
-// As evaluate_refraction of bsdf_layered.glsl.
+// The refraction of wo into wi, as evaluate_refraction() of bsdf_layered.glsl has it.
 BsdfValue principled_refraction(PrincipledLobes lobes, vec3 wo, vec3 wi) {
   if (!(lobes.glass > 0)) return no_value();
   const float eta = lobes.eta;

@@ -24,7 +24,8 @@ bool is_beckmann(uint distribution) {
   return has_feature(kFeatureBeckmann) && (distribution == kBeckmann || distribution == kBeckmannAnisotropic);
 }
 
-// alpha 0: none, a mirror. Isotropic distributions get both alphas, so that one formula serves both.
+// The facets of a material; alpha 0 stands for a mirror without facets. Isotropic distributions get both alphas, so
+// that one formula serves all.
 Microfacet microfacet_of(LobeParams params) {
   Microfacet facets;
   facets.distribution = params.distribution;
@@ -45,7 +46,7 @@ float sin2_of(vec3 w) {
   return w.x * w.x + w.y * w.y;
 }
 
-// Into the frame whose x axis is `along`.
+// w in the frame whose x axis is `along`.
 vec3 turned_to(vec3 w, vec2 along) {
   return vec3(along.x * w.x + along.y * w.y, along.x * w.y - along.y * w.x, w.z);
 }
@@ -80,7 +81,7 @@ float masking(Microfacet facets, vec3 w) {
   return w.z > 0 ? min(1.0, w.z / projected_area(facets, w)) : 0.0;
 }
 
-// Spherical caps (Dupuy and Benyoub 2023).
+// A visible normal of a GGX distribution, by spherical caps (Dupuy and Benyoub 2023).
 vec3 sample_visible_ggx(vec3 wo, float alpha_x, float alpha_y, vec2 u) {
   const vec3 stretched = vec3(alpha_x * wo.x, alpha_y * wo.y, wo.z);
   const vec3 w = stretched * (1 / sqrt(dot(stretched, stretched)));

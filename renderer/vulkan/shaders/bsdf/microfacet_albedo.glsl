@@ -4,7 +4,7 @@
 
 #include "bsdf/microfacet.glsl"
 
-// AlbedoTerms.
+// AlbedoTerms of trace/bsdf/microfacet_albedo.h.
 struct AlbedoTerms {
   float a, b, s, loss;
 };

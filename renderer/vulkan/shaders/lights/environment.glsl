@@ -9,7 +9,7 @@
 #include "tables/lights.h"
 #include "scene/textures.glsl"
 
-// (u, v) of a direction in map space, both in [0, 1); of any length but 0.
+// (u, v), both in [0, 1), of a direction in map space, which may have any length but 0.
 vec2 environment_uv(vec3 d) {
   float u = arc_tangent(d.x, -d.z) * (0.5 * kInvPi);
   if (u < 0) u += 1;

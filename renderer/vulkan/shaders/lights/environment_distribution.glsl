@@ -1,5 +1,6 @@
-// Importance sampling of an environment map: scene/images/environment_distribution.cpp. In double where it is, so that
-// the cell that a direction was drawn in is the one that environment_map_pdf_w() finds. Include after scene.glsl.
+// Importance sampling of an environment map: scene/images/environment_distribution.cpp. It computes in double
+// where the CPU does so: environment_map_pdf_w() then finds the cell that a direction was drawn in. Include after
+// scene.glsl.
 #ifndef ENVIRONMENT_DISTRIBUTION_GLSL
 #define ENVIRONMENT_DISTRIBUTION_GLSL
 

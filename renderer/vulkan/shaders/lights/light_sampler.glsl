@@ -45,12 +45,12 @@ const uint kHasAnyLight = kHasPlanarLights | kHasRoundLights | kHasPunctual | kH
 bool has_lights() {
   return has_light_feature(kHasAnyLight) && scene.lights.selection != kSelectionNone;
 }
-// False: sample_light() does not read u_select.
+// Whether sample_light() reads u_select.
 bool needs_selection() {
   return has_light_feature(kHasPowerSelection | kHasLightTree) && scene.lights.selection >= kSelectionPower;
 }
 
-// Of more than one light.
+// Whether one of several lights is selected by its power, not by the tree. Precondition: there are several lights.
 bool selects_by_power(uint selection) {
   return has_light_feature(kHasPowerSelection) &&
          (!has_light_feature(kHasLightTree) || selection == kSelectionPower);
@@ -95,7 +95,8 @@ bool environment_has_distribution() {
          (!has_light_feature(kHasConstantEnvironment) || scene.lights.environment.columns > 0);
 }
 
-// Of a constant environment: cosine-distributed above the surface, uniform over the sphere when both sides matter.
+// Density of directions to a constant environment: cosine-distributed above the surface, uniform over the sphere when
+// both sides matter.
 float constant_environment_density(vec3 normal, vec3 direction) {
   return length_squared(normal) > 0 ? max(dot(normal, direction), 0.0) * kInvPi : kInvPi / 4;
 }
@@ -191,7 +192,8 @@ float light_pdf_w_area(vec3 point, vec3 normal, vec3 direction, uint emitter, fl
   return pdf_w * selection_probability(point, normal, light);
 }
 
-// The same for a direction that left the scene.
+// Density (selection x solid angle) with which sample_light() at `point` would have returned the environment along a
+// unit direction that left the scene.
 float light_pdf_w_environment(vec3 point, vec3 normal, vec3 direction) {
   if (!has_light_feature(kHasEnvironments) || scene.lights.environment_light == 0) return 0;
   const float density = environment_has_distribution()

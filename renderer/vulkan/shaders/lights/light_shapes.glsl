@@ -22,7 +22,8 @@ struct ShapeSample {
 const ShapeSample kNoShapeSample = ShapeSample(vec3(0), 0, 0, 1, vec2(0));
 const float kMaxShapePdf = 1e30;
 
-// Larger densities become 0, and so do NaN and infinity: by their bits, which order floats >= 0.
+// Densities above kMaxShapePdf become 0, and so do NaN and infinity. Floats are compared by their bits, which order
+// those >= 0.
 float accept_pdf(float pdf) {
   return floatBitsToUint(pdf) <= floatBitsToUint(kMaxShapePdf) ? pdf : 0.0;
 }
@@ -35,7 +36,7 @@ uint shape_kind(AreaLightTable shape) {
 bool is_ellipsoid(AreaLightTable shape) {
   return has_light_feature(kHasEllipsoids) && shape_kind(shape) == kShapeEllipsoid;
 }
-// A sphere or an ellipsoid; else planar.
+// True for a sphere and an ellipsoid; the other shapes are planar.
 bool is_round(AreaLightTable shape) {
   return has_light_feature(kHasRoundLights) &&
          (!has_light_feature(kHasPlanarLights) || shape_kind(shape) >= kShapeSphere);
@@ -46,12 +47,12 @@ bool is_triangle(AreaLightTable shape) {
 bool shape_two_sided(AreaLightTable shape) {
   return (shape.flags & kShapeTwoSided) != 0;
 }
-// Of planar shapes: the point is so near that the solid angle is sampled.
+// Whether the point is so near to a planar shape that the solid angle is sampled.
 bool shape_is_near(AreaLightTable shape, vec3 point) {
   return length_squared(shape.center - point) < shape.near_squared;
 }
 
-// What an ellipsoid's map does, and its inverse. Rows of the inverse are cofactors over the determinant.
+// The linear map of the unit sphere to an ellipsoid, and its inverse, whose rows are cofactors over the determinant.
 struct LinearMap {
   vec3 e1, e2, e3, c1, c2, c3;
   float determinant;
@@ -128,7 +129,7 @@ float near_planar_pdf_w(AreaLightTable shape, vec3 point, float distance, float 
   return accept_pdf(distance * distance / (cosine * shape.area));
 }
 
-// From outside, uniform over the cone that the sphere fills; from inside, uniform over all directions.
+// A direction to a sphere: from outside, uniform over the cone that it fills; from inside, uniform over all directions.
 ShapeSample sample_sphere(vec3 center, float radius, bool two_sided, vec3 point, vec2 u) {
   ShapeSample drawn = kNoShapeSample;
   const vec3 to_center = center - point;
@@ -202,7 +203,7 @@ float round_pdf_w(AreaLightTable shape, vec3 point, vec3 direction, float cos_li
   return accept_pdf(pdf_w * stretch * stretch * stretch / abs(map.determinant));
 }
 
-// Near the light its solid angle is sampled, where that is not too small.
+// Samples the solid angle of a planar shape that is near, where that is not too small, and else the area.
 ShapeSample sample_planar(AreaLightTable shape, vec3 point, vec2 u) {
   const bool triangular = is_triangle(shape);
   vec2 st = triangular ? square_to_triangle(u) : u;
@@ -226,7 +227,7 @@ ShapeSample sample_planar(AreaLightTable shape, vec3 point, vec2 u) {
   return drawn;
 }
 
-// u in [0, 1)^2.
+// A direction from `point` to the shape; u in [0, 1)^2.
 ShapeSample sample_shape(AreaLightTable shape, vec3 point, vec2 u) {
   if (is_round(shape)) return sample_round(shape, point, u);
   return sample_planar(shape, point, u);

@@ -55,7 +55,8 @@ float least_facing(vec3 normal) {
   return length_squared(normal) > 0 ? -1.0 : 1.0;
 }
 
-// `normal` is unit, or zero when both sides matter. u in [0, 1). Precondition: the tree is not empty.
+// Selects a light for a point. `normal` is unit, or zero when both sides matter. u in [0, 1). Precondition: the tree is
+// not empty.
 LightTreeChoice select_from_tree(vec3 point, vec3 normal, float u) {
   const uint64_t nodes = scene.lights.nodes;
   const float facing = least_facing(normal);

@@ -17,7 +17,7 @@ float range_window(PunctualLightTable source, float distance) {
   return clamp(1 - sqr(sqr(distance * source.inverse_range)), 0.0, 1.0);
 }
 
-// Of a spot, towards a direction at this cosine to its axis; 1 for others.
+// What the cone of a spot leaves of its light at this cosine to its axis; 1 for other lights.
 float cone_attenuation(PunctualLightTable source, float cosine) {
   const bool linear = source.linear_cone != 0;
   const float along = linear ? arc_cosine(clamp(cosine, -1.0, 1.0)) : cosine;

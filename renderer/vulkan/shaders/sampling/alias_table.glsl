@@ -14,7 +14,7 @@ struct AliasChoice {
   float probability;
 };
 
-// u in [0, 1). Precondition: count > 0.
+// Draws an index; u in [0, 1). Precondition: count > 0.
 AliasChoice sample_alias(uint64_t table, uint count, float u) {
   AliasBins bins = AliasBins(table);
   const float scaled = u * float(count);

@@ -38,7 +38,7 @@ uint pixel_key(ivec2 pixel, uint sample_half, uvec2 seed) {
   return combine_hash(key, sample_half ^ 0x68bc21ebu);
 }
 
-// [0, 1) with 24 bits.
+// A number in [0, 1) of the upper 24 bits.
 float unit_float(uint bits) {
   return float(bits >> 8) * (1.0 / 16777216.0);
 }

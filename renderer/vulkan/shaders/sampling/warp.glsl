@@ -4,7 +4,7 @@
 
 #include "base/base.glsl"
 
-// Shirley and Chiu 1997, with the polynomials of warp.h.
+// Concentric map to the unit disk (Shirley and Chiu 1997), with the polynomials of warp.h.
 vec2 square_to_disk(vec2 u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
   const bool wide = abs(a) > abs(b);
@@ -42,7 +42,7 @@ float cone_pdf_w(float one_minus_cos_max) {
   return 1 / (kTwoPi * one_minus_cos_max);
 }
 
-// Heitz 2019.
+// Barycentrics, uniform over a triangle (Heitz 2019).
 vec2 square_to_triangle(vec2 u) {
   float x = u.x, y = u.y;
   if (y > x) {

@@ -34,8 +34,8 @@ float surface_alpha(uint index, uint primitive, vec2 barycentric, vec3 normal) {
   return alpha;
 }
 
-// `front`: the ray arrives against the normal. Every surface on the way decides by its own random number, the same
-// whenever the same ray meets it; the near and the far side of a sphere are two surfaces.
+// Whether the hit stops the ray. `front`: the ray arrives against the normal. Every surface on the way decides by its
+// own random number, the same whenever the same ray meets it; the near and the far side of a sphere are two surfaces.
 bool opaque_at(uint part, uint instance, uint primitive, vec2 barycentric, vec3 normal, bool front, uint alpha_key) {
   const uint index = part_index(part, instance);
   const float alpha = surface_alpha(index, primitive, barycentric, normal);

@@ -95,7 +95,7 @@ LobeParams evaluate_lobe_params(Hit hit, vec3 wo, Surface s) {
   return p;
 }
 
-// `wo`: unit, world space, to the viewer.
+// The material at a hit; `wo` is the unit direction to the viewer in world space.
 SurfaceParams evaluate_material(Hit hit, vec3 wo, Surface s) {
   if (!has_model(kLobeBlend)) return surface_params(evaluate_lobe_params(hit, wo, s));
   SurfaceParams params;
@@ -109,7 +109,7 @@ SurfaceParams evaluate_material(Hit hit, vec3 wo, Surface s) {
       params = surface_params(lobes);
       continue;
     }
-    // A part that is black from behind, in a frame that was turned to the viewer.
+    // A one-sided part is black from behind, though the frame may have been turned to the viewer.
     if ((material_of(own.material).flags & kMaterialOneSided) != 0 && !s.front) lobes.model = kLobeNone;
     if (pass == 1) params.first = lobes;
     else params.second = lobes;

@@ -12,7 +12,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ins
   InstanceTable at[];
 };
 
-// Index into GeometryTables::parts.
+// Index into GeometryTables::parts of a part as Hit numbers it.
 uint part_index(uint part, uint instance) {
   return instance == kNone ? part : Instances(scene.geometry.instances).at[instance].first_part + part;
 }
@@ -91,7 +91,7 @@ vec2 texcoord_of(PartTable part, uint primitive, vec2 barycentric, int set) {
   return interpolate_vec2(texcoords, corner_indices(part, primitive), barycentric);
 }
 
-// From the object's space to the world.
+// These carry directions, normals and points from an object's space to the world.
 vec3 instance_direction(InstanceTable instance, vec3 v) {
   return instance.to_world[0] * v.x + instance.to_world[1] * v.y + instance.to_world[2] * v.z;
 }

@@ -7,14 +7,14 @@
 
 const uint kMediumDepth = 8;
 
-// Innermost last; media within kMediumDepth others are counted, not known.
+// The media around a point, innermost last; media within kMediumDepth others are counted, not known.
 struct MediumStack {
   uint material[kMediumDepth];
   uint count;
   uint beyond;
 };
 
-// False: the medium lies within kMediumDepth others.
+// Puts the path into a medium; false where that lies within kMediumDepth others.
 bool enter_medium(inout MediumStack media, uint material) {
   if (media.count < kMediumDepth) {
     media.material[media.count++] = material;
@@ -43,7 +43,7 @@ bool cross_surface(inout MediumStack media, uint material, bool from_front) {
   return true;
 }
 
-// Beer's law in one medium. A distance of 0 to the largest float.
+// Beer's law in one medium, for a distance from 0 to the largest float.
 vec3 transmittance(uint material, float distance) {
   const vec3 sigma = material_of(material).absorption;
   return is_black(sigma) ? vec3(1) : exp(-sigma * distance);
@@ -53,7 +53,7 @@ vec3 transmittance(MediumStack media, float distance) {
   return transmittance(media.material[media.count - 1], distance);
 }
 
-// Along a ray that starts at the surface: inside the innermost medium after the crossing.
+// Transmittance along a ray that starts at a surface: that of the innermost medium after the crossing.
 vec3 shadow_transmittance(MediumStack media, uint material, bool is_volume, bool front, bool leaves_front,
                           float distance) {
   if (is_volume && leaves_front != front) cross_surface(media, material, front);

@@ -24,7 +24,7 @@ struct Surface {
   uint material;
 };
 
-// Geometric, towards where the ray came from.
+// The geometric normal on the side where the ray came from.
 vec3 facing_normal(Surface s) {
   return s.front ? s.geometric_normal : -s.geometric_normal;
 }
@@ -176,7 +176,7 @@ vec3 bend_for_reflection(vec3 normal, vec3 geometric, vec3 wo) {
   return normalize_any(geometric * cos(angle) + x * sin(angle));
 }
 
-// Of the vertices, on the side of the geometric normal; that one where there are none.
+// The normal of the vertices, on the side of the geometric normal; the geometric normal where vertices have none.
 vec3 vertex_normal(Hit hit, Surface s) {
   const PartTable part = part_at(s.part);
   if ((part.flags & kPartSmooth) == 0) return s.geometric_normal;
@@ -248,7 +248,7 @@ vec3 surface_emission(Hit hit, Surface s) {
 
 // ---- where rays start -----------------------------------------------------------------------------------------------
 
-// On the side from which `arrived` came: `offset` off the surface, as far as possible back on the ray.
+// Where rays start on the side from which `arrived` came: `offset` off the surface, as far as possible back on the ray.
 vec3 near_side_origin(Surface s, vec3 arrived) {
   const float cosine = abs(dot(s.geometric_normal, arrived));
   const float back = min(min(kMostRetreat * s.offset, s.offset / max(cosine, 1e-3)), s.travelled);
@@ -262,7 +262,7 @@ vec3 origin_towards(Surface s, vec3 near_side, vec3 direction) {
   return s.position + s.geometric_normal * copysign(s.through, side);
 }
 
-// How far a shadow ray goes to a light's surface at `distance`: it stops short of it.
+// How far a shadow ray goes to a light's surface at `distance`: it stops short of the surface.
 float shadow_length(float distance, float cos_light, float offset, float scene_radius) {
   const float margin = offset + (distance + scene_radius) * kOffsetFactor;
   return is_finite(distance) ? max(0.0, distance - margin / max(cos_light, 1e-3)) : distance;

@@ -8,7 +8,7 @@ vec3 mirrored_in(vec3 normal, vec3 v) {
   return v - normal * (2 * dot(normal, v));
 }
 
-// In the frame (u, n x u, n); `normal` itself where the map says nothing.
+// The map's normal, which texels give in the frame (u, n x u, n); `normal` itself where the map says nothing.
 vec3 map_lookup(Hit hit, Surface s, vec3 normal) {
   const TextureSlotTable map = material_of(s.material).normal_texture;
   if (!texture_present(map))
@@ -23,7 +23,7 @@ vec3 map_lookup(Hit hit, Surface s, vec3 normal) {
   return is_finite(unit) && length_squared(unit) > 0.5 ? unit : normal;
 }
 
-// Sets mapped, map_normal and map_alpha2.
+// Sets mapped, map_normal and map_alpha2 of `p`.
 void set_mapped_normal(Hit hit, vec3 wo, Surface s, inout LobeParams p) {
   const uint flags = material_of(s.material).flags;
   vec3 base = s.shading_normal, mapped = map_lookup(hit, s, base);
@@ -43,7 +43,7 @@ void set_mapped_normal(Hit hit, vec3 wo, Surface s, inout LobeParams p) {
   if ((flags & kMaterialMapShadowing) != 0) p.map_alpha2 = cos2 > 0 ? min(1.0, 0.125 * (1 - cos2) / cos2) : 1.0;
 }
 
-// World space: the frame that the directions of `p` are in.
+// The frame, in world space, that the directions of `p` are in.
 Frame scattering_frame(Surface s, LobeParams p) {
   const Frame frame = shading_frame(s);
   if (p.mapped == 0) return frame;

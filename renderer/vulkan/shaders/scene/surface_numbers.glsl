@@ -10,7 +10,7 @@ float number_factor(vec4 texel) {
   return value > 0 ? min(value, 1.0) : 0.0;
 }
 
-// Alphas of a material whose own distribution is kGgx or kBeckmann.
+// Sets the alphas of a material whose own distribution is kGgx or kBeckmann.
 void set_alphas(uint distribution, float along, float across, inout LobeParams p) {
   p.distribution = distribution;
   if (p.model == kLobePrincipled) {
@@ -34,7 +34,7 @@ void set_alphas(uint distribution, float along, float across, inout LobeParams p
   p.distribution = distribution == kBeckmann ? kBeckmannAnisotropic : kGgxAnisotropic;
 }
 
-// After the numbers themselves: the alphas of a material with number textures. `along` and `across`: number_factor() of
+// Sets the alphas of a material with number textures, after its other numbers. `along` and `across`: number_factor() of
 // its roughness textures.
 void apply_roughness_numbers(uint material, float along, float across, inout LobeParams p) {
   const uint distribution = material_of(material).distribution, present = material_of(material).present;

@@ -34,7 +34,7 @@ bool has_model(uint model) {
 // The MaterialTable of a material; scene.glsl names `scene`.
 #define material_of(index) Materials(scene.materials).at[index]
 
-// MaterialTable::params, of the materials at this address: without a map, which a hit gives.
+// Loads MaterialTable::params of the materials at this address, without a map, which a hit gives.
 LobeParams load_lobe_params(uint64_t materials, uint index) {
   LobeGroups groups = LobeGroups(materials + uint64_t(index) * kMaterialTableSize);
   const u64vec2 tables = groups.tables;

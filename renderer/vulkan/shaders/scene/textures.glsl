@@ -81,8 +81,8 @@ vec4 read_texel(ImageTable image, uint index, bool srgb) {
   return vec4(value.rgb, image.channels == 4 ? value.a : 1.0);
 }
 
-// A coordinate that arithmetic survives: NaN, infinity and values beyond 1e9 become 0. By its bits, because compilers
-// of shaders may assume that there are none.
+// A coordinate that arithmetic survives: NaN, infinity and values beyond 1e9 become 0. The comparison is by bits,
+// because compilers of shaders may assume that there are neither NaN nor infinity.
 float safe_coordinate(float u) {
   return (floatBitsToUint(u) & 0x7fffffffu) < floatBitsToUint(1e9) ? u : 0.0;
 }
@@ -127,12 +127,12 @@ ImageTables image_table(TextureSlotTable slot) {
   return ImageTables(scene.textures.images + uint64_t(slot.image) * kImageTableSize);
 }
 
-// In texels. Precondition: texture_present(slot).
+// Size of the image in texels. Precondition: texture_present(slot).
 ivec2 texture_size(TextureSlotTable slot) {
   return ivec2(image_table(slot).shape.xy);
 }
 
-// Precondition: texture_present(slot). Any uv is safe.
+// The filtered value at uv, which may be any numbers. Precondition: texture_present(slot).
 vec4 texture_lookup(TextureSlotTable slot, vec2 uv) {
   if (!has_light_feature(kHasImages)) return vec4(0);
   ImageTables table = image_table(slot);

@@ -22,7 +22,7 @@ using std::uint64_t;
 
 HELIO_CONSTANT kNone = 0xffffffffu;  // kNoHit, kNoLight, no texture
 
-// A texture as a material or a light names it: TextureSlot.
+// A TextureSlot as shaders read it: a texture as a material or a light names it.
 struct TextureSlotTable {
   uint image;  // kNone: none
   int texcoord;

@@ -11,12 +11,12 @@ namespace helio::vulkan {
 
 HELIO_CONSTANT kTexcoordSets = 4u;  // kMaxTexcoordSets
 
-// PartTable::flags.
+// Bits of PartTable::flags.
 HELIO_CONSTANT kPartSphere = 1u;
 HELIO_CONSTANT kPartSmooth = 2u;  // has vertex normals
 HELIO_CONSTANT kPartAlpha = 4u;   // hits are subject to opaque_at()
 
-// PartRecord with its mesh: addresses of TriangleMesh's arrays, 0 where a mesh has none.
+// A PartRecord with its mesh: addresses of TriangleMesh's arrays, 0 where a mesh has none.
 struct PartTable {
   uint64_t positions;  // vec3[]
   uint64_t indices;    // uint[], 3 a triangle
@@ -33,7 +33,7 @@ struct PartTable {
   uint padding;
 };
 
-// InstanceRecord; matrices by columns.
+// An InstanceRecord, with matrices by columns.
 struct InstanceTable {
   vec3 to_world[4];         // the last column is the translation
   vec3 normal_to_world[3];

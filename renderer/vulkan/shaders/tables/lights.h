@@ -18,11 +18,11 @@ HELIO_CONSTANT kHasPunctual = 64u, kHasProjectors = 128u;
 HELIO_CONSTANT kHasConstantEnvironment = 256u, kHasEnvironmentMap = 512u;
 HELIO_CONSTANT kHasPowerSelection = 1024u, kHasLightTree = 2048u, kHasInfiniteSelection = 4096u;
 
-// AreaLightTable::flags: ShapeKind in the lowest bits.
+// Bits of AreaLightTable::flags: the lowest ones hold a ShapeKind.
 HELIO_CONSTANT kShapeTriangle = 0u, kShapeParallelogram = 1u, kShapeSphere = 2u, kShapeEllipsoid = 3u;
 HELIO_CONSTANT kShapeKindMask = 3u, kShapeTwoSided = 4u;
 
-// AreaLight and its AreaShape.
+// An AreaLight with its AreaShape, as shaders read it.
 struct AreaLightTable {
   vec3 p0, e1, e2, e3, normal, center;
   float area, near_squared, radius;
@@ -33,7 +33,7 @@ struct AreaLightTable {
   uint alpha;  // into LightTables::alphas; kNone: opaque
 };
 
-// LightAlpha.
+// A LightAlpha as shaders read it.
 struct LightAlphaTable {
   vec2 uv, uv_s, uv_t;
   float factor, factor_s, factor_t;
@@ -42,10 +42,10 @@ struct LightAlphaTable {
   uint slot;  // as AreaLightTable::slot
 };
 
-// PunctualLightTable::kind: PunctualKind.
+// Values of PunctualLightTable::kind: PunctualKind.
 HELIO_CONSTANT kPunctualPoint = 0u, kPunctualSpot = 1u, kPunctualDirectional = 2u, kPunctualProjector = 3u;
 
-// PunctualSource.
+// A PunctualSource as shaders read it.
 struct PunctualLightTable {
   vec3 position, direction, intensity;
   float inverse_range, cone_scale, cone_offset;
@@ -54,13 +54,13 @@ struct PunctualLightTable {
   uint projector;    // into LightTables::projectors
 };
 
-// Projector.
+// A Projector as shaders read it.
 struct ProjectorTable {
   vec3 across, down, depth, axis;
   uint slot;  // of the picture, as AreaLightTable::slot
 };
 
-// AreaEmitter: what a ray finds that hits it.
+// An AreaEmitter as shaders read it: what a ray finds that hits it.
 struct EmitterTable {
   vec3 radiance;
   uint light;      // kNone: never sampled
@@ -68,7 +68,7 @@ struct EmitterTable {
   uint two_sided;  // 0 or 1
 };
 
-// AliasTable::Bin.
+// An AliasTable::Bin as shaders read it.
 struct AliasBinTable {
   float threshold;
   uint alias;
@@ -86,7 +86,7 @@ struct LightTreeChildTable {
   uint padding[3];
 };
 
-// EnvironmentMap and its EnvironmentDistribution.
+// An EnvironmentMap with its EnvironmentDistribution, as shaders read it.
 struct EnvironmentLightTable {
   uint64_t column_cdf;  // uint[rows][columns]
   uint64_t row_cdf;     // uint[rows]
@@ -99,7 +99,7 @@ struct EnvironmentLightTable {
   uint padding;
 };
 
-// LightTables::selection.
+// Values of LightTables::selection.
 HELIO_CONSTANT kSelectionNone = 0u, kSelectionOne = 1u, kSelectionPower = 2u, kSelectionTree = 3u;
 
 struct LightTables {

@@ -11,7 +11,7 @@
 namespace helio::vulkan {
 #endif
 
-// LobeModel, in its order. kLobeStack is refused before a scene is uploaded (scene/supported.h).
+// Values of LobeModel, in its order. kLobeStack is refused before a scene is uploaded (scene/supported.h).
 HELIO_CONSTANT kLobeLambert = 0u;
 HELIO_CONSTANT kLobeMetallicRoughness = 1u;
 HELIO_CONSTANT kLobeSpecularGlossiness = 2u;
@@ -23,18 +23,18 @@ HELIO_CONSTANT kLobePrincipled = 7u;
 HELIO_CONSTANT kLobeBlend = 8u;
 HELIO_CONSTANT kLobeNone = 9u;
 
-// MicrofacetDistribution, in its order.
+// Values of MicrofacetDistribution, in its order.
 HELIO_CONSTANT kGgx = 0u;
 HELIO_CONSTANT kBeckmann = 1u;
 HELIO_CONSTANT kGgxAnisotropic = 2u;
 HELIO_CONSTANT kBeckmannAnisotropic = 3u;
 
-// MapRule, in its order.
+// Values of MapRule, in its order.
 HELIO_CONSTANT kMapBend = 0u;
 HELIO_CONSTANT kMapOwnFrame = 1u;
 HELIO_CONSTANT kMapOwnFrameUnflipped = 2u;
 
-// AlphaMode, in its order.
+// Values of AlphaMode, in its order.
 HELIO_CONSTANT kAlphaOpaque = 0u;
 HELIO_CONSTANT kAlphaMask = 1u;
 HELIO_CONSTANT kAlphaBlend = 2u;
@@ -49,7 +49,7 @@ HELIO_CONSTANT kFeatureAnisotropy = 1u << 20;
 HELIO_CONSTANT kFeatureBeckmann = 1u << 21;
 HELIO_CONSTANT kFeatureTransmission = 1u << 22;
 
-// MaterialTable::flags: the flags of MaterialRecord and, from kMaterialMapShadowing on, of Material.
+// Bits of MaterialTable::flags: the flags of MaterialRecord and, from kMaterialMapShadowing on, of Material.
 HELIO_CONSTANT kMaterialNumbersTextured = 1u;
 HELIO_CONSTANT kMaterialNormalMapped = 2u;
 HELIO_CONSTANT kMaterialScattersMapped = 4u;
@@ -64,13 +64,13 @@ HELIO_CONSTANT kMaterialMapShadowing = 1024u;
 HELIO_CONSTANT kMaterialMapMirrored = 2048u;
 HELIO_CONSTANT kMaterialBlendBySide = 4096u;
 
-// PrincipledMaterial.
+// A PrincipledMaterial as shaders read it.
 struct PrincipledTable {
   float anisotropic, spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss;
 };
 
-// SurfaceParams of one material: all of them but the layers and the parts of a blend. In groups of 16 bytes, which
-// surface_params.glsl loads as a whole.
+// SurfaceParams of one material: all of them but the layers and the parts of a blend. Members lie in
+// groups of 16 bytes, which surface_params.glsl loads as a whole.
 struct LobeParams {
   uint64_t albedo;   // AlbedoTable of the distribution
   uint64_t plastic;  // PlasticTable; 0 where the model is another
@@ -95,7 +95,7 @@ struct LobeParams {
   float map_alpha2;
 };
 
-// PlasticInterface.
+// A PlasticInterface as shaders read it.
 HELIO_CONSTANT kPlasticNodes = 64u;
 struct PlasticTable {
   float eta, internal_reflectance;
@@ -113,7 +113,8 @@ struct AlbedoTable {
   float lost_below[kAlbedoAlphaNodes * kAlbedoMuNodes];
 };
 
-// MaterialTable::textures: those that evaluate_material.glsl reads, by their fields in Material and NumberTextures.
+// Indices into MaterialTable::textures, which evaluate_material.glsl reads, by their fields in Material and
+// NumberTextures.
 HELIO_CONSTANT kTextureBaseColor = 0u;
 HELIO_CONSTANT kTextureMetallicRoughness = 1u;
 HELIO_CONSTANT kTextureSpecular = 2u;

@@ -50,7 +50,7 @@ struct PathAnswer {
   uint media_overflows;  // TraceStats
 };
 
-// Of FirstHit (trace/paths/path_group.h).
+// A FirstHit (trace/paths/path_group.h) as shaders write it.
 struct FirstHitAnswer {
   vec3 albedo, normal;
   float depth;

@@ -8,10 +8,10 @@
 namespace helio::vulkan {
 #endif
 
-// ImageTable::format: TexelFormat.
+// Values of ImageTable::format: TexelFormat.
 HELIO_CONSTANT kTexelU8 = 0u, kTexelU16 = 1u, kTexelF16 = 2u, kTexelF32 = 3u;
 
-// TextureSlotTable::modes: WrapMode along u and, from kWrapVShift on, along v; FilterMode; TexelEncoding.
+// Bits of TextureSlotTable::modes: WrapMode along u and, from kWrapVShift on, along v; FilterMode; TexelEncoding.
 HELIO_CONSTANT kWrapRepeat = 0u, kWrapClamp = 1u, kWrapMirror = 2u, kWrapMask = 3u, kWrapVShift = 2u;
 HELIO_CONSTANT kFilterNearest = 16u, kEncodingSrgb = 32u;
 
@@ -20,7 +20,7 @@ HELIO_CONSTANT kHasImages = 1u << 16;
 HELIO_CONSTANT kHasUnalignedTexels = 1u << 17;  // of one, two, three or six bytes
 HELIO_CONSTANT kHasFormatShift = 18u;           // from here on a bit for each format
 
-// Image: texels as the host stores them, row 0 on top. Two loads of four words.
+// An Image: texels as the host stores them, row 0 on top. Shaders read it by two loads of four words.
 struct ImageTable {
   uint64_t texels;
   uint64_t srgb;  // float[256] or float[65536]: linear values of sRGB-encoded codes; 0 for floats
