@@ -24,6 +24,9 @@ class Late {
     return value_;
   }
 
+  // As it was before emplace().
+  void reset() { made_ = false; }
+
   explicit operator bool() const { return made_; }
   // Only where it has been made.
   const T& operator*() const { return value_; }

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "renderer/base/check.h"
+#include "renderer/base/prefetch.h"
 
 namespace helio {
 namespace {
@@ -278,6 +279,16 @@ V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv) const {
     return filter_bilinear(bilinear_taps(u, view.width, slot.wrap_u), bilinear_taps(v, view.height, slot.wrap_v),
                            fetch);
   });
+}
+
+void TextureTable::prefetch(const TextureSlot& slot, const V2f& uv) const {
+  const View& view = views_[std::size_t(slot.image)];
+  const V2f t = transform_uv(slot, uv);
+  const Taps x = bilinear_taps(safe_coordinate(t.x), view.width, slot.wrap_u);
+  const Taps y = bilinear_taps(safe_coordinate(t.y), view.height, slot.wrap_v);
+  const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
+  for (const int row : {y.first, y.second})
+    helio::prefetch(view.texels + (std::size_t(row) * std::size_t(view.width) + std::size_t(x.first)) * stride);
 }
 
 V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv, float width_uv) const {

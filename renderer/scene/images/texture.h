@@ -56,6 +56,9 @@ class TextureTable {
   // size().
   V4f lookup(const TextureSlot& slot, const V2f& uv) const;
 
+  // Asks for the memory that lookup() will read. Any uv is safe.
+  void prefetch(const TextureSlot& slot, const V2f& uv) const;
+
   // Trilinear lookup for a square footprint of side `width_uv` in texture coordinates (before uv_transform); the
   // reference when no pyramid was built for the slot, the filter is nearest, or the footprint is at most a texel.
   V4f lookup(const TextureSlot& slot, const V2f& uv, float width_uv) const;

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "renderer/base/prefetch.h"
 #include "renderer/scene/images/environment.h"
 #include "renderer/scene/images/texture.h"
 #include "renderer/trace/lights/light_emission.h"
@@ -221,14 +222,37 @@ LightSampler::Selected LightSampler::select(const V3f& point, const V3f& normal,
     const AliasTable::Choice choice = power_.sample(u);
     return {choice.index, choice.probability};
   }
-  if (u < infinite_probability_) {
-    const AliasTable::Choice choice = infinite_.sample(std::min(u / infinite_probability_, kOneMinusEpsilon));
-    return {finite_count_ + choice.index, choice.probability * infinite_probability_};
+  if (u < infinite_probability_) return select_infinite(u);
+  const LightTree::Choice choice = tree_.select(point, normal, rest_for_tree(u));
+  return {choice.light, choice.probability * (1 - infinite_probability_)};
+}
+
+LightSampler::Selected LightSampler::select_infinite(float u) const {
+  const AliasTable::Choice choice = infinite_.sample(std::min(u / infinite_probability_, kOneMinusEpsilon));
+  return {finite_count_ + choice.index, choice.probability * infinite_probability_};
+}
+
+float LightSampler::rest_for_tree(float u) const {
+  return std::min((u - infinite_probability_) / (1 - infinite_probability_), kOneMinusEpsilon);
+}
+
+// At most LightTree::kMostQueries.
+void LightSampler::select_by_tree(std::span<const Query> queries, Selected* selected) const {
+  LightTree::Query asked[LightTree::kMostQueries];
+  LightTree::Choice choices[LightTree::kMostQueries];
+  std::size_t of_query[LightTree::kMostQueries], count = 0;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const Query& query = queries[i];
+    if (query.u_select < infinite_probability_) {
+      selected[i] = select_infinite(query.u_select);
+      continue;
+    }
+    of_query[count] = i;
+    asked[count++] = {query.point, query.normal, rest_for_tree(query.u_select)};
   }
-  const float finite_probability = 1 - infinite_probability_;
-  const float rest = std::min((u - infinite_probability_) / finite_probability, kOneMinusEpsilon);
-  const LightTree::Choice choice = tree_.select(point, normal, rest);
-  return {choice.light, choice.probability * finite_probability};
+  tree_.select({asked, count}, choices);
+  for (std::size_t k = 0; k < count; ++k)
+    selected[of_query[k]] = {choices[k].light, choices[k].probability * (1 - infinite_probability_)};
 }
 
 float LightSampler::selection_probability(const V3f& point, const V3f& normal, std::uint32_t light) const {
@@ -240,7 +264,26 @@ float LightSampler::selection_probability(const V3f& point, const V3f& normal, s
 
 LightSample LightSampler::sample_any(const V3f& point, const V3f& normal, float u_select, const V2f& u) const {
   if (selection_ == Selection::none) return {};
-  const Selected selected = select(point, normal, u_select);
+  return sample_selected(select(point, normal, u_select), point, normal, u);
+}
+
+void LightSampler::sample(std::span<const Query> queries, LightSample* samples) const {
+  while (selection_ == Selection::tree && !queries.empty()) {
+    const auto some = queries.first(std::min(queries.size(), LightTree::kMostQueries));
+    Selected selected[LightTree::kMostQueries];
+    select_by_tree(some, selected);
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      if (selected[i].light < areas_.size()) prefetch_lines(&areas_[selected[i].light], sizeof(AreaLight));
+    }
+    for (std::size_t i = 0; i < some.size(); ++i)
+      *samples++ = sample_selected(selected[i], some[i].point, some[i].normal, some[i].u);
+    queries = queries.subspan(some.size());
+  }
+  for (const Query& query : queries) *samples++ = sample(query.point, query.normal, query.u_select, query.u);
+}
+
+LightSample LightSampler::sample_selected(const Selected& selected, const V3f& point, const V3f& normal,
+                                          const V2f& u) const {
   if (!(selected.probability > 0)) return {};
   LightSample sample;
   if (selected.light < areas_.size()) {

@@ -119,6 +119,14 @@ class LightSampler {
     return sample_any(point, normal, u_select, u);
   }
 
+  struct Query {
+    V3f point, normal;
+    float u_select = 0;
+    V2f u;
+  };
+  // sample() of each query, into samples[i], at less cost where lights are selected by the tree.
+  void sample(std::span<const Query> queries, LightSample* samples) const;
+
   // Density (selection x solid angle) with which sample() at `point` would have returned the unit direction that hit
   // area emitter `emitter` at distance `distance`, light surface cosine `cos_light` (front: > 0).
   float pdf_w_area(const V3f& point, const V3f& normal, const V3f& direction, std::uint32_t emitter, float distance,
@@ -171,6 +179,7 @@ class LightSampler {
   void add_environment(const Input& input, double scene_radius, std::vector<double>& flux);
 
   LightSample sample_any(const V3f& point, const V3f& normal, float u_select, const V2f& u) const;
+  LightSample sample_selected(const Selected& selected, const V3f& point, const V3f& normal, const V2f& u) const;
   LightSample sample_punctual(const PunctualSource& source, const V3f& point) const;
   LightSample sample_area(const AreaLight& light, const V3f& point, const V2f& u) const;
   LightSample sample_environment(const V3f& normal, const V2f& u) const;
@@ -188,6 +197,10 @@ class LightSampler {
     return selection_ == Selection::one ? 1.0 : double(power_.probability(light));
   }
   Selected select(const V3f& point, const V3f& normal, float u) const;
+  void select_by_tree(std::span<const Query> queries, Selected* selected) const;
+  // Selection::tree: an infinite light, for u below infinite_probability_; else the u of the tree's choice.
+  Selected select_infinite(float u) const;
+  float rest_for_tree(float u) const;
   float selection_probability(const V3f& point, const V3f& normal, std::uint32_t light) const;
 
   Selection selection_ = Selection::none;

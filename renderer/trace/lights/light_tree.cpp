@@ -1,5 +1,9 @@
 #include "renderer/trace/lights/light_tree.h"
 
+#include <bit>
+
+#include "renderer/base/check.h"
+#include "renderer/base/prefetch.h"
 #include "renderer/trace/lights/light_tree_build.h"
 
 namespace helio {
@@ -84,9 +88,9 @@ void LightTree::collapse(std::span<const LightTreeNode> binary, std::uint32_t fr
   }
 }
 
-// Importance of each child and their sum: intensity times bounds of the emission cosine (section 4.1 of the paper; the
+// Importance of each child: intensity times bounds of the emission cosine (section 4.1 of the paper; the
 // cone of directions to a child is that to its bounding ball), of the cosine at the receiver, and of 1 / d^2.
-float LightTree::importances(const Node& node, const V3f& point, const V3f& normal, float* __restrict importance) {
+void LightTree::importances(const Node& node, const V3f& point, const V3f& normal, float* __restrict importance) {
   const float px = point.x, py = point.y, pz = point.z, nx = normal.x, ny = normal.y, nz = normal.z;
   const float least_facing = length_squared(normal) > 0 ? -1.0f : 1.0f;
   for (int i = 0; i < kWidth; ++i) {
@@ -116,38 +120,67 @@ float LightTree::importances(const Node& node, const V3f& point, const V3f& norm
     const float bounded = squared <= radius * radius ? any : received;
     importance[i] = distance - radius <= node.range[i] * 1.0001f ? bounded : 0.0f;
   }
-  float sum = 0;
-  for (int i = 0; i < kWidth; ++i) sum += importance[i];
-  return sum;
+}
+
+bool LightTree::descend(const V3f& point, const V3f& normal, Descent& descent) const {
+  const Node& node = nodes_[descent.at];
+  alignas(32) float importance[kWidth];
+  importances(node, point, normal, importance);
+  float below[kWidth], sum = 0;
+  for (int i = 0; i < kWidth; ++i) {
+    below[i] = sum;
+    sum += importance[i];
+  }
+  if (!(sum > 0)) {
+    descent.choice = {};
+    return false;
+  }
+  // The last child that begins at the target or before it; without a branch, which nothing could predict.
+  const float target = descent.u * sum;
+  std::uint32_t begun = 0;
+  for (int i = 0; i < kWidth; ++i) {
+    const std::uint32_t bit = std::uint32_t(1) << i;
+    begun |= (importance[i] > 0) & !(target < below[i]) ? bit : 0;
+  }
+  const int chosen = std::bit_width(begun) - 1;
+  descent.choice.probability *= importance[chosen] / sum;
+  const std::uint32_t child = node.child[chosen];
+  if (child & kLeaf) {
+    descent.choice.light = child & ~kLeaf;
+    return false;
+  }
+  descent.u = std::clamp((target - below[chosen]) / importance[chosen], 0.0f, kOneMinusEpsilon);
+  descent.at = child;
+  return true;
 }
 
 LightTree::Choice LightTree::select(const V3f& point, const V3f& normal, float u) const {
-  Choice choice{0, 1.0f};
-  std::uint32_t at = 0;
-  while (true) {
-    const Node& node = nodes_[at];
-    alignas(32) float importance[kWidth];
-    const float sum = importances(node, point, normal, importance);
-    if (!(sum > 0)) return {};
-    const float target = u * sum;
-    float below = 0;
-    int chosen = -1;
-    float before = 0;
-    for (int i = 0; i < kWidth; ++i) {
-      if (importance[i] > 0 && (chosen < 0 || target >= below)) {
-        chosen = i;
-        before = below;
-      }
-      below += importance[i];
-    }
-    choice.probability *= importance[chosen] / sum;
-    if (node.child[chosen] & kLeaf) {
-      choice.light = node.child[chosen] & ~kLeaf;
-      return choice;
-    }
-    u = std::clamp((target - before) / importance[chosen], 0.0f, kOneMinusEpsilon);
-    at = node.child[chosen];
+  Descent descent{0, u};
+  while (descend(point, normal, descent)) {
   }
+  return descent.choice;
+}
+
+void LightTree::select(std::span<const Query> queries, Choice* choices) const {
+  HELIO_DCHECK(queries.size() <= kMostQueries);
+  Descent descents[kMostQueries];
+  std::uint32_t under_way[kMostQueries];
+  std::size_t count = queries.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    descents[i].u = queries[i].u;
+    under_way[i] = std::uint32_t(i);
+  }
+  while (count > 0) {
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t i = under_way[k];
+      if (!descend(queries[i].point, queries[i].normal, descents[i])) continue;
+      prefetch_lines(&nodes_[descents[i].at], sizeof(Node));
+      under_way[left++] = i;
+    }
+    count = left;
+  }
+  for (std::size_t i = 0; i < queries.size(); ++i) choices[i] = descents[i].choice;
 }
 
 float LightTree::probability(const V3f& point, const V3f& normal, std::uint32_t light) const {
@@ -156,7 +189,9 @@ float LightTree::probability(const V3f& point, const V3f& normal, std::uint32_t 
   while (true) {
     const std::uint32_t at = place / kWidth;
     alignas(32) float importance[kWidth];
-    const float sum = importances(nodes_[at], point, normal, importance);
+    importances(nodes_[at], point, normal, importance);
+    float sum = 0;
+    for (const float of_child : importance) sum += of_child;
     if (!(sum > 0)) return 0;
     probability *= importance[place % kWidth] / sum;
     if (at == 0) return probability;

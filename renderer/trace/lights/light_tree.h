@@ -29,12 +29,20 @@ class LightTree {
   };
   // `normal` is unit, or zero when both sides matter. u in [0, 1). Precondition: not empty.
   Choice select(const V3f& point, const V3f& normal, float u) const;
+  struct Query {
+    V3f point, normal;
+    float u = 0;
+  };
+  // The same for each query, into choices[i]: level by level, so that the nodes that one needs next are fetched while
+  // others choose. At most kMostQueries.
+  void select(std::span<const Query> queries, Choice* choices) const;
   // Probability with which select() returns `light`, up to rounding.
   float probability(const V3f& point, const V3f& normal, std::uint32_t light) const;
 
   bool empty() const { return nodes_.empty(); }
   std::size_t memory_bytes() const;
 
+  static constexpr std::size_t kMostQueries = 64;
   static constexpr int kWidth = 8;
   static constexpr std::uint32_t kLeaf = std::uint32_t(1) << 31;
 
@@ -54,8 +62,17 @@ class LightTree {
   std::span<const std::uint32_t> places() const { return place_; }            // by light: node * kWidth + slot
 
  private:
+  // On the way from the root to a light. The node to choose in, u within its share, and the probability so far.
+  struct Descent {
+    std::uint32_t at = 0;
+    float u = 0;
+    Choice choice{0, 1.0f};
+  };
+
   void collapse(std::span<const LightTreeNode> binary, std::uint32_t from, std::uint32_t place, double scale);
-  static float importances(const Node& node, const V3f& point, const V3f& normal, float* importance);
+  // Chooses a child. False: `choice` is complete.
+  bool descend(const V3f& point, const V3f& normal, Descent& descent) const;
+  static void importances(const Node& node, const V3f& point, const V3f& normal, float* importance);
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> node_place_;

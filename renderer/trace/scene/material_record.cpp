@@ -107,6 +107,7 @@ MaterialRecord make_material_record(const Material& m) {
                             m.transmission_texture.present() || m.specular_glossiness_texture.present();
   r.numbers_textured = has_number_texture(m);
   r.textured = needs_lookup || r.numbers_textured;
+  r.plain_lambert = p.model == LobeModel::lambert && !r.scatters_mapped;
   if (p.model == LobeModel::stack) {
     r.layers = layer_params(m.layers);
     r.layers_textured = has_layer_texture(m.layers);

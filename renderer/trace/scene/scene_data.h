@@ -29,6 +29,7 @@ struct MaterialRecord {
   bool normal_mapped = false;     // by MapRule::bend
   bool scatters_mapped = false;   // by another one
   bool specular = false;          // has a lobe that mirrors, smooth or rough
+  bool plain_lambert = false;     // Lambert in the surface's frame: evaluate_base_color() is all there is to look up
   bool emissive = false;
   bool double_sided = false;
   bool one_sided = false;   // black from behind

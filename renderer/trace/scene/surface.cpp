@@ -226,6 +226,21 @@ void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, f
   s.shading_normal = normal_with_map(scene, hit, wo, footprint, s, map, scale);
 }
 
+Rgb evaluate_base_color(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {
+  Rgb color = s.material->params.base_color;
+  if (const TriangleMesh* mesh = s.part->mesh; mesh && !mesh->colors.empty()) {
+    const V4f c = interpolate(mesh->colors, *mesh, hit.primitive, s.barycentric);
+    color *= Rgb(c.x, c.y, c.z);
+  }
+  if (!s.material->textured) return color;
+  const TextureSlot& slot = scene.description.materials[s.part->material].base_color_texture;
+  if (slot.present()) {
+    const V4f c = lookup_at(scene, hit, s, slot, footprint);
+    color *= Rgb(c.x, c.y, c.z);
+  }
+  return color;
+}
+
 SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                                 const Surface& s) {
   SurfaceParams p = s.material->params;
@@ -237,18 +252,10 @@ SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3
   if (s.material->numbers_textured) apply_number_textures(scene, hit, footprint, s, p);
   if (is_anisotropic(p.distribution))
     p.along = anisotropy_direction(scene, hit, s, scattering_frame(s, p), 0, V2f(1, 0));
-  const bool colored = s.part->mesh && !s.part->mesh->colors.empty();
-  if (!s.material->textured && !colored) return p;
+  p.base_color = evaluate_base_color(scene, hit, footprint, s);
+  if (!s.material->textured) return p;
   const Material& m = scene.description.materials[s.part->material];
   const auto lookup = [&](const TextureSlot& slot) { return lookup_at(scene, hit, s, slot, footprint); };
-  if (colored) {
-    const V4f c = interpolate(s.part->mesh->colors, *s.part->mesh, hit.primitive, s.barycentric);
-    p.base_color *= Rgb(c.x, c.y, c.z);
-  }
-  if (m.base_color_texture.present()) {
-    const V4f c = lookup(m.base_color_texture);
-    p.base_color *= Rgb(c.x, c.y, c.z);
-  }
   if (m.metallic_roughness_texture.present()) {
     const V4f c = lookup(m.metallic_roughness_texture);
     p.alpha = sqr(m.roughness * c.y);

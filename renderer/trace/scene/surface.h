@@ -86,6 +86,9 @@ V3f bend_for_reflection(const V3f& normal, const V3f& geometric, const V3f& wo);
 SurfaceParams evaluate_material(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint,
                                 const Surface& surface);
 
+// The base colour alone, as evaluate_material() has it.
+Rgb evaluate_base_color(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface);
+
 // Emitted radiance of an emissive or unlit surface towards the side that was hit, no light sampler involved.
 Rgb surface_emission(const SceneData& scene, const Hit& hit, const Surface& surface);
 
@@ -110,7 +113,7 @@ V4f surface_texel(const SceneData& scene, const Hit& hit, const Surface& surface
 // Texture coordinates at a hit; (0, 0) where the mesh has none.
 V2f surface_uv(const PartRecord& part, std::uint32_t primitive, const V2f& barycentric, int set);
 
-// The same of a surface, of spheres too.
+// Texture coordinates at a hit on a mesh or a sphere.
 V2f surface_uv_at(const Hit& hit, const Surface& surface, int set);
 
 // Texture coordinates per unit of length on a triangle: the root of the ratio of its areas in both. 0: on spheres, and
@@ -156,7 +159,7 @@ inline V3f origin_towards(const Surface& s, const V3f& near_side, const V3f& dir
   return s.position + s.geometric_normal * std::copysign(s.through, side);
 }
 
-// The same on a surface that was reached along `arrived`.
+// As above, of a surface that was reached along `arrived`.
 inline V3f offset_origin(const Surface& s, const V3f& arrived, const V3f& direction) {
   return origin_towards(s, near_side_origin(s, arrived), direction);
 }

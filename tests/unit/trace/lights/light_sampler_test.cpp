@@ -154,6 +154,35 @@ TEST(LightSampler, HitAndSampleAgreeOnDensityAndRadiance) {
 }
 
 // The densities of all lights add up to the probability of a sample that is no delta: integrated by uniform directions.
+TEST(LightSampler, ManyPointsGetTheSamplesThatEachWouldGet) {
+  EveryKind scene;
+  for (const bool use_tree : {false, true}) {
+    const LightSampler lights(scene.input(use_tree));
+    Random random(21);
+    std::vector<LightSampler::Query> queries(200);  // more than are asked for at once
+    for (LightSampler::Query& query : queries) {
+      query.point = random_in_box(random, 3);
+      if (random.next_u32() % 4 != 0) query.normal = random_unit(random);
+      query.u_select = random.next_float();
+      query.u = V2f(random.next_float(), random.next_float());
+    }
+    std::vector<LightSample> samples(queries.size());
+    lights.sample(queries, samples.data());
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const LightSampler::Query& q = queries[i];
+      const LightSample alone = lights.sample(q.point, q.normal, q.u_select, q.u);
+      EXPECT_EQ(samples[i].light, alone.light);
+      EXPECT_EQ(samples[i].pdf_w, alone.pdf_w);
+      EXPECT_EQ(samples[i].direction, alone.direction);
+      EXPECT_EQ(samples[i].radiance, alone.radiance);
+      EXPECT_EQ(samples[i].distance, alone.distance);
+      seen += alone.pdf_w > 0;
+    }
+    EXPECT_GT(seen, queries.size() / 3);
+  }
+}
+
 TEST(LightSampler, DensitiesIntegrateToTheShareOfSamples) {
   EveryKind scene;
   const V3f point(0.4f, 0.3f, 0.8f), normal = normalize(V3f(0.2f, 0.4f, 1));

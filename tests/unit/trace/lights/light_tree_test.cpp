@@ -97,6 +97,28 @@ TEST(LightTree, SelectsWithTheProbabilityItReports) {
   }
 }
 
+TEST(LightTree, SelectsForManyPointsWhatItSelectsForEach) {
+  for (const int count : {2, 9, 3000}) {
+    const LightTree tree(mixed_lights(count, 1, 11));
+    Random random(12);
+    for (const std::size_t many : {std::size_t(0), std::size_t(1), std::size_t(7), LightTree::kMostQueries}) {
+      std::vector<LightTree::Query> queries(many);
+      for (LightTree::Query& query : queries) {
+        query.point = random_point(random, 3);
+        if (random.next_u32() % 3 != 0) query.normal = random_unit(random);
+        query.u = random.next_u32() % 8 == 0 ? 0.0f : random.next_float();
+      }
+      std::vector<LightTree::Choice> choices(many);
+      tree.select(queries, choices.data());
+      for (std::size_t i = 0; i < many; ++i) {
+        const LightTree::Choice alone = tree.select(queries[i].point, queries[i].normal, queries[i].u);
+        EXPECT_EQ(choices[i].light, alone.light);
+        EXPECT_EQ(choices[i].probability, alone.probability);
+      }
+    }
+  }
+}
+
 TEST(LightTree, AcceptsTheEndsOfTheUnitInterval) {
   std::vector<LightBounds> bulbs = mixed_lights(1000, 1, 5);
   for (LightBounds& bulb : bulbs) {
