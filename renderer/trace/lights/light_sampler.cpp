@@ -7,6 +7,7 @@
 #include "renderer/scene/images/texture.h"
 #include "renderer/trace/lights/light_emission.h"
 #include "renderer/trace/lights/light_power.h"
+#include "renderer/trace/sampling/warp.h"
 
 namespace helio {
 namespace {
@@ -66,8 +67,7 @@ LightBounds punctual_bounds(const PunctualLight& light) {
 }
 
 V3f cosine_direction(const V3f& normal, const V2f& u) {
-  const float r = std::sqrt(u.x), phi = kTwoPi * u.y;
-  return Frame(normal).to_world(V3f(r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u.x)));
+  return Frame(normal).to_world(square_to_cosine_hemisphere(u));
 }
 
 V3f uniform_direction(const V2f& u) {

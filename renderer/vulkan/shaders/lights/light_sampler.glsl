@@ -4,6 +4,7 @@
 #define LIGHT_SAMPLER_GLSL
 
 #include "sampling/alias_table.glsl"
+#include "sampling/warp.glsl"
 #include "base/base.glsl"
 #include "base/circle.glsl"
 #include "lights/environment.glsl"
@@ -102,10 +103,9 @@ float constant_environment_density(vec3 normal, vec3 direction) {
 }
 
 vec3 sample_constant_environment(vec3 normal, vec2 u) {
-  const vec2 around = unit_circle(u.y);
-  if (length_squared(normal) > 0) return to_world(make_frame(normal), vec3(sqrt(u.x) * around, sqrt(1 - u.x)));
+  if (length_squared(normal) > 0) return to_world(make_frame(normal), square_to_cosine_hemisphere(u));
   const float z = 1 - 2 * u.x;
-  return vec3(safe_sqrt(1 - z * z) * around, z);
+  return vec3(safe_sqrt(1 - z * z) * unit_circle(u.y), z);
 }
 
 // A sample of one light as the light is, without what textures make of its radiance.
