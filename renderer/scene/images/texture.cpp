@@ -233,7 +233,8 @@ struct TextureTable::Pyramid {
 TextureTable::TextureTable(std::span<const Image> images, const TextureOptions& options) {
   views_.reserve(images.size());
   for (const Image& image : images) {
-    HELIO_DCHECK(image.texels.size() == std::size_t(image.width) * image.height * image.channels * bytes_of(image.format));
+    HELIO_DCHECK(image.texels.size() ==
+                 std::size_t(image.width) * image.height * image.channels * bytes_of(image.format));
     if (image.format == TexelFormat::u16) make_srgb_u16();
     views_.push_back(
         {image.texels.data(), image.width, image.height, image.channels, image.format, has_alpha_below_one(image)});
@@ -268,27 +269,30 @@ V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv) const {
   const View& view = views_[std::size_t(slot.image)];
   const V2f t = transform_uv(slot, uv);
   const float u = safe_coordinate(t.x), v = safe_coordinate(t.y);
+  if (slot.filter == FilterMode::nearest) {
+    const int x = nearest_tap(u, view.width, slot.wrap_u), y = nearest_tap(v, view.height, slot.wrap_v);
+    return texel(slot.image, slot.encoding, x, y);
+  }
+  const Taps x = bilinear_taps(u, view.width, slot.wrap_u), y = bilinear_taps(v, view.height, slot.wrap_v);
   const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
   return with_reader(view.format, slot.encoding, view.channels, [&](auto read) {
-    const auto fetch = [&](int x, int y) {
-      return read(view.texels + (std::size_t(y) * std::size_t(view.width) + std::size_t(x)) * stride, view.channels);
-    };
-    if (slot.filter == FilterMode::nearest) {
-      return fetch(nearest_tap(u, view.width, slot.wrap_u), nearest_tap(v, view.height, slot.wrap_v));
-    }
-    return filter_bilinear(bilinear_taps(u, view.width, slot.wrap_u), bilinear_taps(v, view.height, slot.wrap_v),
-                           fetch);
+    return filter_bilinear(x, y, [&](int column, int row) {
+      const std::size_t index = std::size_t(row) * std::size_t(view.width) + std::size_t(column);
+      return read(view.texels + index * stride, view.channels);
+    });
   });
 }
 
 void TextureTable::prefetch(const TextureSlot& slot, const V2f& uv) const {
   const View& view = views_[std::size_t(slot.image)];
   const V2f t = transform_uv(slot, uv);
-  const Taps x = bilinear_taps(safe_coordinate(t.x), view.width, slot.wrap_u);
-  const Taps y = bilinear_taps(safe_coordinate(t.y), view.height, slot.wrap_v);
-  const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
-  for (const int row : {y.first, y.second})
-    helio::prefetch(view.texels + (std::size_t(row) * std::size_t(view.width) + std::size_t(x.first)) * stride);
+  // The first of the four texels and the one below it; what wraps around the picture is not asked for.
+  const int x = int(fold(safe_coordinate(t.x), slot.wrap_u) * float(view.width) - 0.5f);
+  const int y = int(fold(safe_coordinate(t.y), slot.wrap_v) * float(view.height) - 0.5f);
+  const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format), row = std::size_t(view.width) * stride;
+  const std::uint8_t* const texel = view.texels + std::size_t(y) * row + std::size_t(x) * stride;
+  helio::prefetch(texel);
+  if (y + 1 < view.height) helio::prefetch(texel + row);
 }
 
 V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv, float width_uv) const {

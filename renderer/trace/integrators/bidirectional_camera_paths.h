@@ -1,15 +1,14 @@
-// Camera paths of the bidirectional techniques, a group at a time: what they meet (s = 0), light samples (s = 1), and
-// the joining of a camera vertex to a light vertex (s > 1), each with its weight (bidirectional_mis.h). Which light
-// vertices a camera vertex is joined to is the kernel's on top of this.
+// Camera paths of the bidirectional techniques, on top of what all camera paths do: what they meet (s = 0), light
+// samples (s = 1), and the joining of a camera vertex to a light vertex (s > 1), each with its weight
+// (bidirectional_mis.h). Which light vertices a camera vertex is joined to is the kernel's on top of this.
 #pragma once
 
 #include <cmath>
 #include <memory>
 
 #include "renderer/film/splats/splat_buffer.h"
-#include "renderer/trace/bsdf/bsdf_lambert.h"
 #include "renderer/trace/camera/camera_importance.h"
-#include "renderer/trace/integrators/path_kernel_base.h"
+#include "renderer/trace/integrators/camera_path_kernel.h"
 #include "renderer/trace/paths/connection_rays.h"
 #include "renderer/trace/paths/light_paths.h"
 
@@ -21,20 +20,19 @@ struct BidirectionalGroup {
   ConnectionRays rays;
 };
 
-// Kernel derives from this and has, beyond what PathKernelBase asks for,
-//   void connect(int vertex, std::uint32_t path, const PathVertex& at, const ShadingPoint* point)
-//                                                      joins the vertex to others, by join()
+// Kernel derives from this and has, beyond what CameraPathKernel asks for,
+//   void join(int vertex, const CameraVertex&)    by join_to()
 // and, where what stands below does not suit its techniques, its own
-//   bool samples_lights() const, bool ends_with(const BsdfSample&) const       at a vertex
-//   void look_ahead(int j, int active) const           before the j-th of so many paths that are shaded in turn
+//   bool samples_lights(int vertex) const, bool ends_with(const BsdfSample&) const       at a vertex
 template <typename Kernel, typename Recorder>
-class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
-  using Base = PathKernelBase<Kernel, Recorder>;
+class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
+  using Base = CameraPathKernel<Kernel, Recorder>;
 
  protected:
-  using Base::add_emission, Base::alpha_key, Base::group_, Base::has_lights_, Base::instance_name, Base::kernel,
-      Base::leave_scene, Base::lights_, Base::reversed_index_, Base::scene_, Base::stats_, Base::task_, Base::recorder_;
+  using Base::alpha_key, Base::group_, Base::kernel, Base::lights_, Base::recorder_, Base::reversed_index_,
+      Base::scene_, Base::stats_, Base::task_;
 
+  friend Base;
   friend PathKernelBase<Kernel, Recorder>;
 
   BidirectionalCameraPaths(const WindowTask& task, const TechniqueCounts& counts)
@@ -47,9 +45,33 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     paths_.rays.clear();  // what an exception may have left
   }
 
-  bool samples_lights() const { return true; }
+  static constexpr bool kJoinsVertices = true;
+  bool shows_emission(int vertex) const { return shows(0, vertex + 1); }
+  bool ends_at_surfaces() const { return light_only_; }
+  bool samples_lights(int vertex) const { return shows(1, vertex + 1); }
   bool ends_with(const BsdfSample&) const { return false; }
-  void look_ahead(int, int) const {}
+  bool stops(int vertex, const BsdfSample& sample) {
+    return (technique_ && vertex + 1 >= technique_->camera_vertices) || kernel().ends_with(sample);
+  }
+  void trace_joined() { trace_connections(); }
+
+  void arrived(int vertex, const CameraVertex& at) {
+    const PathVertex& v = at.at;
+    paths_.mis[at.path].arrive(v.hit.t, v.cosine(-v.arrived), vertex > 1 || camera_.finite());
+  }
+
+  void scattered(const CameraVertex& at, const V3f& direction) {
+    MisState& mis = paths_.mis[at.path];
+    const V3f to_camera = -at.at.arrived;
+    if (!at.sample.delta) {
+      const BsdfValue reverse = at.at.scatter(scene_, direction, to_camera, at.shading_point(), to_camera);
+      mis.scatter(at.sample.pdf_w, reverse.pdf_w, at.at.cosine(direction), counts_);
+    } else if (at.at.mirrors_back(scene_, *at.point, to_camera, direction)) {
+      mis.scatter_delta(at.at.cosine(direction));
+    } else {
+      mis.scatter_one_way();
+    }
+  }
 
   static BidirectionalGroup& thread_paths() {
     static thread_local std::unique_ptr<BidirectionalGroup> paths(new BidirectionalGroup);
@@ -66,7 +88,7 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
   double counting(double weight) const { return technique_ && technique_->unweighted ? 1 : weight; }
 
   void start_camera_paths(int count) {
-    if (scene_.mip_mapped) std::fill_n(group_.cones, count, task_.camera.cone());
+    Base::start_cones(count);
     for (int i = 0; i < count; ++i) {
       paths_.mis[i] = MisState::camera(camera_.density(group_.rays[i].direction), counts_.light_paths);
     }
@@ -78,18 +100,6 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     stats_.rays += std::uint64_t(paths_.rays.count());
     stats_.shadow_rays += std::uint64_t(paths_.rays.count());
     paths_.rays.trace(*scene_.accel, arrived);
-  }
-
-  int shade(int vertex, int active) {
-    PathGroup& b = group_;
-    int survivors = 0;
-    for (int j = 0; j < active; ++j) {
-      const std::uint32_t i = b.active[j];
-      kernel().look_ahead(j, active);
-      if (shade_vertex(vertex, j, i)) b.active[survivors++] = i;
-    }
-    trace_connections();
-    return survivors;
   }
 
   void trace_connections() {
@@ -144,108 +154,13 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
     return float(counting(weight));
   }
 
-  // One vertex of one camera path. True when the path goes on along the new ray in group_.rays[i].
-  bool shade_vertex(int vertex, int j, std::uint32_t i) {
-    PathGroup& b = group_;
-    PathState& path = b.paths[i];
-    MisState& mis = paths_.mis[i];
-    Ray& ray = b.rays[i];
-    const Hit& hit = b.hits[i];
-    recorder_.segment(vertex, i, b);
-    if (!hit.valid()) {
-      leave_scene(vertex, i);
-      return false;
-    }
-    recorder_.hit(i, hit, instance_name(hit));
-    if (scene_.mip_mapped) b.cones[i].advance(hit.t);
-    const PathVertex at(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
-    const Surface& surface = at.surface;
-    const MaterialRecord& material = *surface.material;
-    const V3f to_camera = -ray.direction;
-    if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
-    recorder_.throughput(i, path.beta);
-    mis.arrive(hit.t, at.cosine(to_camera), vertex > 1 || camera_.finite());
-    if (material.emissive && shows(0, vertex + 1)) add_emission(vertex, i, hit, surface);
-
-    Late<ShadingPoint> made;  // of all that is not Lambert
-    if (!at.lambert) made.emplace(scene_, hit, surface, to_camera, at.footprint);
-    const ShadingPoint* point = made.get();
-    const bool black = material.one_sided && !surface.front;
-    const Frame frame = point ? point->frame : Frame(at.facing_normal());
-    const V3f wo = frame.to_local(to_camera);
-    if (vertex == 1) {
-      const Rgb albedo = black ? Rgb(0, 0, 0) : point ? point->bsdf().albedo() : at.albedo;
-      const V3f seen = point && point->params.mapped ? frame.to_world(point->params.map_normal) : frame.n;
-      b.first[i] = {albedo, seen, hit.t, hit.primitive};
-    }
-    if (Recorder::kRecordsSample || (Recorder::kRecordsForReuse && vertex == 1))
-      tell_surface(i, at, point, frame.n, black);
-    recorder_.scattering(point ? &point->bsdf() : nullptr);
-    if (light_only_ || black || vertex >= task_.settings.max_segments) return false;
-    if (point && point->params.model == LobeModel::none) return false;
-
-    // The next direction first: what is evaluated below may overwrite the parts of a blend.
-    const V2f u(b.bsdf_x[j], b.bsdf_y[j]);
-    const BsdfSample sample = point ? point->bsdf().sample(b.lobe[j], u)
-                                    : sample_lambert(at.albedo, wo, square_to_cosine_hemisphere(u));
-    recorder_.scatter(i, sample, frame);
-    const bool transmissive = point && lets_light_through(point->params);
-    const V3f light_normal = transmissive ? V3f(0, 0, 0) : at.facing_normal();
-    if (has_lights_ && !(point ? point->bsdf().is_pure_delta() : is_black(at.albedo))) {
-      if (kernel().samples_lights() && shows(1, vertex + 1))
-        sample_light(vertex, j, i, at, point, light_normal, transmissive);
-      kernel().connect(vertex, i, at, point);
-    }
-    if (technique_ && vertex + 1 >= technique_->camera_vertices) return false;
-
-    if (kernel().ends_with(sample) || !sample.valid()) return false;
-    const V3f direction = frame.to_world(sample.wi);
-    if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
-    if (!sample.delta) {
-      const BsdfValue reverse = at.scatter(scene_, direction, to_camera, point, to_camera);
-      mis.scatter(sample.pdf_w, reverse.pdf_w, at.cosine(direction), counts_);
-    } else if (at.mirrors_back(scene_, *point, to_camera, direction)) {
-      mis.scatter_delta(at.cosine(direction));
-    } else {
-      mis.scatter_one_way();
-    }
-    path.beta *= sample.weight;
-    recorder_.density(path, sample);
-    path.normal = light_normal;
-    if (scene_.mip_mapped && !sample.delta) b.cones[i].scatter(sample.pdf_w);
-    path.eta_scale *= sample.eta * sample.eta;
-    if (sample.transmitted && material.volume)
-      stats_.media_overflows += !path.media.cross(surface.part->material, wo.z > 0);
-    recorder_.next_throughput(i, path.beta);
-    if (is_black(path.beta)) return false;
-    if (vertex >= task_.settings.roulette_from) {
-      const float survival = survival_probability(task_.settings.roulette, path.beta * path.eta_scale);
-      recorder_.roulette(i, survival, b.roulette[j]);
-      if (!survives(b.roulette[j], survival)) return false;
-      path.beta *= 1 / survival;
-    }
-    recorder_.goes_on(i);
-    ray.origin = at.start(direction);
-    ray.direction = direction;
-    ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
-    return true;
-  }
-
-  void tell_surface(std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const V3f& normal, bool black) {
-    SurfaceParams lambert;
-    lambert.base_color = at.albedo;
-    recorder_.surface(i, at.surface, point ? point->params : lambert, normal,
-                      point ? point->geometric_normal() : at.facing_normal(), black);
-  }
-
   // s = 1.
-  void sample_light(int vertex, int j, std::uint32_t i, const PathVertex& at, const ShadingPoint* point,
-                    const V3f& light_normal, bool transmissive) {
-    const PathGroup& b = group_;
-    const PathState& path = b.paths[i];
+  void light(int vertex, const CameraVertex& camera_vertex, const LightSample& light) {
+    const std::uint32_t i = camera_vertex.path;
+    const PathVertex& at = camera_vertex.at;
+    const ShadingPoint* point = camera_vertex.shading_point();
+    const PathState& path = group_.paths[i];
     const Surface& surface = at.surface;
-    const V3f from = transmissive ? surface.position : at.near_side;
-    const LightSample light = lights_.sample(from, light_normal, b.select[j], V2f(b.light_x[j], b.light_y[j]));
     recorder_.light_sample(i, light);
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
     const V3f to_camera = -at.arrived;
@@ -275,8 +190,11 @@ class BidirectionalCameraPaths : public PathKernelBase<Kernel, Recorder> {
 
   // s > 1: to a light vertex, which stands for `share` of those that a camera path is to be joined to.
   // `number` tells the connections of a camera vertex apart.
-  void join(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point, const LightVertex& light,
-            std::uint32_t number, double share) {
+  void join_to(int vertex, const CameraVertex& camera_vertex, const LightVertex& light, std::uint32_t number,
+               double share) {
+    const std::uint32_t i = camera_vertex.path;
+    const PathVertex& at = camera_vertex.at;
+    const ShadingPoint* point = camera_vertex.shading_point();
     if (vertex + light.depth + 1 > task_.settings.max_segments) return;
     if (!shows(light.depth + 1, vertex + 1)) return;
     const PathState& path = group_.paths[i];

@@ -41,8 +41,9 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
 
  private:
   friend Base;
+  friend CameraPathKernel<BidirectionalKernel, Recorder>;
   friend PathKernelBase<BidirectionalKernel, Recorder>;
-  using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::instance_name, Base::join,
+  using Base::camera_, Base::counts_, Base::group_, Base::has_lights_, Base::instance_name, Base::join_to,
       Base::light_only_, Base::paths_, Base::reversed_index_, Base::samples, Base::scene_, Base::shows, Base::squares_,
       Base::squares_of_rays_, Base::stats_, Base::task_, Base::technique_, Base::trace_rays, Base::recorder_;
 
@@ -145,11 +146,11 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
   }
 
   // s > 1: to the vertices of the camera path's own light path.
-  void connect(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {
-    for (std::uint32_t v = pairs_.lights.last(int(i)); v != kNoVertex;) {
+  void join(int vertex, const CameraVertex& at) {
+    for (std::uint32_t v = pairs_.lights.last(int(at.path)); v != kNoVertex;) {
       const LightVertex& light = pairs_.lights.vertices()[v];
       v = light.previous;
-      join(vertex, i, at, point, light, std::uint32_t(light.depth), 1);
+      join_to(vertex, at, light, std::uint32_t(light.depth), 1);
     }
   }
 

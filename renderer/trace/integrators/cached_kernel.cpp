@@ -37,8 +37,9 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Rec
 
  private:
   friend Base;
+  friend CameraPathKernel<CachedKernel, Recorder>;
   friend PathKernelBase<CachedKernel, Recorder>;
-  using Base::block_bias_, Base::counts_, Base::group_, Base::instance_name, Base::join, Base::paths_,
+  using Base::block_bias_, Base::counts_, Base::group_, Base::instance_name, Base::join_to, Base::paths_,
       Base::reversed_index_, Base::scene_, Base::task_, Base::recorder_;
 
   void prepare_paths(int count) {
@@ -67,7 +68,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Rec
     }
   }
 
-  bool samples_lights() const { return !photons_alone_; }
+  bool samples_lights(int vertex) const { return !photons_alone_ && Base::samples_lights(vertex); }
   // A camera path that goes on was sent there by deltas alone, which nothing is merged with.
   bool ends_with(const BsdfSample& sample) const { return photons_alone_ && !sample.delta; }
   // Most of a search is waiting for memory.
@@ -93,17 +94,18 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Rec
     return photons_alone_ ? 1.0f : Base::emission_weight(vertex, i, emitter, radiance, distance, cos_light);
   }
 
-  void connect(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {
+  void join(int vertex, const CameraVertex& at) {
+    const std::uint32_t i = at.path;
     if (connections_ > 0 && vertex + 2 <= task_.settings.max_segments) {
       const float u = sample_1d(group_.paths[i].key, reversed_index_, kSelection + std::uint32_t(vertex));
       for (int k = 0; k < connections_; ++k) {
         const double drawn = (double(k) + double(u)) / connections_ * double(partners_.size());
         const LightVertex& light = partners_[std::min(std::size_t(drawn), partners_.size() - 1)];
         if constexpr (Recorder::kRecordsSample) recorder_.light_vertex(i, light, instance_name(light.hit));
-        join(vertex, i, at, point, light, std::uint32_t(k), share_);
+        join_to(vertex, at, light, std::uint32_t(k), share_);
       }
     }
-    if (counts_.merging > 0) merge(vertex, i, at, point);
+    if (counts_.merging > 0) merge(vertex, i, at.at, at.shading_point());
   }
 
   void merge(int vertex, std::uint32_t i, const PathVertex& at, const ShadingPoint* point) {

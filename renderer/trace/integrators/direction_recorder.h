@@ -30,9 +30,9 @@ class DirectionRecorder : public NoRecorder {
     first_ = vertex == 1;
     if (!first_) return;
     paths_[path] = {};
-    beta_ = Rgb(1, 1, 1);  // throughput() is not called where nothing is met
+    beta_ = Rgb(1, 1, 1);  // hit() is not called where nothing is met
   }
-  void throughput(std::uint32_t, const Rgb& beta) { beta_ = beta; }
+  void hit(std::uint32_t, const Hit&, std::uint32_t, const Rgb& beta) { beta_ = beta; }
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {
     if (first_) paths_[path].emitted = luminance(beta_ * radiance) * weight;
   }

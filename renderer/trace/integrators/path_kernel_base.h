@@ -18,6 +18,7 @@
 #include "renderer/trace/paths/path_group.h"
 #include "renderer/trace/paths/path_kernel.h"
 #include "renderer/trace/sampling/mis.h"
+#include "renderer/trace/sampling/sample_batch.h"
 #include "renderer/trace/sampling/sampler.h"
 
 namespace helio {
@@ -32,7 +33,6 @@ struct SampleLevels {
 //   int shade(int vertex, int active)                           all hits and their shadow rays; leaves the paths that
 //                                                               go on in group_.active and returns their number
 // and may override these members of the base, where the defaults do not fit its scenes or techniques:
-//   void draw_own_numbers(std::uint32_t dimension, int active)  for a round, beyond light, BSDF, selection and roulette
 //   Rgb emitted(const Hit&, const Surface&) const               towards where the ray came from
 //   float environment_weight(int vertex, std::uint32_t path) const, float emission_weight(...) const, void committed(),
 //   std::uint64_t light_paths() const
@@ -181,17 +181,9 @@ class PathKernelBase {
     for (int i = 0; i < count; ++i) {
       b.keys[i] = pixel_key(b.pixel_x[i], b.pixel_y[i], task_.range.half, task_.settings.seed);
     }
-    for (int i = 0; i < count; ++i) {
-      const SamplePair film = sample_pair(b.keys[i], index, 0);
-      b.light_x[i] = film.x;
-      b.light_y[i] = film.y;
-    }
+    sample_pairs(b.keys, count, index, 0, b.light_x, b.light_y);
     const bool lens = !task_.camera.pinhole();
-    for (int i = 0; lens && i < count; ++i) {
-      const SamplePair point = sample_pair(b.keys[i], index, 1);
-      b.bsdf_x[i] = point.x;
-      b.bsdf_y[i] = point.y;
-    }
+    if (lens) sample_pairs(b.keys, count, index, 1, b.bsdf_x, b.bsdf_y);
     for (int i = 0; i < count; ++i) {
       const V2f lens_sample = lens ? V2f(b.bsdf_x[i], b.bsdf_y[i]) : V2f(0.5f, 0.5f);
       const CameraRay camera =
@@ -236,23 +228,13 @@ class PathKernelBase {
     PathGroup& b = group_;
     for (int j = 0; j < active; ++j) b.keys[j] = b.paths[b.active[j]].key;
     const std::uint32_t pair = 2 * std::uint32_t(vertex), dimension = 3 * std::uint32_t(vertex);
-    for (int j = 0; j < active; ++j) {
-      const SamplePair light = sample_pair(b.keys[j], reversed_index_, pair);
-      b.light_x[j] = light.x;
-      b.light_y[j] = light.y;
-    }
-    for (int j = 0; j < active; ++j) {
-      const SamplePair bsdf = sample_pair(b.keys[j], reversed_index_, pair + 1);
-      b.bsdf_x[j] = bsdf.x;
-      b.bsdf_y[j] = bsdf.y;
-    }
-    if (lights_.needs_selection()) {
-      for (int j = 0; j < active; ++j) b.select[j] = sample_1d(b.keys[j], reversed_index_, dimension);
-    }
-    kernel().draw_own_numbers(dimension, active);
-    if (vertex >= task_.settings.roulette_from) {
-      for (int j = 0; j < active; ++j) b.roulette[j] = sample_1d(b.keys[j], reversed_index_, dimension + 2);
-    }
+    sample_pairs(b.keys, active, reversed_index_, pair, b.light_x, b.light_y);
+    sample_pairs(b.keys, active, reversed_index_, pair + 1, b.bsdf_x, b.bsdf_y);
+    // By the cosine: the directions of Lambert surfaces.
+    cosine_hemispheres(b.bsdf_x, b.bsdf_y, active, b.local_x, b.local_y, b.local_z);
+    if (lights_.needs_selection()) sample_1ds(b.keys, active, reversed_index_, dimension, b.select);
+    sample_1ds(b.keys, active, reversed_index_, dimension + 1, b.lobe);
+    if (vertex >= task_.settings.roulette_from) sample_1ds(b.keys, active, reversed_index_, dimension + 2, b.roulette);
   }
 
   void trace_shadow_rays() {
@@ -298,11 +280,6 @@ class PathKernelBase {
     const float weight = kernel().environment_weight(vertex, i);
     recorder_.emission(i, radiance, weight);
     path.radiance += path.beta * radiance * weight;
-  }
-
-  void draw_own_numbers(std::uint32_t dimension, int active) {
-    PathGroup& b = group_;
-    for (int j = 0; j < active; ++j) b.lobe[j] = sample_1d(b.keys[j], reversed_index_, dimension + 1);
   }
 
   Rgb emitted(const Hit& hit, const Surface& surface) const { return surface_emission(scene_, hit, surface); }

@@ -22,17 +22,6 @@ class LambertKernel : public PathKernelBase<LambertKernel<Recorder>, Recorder> {
 
   void prepare_paths(int) {}
 
-  // The cosine-distributed directions.
-  void draw_own_numbers(std::uint32_t, int active) {
-    PathGroup& b = group_;
-    for (int j = 0; j < active; ++j) {
-      const V3f wi = square_to_cosine_hemisphere({b.bsdf_x[j], b.bsdf_y[j]});
-      b.local_x[j] = wi.x;
-      b.local_y[j] = wi.y;
-      b.local_z[j] = wi.z;
-    }
-  }
-
   int shade(int vertex, int active) {
     shadow_count_ = 0;
     int survivors = 0;

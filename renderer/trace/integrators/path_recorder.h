@@ -16,6 +16,14 @@
 
 namespace helio {
 
+// How a path goes on after a scattering: its throughput behind it, what roulette says, and whether it does.
+struct Onward {
+  Rgb throughput;
+  bool roulette = false;
+  float survival = 1, u = 0;
+  bool goes_on = false;
+};
+
 struct NoRecorder {
   static constexpr bool kRecordsSample = false;
   static constexpr bool kRecordsForReuse = false;
@@ -25,8 +33,7 @@ struct NoRecorder {
   static PixelRect film_bounds(const WindowTask& task) { return task.film.bounds(); }
   void placed(std::uint32_t) {}
   void segment(int, std::uint32_t, const PathGroup&) {}
-  void hit(std::uint32_t, const Hit&, std::uint32_t) {}
-  void throughput(std::uint32_t, const Rgb&) {}
+  void hit(std::uint32_t, const Hit&, std::uint32_t, const Rgb&) {}
   void emission(std::uint32_t, const Rgb&, float) {}
   void surface(std::uint32_t, const Surface&, const SurfaceParams&, const V3f&, const V3f&, bool) {}
   // Of the vertex in hand, and there as long as it is; null: it is Lambert, or the path ends here.
@@ -39,10 +46,7 @@ struct NoRecorder {
   void joined(std::uint32_t, int, const V3f&, const Rgb&) {}
   void occluded(std::uint32_t, bool) {}
   void scatter(std::uint32_t, const BsdfSample&, const Frame&) {}
-  void next_throughput(std::uint32_t, const Rgb&) {}
-  void roulette(std::uint32_t, float, float) {}
-  void goes_on(std::uint32_t) {}
-  void density(PathState&, const BsdfSample&) {}
+  void onward(std::uint32_t, const Onward&) {}
   void light_vertex(std::uint32_t, const LightVertex&, std::uint32_t) {}
   void splat(std::uint32_t, int, const LightVertex&, const SplatConnection&) {}
   void merged(std::uint32_t, int, const Rgb&) {}
@@ -79,15 +83,15 @@ class SampleRecorder {
     v.throughput = state.beta;
   }
 
-  void hit(std::uint32_t path, const Hit& hit, std::uint32_t instance_name) {
+  // `beta`: the throughput that arrives.
+  void hit(std::uint32_t path, const Hit& hit, std::uint32_t instance_name, const Rgb& beta) {
     VertexTrace& v = note(path);
     v.hit = true;
+    v.throughput = beta;
     v.distance = hit.t;
     v.instance = instance_name;
     v.primitive = hit.primitive;
   }
-
-  void throughput(std::uint32_t path, const Rgb& beta) { note(path).throughput = beta; }
 
   void emission(std::uint32_t path, const Rgb& radiance, float weight) {
     VertexTrace& v = note(path);
@@ -137,22 +141,17 @@ class SampleRecorder {
     if (sample.valid()) v.next_direction = frame.to_world(sample.wi);
   }
 
-  // After scattering, before roulette.
-  void next_throughput(std::uint32_t path, const Rgb& beta) { note(path).next_throughput = beta; }
-
-  void roulette(std::uint32_t path, float survival, float u) {
+  // Of a direction that leads away from the surface.
+  void onward(std::uint32_t path, const Onward& onward) {
     VertexTrace& v = note(path);
-    v.roulette = true;
-    v.survival = survival;
-    v.roulette_sample = u;
+    v.next_throughput = onward.throughput;
+    v.roulette = onward.roulette;
+    v.survival = onward.survival;
+    v.roulette_sample = onward.u;
+    v.goes_on = onward.goes_on;
   }
 
-  void goes_on(std::uint32_t path) { note(path).goes_on = true; }
-
   // ---- paths with light paths: rays are numbered within their batch, and those that nothing stops are said to arrive
-
-  // Of the direction, for segment().
-  void density(PathState& state, const BsdfSample& sample) { state.pdf_w = sample.delta ? 0.0f : sample.pdf_w; }
 
   void light_vertex(std::uint32_t path, const LightVertex& light, std::uint32_t instance_name) {
     if (path != recorded_) return;

@@ -51,7 +51,7 @@ struct PathGroup {
   std::uint8_t occluded[kGroupPaths];
   std::uint32_t keys[kGroupPaths];
   float light_x[kGroupPaths], light_y[kGroupPaths], bsdf_x[kGroupPaths], bsdf_y[kGroupPaths];
-  float local_x[kGroupPaths], local_y[kGroupPaths], local_z[kGroupPaths];  // plain kernel: the cosine-distributed wi
+  float local_x[kGroupPaths], local_y[kGroupPaths], local_z[kGroupPaths];  // wi of Lambert surfaces
   float select[kGroupPaths], lobe[kGroupPaths], roulette[kGroupPaths];
   int pixel_x[kGroupPaths], pixel_y[kGroupPaths];
   LambertBatch batch;  // plain kernel

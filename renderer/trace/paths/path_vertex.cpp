@@ -2,17 +2,19 @@
 
 namespace helio {
 
-PathVertex::PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone)
-    : hit(at), surface(make_surface<true>(scene, ray, at)), arrived(ray.direction) {
-  if (cone) footprint = cone->footprint(dot(surface.geometric_normal, arrived));
+void PathVertex::reach(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone) {
+  hit = at;
+  surface = make_surface<true>(scene, ray, at);
+  arrived = ray.direction;
+  footprint = cone ? cone->footprint(dot(surface.geometric_normal, arrived)) : 0;
   near_side = near_side_origin(surface, arrived);
   const MaterialRecord& material = *surface.material;
   flat = !surface.part->smooth && !material.normal_mapped && !material.scatters_mapped;
-  if (!flat || material.params.model != LobeModel::lambert) return;
-  lambert = true;
-  const bool colored = surface.part->mesh && !surface.part->mesh->colors.empty();
-  albedo = material.textured || colored ? evaluate_material(scene, hit, -arrived, footprint, surface).base_color
-                                        : material.params.base_color;
+}
+
+void PathVertex::look_up(const SceneData& scene) {
+  lambert = flat && surface.material->plain_lambert;
+  if (lambert) albedo = evaluate_base_color(scene, hit, footprint, surface);
 }
 
 Surface PathVertex::seen_from(const V3f& direction) const {

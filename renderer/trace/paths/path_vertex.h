@@ -23,8 +23,15 @@ struct PathVertex {
   bool lambert = false;  // flat and Lambert, of `albedo`: there is no more to know
   Rgb albedo{0, 0, 0};
 
+  PathVertex() = default;
   // `cone`: of the path here, which chooses levels of mip-mapped textures; null: none.
-  PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone);
+  PathVertex(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone) {
+    reach(scene, ray, at, cone);
+    look_up(scene);
+  }
+  // All but `lambert` and `albedo`; then these.
+  void reach(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone);
+  void look_up(const SceneData& scene);
 
   float cosine(const V3f& direction) const { return std::fabs(dot(surface.geometric_normal, direction)); }
   // Where a ray along the direction starts.

@@ -45,9 +45,7 @@ struct ShadingPoint {
   const Bsdf& bsdf() const { return *bsdf_; }
 
   // On the side of the frame's normal that the surface's own is on.
-  V3f geometric_normal() const {
-    return !surface.front && !surface.material->volume ? -surface.geometric_normal : surface.geometric_normal;
-  }
+  V3f geometric_normal() const { return viewed_normal(surface); }
 
   // f |cos wi| of unit world directions and the density of wi; black where the shading normal admits a direction that
   // the geometry does not, which would leak light. matte: if not null, gets Bsdf::matte() of it.

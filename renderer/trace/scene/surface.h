@@ -32,6 +32,11 @@ struct Surface {
   V3f facing_normal() const { return front ? geometric_normal : -geometric_normal; }
 };
 
+// The geometric normal on the side of the shading frame's z axis (shading_frame()).
+inline V3f viewed_normal(const Surface& s) {
+  return !s.front && !s.material->volume ? -s.geometric_normal : s.geometric_normal;
+}
+
 inline const V3f& corner(const TriangleMesh& mesh, std::uint32_t primitive, int k) {
   return mesh.positions[mesh.indices[3 * std::size_t(primitive) + std::size_t(k)]];
 }

@@ -6,6 +6,9 @@
 #include <set>
 #include <vector>
 
+#include "renderer/trace/sampling/sample_batch.h"
+#include "renderer/trace/sampling/warp.h"
+
 namespace helio {
 namespace {
 
@@ -96,6 +99,28 @@ TEST(Sampler, StaysBelowOneAtTheLargestIndex) {
     ASSERT_LT(p.x, 1.0f);
     ASSERT_GE(p.y, 0.0f);
     ASSERT_LT(p.y, 1.0f);
+  }
+}
+
+TEST(SampleBatch, HasTheBitsOfSingleVariates) {
+  constexpr int kCount = 37;  // no multiple of a vector's width
+  std::vector<std::uint32_t> keys(kCount);
+  for (int i = 0; i < kCount; ++i) keys[std::size_t(i)] = combine_hash(7, std::uint32_t(i));
+  std::vector<float> x(kCount), y(kCount), z(kCount);
+  for (const std::uint32_t sample : {0u, 1u, 1000003u, ~0u}) {
+    const std::uint32_t index = reverse_bits(sample);
+    sample_pairs(keys.data(), kCount, index, 5, x.data(), y.data());
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const SamplePair alone = sample_pair(keys[i], index, 5);
+      EXPECT_EQ(x[i], alone.x);
+      EXPECT_EQ(y[i], alone.y);
+    }
+    std::vector<float> a(kCount), b(kCount);
+    cosine_hemispheres(x.data(), y.data(), kCount, a.data(), b.data(), z.data());
+    for (std::size_t i = 0; i < kCount; ++i)
+      EXPECT_EQ(V3f(a[i], b[i], z[i]), square_to_cosine_hemisphere(V2f(x[i], y[i])));
+    sample_1ds(keys.data(), kCount, index, 9, z.data());
+    for (std::size_t i = 0; i < kCount; ++i) EXPECT_EQ(z[i], sample_1d(keys[i], index, 9));
   }
 }
 
