@@ -1,7 +1,5 @@
 #include "renderer/trace/lights/light_tree.h"
 
-#include <bit>
-
 #include "renderer/base/check.h"
 #include "renderer/base/prefetch.h"
 #include "renderer/trace/lights/light_tree_build.h"
@@ -73,6 +71,7 @@ void LightTree::collapse(std::span<const LightTreeNode> binary, std::uint32_t fr
     node.axis_y[slot] = bounds.axis.y;
     node.axis_z[slot] = bounds.axis.z;
     node.cos_theta_o[slot] = bounds.theta_o >= kPi ? -2.0f : std::cos(bounds.theta_o);
+    node.sin_theta_o[slot] = root(1.0f - node.cos_theta_o[slot] * node.cos_theta_o[slot]);
     node.cos_theta_e[slot] = std::cos(bounds.theta_e);
     node.one_sided[slot] = bounds.two_sided ? 0.0f : 2.0f;
     node.intensity[slot] = float(std::max(bounds.intensity * scale, kMinShare));
@@ -103,7 +102,7 @@ void LightTree::importances(const Node& node, const V3f& point, const V3f& norma
     // cos of max(0, theta_w - theta_o - theta_b), two angles at a time.
     const float toward = (node.axis_x[i] * dx + node.axis_y[i] * dy + node.axis_z[i] * dz) * inverse;
     const float cos_w = larger(toward, -toward - node.one_sided[i]), sin_w = root(1.0f - cos_w * cos_w);
-    const float cos_o = node.cos_theta_o[i], sin_o = root(1.0f - cos_o * cos_o);
+    const float cos_o = node.cos_theta_o[i], sin_o = node.sin_theta_o[i];
     const float cos_wo = cos_w * cos_o + sin_w * sin_o, sin_wo = sin_w * cos_o - cos_w * sin_o;
     const float cos_x = cos_w >= cos_o ? 1.0f : cos_wo, sin_x = cos_w >= cos_o ? 0.0f : sin_wo;
     const float cos_xb = cos_x * cos_b + sin_x * sin_b;
@@ -122,65 +121,77 @@ void LightTree::importances(const Node& node, const V3f& point, const V3f& norma
   }
 }
 
-bool LightTree::descend(const V3f& point, const V3f& normal, Descent& descent) const {
-  const Node& node = nodes_[descent.at];
-  alignas(32) float importance[kWidth];
-  importances(node, point, normal, importance);
-  float below[kWidth], sum = 0;
-  for (int i = 0; i < kWidth; ++i) {
-    below[i] = sum;
-    sum += importance[i];
-  }
-  if (!(sum > 0)) {
-    descent.choice = {};
-    return false;
-  }
-  // The last child that begins at the target or before it; without a branch, which nothing could predict.
-  const float target = descent.u * sum;
-  std::uint32_t begun = 0;
-  for (int i = 0; i < kWidth; ++i) {
-    const std::uint32_t bit = std::uint32_t(1) << i;
-    begun |= (importance[i] > 0) & !(target < below[i]) ? bit : 0;
-  }
-  const int chosen = std::bit_width(begun) - 1;
-  descent.choice.probability *= importance[chosen] / sum;
-  const std::uint32_t child = node.child[chosen];
-  if (child & kLeaf) {
-    descent.choice.light = child & ~kLeaf;
-    return false;
-  }
-  descent.u = std::clamp((target - below[chosen]) / importance[chosen], 0.0f, kOneMinusEpsilon);
-  descent.at = child;
-  return true;
-}
-
-LightTree::Choice LightTree::select(const V3f& point, const V3f& normal, float u) const {
-  Descent descent{0, u};
-  while (descend(point, normal, descent)) {
-  }
-  return descent.choice;
-}
-
+// Each step below is a loop of its own, so that the long chains of operations of one query overlap with those of others,
+// and choosing is done for as many queries at once as a vector holds.
 void LightTree::select(std::span<const Query> queries, Choice* choices) const {
   HELIO_DCHECK(queries.size() <= kMostQueries);
-  Descent descents[kMostQueries];
-  std::uint32_t under_way[kMostQueries];
+  std::uint32_t number[kMostQueries], at[kMostQueries];  // of the queries that are under way, in no order
+  float u[kMostQueries], probability[kMostQueries];
+  float importance[kWidth][kMostQueries];
+  float sum[kMostQueries], before[kMostQueries], of_chosen[kMostQueries];
+  std::int32_t chosen[kMostQueries];
   std::size_t count = queries.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    descents[i].u = queries[i].u;
-    under_way[i] = std::uint32_t(i);
+  for (std::size_t k = 0; k < count; ++k) {
+    number[k] = std::uint32_t(k);
+    at[k] = 0;
+    u[k] = queries[k].u;
+    probability[k] = 1;
   }
   while (count > 0) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const Query& query = queries[number[k]];
+      alignas(32) float of_children[kWidth];
+      importances(nodes_[at[k]], query.point, query.normal, of_children);
+      for (int i = 0; i < kWidth; ++i) importance[i][k] = of_children[i];
+    }
+    for (std::size_t k = 0; k < count; ++k) sum[k] = 0;
+    for (int i = 0; i < kWidth; ++i) {
+      for (std::size_t k = 0; k < count; ++k) sum[k] += importance[i][k];
+    }
+    // The last child that begins at u's place in the sum or before it.
+    for (std::size_t k = 0; k < count; ++k) {
+      float below = 0, start = 0, own = importance[0][k];
+      std::int32_t last = 0;
+      const float target = u[k] * sum[k];
+      for (int i = 1; i < kWidth; ++i) {
+        below += importance[i - 1][k];
+        const bool begun = (importance[i][k] > 0) & !(target < below);
+        last = begun ? i : last;
+        start = begun ? below : start;
+        own = begun ? importance[i][k] : own;
+      }
+      chosen[k] = last;
+      before[k] = start;
+      of_chosen[k] = own;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      probability[k] *= of_chosen[k] / sum[k];
+      u[k] = std::clamp((u[k] * sum[k] - before[k]) / of_chosen[k], 0.0f, kOneMinusEpsilon);
+    }
     std::size_t left = 0;
     for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t i = under_way[k];
-      if (!descend(queries[i].point, queries[i].normal, descents[i])) continue;
-      prefetch_lines(&nodes_[descents[i].at], sizeof(Node));
-      under_way[left++] = i;
+      const std::uint32_t child = nodes_[at[k]].child[chosen[k]];
+      if (!(sum[k] > 0)) {
+        choices[number[k]] = {};
+      } else if (child & kLeaf) {
+        choices[number[k]] = {child & ~kLeaf, probability[k]};
+      } else {
+        prefetch_lines(&nodes_[child], sizeof(Node));
+        number[left] = number[k];
+        at[left] = child;
+        u[left] = u[k];
+        probability[left++] = probability[k];
+      }
     }
     count = left;
   }
-  for (std::size_t i = 0; i < queries.size(); ++i) choices[i] = descents[i].choice;
+}
+
+LightTree::Choice LightTree::select(const V3f& point, const V3f& normal, float u) const {
+  const Query query{point, normal, u};
+  Choice choice;
+  select({&query, 1}, &choice);
+  return choice;
 }
 
 float LightTree::probability(const V3f& point, const V3f& normal, std::uint32_t light) const {

@@ -50,6 +50,7 @@ class LightTree {
     float center_x[kWidth] = {}, center_y[kWidth] = {}, center_z[kWidth] = {}, radius[kWidth] = {};
     float axis_x[kWidth] = {}, axis_y[kWidth] = {}, axis_z[kWidth] = {};
     float cos_theta_o[kWidth] = {};  // -2 for all directions: no cosine rounds to less
+    float sin_theta_o[kWidth] = {};  // 0 for all directions
     float cos_theta_e[kWidth] = {};
     float one_sided[kWidth] = {};  // 2; 0 when the child emits about -axis as well
     float intensity[kWidth] = {};  // share of the whole tree's; 0: no child here
@@ -62,16 +63,7 @@ class LightTree {
   std::span<const std::uint32_t> places() const { return place_; }            // by light: node * kWidth + slot
 
  private:
-  // On the way from the root to a light. The node to choose in, u within its share, and the probability so far.
-  struct Descent {
-    std::uint32_t at = 0;
-    float u = 0;
-    Choice choice{0, 1.0f};
-  };
-
   void collapse(std::span<const LightTreeNode> binary, std::uint32_t from, std::uint32_t place, double scale);
-  // Chooses a child. False: `choice` is complete.
-  bool descend(const V3f& point, const V3f& normal, Descent& descent) const;
   static void importances(const Node& node, const V3f& point, const V3f& normal, float* importance);
 
   std::vector<Node> nodes_;

@@ -107,7 +107,11 @@ struct LambertBatch {
         if (detail::is_near(shape, start[k])) sample_light(lights, k);
       }
     } else {
-      for (int k = 0; k < count; ++k) sample_light(lights, k);
+      LightSampler::Query queries[kCapacity];
+      LightSample samples[kCapacity];
+      for (int k = 0; k < count; ++k) queries[k] = {start[k], normal[k], select[k], V2f(light_x[k], light_y[k])};
+      lights.sample({queries, std::size_t(count)}, samples);
+      for (int k = 0; k < count; ++k) set_light(k, samples[k]);
     }
     for (int k = 0; k < count; ++k) {
       const float cos_i = dot(light_direction[k], normal[k]);
@@ -150,7 +154,9 @@ struct LambertBatch {
   static std::uint32_t any_light(const Rgb& c) { return mask(c.x + c.y + c.z != 0); }
 
   void sample_light(const LightSampler& lights, int k) {
-    const LightSample sample = lights.sample(start[k], normal[k], select[k], V2f(light_x[k], light_y[k]));
+    set_light(k, lights.sample(start[k], normal[k], select[k], V2f(light_x[k], light_y[k])));
+  }
+  void set_light(int k, const LightSample& sample) {
     light_direction.set(k, sample.direction);
     light_radiance.set(k, sample.radiance);
     light_distance[k] = sample.distance;
