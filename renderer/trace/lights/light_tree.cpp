@@ -121,8 +121,8 @@ void LightTree::importances(const Node& node, const V3f& point, const V3f& norma
   }
 }
 
-// Each step below is a loop of its own, so that the long chains of operations of one query overlap with those of others,
-// and choosing is done for as many queries at once as a vector holds.
+// Each step below is a loop of its own, so that the long chains of operations of one query overlap with those of
+// others, and choosing is done for as many queries at once as a vector holds.
 void LightTree::select(std::span<const Query> queries, Choice* choices) const {
   HELIO_DCHECK(queries.size() <= kMostQueries);
   std::uint32_t number[kMostQueries], at[kMostQueries];  // of the queries that are under way, in no order
