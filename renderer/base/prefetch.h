@@ -1,4 +1,4 @@
-// Memory asked for before it is read, so that it comes while other work is done. Without effect but on time.
+// Asks for memory before it is read, so that it comes while other work is done. Any address may be asked for.
 #pragma once
 
 #include <cstddef>

@@ -20,8 +20,7 @@ struct BidirectionalGroup {
   ConnectionRays rays;
 };
 
-// Kernel derives from this and has, beyond what CameraPathKernel asks for,
-//   void join(int vertex, const CameraVertex&)    by join_to()
+// Kernel derives from this, which gives CameraPathKernel its light(), and has prepare_paths(), join(), by join_to(),
 // and, where what stands below does not suit its techniques, its own
 //   bool samples_lights(int vertex) const, bool ends_with(const BsdfSample&) const       at a vertex
 template <typename Kernel, typename Recorder>
@@ -55,19 +54,18 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
   }
   void trace_joined() { trace_connections(); }
 
-  void arrived(int vertex, const CameraVertex& at) {
-    const PathVertex& v = at.at;
-    paths_.mis[at.path].arrive(v.hit.t, v.cosine(-v.arrived), vertex > 1 || camera_.finite());
+  void arrived(int vertex, std::uint32_t path, const PathVertex& at) {
+    paths_.mis[path].arrive(at.hit.t, at.cosine(-at.arrived), vertex > 1 || camera_.finite());
   }
 
-  void scattered(const CameraVertex& at, const V3f& direction) {
-    MisState& mis = paths_.mis[at.path];
-    const V3f to_camera = -at.at.arrived;
-    if (!at.sample.delta) {
-      const BsdfValue reverse = at.at.scatter(scene_, direction, to_camera, at.shading_point(), to_camera);
-      mis.scatter(at.sample.pdf_w, reverse.pdf_w, at.at.cosine(direction), counts_);
-    } else if (at.at.mirrors_back(scene_, *at.point, to_camera, direction)) {
-      mis.scatter_delta(at.at.cosine(direction));
+  void scattered(const CameraVertex& v, const V3f& direction) {
+    MisState& mis = paths_.mis[v.path];
+    const V3f to_camera = -v.at.arrived;
+    if (!v.sample.delta) {
+      const BsdfValue reverse = v.at.scatter(scene_, direction, to_camera, v.shading_point(), to_camera);
+      mis.scatter(v.sample.pdf_w, reverse.pdf_w, v.at.cosine(direction), counts_);
+    } else if (v.at.mirrors_back(scene_, *v.point, to_camera, direction)) {
+      mis.scatter_delta(v.at.cosine(direction));
     } else {
       mis.scatter_one_way();
     }
@@ -155,10 +153,10 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
   }
 
   // s = 1.
-  void light(int vertex, const CameraVertex& camera_vertex, const LightSample& light) {
-    const std::uint32_t i = camera_vertex.path;
-    const PathVertex& at = camera_vertex.at;
-    const ShadingPoint* point = camera_vertex.shading_point();
+  void light(int vertex, const CameraVertex& v, const LightSample& light) {
+    const std::uint32_t i = v.path;
+    const PathVertex& at = v.at;
+    const ShadingPoint* point = v.shading_point();
     const PathState& path = group_.paths[i];
     const Surface& surface = at.surface;
     recorder_.light_sample(i, light);
@@ -190,11 +188,11 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
 
   // s > 1: to a light vertex, which stands for `share` of those that a camera path is to be joined to.
   // `number` tells the connections of a camera vertex apart.
-  void join_to(int vertex, const CameraVertex& camera_vertex, const LightVertex& light, std::uint32_t number,
+  void join_to(int vertex, const CameraVertex& v, const LightVertex& light, std::uint32_t number,
                double share) {
-    const std::uint32_t i = camera_vertex.path;
-    const PathVertex& at = camera_vertex.at;
-    const ShadingPoint* point = camera_vertex.shading_point();
+    const std::uint32_t i = v.path;
+    const PathVertex& at = v.at;
+    const ShadingPoint* point = v.shading_point();
     if (vertex + light.depth + 1 > task_.settings.max_segments) return;
     if (!shows(light.depth + 1, vertex + 1)) return;
     const PathState& path = group_.paths[i];

@@ -1,6 +1,6 @@
 // The camera paths of every kernel but the plain one: what each vertex does, step by step, whatever the technique.
 //
-// Vertices are shaded in batches: what they will read is asked for ahead, then all are found, then each chooses where
+// Vertices are shaded in batches: what they will read is asked for first, then all are begun, then each chooses where
 // it goes on, then lights are chosen for all, and last each is lit, joined and left. Batches and their vertices follow
 // the order of the paths, so that the rays that leave do too.
 //
@@ -25,7 +25,8 @@ struct CameraVertex {
   bool lambert = false;      // scatters as Lambert has it in `frame`, by at.albedo: there is no more to know
   bool black = false;        // one-sided, seen from behind
   bool transmissive = false;
-  int light = -1;         // number of its light sample in the batch; -1: nothing can light it
+  bool receives = false;  // a light or another vertex may light it
+  int light = -1;         // number of its light sample in the batch; -1: none was drawn
   Frame frame;            // its z axis is on the viewer's side, except where a volume tells its sides apart
   V3f geometric_normal;   // unit, on the side of that axis where the two agree
   V3f wo;                 // to where the path came from, in the frame
@@ -40,21 +41,21 @@ struct CameraVertex {
 };
 
 struct CameraVertexBatch {
-  // Enough to cover the way to memory, few enough for the first-level cache.
+  // Enough to cover the way to memory. A Lambert vertex touches some 400 bytes of its 2.6 KB.
   static constexpr int kCapacity = 32;
 
   CameraVertex vertices[kCapacity];
   int count = 0;
   LightSampler::Query queries[kCapacity];
   LightSample lights[kCapacity];
-  int lit = 0;
+  int light_count = 0;  // of queries and lights
 };
 
 // Kernel derives from this and has, beyond what PathKernelBase asks for,
 //   void light(int vertex, const CameraVertex&, const LightSample&)   adds what the sample of a light brings
 // and, where the defaults below do not suit its techniques, its own
 //   static constexpr bool kJoinsVertices             vertices are looked at along other directions than the path's
-//   void arrived(int vertex, const CameraVertex&)    before anything is added
+//   void arrived(int vertex, std::uint32_t path, const PathVertex&)    before anything is added
 //   bool shows_emission(int vertex) const            surfaces' alone
 //   bool ends_at_surfaces() const                    what a surface sends on does not count
 //   bool samples_lights(int vertex) const
@@ -75,7 +76,7 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
       Base::stats_, Base::task_;
 
   static constexpr bool kJoinsVertices = false;
-  void arrived(int, const CameraVertex&) {}
+  void arrived(int, std::uint32_t, const PathVertex&) {}
   bool shows_emission(int) const { return true; }
   bool ends_at_surfaces() const { return false; }
   bool samples_lights(int) const { return true; }
@@ -91,32 +92,35 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
 
   int shade(int vertex, int active) {
     shadow_count_ = 0;
-    int survivors = 0;
+    int survivors = 0, fetched = 0, looked_at = 0;
     for (int first = 0; first < active;) {
-      const int end = end_of_batch(vertex, first, active);
-      fetch_ahead(first, end);
-      find_vertices(vertex, first, end);
-      choose_directions();
-      sample_lights();
-      for (int k = 0; k < batch_.count; ++k) {
-        const CameraVertex& at = batch_.vertices[k];
-        kernel().look_ahead(at.place, active);
-        if (at.light >= 0) {
-          if (kernel().samples_lights(vertex)) kernel().light(vertex, at, batch_.lights[at.light]);
-          kernel().join(vertex, at);
-        }
-        if (go_on(vertex, at)) group_.active[survivors++] = at.path;
+      if (first >= fetched) {
+        fetched = std::min(active, first + CameraVertexBatch::kCapacity);
+        fetch(first, fetched);
       }
+      const int end = end_of_batch(vertex, first, active);
+      begin_vertices(vertex, first, end);
+      choose_directions();
+      sample_lights(vertex);
+      for (int k = 0; k < batch_.count; ++k) {
+        const CameraVertex& v = batch_.vertices[k];
+        for (; looked_at <= v.place; ++looked_at) kernel().look_ahead(looked_at, active);
+        if (v.light >= 0) kernel().light(vertex, v, batch_.lights[v.light]);
+        if (v.receives) kernel().join(vertex, v);
+        if (go_on(vertex, v)) group_.active[survivors++] = v.path;
+      }
+      for (; looked_at < end; ++looked_at) kernel().look_ahead(looked_at, active);
       first = end;
     }
     kernel().trace_joined();
     return survivors;
   }
 
-  // Of the batch that begins with the active path `first`. A blend is shaded alone: its parts lie where those of the
-  // next blend of the thread will. So is a first vertex where a recorder follows it from event to event.
+  // The end of the batch that begins with the active path `first`. A blend is shaded alone: blends within blends refer
+  // to parts that lie where those of the thread's next blend will. So is a first vertex that a recorder follows from
+  // event to event.
   int end_of_batch(int vertex, int first, int active) const {
-    if (Recorder::kRecordsForReuse && vertex == 1) return first + 1;
+    if (Recorder::kFollowsVertices && vertex == 1) return first + 1;
     const int end = std::min(active, first + CameraVertexBatch::kCapacity);
     if (scene_.features.only_lambert) return end;
     for (int j = first; j < end; ++j) {
@@ -127,7 +131,8 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
     return end;
   }
 
-  void fetch_ahead(int first, int end) const {
+  // Asks for what the hits of these active paths will read.
+  void fetch(int first, int end) const {
     const auto for_each_hit = [&](auto prefetch) {
       for (int j = first; j < end; ++j) {
         const Hit& hit = group_.hits[group_.active[j]];
@@ -136,23 +141,23 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
     };
     for_each_hit(prefetch_corners);
     for_each_hit(prefetch_attributes);
-    if (scene_.features.textures || scene_.features.normal_maps) for_each_hit(prefetch_texels);
+    if (!scene_.mip_mapped && (scene_.features.textures || scene_.features.normal_maps)) for_each_hit(prefetch_texels);
   }
 
-  void find_vertices(int vertex, int first, int end) {
+  void begin_vertices(int vertex, int first, int end) {
     batch_.count = 0;
     for (int j = first; j < end; ++j) {
-      CameraVertex& at = batch_.vertices[batch_.count];
-      at.path = group_.active[j];
-      at.place = j;
-      batch_.count += find_vertex(vertex, at);
+      CameraVertex& v = batch_.vertices[batch_.count];
+      v.path = group_.active[j];
+      v.place = j;
+      batch_.count += begin_vertex(vertex, v);
     }
   }
 
-  // Absorption on the way to it and emission included. False: the path ends.
-  bool find_vertex(int vertex, CameraVertex& at) {
+  // Adds what the vertex emits or the scene's surroundings send, and works out how it scatters. False: the path ends.
+  bool begin_vertex(int vertex, CameraVertex& v) {
     PathGroup& b = group_;
-    const std::uint32_t i = at.path;
+    const std::uint32_t i = v.path;
     PathState& path = b.paths[i];
     const Ray& ray = b.rays[i];
     const Hit& hit = b.hits[i];
@@ -161,127 +166,132 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
       leave_scene(vertex, i);
       return false;
     }
+
     if (scene_.mip_mapped) b.cones[i].advance(hit.t);
-    at.at.reach(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
-    Surface& surface = at.at.surface;
+    v.at.reach(scene_, ray, hit, scene_.mip_mapped ? &b.cones[i] : nullptr);
+    Surface& surface = v.at.surface;
     const MaterialRecord& material = *surface.material;
+    // Absorb what the medium takes along the segment.
     if (path.media.count > 0) path.beta *= transmittance(scene_, path.media, hit.t);
     recorder_.hit(i, hit, instance_name(hit), path.beta);
-    kernel().arrived(vertex, at);
+    kernel().arrived(vertex, i, v.at);
+    // Add what the surface emits.
     if (material.emissive && kernel().shows_emission(vertex)) add_emission(vertex, i, hit, surface);
 
-    at.black = material.one_sided && !surface.front;
-    const bool last = at.black || vertex >= task_.settings.max_segments;
+    // Evaluate the material.
+    v.black = material.one_sided && !surface.front;
+    const bool last = v.black || vertex >= task_.settings.max_segments;
     if (last && vertex > 1 && !Recorder::kRecordsSample) return false;
-    at.at.look_up(scene_);
-    at.lambert = at.at.lambert || (!Kernel::kJoinsVertices && material.plain_lambert);
+    v.at.look_up(scene_);
+    v.lambert = v.at.lambert || (!Kernel::kJoinsVertices && material.plain_lambert);
     const V3f to_viewer = -ray.direction;
-    if (at.lambert) {
-      find_lambert(to_viewer, at);
+    if (v.lambert) {
+      find_lambert(to_viewer, v);
     } else {
-      at.point.emplace(scene_, hit, surface, to_viewer, at.at.footprint);
-      at.frame = at.point->frame;
-      at.wo = at.frame.to_local(to_viewer);
-      at.geometric_normal = at.point->geometric_normal();
-      at.transmissive = lets_light_through(at.point->params);
+      v.point.emplace(scene_, hit, surface, to_viewer, v.at.footprint);
+      v.frame = v.point->frame;
+      v.wo = v.frame.to_local(to_viewer);
+      v.geometric_normal = v.point->geometric_normal();
+      v.transmissive = lets_light_through(v.point->params);
     }
-    if (vertex == 1) note_first_hit(at);
-    tell_surface(at);
+    if (vertex == 1) note_first_hit(v);
+    record_surface(v);
     if (last || kernel().ends_at_surfaces()) return false;
-    if (!at.lambert && at.point->params.model == LobeModel::none) return false;
-    at.light_normal = at.transmissive ? V3f(0, 0, 0) : surface.facing_normal();
+    if (!v.lambert && v.point->params.model == LobeModel::none) return false;
+    v.light_normal = v.transmissive ? V3f(0, 0, 0) : surface.facing_normal();
     return true;
   }
 
-  void find_lambert(const V3f& to_viewer, CameraVertex& at) const {
-    at.point.reset();
-    Surface& surface = at.at.surface;
-    if (!at.at.lambert) {
+  void find_lambert(const V3f& to_viewer, CameraVertex& v) const {
+    v.point.reset();
+    Surface& surface = v.at.surface;
+    if (!v.at.lambert) {
       if (surface.part->smooth || surface.material->normal_mapped)
-        interpolate_normal(scene_, at.at.hit, to_viewer, at.at.footprint, surface);
-      at.at.albedo = evaluate_base_color(scene_, at.at.hit, at.at.footprint, surface);
+        interpolate_normal(scene_, v.at.hit, to_viewer, v.at.footprint, surface);
+      v.at.albedo = evaluate_base_color(scene_, v.at.hit, v.at.footprint, surface);
     }
-    at.frame = shading_frame(surface);
-    at.wo = at.frame.to_local(to_viewer);
-    at.geometric_normal = viewed_normal(surface);
-    at.transmissive = false;
+    v.frame = shading_frame(surface);
+    v.wo = v.frame.to_local(to_viewer);
+    v.geometric_normal = viewed_normal(surface);
+    v.transmissive = false;
   }
 
-  void note_first_hit(const CameraVertex& at) {
-    const ShadingPoint* point = at.shading_point();
-    const Rgb albedo = at.black ? Rgb(0, 0, 0) : point ? point->bsdf().albedo() : at.at.albedo;
-    const V3f seen = point && point->params.mapped ? at.frame.to_world(point->params.map_normal) : at.frame.n;
-    group_.first[at.path] = {albedo, seen, at.at.hit.t, at.at.hit.primitive};
+  void note_first_hit(const CameraVertex& v) {
+    const ShadingPoint* point = v.shading_point();
+    const Rgb albedo = v.black ? Rgb(0, 0, 0) : point ? point->bsdf().albedo() : v.at.albedo;
+    const V3f seen = point && point->params.mapped ? v.frame.to_world(point->params.map_normal) : v.frame.n;
+    group_.first[v.path] = {albedo, seen, v.at.hit.t, v.at.hit.primitive};
   }
 
-  void tell_surface(const CameraVertex& at) {
+  void record_surface(const CameraVertex& v) {
     if constexpr (Recorder::kRecordsSample || Recorder::kRecordsForReuse) {
-      const ShadingPoint* point = at.shading_point();
-      SurfaceParams lambert;
-      lambert.base_color = at.at.albedo;
-      recorder_.surface(at.path, at.at.surface, point ? point->params : lambert, at.frame.n, at.geometric_normal,
-                        at.black);
+      const ShadingPoint* point = v.shading_point();
+      SurfaceParams lambert = v.at.surface.material->params;
+      lambert.base_color = v.at.albedo;
+      recorder_.surface(v.path, v.at.surface, point ? point->params : lambert, v.frame.n, v.geometric_normal,
+                        v.black);
       recorder_.scattering(point ? &point->bsdf() : nullptr);
     }
   }
 
-  // Before the vertices are lit and joined, which may overwrite the parts of a blend.
+  // Samples each vertex's BSDF. It comes before vertices are lit and joined, which may overwrite the parts of a blend.
   void choose_directions() {
     const PathGroup& b = group_;
     for (int k = 0; k < batch_.count; ++k) {
-      CameraVertex& at = batch_.vertices[k];
-      const int j = at.place;
-      at.sample = at.lambert ? sample_lambert(at.at.albedo, at.wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]))
-                             : at.point->bsdf().sample(b.lobe[j], V2f(b.bsdf_x[j], b.bsdf_y[j]));
-      recorder_.scatter(at.path, at.sample, at.frame);
+      CameraVertex& v = batch_.vertices[k];
+      const int j = v.place;
+      v.sample = v.lambert ? sample_lambert(v.at.albedo, v.wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]))
+                             : v.point->bsdf().sample(b.lobe[j], V2f(b.bsdf_x[j], b.bsdf_y[j]));
+      recorder_.scatter(v.path, v.sample, v.frame);
     }
   }
 
-  // One for each vertex that a light may light.
-  void sample_lights() {
+  // Draws one light sample for each vertex of the batch that a light may light.
+  void sample_lights(int vertex) {
     const PathGroup& b = group_;
-    batch_.lit = 0;
+    const bool draws = kernel().samples_lights(vertex);
+    batch_.light_count = 0;
     for (int k = 0; k < batch_.count; ++k) {
-      CameraVertex& at = batch_.vertices[k];
-      at.light = -1;
-      if (!has_lights_ || at.is_pure_delta()) continue;
-      at.light = batch_.lit++;
+      CameraVertex& v = batch_.vertices[k];
+      v.receives = has_lights_ && !v.is_pure_delta();
+      v.light = v.receives && draws ? batch_.light_count++ : -1;
+      if (v.light < 0) continue;
       // Seen from where the rays will start: rounding may have put the position itself behind its own surface, which
       // would then, if it emits, light itself.
-      const V3f from = at.transmissive ? at.at.surface.position : at.at.near_side;
-      batch_.queries[at.light] = {from, at.light_normal, b.select[at.place],
-                                  V2f(b.light_x[at.place], b.light_y[at.place])};
+      const V3f from = v.transmissive ? v.at.surface.position : v.at.near_side;
+      batch_.queries[v.light] = {from, v.light_normal, b.select[v.place],
+                                  V2f(b.light_x[v.place], b.light_y[v.place])};
     }
-    lights_.sample({batch_.queries, std::size_t(batch_.lit)}, batch_.lights);
+    lights_.sample({batch_.queries, std::size_t(batch_.light_count)}, batch_.lights);
   }
 
-  // True when the path goes on along the new ray in group_.rays.
-  bool go_on(int vertex, const CameraVertex& at) {
+  // Sets out along the chosen direction. True when the path goes on along the new ray in group_.rays.
+  bool go_on(int vertex, const CameraVertex& v) {
     PathGroup& b = group_;
-    const std::uint32_t i = at.path;
-    const Surface& surface = at.at.surface;
-    const BsdfSample& sample = at.sample;
+    const std::uint32_t i = v.path;
+    const Surface& surface = v.at.surface;
+    const BsdfSample& sample = v.sample;
     if (kernel().stops(vertex, sample) || !sample.valid()) return false;
-    const V3f direction = at.frame.to_world(sample.wi);
+    const V3f direction = v.frame.to_world(sample.wi);
     // A direction that the shading normal admits but the geometry does not would leak light.
-    if (!(dot(at.geometric_normal, direction) * sample.wi.z > 0)) return false;
+    if (!(dot(v.geometric_normal, direction) * sample.wi.z > 0)) return false;
     PathState& path = b.paths[i];
-    kernel().scattered(at, direction);
+    kernel().scattered(v, direction);
     path.beta *= sample.weight;
     path.pdf_w = sample.delta ? 0.0f : sample.pdf_w;
-    path.normal = at.light_normal;
+    path.normal = v.light_normal;
     if (scene_.mip_mapped && path.pdf_w > 0) b.cones[i].scatter(path.pdf_w);
     path.eta_scale *= sample.eta * sample.eta;
     if (sample.transmitted && surface.material->volume)
-      stats_.media_overflows += !path.media.cross(surface.part->material, at.wo.z > 0);
+      stats_.media_overflows += !path.media.cross(surface.part->material, v.wo.z > 0);
 
     Onward onward{path.beta};
     onward.goes_on = !is_black(path.beta);
-    if (onward.goes_on && vertex >= task_.settings.roulette_from) play_roulette(at.place, path, onward);
+    if (onward.goes_on && vertex >= task_.settings.roulette_from) play_roulette(v.place, path, onward);
     recorder_.onward(i, onward);
     if (!onward.goes_on) return false;
     Ray& ray = b.rays[i];
-    ray.origin = at.at.start(direction);
+    ray.origin = v.at.start(direction);
     ray.direction = direction;
     ray.alpha_key = alpha_key(path.key, reversed_index_, vertex + 1);
     return true;

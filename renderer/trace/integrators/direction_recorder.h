@@ -19,6 +19,7 @@ namespace helio {
 class DirectionRecorder : public NoRecorder {
  public:
   static constexpr bool kRecordsForReuse = true;
+  static constexpr bool kFollowsVertices = true;
 
   explicit DirectionRecorder(const WindowTask& task)
       : NoRecorder(task), film_(task.film), seed_(task.settings.seed ^ 0x9e3779b97f4a7c15u) {}

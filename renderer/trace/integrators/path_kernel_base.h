@@ -230,7 +230,8 @@ class PathKernelBase {
     const std::uint32_t pair = 2 * std::uint32_t(vertex), dimension = 3 * std::uint32_t(vertex);
     sample_pairs(b.keys, active, reversed_index_, pair, b.light_x, b.light_y);
     sample_pairs(b.keys, active, reversed_index_, pair + 1, b.bsdf_x, b.bsdf_y);
-    // By the cosine: the directions of Lambert surfaces.
+    // Directions of Lambert surfaces, and numbers that choose lobes: to draw both for all costs less than to ask who
+    // needs them.
     cosine_hemispheres(b.bsdf_x, b.bsdf_y, active, b.local_x, b.local_y, b.local_z);
     if (lights_.needs_selection()) sample_1ds(b.keys, active, reversed_index_, dimension, b.select);
     sample_1ds(b.keys, active, reversed_index_, dimension + 1, b.lobe);

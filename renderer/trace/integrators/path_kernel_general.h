@@ -19,24 +19,24 @@ class GeneralKernel : public CameraPathKernel<GeneralKernel<Recorder>, Recorder>
 
   void prepare_paths(int count) { Base::start_cones(count); }
 
-  void light(int vertex, const CameraVertex& at, const LightSample& light) {
-    const std::uint32_t i = at.path;
+  void light(int vertex, const CameraVertex& v, const LightSample& light) {
+    const std::uint32_t i = v.path;
     const PathState& path = group_.paths[i];
-    const Surface& surface = at.at.surface;
+    const Surface& surface = v.at.surface;
     recorder_.light_sample(i, light);
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
-    const V3f wi = at.frame.to_local(light.direction);
-    const BsdfValue value = at.evaluate(wi);
+    const V3f wi = v.frame.to_local(light.direction);
+    const BsdfValue value = v.evaluate(wi);
     recorder_.light_value(i, light, value);
     // A direction that the shading normal admits but the geometry does not would leak light.
-    const bool consistent = dot(at.geometric_normal, light.direction) * wi.z > 0;
+    const bool consistent = dot(v.geometric_normal, light.direction) * wi.z > 0;
     if (!consistent || is_black(value.f_cos)) return;
     const float weight = light.delta ? 1.0f : mis_weight(light.pdf_w, value.pdf_w);
     Rgb radiance = path.beta * value.f_cos * light.radiance * (weight / light.pdf_w);
     const float t_max = shadow_length(light.distance, light.cos_light, surface.offset, scene_.radius);
     if (scene_.features.absorption)
       radiance *= shadow_transmittance(scene_, path.media, *surface.part, surface.front, wi.z > 0, light.distance);
-    add_shadow_ray(vertex, i, at.at.start(light.direction), light.direction, t_max, radiance);
+    add_shadow_ray(vertex, i, v.at.start(light.direction), light.direction, t_max, radiance);
   }
 };
 

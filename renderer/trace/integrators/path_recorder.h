@@ -24,9 +24,13 @@ struct Onward {
   bool goes_on = false;
 };
 
+// Events of the vertices of a batch interleave (camera_path_kernel.h): segment() to scattering() of all, then scatter()
+// of all, then light_sample() to onward() of each. Where kFollowsVertices is true, all events of a first vertex come
+// before those of the next; of later vertices they interleave.
 struct NoRecorder {
   static constexpr bool kRecordsSample = false;
   static constexpr bool kRecordsForReuse = false;
+  static constexpr bool kFollowsVertices = false;
   static constexpr bool kListsPixels = false;  // WindowTask::pixels in place of the window and the film
 
   explicit NoRecorder(const WindowTask&) {}
@@ -36,7 +40,7 @@ struct NoRecorder {
   void hit(std::uint32_t, const Hit&, std::uint32_t, const Rgb&) {}
   void emission(std::uint32_t, const Rgb&, float) {}
   void surface(std::uint32_t, const Surface&, const SurfaceParams&, const V3f&, const V3f&, bool) {}
-  // Of the vertex in hand, and there as long as it is; null: it is Lambert, or the path ends here.
+  // The BSDF of the vertex of the last surface(), there until it goes on or ends; null: it is Lambert.
   void scattering(const Bsdf*) {}
   void light_sample(std::uint32_t, const LightSample&) {}
   void light_value(std::uint32_t, const LightSample&, const BsdfValue&) {}
@@ -63,6 +67,7 @@ class SampleRecorder {
  public:
   static constexpr bool kRecordsSample = true;
   static constexpr bool kRecordsForReuse = false;
+  static constexpr bool kFollowsVertices = false;
   static constexpr bool kListsPixels = false;
 
   explicit SampleRecorder(const WindowTask& task) : trace_(*task.trace) {}
@@ -141,7 +146,7 @@ class SampleRecorder {
     if (sample.valid()) v.next_direction = frame.to_world(sample.wi);
   }
 
-  // Of a direction that leads away from the surface.
+  // Comes where the sampled direction leads away from the surface.
   void onward(std::uint32_t path, const Onward& onward) {
     VertexTrace& v = note(path);
     v.next_throughput = onward.throughput;

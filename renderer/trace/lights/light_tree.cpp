@@ -125,7 +125,7 @@ void LightTree::importances(const Node& node, const V3f& point, const V3f& norma
 // others, and choosing is done for as many queries at once as a vector holds.
 void LightTree::select(std::span<const Query> queries, Choice* choices) const {
   HELIO_DCHECK(queries.size() <= kMostQueries);
-  std::uint32_t number[kMostQueries], at[kMostQueries];  // of the queries that are under way, in no order
+  std::uint32_t number[kMostQueries], at[kMostQueries];  // of the queries that are under way, in their order
   float u[kMostQueries], probability[kMostQueries];
   float importance[kWidth][kMostQueries];
   float sum[kMostQueries], before[kMostQueries], of_chosen[kMostQueries];

@@ -29,7 +29,7 @@ struct PathVertex {
     reach(scene, ray, at, cone);
     look_up(scene);
   }
-  // All but `lambert` and `albedo`; then these.
+  // In two steps: reach() sets all but `lambert` and `albedo`, look_up() these two.
   void reach(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone);
   void look_up(const SceneData& scene);
 

@@ -32,7 +32,7 @@ struct Surface {
   V3f facing_normal() const { return front ? geometric_normal : -geometric_normal; }
 };
 
-// The geometric normal on the side of the shading frame's z axis (shading_frame()).
+// The geometric normal turned to the side of the shading frame's z axis (shading_frame()).
 inline V3f viewed_normal(const Surface& s) {
   return !s.front && !s.material->volume ? -s.geometric_normal : s.geometric_normal;
 }

@@ -1,16 +1,17 @@
-// What shading hits will read, asked for a batch ahead: on large scenes each hit waits for a few lines of memory, and
-// those of a batch come at once. In three rounds, for each reads what the one before it asked for.
+// Asks for the memory that shading a batch of hits will read, before the first of them is shaded: on large scenes each
+// hit waits for a few lines of memory, and those of a batch come at once. There are three rounds, because each reads
+// what the one before it asked for.
 #pragma once
 
 #include "renderer/trace/scene/scene_data.h"
 
 namespace helio {
 
-// Of the triangles: the indices of their corners.
+// Asks for the indices of the corners of the triangle that was hit, where shading reads its corners.
 void prefetch_corners(const SceneData& scene, const Hit& hit);
-// Of the corners: normals, texture coordinates, colours.
+// Asks for the normals, texture coordinates and colours of the corners.
 void prefetch_attributes(const SceneData& scene, const Hit& hit);
-// The texels that the material looks up first.
+// Asks for the texels of the base colour, the normal map, and metalness and roughness, at full resolution.
 void prefetch_texels(const SceneData& scene, const Hit& hit);
 
 }  // namespace helio

@@ -1,5 +1,5 @@
-// One sample of one pixel from the camera to the end of its path: path_kernel_base.h and path_kernel_general.h of
-// trace/integrators/. The includer declares the push constants and names its tracer:
+// One sample of one pixel from the camera to the end of its path: path_kernel_base.h, camera_path_kernel.h and
+// path_kernel_general.h of trace/integrators/. The includer declares the push constants and names its tracer:
 //
 //   layout(push_constant, scalar) uniform Push { uint64_t scene; uint64_t task; } push;
 //   #include "accel/trace_bvh.glsl" or "trace_rt.glsl"   intersect(), occluded()

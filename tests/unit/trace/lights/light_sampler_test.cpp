@@ -153,7 +153,7 @@ TEST(LightSampler, HitAndSampleAgreeOnDensityAndRadiance) {
   }
 }
 
-// The densities of all lights add up to the probability of a sample that is no delta: integrated by uniform directions.
+// A batch must not mix its queries up, nor lose those beyond what is asked for at once.
 TEST(LightSampler, ManyPointsGetTheSamplesThatEachWouldGet) {
   EveryKind scene;
   for (const bool use_tree : {false, true}) {
@@ -183,6 +183,7 @@ TEST(LightSampler, ManyPointsGetTheSamplesThatEachWouldGet) {
   }
 }
 
+// The densities of all lights add up to the probability of a sample that is no delta: integrated by uniform directions.
 TEST(LightSampler, DensitiesIntegrateToTheShareOfSamples) {
   EveryKind scene;
   const V3f point(0.4f, 0.3f, 0.8f), normal = normalize(V3f(0.2f, 0.4f, 1));
