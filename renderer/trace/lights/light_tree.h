@@ -33,8 +33,8 @@ class LightTree {
     V3f point, normal;
     float u = 0;
   };
-  // The same for each query, into choices[i]: level by level, so that the nodes that one needs next are fetched while
-  // others choose. At most kMostQueries.
+  // Selects for each query, into choices[i], level by level: the nodes that one needs next are fetched while others
+  // choose. At most kMostQueries.
   void select(std::span<const Query> queries, Choice* choices) const;
   // Probability with which select() returns `light`, up to rounding.
   float probability(const V3f& point, const V3f& normal, std::uint32_t light) const;
