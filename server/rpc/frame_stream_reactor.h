@@ -33,7 +33,8 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
     if (!hold_.defer(status)) Finish(copy_status(status));
   }
 
-  // The thread for a request that takes long: one that may allocate a film or place a scene. Null: it is handled at once.
+  // The thread for a request that takes long, as one that may allocate a film or place a scene. Null: it is handled at
+  // once.
   TaskThread* thread_for(const pb::StreamRequest& request) const;
   // Runs handle() on `thread`.
   void handle_later(TaskThread& thread, std::shared_ptr<const pb::StreamRequest> request);
