@@ -52,7 +52,7 @@ class Tracer {
     CommandSlot commands;
     Buffer task, answers, first_hits;
   };
-  // What traces one kind of scene: `compute`, or `rays` at Level::rt.
+  // The pipeline that traces one kind of scene: `compute`, or `rays` at Level::rt.
   struct Pipeline {
     std::optional<ComputePipeline> compute;
     std::optional<RayPipeline> rays;

@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/base/prefetch.h"
 #include "renderer/base/raw_array.h"
 #include "renderer/trace/paths/light_paths.h"
 #include "renderer/trace/paths/vertex_grid.h"
@@ -67,8 +68,8 @@ class LightVertexCache {
   // Before load(v), to have it fetched.
   void expect_vertex(std::size_t v) const {
     const char* record = reinterpret_cast<const char*>(&records_[v]);
-    __builtin_prefetch(record);
-    __builtin_prefetch(record + sizeof(Record) - 1);
+    prefetch(record);
+    prefetch(record + sizeof(Record) - 1);
   }
   // Calls visit(const Record&) for those within radius() of the point.
   template <typename Function>

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/base/prefetch.h"
 #include "renderer/base/raw_array.h"
 
 namespace helio {
@@ -50,11 +51,11 @@ class VertexGrid {
   // Fetches what a search there will look at: where its runs begin, and some searches later the first points of each.
   void expect(const V3f& point) const {
     const Corner low = corner(point);
-    for (int k = 0; !places_.empty() && k < 4; ++k) __builtin_prefetch(&begins_[slot(low, k)]);
+    for (int k = 0; !places_.empty() && k < 4; ++k) prefetch(&begins_[slot(low, k)]);
   }
   void expect_points(const V3f& point) const {
     const Corner low = corner(point);
-    for (int k = 0; !places_.empty() && k < 4; ++k) __builtin_prefetch(places_.data() + begins_[slot(low, k)]);
+    for (int k = 0; !places_.empty() && k < 4; ++k) prefetch(places_.data() + begins_[slot(low, k)]);
   }
 
   std::size_t bytes() const { return places_.bytes() + begins_.bytes(); }

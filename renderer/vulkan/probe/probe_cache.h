@@ -19,7 +19,7 @@ class ProbeCache {
   // `folder` empty: there is no cache.
   ProbeCache(std::filesystem::path folder, std::uint64_t fingerprint);
 
-  // What the self-test found: "" where it passed, otherwise why it failed; absent where the device was not tested.
+  // The self-test's finding is "" where it passed, otherwise why it failed; absent where the device was not tested.
   std::optional<std::string> find(const DeviceInfo& device, Level level) const;
   void put(const DeviceInfo& device, Level level, const std::string& outcome);
   // Writes the file anew, in one step, if anything was put.
