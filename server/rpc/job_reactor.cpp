@@ -125,18 +125,18 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   {
     const std::lock_guard lock(cancel_mutex_);
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
-    job_ = std::move(job);
+    job_ = job;
   }
   pb::RunJobResponse::Accepted accepted;
   accepted.set_job_id(job_id_);
   *accepted.mutable_settings() = to_message(settings);
-  accepted.set_views(static_cast<std::uint32_t>(job_->views().size()));
-  const SceneFeatures& features = job_->rendering().scene().snapshot->features();
+  accepted.set_views(static_cast<std::uint32_t>(job->views().size()));
+  const SceneFeatures& features = job->rendering().scene().snapshot->features();
   for (std::string& line : unsampled_light(settings.integrator, features)) {
     accepted.add_unsampled(std::move(line));
   }
   std::set<std::string> notices;
-  for (const View& view : job_->views()) notices.insert(aspect_notice(view.camera, settings.width, settings.height));
+  for (const View& view : job->views()) notices.insert(aspect_notice(view.camera, settings.width, settings.height));
   for (const std::string& line : notices) {
     if (!line.empty()) accepted.add_notices(line);
   }
@@ -144,14 +144,14 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   greeting.set_allocated_accepted(owned_message(std::move(accepted)));
   stream_->queue().limit_rate(budget.bytes_per_second);
   // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
-  RenderContext& rendering_of_job = job_->rendering();
+  RenderContext& rendering_of_job = job->rendering();
   rendering_of_job.publisher().attach(stream_, format);
-  core_.jobs.add(job_);  // attached: who ends all jobs ends this call
+  core_.jobs.add(job);  // attached: who ends all jobs ends this call
   stream_->push(Greeting{greeting.SerializeAsString()});
-  job_->start_view();
+  job->start_view();
   rendering_of_job.report_progress(stream_);
   spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),
-               settings.width, settings.height, job_->views().size());
+               settings.width, settings.height, job->views().size());
   return ok_status();
 }
 
@@ -177,7 +177,23 @@ void JobReactor::OnWriteDone(bool ok) {
     });
     if (!started.ok()) stream_->finish(to_grpc_status(started));
   }
-  if (end_due_.exchange(false)) stream_->finish_when_drained(grpc::Status::OK);
+  if (end_due_.exchange(false)) {
+    release_job();
+    stream_->finish_when_drained(grpc::Status::OK);
+  }
+}
+
+void JobReactor::release_job() {
+  std::shared_ptr<Job> job;
+  {
+    const std::lock_guard lock(cancel_mutex_);
+    job = std::exchange(job_, nullptr);
+  }
+  if (job) {
+    job->rendering().publisher().detach(stream_.get());
+    spdlog::info("job over id={}", job_id_);
+  }
+  if (!job_id_.empty()) core_.jobs.remove(job_id_);
 }
 
 void JobReactor::OnCancel() {
@@ -193,12 +209,7 @@ void JobReactor::OnCancel() {
 
 void JobReactor::OnDone() {
   hold_.wait();
-  if (job_) {
-    job_->rendering().publisher().detach(stream_.get());
-    spdlog::info("job over id={}", job_id_);
-  }
-  job_.reset();
-  if (!job_id_.empty()) core_.jobs.remove(job_id_);
+  release_job();
   delete this;
 }
 

@@ -1,4 +1,4 @@
-// The jobs in hand. A job lives as long as its call.
+// The jobs in hand. A job ends before its call does.
 #pragma once
 
 #include <atomic>

@@ -102,7 +102,8 @@ TEST_P(EditReuse, WhatIsFarFromTheEditStaysAndWhatItDarkensGoes) {
   const ViewPicture picture = views.render(yard_camera(), 2);
   EXPECT_GT(picture.end.progress.reuse_share, 0.8);
   EXPECT_GT(mean_over(picture.samples, far), 0.5 * kRest);
-  EXPECT_LT(mean_over(picture.samples, shadow), 0.15 * kRest);
+  // Modes that allocate give noisy pixels more fresh samples: 7 % to 30 % of kRest, by seed. All of the old: 75 %.
+  EXPECT_LT(mean_over(picture.samples, shadow), (allocates(GetParam()) ? 0.45 : 0.15) * kRest);
   EXPECT_LT(mean_over(picture.samples, box), allocates(GetParam()) ? 0.25 * kRest : 2.001);  // fresh ones alone
 
   // Not wrong any more where the shadow was and where it is, once a few samples are there.
