@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -27,6 +28,10 @@ constexpr std::string_view kFull =
     "all connections of this daemon are in use (--max-http-connections)\n";
 // When there are no file descriptors left, accepting fails at once, again and again.
 constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
+// That pages get to be told how their calls ended and to answer the closing handshake.
+constexpr auto kLastMessages = std::chrono::milliseconds(300);
+constexpr std::uint16_t kGoingAway = 1001;  // RFC 6455, section 7.4.1
+constexpr std::string_view kEnded = "the daemon has ended";
 
 std::vector<std::string> names(const WebServer::Options& options, const ListenAddress& listen) {
   std::vector<std::string> hosts = options.hosts;
@@ -56,19 +61,25 @@ class WebServer::Impl {
 
   ~Impl() {
     if (!thread_.joinable()) return;
+    const auto running = asio::make_work_guard(io_);  // though nothing listens any more
     std::promise<void> closed;
-    asio::post(io_, [this, &closed] {
+    const auto left = std::make_shared<std::promise<void>>();
+    std::shared_ptr<void> leaving(nullptr, [left](void*) { left->set_value(); });  // when the last socket lets go of it
+    asio::post(io_, [this, leaving = std::move(leaving)]() mutable {
       stopping_ = true;
       acceptor_.close();
       again_.cancel();
-      for (const auto& weak : sockets_) {
-        if (const auto socket = weak.lock()) socket->close(1001, "the daemon has ended");
-      }
+      for_sockets([&](WebSocket& socket) { socket.leave(kGoingAway, kEnded, leaving); });
+      leaving.reset();
+    });
+    left->get_future().wait_for(kLastMessages);
+    asio::post(io_, [this, &closed] {
+      for_sockets([](WebSocket& socket) { socket.close(kGoingAway, kEnded); });
       closed.set_value();
     });
     closed.get_future().wait();  // from here on no call begins
     calls_.wait_until_empty();
-    // The closing handshakes that are still under way are not waited for.
+    // Closing handshakes that are still under way are not waited for.
     asio::post(io_, [this] { io_.stop(); });
     thread_.join();
   }
@@ -138,6 +149,13 @@ class WebServer::Impl {
       }
       accept();
     });
+  }
+
+  template <class Function>
+  void for_sockets(const Function& function) {
+    for (const auto& weak : sockets_) {
+      if (const auto socket = weak.lock()) function(*socket);
+    }
   }
 
   void add(const std::weak_ptr<WebSocket>& socket) {

@@ -81,14 +81,27 @@ void WebSocket::accept(Upgrade request) {
 void WebSocket::close(std::uint16_t code, std::string_view why) {
   if (closed_) return;
   spdlog::debug("page closed code={} {}", code, why);
+  auto left = leaving_ ? std::move(leaving_->left) : nullptr;
   drop();
-  socket_.async_close(make_reason(code, why), [self = shared_from_this()](beast::error_code) {});
+  socket_.async_close(make_reason(code, why), [self = shared_from_this(), left = std::move(left)](beast::error_code) {});
+}
+
+void WebSocket::leave(std::uint16_t code, std::string_view why, std::shared_ptr<void> left) {
+  if (closed_) return;
+  leaving_ = Leave{code, std::string(why), std::move(left)};
+  leave_when_done();
+}
+
+void WebSocket::leave_when_done() {
+  if (!leaving_ || closed_ || writing_ || !calls_.empty() || !small_.empty() || !ready_.empty()) return;
+  close(leaving_->code, std::string(leaving_->why));
 }
 
 // Nothing more is read or answered.
 void WebSocket::drop() {
   const auto until_dropped = std::move(not_reading_);
   closed_ = true;
+  leaving_.reset();
   hello_due_.cancel();
   for (const auto& [id, call] : calls_) call->cancel();
   calls_.clear();
@@ -178,6 +191,7 @@ void WebSocket::begin_call(const Envelope& envelope) {
   if (id == 0) return close(1002, "a call without a number; allowed: id in [1, 2^53)");
   if (id <= last_id_) return;  // it is over, which the page may not know yet
   last_id_ = id;
+  if (leaving_) return answer_status(id, {grpc::StatusCode::UNAVAILABLE, leaving_->why});
   const WebCall* kind = find_web_call(envelope.field);
   if (!kind) {
     return answer_status(id, {grpc::StatusCode::UNIMPLEMENTED, "field " + std::to_string(envelope.field) +
@@ -286,6 +300,7 @@ void WebSocket::wrote(beast::error_code error, std::size_t bytes) {
   hold_little(!send_rate_.fast());
   write();
   read();
+  leave_when_done();
 }
 
 }  // namespace helio

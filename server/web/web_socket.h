@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,8 +34,18 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void accept(Upgrade request);  // which must outlive nothing: it is kept until the handshake is over
   // The page is told why; calls are cancelled.
   void close(std::uint16_t code, std::string_view why);
+  // As close(), but calls in hand end first and what waits is sent; new ones are answered UNAVAILABLE. `left` is let go
+  // when the page has answered the closing handshake, or its connection has ended.
+  void leave(std::uint16_t code, std::string_view why, std::shared_ptr<void> left);
 
  private:
+  struct Leave {
+    std::uint16_t code;
+    std::string why;
+    std::shared_ptr<void> left;
+  };
+
+
   void response_ready(BridgedCall& call) override;
   void request_taken(std::size_t bytes) override;
   void call_over(BridgedCall& call, const grpc::Status& status) override;
@@ -50,6 +61,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void tell_link(double bytes_per_second);
   void hold_little(bool little);
   void drop();
+  void leave_when_done();
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   const WebSite& site_;
@@ -59,6 +71,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   boost::beast::flat_buffer incoming_;
   std::shared_ptr<WebSocket> not_reading_;  // itself, while no read keeps it alive
   bool greeted_ = false, reading_ = false, writing_ = false, closed_ = false;
+  std::optional<Leave> leaving_;
   std::string authorization_;
   std::uint64_t last_id_ = 0;
   std::map<std::uint64_t, std::shared_ptr<BridgedCall>> calls_;
