@@ -117,6 +117,20 @@ BsdfValue BsdfOf<Blend>::evaluate(const V3f& wi) const {
 }
 
 template <class Blend>
+BsdfValue BsdfOf<Blend>::evaluate_back(const SurfaceParams& params, const V3f& wo, const V3f& wi) const {
+  if (const LayeredBsdf* one = layered(); one && wi.z > 0)
+    return evaluate_layered_back(one->lobes(), one->view(), wi);
+  return BsdfOf<Blend>(params, wi).evaluate(wo);
+}
+
+template <class Blend>
+BsdfBothWays BsdfOf<Blend>::evaluate_both_ways(const SurfaceParams& params, const V3f& wo, const V3f& wi) const {
+  if (const LayeredBsdf* one = layered(); one && wi.z > 0)
+    return evaluate_layered_both_ways(one->lobes(), one->view(), wi);
+  return {evaluate(wi), evaluate_back(params, wo, wi)};
+}
+
+template <class Blend>
 Rgb BsdfOf<Blend>::matte(const V3f& wi) const {
   if (!mapped_) return matte_unmapped(wi);
   const V3f own_wi = map_.to_local(wi);

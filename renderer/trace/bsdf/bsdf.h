@@ -46,6 +46,11 @@ class BsdfOf {
 
   BsdfValue evaluate(const V3f& wi) const;
 
+  // evaluate(wo) of the Bsdf along `wi`, to the bit, and evaluate(wi) with it. `params`, `wo`: those that this was made
+  // of.
+  BsdfValue evaluate_back(const SurfaceParams& params, const V3f& wo, const V3f& wi) const;
+  BsdfBothWays evaluate_both_ways(const SurfaceParams& params, const V3f& wo, const V3f& wi) const;
+
   // The part of f_cos due to diffuse lobes, which varies little with the view direction. In all models but
   // `principled` it is a sum of a few products g(wo) h(wi).
   Rgb matte(const V3f& wi) const;

@@ -93,6 +93,11 @@ Rescattering rescattering_of(const LayeredLobes& lobes) {
   return {f * f * (metal * (1 - loss)) / (Rgb(1) - f * loss), loss};
 }
 
+// T_mean, without a film.
+float mean_entry(const LayeredLobes& lobes) {
+  return mean_albedo(lobes.albedo_row).entering(lobes.coat_f0, lobes.coat_f90);
+}
+
 // base_entry() and base_exit() where the terms are at hand.
 Rgb base_entry(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->entering(mu);
@@ -100,8 +105,7 @@ Rgb base_entry(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
 }
 Rgb base_exit(const LayeredLobes& lobes, const AlbedoTerms& terms, float mu) {
   if (lobes.filmed_base) return lobes.filmed_base->leaving(mu);
-  const AlbedoTerms mean = mean_albedo(lobes.albedo_row);
-  const float entry_mean = mean.entering(lobes.coat_f0, lobes.coat_f90);
+  const float entry_mean = mean_entry(lobes);
   return Rgb(entry_mean > 0 ? terms.entering(lobes.coat_f0, lobes.coat_f90) / entry_mean : 0.0f);
 }
 
@@ -121,6 +125,7 @@ LayeredView view_along(const LayeredLobes& lobes, const V3f& wo) {
     return view;
   }
   const AlbedoTerms terms = albedo_terms(lobes, wo.z);
+  view.loss = terms.loss;
   view.base_entry = base_entry(lobes, terms, wo.z);
   float facets = mean(lobes.r0) * terms.a + lobes.r90 * terms.b, straight = 0;
   if (lobes.passage == Passage::straight) {
@@ -166,19 +171,25 @@ LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi) {
 
 namespace {
 
-// m: the half vector with cos_m = wo.m = wi.m.
+// cos_m = wo.m = wi.m of the half vector m; density: of normals there, if no mirror.
 BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival,
-                              const V3f& m, float cos_m) {
+                              float cos_m, float density) {
   BsdfValue value;
   value.f_cos = matte_reflected(lobes, view, arrival);
   if (view.diffuse > 0) value.pdf_w += view.diffuse * arrival.cosine_pdf;
   if (view.rescattered > 0) value.pdf_w += view.rescattered * arrival.loss_pdf;
   if (lobes.mirror) return value;
   const FacetResponse response = facet_response(lobes, cos_m);
-  const float pdf = lobes.microfacet.normal_density(m) / (4 * view.visible_area);
+  const float pdf = density / (4 * view.visible_area);
   value.f_cos += response.reflected * (arrival.masking * pdf);
   value.pdf_w += view.facets * response.reflect_share * pdf;
   return value;
+}
+
+BsdfValue evaluate_reflection(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival,
+                              const V3f& m, float cos_m) {
+  const float density = lobes.mirror ? 0 : lobes.microfacet.normal_density(m);
+  return evaluate_reflection(lobes, view, arrival, cos_m, density);
 }
 
 // `reflected` is wi mirrored to this side, m the half vector of wo and it.
@@ -295,6 +306,49 @@ BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view,
   V3f m;
   if (!make_normal(view.wo + arrival.wi, m)) return {};
   return evaluate_reflection(lobes, view, arrival, m, dot(view.wo, m));
+}
+
+namespace {
+
+// T_mean where arrival_of() needs it.
+float mean_entry_of_base(const LayeredLobes& lobes) {
+  return is_black(lobes.diffuse) || lobes.filmed_base ? 1 : mean_entry(lobes);
+}
+
+// arrival_along() of the wo of a view, to the bit.
+LayeredArrival arrival_of(const LayeredLobes& lobes, const LayeredView& view, float mean_entry) {
+  LayeredArrival arrival;
+  const float mu = view.wo.z;
+  arrival.wi = view.wo;
+  const bool base = !is_black(lobes.diffuse), metal = rescatters(lobes);
+  if (base || metal) arrival.cosine_pdf = cosine_hemisphere_pdf_w(mu);
+  if (base) {
+    const Rgb exit(mean_entry > 0 ? view.base_entry.x / mean_entry : 0.0f);
+    arrival.base_exit = lobes.filmed_base ? lobes.filmed_base->leaving(mu) : exit;
+  }
+  arrival.loss = view.loss;
+  if (metal) arrival.loss_pdf = loss_pdf_w(lobes.albedo_row, mu);
+  if (!lobes.mirror) arrival.masking = std::min(1.0f, mu / view.visible_area);
+  return arrival;
+}
+
+}  // namespace
+
+BsdfValue evaluate_layered_back(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi) {
+  V3f m;
+  if (!make_normal(wi + view.wo, m)) return {};
+  const LayeredView other = view_along(lobes, wi);
+  return evaluate_reflection(lobes, other, arrival_of(lobes, view, mean_entry_of_base(lobes)), m, dot(wi, m));
+}
+
+BsdfBothWays evaluate_layered_both_ways(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi) {
+  V3f m;
+  if (!make_normal(view.wo + wi, m)) return {};
+  const LayeredView other = view_along(lobes, wi);
+  const float density = lobes.mirror ? 0 : lobes.microfacet.normal_density(m);
+  const float mean_entry = mean_entry_of_base(lobes);
+  return {evaluate_reflection(lobes, view, arrival_of(lobes, other, mean_entry), dot(view.wo, m), density),
+          evaluate_reflection(lobes, other, arrival_of(lobes, view, mean_entry), dot(wi, m), density)};
 }
 
 Rgb matte_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival) {

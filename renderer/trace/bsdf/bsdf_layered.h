@@ -83,12 +83,13 @@ Rgb base_exit(const LayeredLobes& lobes, float mu);
 
 // What of the scattering depends on wo alone: probabilities of choosing the diffuse base, rescattered light, the facets
 // (reflected or transmitted) and the straight passage, from their approximate albedos; the base's share of light
-// entering along wo; the factors of rescattered light but for (1 - E(wi)) / pi; and the projected area of the facets
-// that wo sees.
+// entering along wo; the factors of rescattered light but for (1 - E(wi)) / pi; 1 - E(wo), where anything is asked of
+// E; and the projected area of the facets that wo sees.
 struct LayeredView {
   V3f wo;
   float diffuse = 0, rescattered = 0, facets = 0, straight = 0;
   float visible_area = 1;
+  float loss = 0;
   Rgb base_entry{1, 1, 1}, rescattering{0, 0, 0};
 };
 
@@ -106,6 +107,9 @@ LayeredArrival arrival_along(const LayeredLobes& lobes, const V3f& wi);
 // evaluate_layered() of the two.
 BsdfValue evaluate_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival);
 BsdfValue evaluate_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);
+// That of (wi, view.wo), and with it that of (view.wo, wi); wi.z > 0.
+BsdfValue evaluate_layered_back(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);
+BsdfBothWays evaluate_layered_both_ways(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);
 // What of their f_cos the diffuse base sends, and what is rescattered: each is a function of wo times one of wi.
 Rgb matte_reflected(const LayeredLobes& lobes, const LayeredView& view, const LayeredArrival& arrival);
 Rgb matte_layered(const LayeredLobes& lobes, const LayeredView& view, const V3f& wi);

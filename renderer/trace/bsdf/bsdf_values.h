@@ -24,6 +24,11 @@ struct BsdfValue {
   float pdf_w = 0;     // density with which sampling picks wi given that it may pick any lobe, deltas excluded
 };
 
+// Of two directions, as wo and wi, and the other way round.
+struct BsdfBothWays {
+  BsdfValue there, back;
+};
+
 // The sample that a direction makes whose value and density are known; none where the density is 0 or not finite.
 inline BsdfSample sample_of(const V3f& wi, const BsdfValue& value) {
   BsdfSample sample;

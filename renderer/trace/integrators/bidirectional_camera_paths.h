@@ -44,7 +44,6 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
     paths_.rays.clear();  // what an exception may have left
   }
 
-  static constexpr bool kJoinsVertices = true;
   bool shows_emission(int vertex) const { return shows(0, vertex + 1); }
   bool ends_at_surfaces() const { return light_only_; }
   bool samples_lights(int vertex) const { return shows(1, vertex + 1); }
@@ -64,7 +63,7 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
     if (!v.sample.delta) {
       const BsdfValue reverse = v.at.scatter(scene_, direction, to_camera, v.shading_point(), to_camera);
       mis.scatter(v.sample.pdf_w, reverse.pdf_w, v.at.cosine(direction), counts_);
-    } else if (v.at.mirrors_back(scene_, *v.point, to_camera, direction)) {
+    } else if (v.at.mirrors_back(*v.point, to_camera, direction)) {
       mis.scatter_delta(v.at.cosine(direction));
     } else {
       mis.scatter_one_way();
@@ -162,10 +161,9 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
     recorder_.light_sample(i, light);
     if (!(light.pdf_w > 0) || is_black(light.radiance)) return;
     const V3f to_camera = -at.arrived;
-    const BsdfValue value = at.scatter(scene_, to_camera, light.direction, point, to_camera);
+    const auto [value, reverse] = at.scatter_both_ways(scene_, to_camera, light.direction, point);
     recorder_.light_value(i, light, value);
     if (is_black(value.f_cos)) return;
-    const BsdfValue reverse = at.scatter(scene_, light.direction, to_camera, point, to_camera);
     const double weight =
         weight_of_light_sample(paths_.mis[i], light.pdf_w, lights_.pdf_emission(light), light.delta, light.distance,
                                light.cos_light, at.cosine(light.direction), value.pdf_w, reverse.pdf_w, counts_);
@@ -187,9 +185,10 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
   }
 
   // s > 1: to a light vertex, which stands for `share` of those that a camera path is to be joined to.
-  // `number` tells the connections of a camera vertex apart.
-  void join_to(int vertex, const CameraVertex& v, const LightVertex& light, std::uint32_t number,
-               double share) {
+  // `number` tells the connections of a camera vertex apart. light_point: the light vertex as its light sees it; null:
+  // not at hand.
+  void join_to(int vertex, const CameraVertex& v, const LightVertex& light, const ShadingPoint* light_point,
+               std::uint32_t number, double share) {
     const std::uint32_t i = v.path;
     const PathVertex& at = v.at;
     const ShadingPoint* point = v.shading_point();
@@ -203,19 +202,16 @@ class BidirectionalCameraPaths : public CameraPathKernel<Kernel, Recorder> {
     if (!(squared > 0)) return;
     const double distance = std::sqrt(squared);
     const V3f direction(V3d(between) / distance), back = -direction;
-    const BsdfValue camera_value = at.scatter(scene_, to_camera, direction, point, to_camera);
+    const auto [camera_value, camera_reverse] = at.scatter_both_ways(scene_, to_camera, direction, point);
     if (is_black(camera_value.f_cos)) return;
     recorder_.connection_value(direction, camera_value);
-    Late<ShadingPoint> from_camera;  // the light vertex
-    if (light.keeps_its_point()) light.look_from(scene_, back, from_camera);
-    const ShadingPoint* light_point = from_camera.get();
-    const BsdfValue light_value = light.scatter(scene_, back, to_light, light_point, back);
+    Late<ShadingPoint> made;
+    if (!light_point && light.keeps_its_point()) light_point = &light.look_from(scene_, to_light, made);
+    const auto [light_forward, light_value] = light.scatter_both_ways(scene_, to_light, back, light_point);
     if (is_black(light_value.f_cos)) return;
-    const double camera_reverse = at.scatter(scene_, direction, to_camera, point, to_camera).pdf_w;
-    const double light_forward = light.scatter(scene_, to_light, back, light_point, back).pdf_w;
     const double cos_camera = at.cosine(direction), cos_light = light.cosine(direction);
     const double weight =
-        weight_of_connection(paths_.mis[i], light.mis, light_forward * cos_camera / squared, camera_reverse,
+        weight_of_connection(paths_.mis[i], light.mis, light_forward.pdf_w * cos_camera / squared, camera_reverse.pdf_w,
                              camera_value.pdf_w * cos_light / squared, light_value.pdf_w, counts_);
     // f_cos has the cosine at the camera's vertex; adjoint_weight() that at the light's.
     const Rgb leaving = adjoint_weight(light, light_value.f_cos, back, to_light);

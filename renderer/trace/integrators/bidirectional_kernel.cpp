@@ -107,8 +107,8 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
       const std::uint32_t i = pairs_.lights.path_of(v);
       const std::uint32_t key = pairs_.batch.keys[i], index = pairs_.batch.reversed_index[i];
       const V2f lens = lens_sample(task_.camera, key, index, vertex.depth);
-      const auto splat =
-          connect_to_camera(scene_, camera_, vertex, lens, counts_, unweighted, Recorder::kRecordsForReuse);
+      const auto splat = connect_to_camera(scene_, camera_, vertex, pairs_.lights.point(v), lens, counts_, unweighted,
+                                           Recorder::kRecordsForReuse);
       if (!splat) continue;
       if (paths_.rays.full()) trace_splats();
       film_points_[paths_.rays.count()] = {splat->camera.film_x, splat->camera.film_y, told_of(vertex, *splat)};
@@ -149,8 +149,8 @@ class BidirectionalKernel : public BidirectionalCameraPaths<BidirectionalKernel<
   void join(int vertex, const CameraVertex& at) {
     for (std::uint32_t v = pairs_.lights.last(int(at.path)); v != kNoVertex;) {
       const LightVertex& light = pairs_.lights.vertices()[v];
+      join_to(vertex, at, light, pairs_.lights.point(v), std::uint32_t(light.depth), 1);
       v = light.previous;
-      join_to(vertex, at, light, std::uint32_t(light.depth), 1);
     }
   }
 

@@ -102,7 +102,7 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Rec
         const double drawn = (double(k) + double(u)) / connections_ * double(partners_.size());
         const LightVertex& light = partners_[std::min(std::size_t(drawn), partners_.size() - 1)];
         if constexpr (Recorder::kRecordsSample) recorder_.light_vertex(i, light, instance_name(light.hit));
-        join_to(vertex, at, light, std::uint32_t(k), share_);
+        join_to(vertex, at, light, nullptr, std::uint32_t(k), share_);
       }
     }
     if (counts_.merging > 0) merge(vertex, i, at.at, at.shading_point());
@@ -120,13 +120,14 @@ class CachedKernel : public BidirectionalCameraPaths<CachedKernel<Recorder>, Rec
       const V3f to_light = -light.direction;
       const float arriving = at.cosine(to_light);
       if (!(arriving > 0)) return;
-      const BsdfValue value = at.scatter(scene_, to_camera, to_light, point, to_camera);
+      const BsdfBothWays both = photons_alone_
+                                    ? BsdfBothWays{at.scatter(scene_, to_camera, to_light, point, to_camera), {}}
+                                    : at.scatter_both_ways(scene_, to_camera, to_light, point);
+      const BsdfValue& value = both.there;
       if (is_black(value.f_cos)) return;
       double weight = 1;
-      if (!photons_alone_) {
-        const double reverse = at.scatter(scene_, to_light, to_camera, point, to_camera).pdf_w;
-        weight = weight_of_merging(paths_.mis[i], light.mis(), reverse, value.pdf_w, counts_);
-      }
+      if (!photons_alone_)
+        weight = weight_of_merging(paths_.mis[i], light.mis(), both.back.pdf_w, value.pdf_w, counts_);
       const Rgb brought = light.throughput * value.f_cos * float(weight / arriving);
       sum += brought;
       ++merged;

@@ -21,8 +21,7 @@ struct CameraVertex {
   std::uint32_t path = 0;  // in the group
   int place = 0;           // of the path in PathGroup::active, which its random numbers go by
   PathVertex at;
-  Late<ShadingPoint> point;  // of all that is not `lambert`
-  bool lambert = false;      // scatters as Lambert has it in `frame`, by at.albedo: there is no more to know
+  Late<ShadingPoint> point;  // of all that is not Lambert
   bool black = false;        // one-sided, seen from behind
   bool transmissive = false;
   bool receives = false;  // a light or another vertex may light it
@@ -34,9 +33,9 @@ struct CameraVertex {
   BsdfSample sample;      // where the path goes on
 
   const ShadingPoint* shading_point() const { return point.get(); }
-  bool is_pure_delta() const { return lambert ? is_black(at.albedo) : point->bsdf().is_pure_delta(); }
+  bool is_pure_delta() const { return at.lambert ? is_black(at.albedo) : point->bsdf().is_pure_delta(); }
   BsdfValue evaluate(const V3f& wi) const {
-    return lambert ? evaluate_lambert(at.albedo, wo, wi) : point->bsdf().evaluate(wi);
+    return at.lambert ? evaluate_lambert(at.albedo, wo, wi) : point->bsdf().evaluate(wi);
   }
 };
 
@@ -54,7 +53,6 @@ struct CameraVertexBatch {
 // Kernel derives from this and has, beyond what PathKernelBase asks for,
 //   void light(int vertex, const CameraVertex&, const LightSample&)   adds what the sample of a light brings
 // and, where the defaults below do not suit its techniques, its own
-//   static constexpr bool kJoinsVertices             vertices are looked at along other directions than the path's
 //   void arrived(int vertex, std::uint32_t path, const PathVertex&)    before anything is added
 //   bool shows_emission(int vertex) const            surfaces' alone
 //   bool ends_at_surfaces() const                    what a surface sends on does not count
@@ -75,7 +73,6 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
       Base::leave_scene, Base::lights_, Base::recorder_, Base::reversed_index_, Base::scene_, Base::shadow_count_,
       Base::stats_, Base::task_;
 
-  static constexpr bool kJoinsVertices = false;
   void arrived(int, std::uint32_t, const PathVertex&) {}
   bool shows_emission(int) const { return true; }
   bool ends_at_surfaces() const { return false; }
@@ -133,15 +130,7 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
 
   // Asks for what the hits of these active paths will read.
   void fetch(int first, int end) const {
-    const auto for_each_hit = [&](auto prefetch) {
-      for (int j = first; j < end; ++j) {
-        const Hit& hit = group_.hits[group_.active[j]];
-        if (hit.valid()) prefetch(scene_, hit);
-      }
-    };
-    for_each_hit(prefetch_corners);
-    for_each_hit(prefetch_attributes);
-    if (!scene_.mip_mapped && (scene_.features.textures || scene_.features.normal_maps)) for_each_hit(prefetch_texels);
+    prefetch_hits(scene_, group_.hits, group_.active + first, end - first);
   }
 
   void begin_vertices(int vertex, int first, int end) {
@@ -183,12 +172,11 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
     const bool last = v.black || vertex >= task_.settings.max_segments;
     if (last && vertex > 1 && !Recorder::kRecordsSample) return false;
     v.at.look_up(scene_);
-    v.lambert = v.at.lambert || (!Kernel::kJoinsVertices && material.plain_lambert);
     const V3f to_viewer = -ray.direction;
-    if (v.lambert) {
+    if (v.at.lambert) {
       find_lambert(to_viewer, v);
     } else {
-      v.point.emplace(scene_, hit, surface, to_viewer, v.at.footprint);
+      v.point.emplace(scene_, hit, surface, to_viewer, v.at.footprint, v.at.flat ? nullptr : &v.at.unbent);
       v.frame = v.point->frame;
       v.wo = v.frame.to_local(to_viewer);
       v.geometric_normal = v.point->geometric_normal();
@@ -197,7 +185,7 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
     if (vertex == 1) note_first_hit(v);
     record_surface(v);
     if (last || kernel().ends_at_surfaces()) return false;
-    if (!v.lambert && v.point->params.model == LobeModel::none) return false;
+    if (!v.at.lambert && v.point->params.model == LobeModel::none) return false;
     v.light_normal = v.transmissive ? V3f(0, 0, 0) : surface.facing_normal();
     return true;
   }
@@ -205,11 +193,7 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
   void find_lambert(const V3f& to_viewer, CameraVertex& v) const {
     v.point.reset();
     Surface& surface = v.at.surface;
-    if (!v.at.lambert) {
-      if (surface.part->smooth || surface.material->normal_mapped)
-        interpolate_normal(scene_, v.at.hit, to_viewer, v.at.footprint, surface);
-      v.at.albedo = evaluate_base_color(scene_, v.at.hit, v.at.footprint, surface);
-    }
+    if (!v.at.flat) surface.shading_normal = v.at.shading_normal(to_viewer);
     v.frame = shading_frame(surface);
     v.wo = v.frame.to_local(to_viewer);
     v.geometric_normal = viewed_normal(surface);
@@ -240,8 +224,8 @@ class CameraPathKernel : public PathKernelBase<Kernel, Recorder> {
     for (int k = 0; k < batch_.count; ++k) {
       CameraVertex& v = batch_.vertices[k];
       const int j = v.place;
-      v.sample = v.lambert ? sample_lambert(v.at.albedo, v.wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]))
-                             : v.point->bsdf().sample(b.lobe[j], V2f(b.bsdf_x[j], b.bsdf_y[j]));
+      v.sample = v.at.lambert ? sample_lambert(v.at.albedo, v.wo, V3f(b.local_x[j], b.local_y[j], b.local_z[j]))
+                              : v.point->bsdf().sample(b.lobe[j], V2f(b.bsdf_x[j], b.bsdf_y[j]));
       recorder_.scatter(v.path, v.sample, v.frame);
     }
   }

@@ -5,6 +5,7 @@
 #include "renderer/trace/bsdf/bsdf_lambert.h"
 #include "renderer/trace/paths/enclosing_media.h"
 #include "renderer/trace/sampling/sampler.h"
+#include "renderer/trace/scene/surface_prefetch.h"
 
 namespace helio {
 
@@ -14,6 +15,9 @@ namespace {
 std::uint32_t light_alpha_key(std::uint32_t key, std::uint32_t reversed_index, int segment) {
   return combine_hash(key ^ 0x3c6ef372u, reversed_index + std::uint32_t(segment) * 0x9e3779b9u);
 }
+
+// Enough hits to cover the way to memory.
+constexpr int kFetched = 32;
 
 }  // namespace
 
@@ -30,6 +34,7 @@ void LightPaths::trace(const SceneData& scene, const PathSettings& settings, con
     stats.rays += std::uint64_t(active_count_);
     int survivors = 0;
     for (int j = 0; j < active_count_; ++j) {
+      if (j % kFetched == 0) prefetch_hits(scene, hits_, active_ + j, std::min(kFetched, active_count_ - j));
       const std::uint32_t i = active_[j];
       if (shade(scene, settings, batch, counts, depth, i, stats)) active_[survivors++] = i;
     }
@@ -93,8 +98,9 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   const V3f to_light = -ray.direction;
   if (state.media.count > 0) state.throughput *= transmittance(scene, state.media, hit.t);
 
-  Late<ShadingPoint> point;  // of all that is not Lambert
-  if (!vertex.lambert) point.emplace(scene, hit, surface, to_light, vertex.footprint);
+  Late<ShadingPoint>& point = points_.room(vertices_.size());  // of all that is not Lambert
+  if (!vertex.lambert)
+    point.emplace(scene, hit, surface, to_light, vertex.footprint, vertex.flat ? nullptr : &vertex.unbent);
   if (point && point->params.model == LobeModel::none) return false;
   const bool pure_delta = point ? point->bsdf().is_pure_delta() : is_black(vertex.albedo);
   const bool transmissive = point && lets_light_through(point->params);
@@ -103,7 +109,7 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   if (state.from_light) {
     state.throughput *= scene.lights->range_window(emission.light, hit.t);
     // As next-event estimation at this vertex has it.
-    const V3f light_normal = transmissive ? V3f(0, 0, 0) : vertex.facing_normal();
+    const V3f light_normal = transmissive ? V3f(0, 0, 0) : surface.facing_normal();
     const V3f from = transmissive ? surface.position : vertex.near_side;
     const double pdf_direct = scene.lights->pdf_w_direct(emission, from, light_normal);
     state.mis.arrive_from_light(hit.t, cos_in, emission.finite, emission.delta, pdf_direct, emission.pdf_emission,
@@ -127,17 +133,17 @@ bool LightPaths::shade(const SceneData& scene, const PathSettings& settings, con
   const std::uint32_t pair = 1 + std::uint32_t(depth), dimension = 1 + 2 * std::uint32_t(depth);
   const SamplePair drawn = sample_pair(key, index, pair);
   const V2f u(drawn.x, drawn.y);
-  const Frame frame = point ? point->frame : Frame(vertex.facing_normal());
+  const Frame frame = point ? point->frame : Frame(vertex.lambert_normal());
   const V3f wo = frame.to_local(to_light);
   const BsdfSample sample = point ? point->bsdf().sample(sample_1d(key, index, dimension), u)
                                   : sample_lambert(vertex.albedo, wo, square_to_cosine_hemisphere(u));
   if (!sample.valid()) return false;
   const V3f direction = frame.to_world(sample.wi);
-  if (point && !(dot(point->geometric_normal(), direction) * sample.wi.z > 0)) return false;
+  if ((point || !vertex.flat) && !(dot(viewed_normal(surface), direction) * sample.wi.z > 0)) return false;
   const float cos_out = vertex.cosine(direction);
   Rgb weight;
   if (sample.delta) {
-    if (!vertex.mirrors_back(scene, *point, to_light, direction)) return false;
+    if (!vertex.mirrors_back(*point, to_light, direction)) return false;
     if (material.one_sided && dot(surface.geometric_normal, direction) < 0) return false;
     // Radiance that is refracted is spread by eta^2, flux is not (Veach 1997, 5.2); and the factor of shading normals,
     // whose mirror the delta is.

@@ -8,6 +8,7 @@
 #include "renderer/trace/paths/bidirectional_mis.h"
 #include "renderer/trace/paths/path_integrator.h"
 #include "renderer/trace/paths/path_vertex.h"
+#include "renderer/trace/paths/point_store.h"
 
 namespace helio {
 
@@ -44,6 +45,8 @@ class LightPaths {
   const std::vector<LightVertex>& vertices() const { return vertices_; }
   // The last vertex of a path, from which `previous` leads to the others; kNoVertex: none.
   std::uint32_t last(int path) const { return last_[path]; }
+  // The vertex as its light sees it, for PathVertex::scatter(); null: it was not kept.
+  const ShadingPoint* point(std::uint32_t vertex) const { return points_.at(vertex); }
   // The path that a vertex belongs to.
   std::uint32_t path_of(std::uint32_t vertex) const { return path_of_[vertex]; }
 
@@ -69,6 +72,7 @@ class LightPaths {
   std::uint32_t last_[kLightBatch];
   int active_count_ = 0;
   std::vector<LightVertex> vertices_;
+  PointStore points_;  // of the vertices
   std::vector<std::uint32_t> path_of_;
 };
 

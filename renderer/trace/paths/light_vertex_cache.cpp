@@ -152,7 +152,7 @@ void LightVertexCache::add_splats(std::size_t b, const LightBatch& batch, const 
     const LightVertex& vertex = vertices[v];
     const std::uint32_t key = batch.keys[paths[v]], index = batch.reversed_index[paths[v]];
     const V2f lens = lens_sample(camera, key, index, vertex.depth);
-    const auto splat = connect_to_camera(scene_->impl(), importance, vertex, lens, counts_, false);
+    const auto splat = connect_to_camera(scene_->impl(), importance, vertex, nullptr, lens, counts_, false);
     if (!splat) continue;
     if (rays.full()) trace_rays();
     points[rays.count()] = {splat->camera.film_x, splat->camera.film_y};
@@ -188,7 +188,8 @@ bool LightVertexCache::tell(std::uint64_t path, const Camera& camera, const Canc
     if (settings_.integrator == Integrator::photon) continue;
     const std::uint32_t key = batch.keys[own], index = batch.reversed_index[own];
     const auto splat =
-        connect_to_camera(scene, importance, vertex, lens_sample(camera, key, index, vertex.depth), counts_, false);
+        connect_to_camera(scene, importance, vertex, nullptr, lens_sample(camera, key, index, vertex.depth), counts_,
+                          false);
     if (!splat) continue;
     told.splat = trace_of(*splat);
     add_splat_ray(vertex, *splat, key, index, own, rays);

@@ -20,8 +20,10 @@ struct PathVertex {
   V3f near_side;    // near_side_origin()
   float footprint = 0;
   bool flat = false;     // one frame a side, whichever way it is looked at
-  bool lambert = false;  // flat and Lambert, of `albedo`: there is no more to know
+  bool lambert = false;  // scatters as Lambert has it, by `albedo` and `unbent`: there is no more to know
+  bool opaque = false;   // its material is known to send nothing to the side that it is not lit from
   Rgb albedo{0, 0, 0};
+  V3f unbent;  // unbent_normal(), where not flat
 
   PathVertex() = default;
   // `cone`: of the path here, which chooses levels of mip-mapped textures; null: none.
@@ -29,7 +31,7 @@ struct PathVertex {
     reach(scene, ray, at, cone);
     look_up(scene);
   }
-  // In two steps: reach() sets all but `lambert` and `albedo`, look_up() these two.
+  // In two steps: reach() sets what is above `lambert`, look_up() the rest.
   void reach(const SceneData& scene, const Ray& ray, const Hit& at, const RayCone* cone);
   void look_up(const SceneData& scene);
 
@@ -42,24 +44,27 @@ struct PathVertex {
 
   // Whether a delta that maps `made_for`, which `point` was made for, to `other` maps `other` back when the vertex is
   // looked at from there: not where the shading normal was bent towards one of the two.
-  bool mirrors_back(const SceneData& scene, const ShadingPoint& point, const V3f& made_for, const V3f& other) const;
+  bool mirrors_back(const ShadingPoint& point, const V3f& made_for, const V3f& other) const;
 
-  // Which way the surface of a Lambert vertex faces where it is reached; it has no other normal.
-  V3f facing_normal() const { return surface.facing_normal(); }
+  // The normal of a Lambert vertex's frame where it is reached: that of shading_frame().
+  V3f lambert_normal() const {
+    return flat ? surface.facing_normal() : shading_normal(-arrived) * (surface.front ? 1.0f : -1.0f);
+  }
 
   // Whether scatter() may be anything but black, as far as little work tells: for directions of any length but 0.
   bool may_scatter(const V3f& to_camera, const V3f& to_light) const {
-    if (!lambert) return true;
+    if (!opaque) return true;
     const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
-    return seen > 0 ? lit > 0 : seen < 0 && lit < 0;
+    if (seen == 0) return !(flat && lambert) && lit > 0;
+    return seen > 0 ? lit > 0 : lit < 0;
   }
 
   // Whether a point that was made once is of use: not to a Lambert vertex, nor to a blend, whose parts are overwritten.
   bool keeps_its_point() const { return !lambert && surface.material->params.model != LobeModel::blend; }
 
   // The point for scatter() that looks along the unit direction.
-  void look_from(const SceneData& scene, const V3f& direction, Late<ShadingPoint>& point) const {
-    point.emplace(scene, hit, seen_from(direction), direction, footprint);
+  const ShadingPoint& look_from(const SceneData& scene, const V3f& direction, Late<ShadingPoint>& point) const {
+    return point.emplace(scene, hit, seen_from(direction), direction, footprint, flat ? nullptr : &unbent);
   }
 
   // f |cos to_light|, and the density with which the path tracer, coming from `to_camera`, samples `to_light`; deltas
@@ -68,13 +73,40 @@ struct PathVertex {
   BsdfValue scatter(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
                     const V3f& wo, Rgb* matte = nullptr) const {
     if (!lambert) return scatter_any(scene, to_camera, to_light, point, wo, matte);
+    return flat ? scatter_flat(to_camera, to_light) : scatter_smooth(to_camera, to_light);
+  }
+  // That of (wo, other) and of (other, wo). `point`: made for `wo`, or null.
+  BsdfBothWays scatter_both_ways(const SceneData& scene, const V3f& wo, const V3f& other,
+                                 const ShadingPoint* point) const {
+    if (!lambert) return scatter_both_ways_any(scene, wo, other, point);
+    if (flat) return {scatter_flat(wo, other), scatter_flat(other, wo)};
+    return {scatter_smooth(wo, other), scatter_smooth(other, wo)};
+  }
+
+  // As the unit direction sees it. Precondition: has_shading_normals().
+  V3f shading_normal(const V3f& direction) const {
+    return bent_normal(unbent, surface, direction, dot(surface.geometric_normal, direction) >= 0);
+  }
+
+ private:
+  BsdfValue scatter_flat(const V3f& to_camera, const V3f& to_light) const {
     const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
     if (!(seen * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
     const float pdf_w = cosine_hemisphere_pdf_w(std::fabs(lit));
     return {albedo * pdf_w, pdf_w};
   }
-
- private:
+  // As ShadingPoint::evaluate() has it.
+  BsdfValue scatter_smooth(const V3f& to_camera, const V3f& to_light) const {
+    const float seen = dot(surface.geometric_normal, to_camera), lit = dot(surface.geometric_normal, to_light);
+    const float side = seen >= 0 ? 1.0f : -1.0f;
+    if (!(side * lit > 0) || (seen < 0 && surface.material->one_sided)) return {};
+    const V3f normal = shading_normal(to_camera);
+    if (!(side * dot(normal, to_camera) > 0)) return {};
+    const float pdf_w = cosine_hemisphere_pdf_w(side * dot(normal, to_light));
+    return {albedo * pdf_w, pdf_w};
+  }
+  BsdfBothWays scatter_both_ways_any(const SceneData& scene, const V3f& wo, const V3f& other,
+                                     const ShadingPoint* point) const;
   BsdfValue scatter_any(const SceneData& scene, const V3f& to_camera, const V3f& to_light, const ShadingPoint* point,
                         const V3f& wo, Rgb* matte) const;
   // The surface as it is looked at along a direction, without its shading normal.

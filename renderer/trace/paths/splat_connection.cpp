@@ -3,14 +3,15 @@
 namespace helio {
 
 std::optional<SplatConnection> connect_to_camera(const SceneData& scene, const CameraImportance& camera,
-                                                 const LightVertex& vertex, const V2f& lens,
-                                                 const TechniqueCounts& counts, bool unweighted, bool with_share) {
+                                                 const LightVertex& vertex, const ShadingPoint* point,
+                                                 const V2f& lens, const TechniqueCounts& counts, bool unweighted,
+                                                 bool with_share) {
   const CameraConnection c = camera.connect(vertex.surface.position, lens);
   if (!(c.density > 0) || !(c.distance > 0)) return std::nullopt;
   const V3f to_light = -vertex.arrived;
   Rgb matte;
   const bool asks = with_share && !vertex.lambert;
-  const BsdfValue value = vertex.scatter(scene, c.direction, to_light, nullptr, to_light, asks ? &matte : nullptr);
+  const BsdfValue value = vertex.scatter(scene, c.direction, to_light, point, to_light, asks ? &matte : nullptr);
   if (is_black(value.f_cos)) return std::nullopt;
   const double pdf_camera = c.pdf_area(vertex.cosine(c.direction), camera.finite());
   const float arriving = vertex.cosine(to_light);

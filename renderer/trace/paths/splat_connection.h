@@ -19,10 +19,10 @@ struct SplatConnection {
 };
 
 // Nothing where the camera sees nothing of the vertex. `lens` as of Camera::generate_ray(). `unweighted`: by no other
-// technique.
+// technique. `point`: the vertex as its light sees it; null: not at hand.
 std::optional<SplatConnection> connect_to_camera(const SceneData& scene, const CameraImportance& camera,
-                                                 const LightVertex& vertex, const V2f& lens,
-                                                 const TechniqueCounts& counts, bool unweighted,
+                                                 const LightVertex& vertex, const ShadingPoint* point,
+                                                 const V2f& lens, const TechniqueCounts& counts, bool unweighted,
                                                  bool with_share = false);
 
 // The ray of a connection. Precondition: `rays` is not full. `path` and `key` tell the light path apart.

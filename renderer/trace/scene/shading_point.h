@@ -23,12 +23,16 @@ struct ShadingPoint {
                      scene.mip_mapped ? camera_footprint(scene, camera, ray, hit) : 0.0f) {}
 
   // Looked at along the unit `wo`, which lies on the side that `at.front` says; its shading normal is set here.
-  // `footprint`: see evaluate_material().
-  ShadingPoint(const SceneData& scene, const Hit& hit, const Surface& at, const V3f& wo, float footprint)
+  // `footprint`: see evaluate_material(). `unbent`: unbent_normal() of it where that is known; null: not.
+  ShadingPoint(const SceneData& scene, const Hit& hit, const Surface& at, const V3f& wo, float footprint,
+               const V3f* unbent = nullptr)
       : surface(at) {
     const MaterialRecord& material = *surface.material;
     surface.shading_normal = surface.geometric_normal;
-    if (surface.part->smooth || material.normal_mapped) interpolate_normal(scene, hit, wo, footprint, surface);
+    if (has_shading_normals(surface)) {
+      surface.shading_normal =
+          bent_normal(unbent ? *unbent : unbent_normal(scene, hit, footprint, surface), surface, wo, surface.front);
+    }
     params = evaluate_material(scene, hit, wo, footprint, surface);
     frame = shading_frame(surface);
     if (params.model == LobeModel::stack) {
@@ -52,7 +56,8 @@ struct ShadingPoint {
   BsdfValue evaluate(const V3f& wo, const V3f& wi, Rgb* matte = nullptr) const {
     const V3f local = frame.to_local(wi);
     if (matte) *matte = Rgb(0, 0, 0);
-    if (black || !(dot(geometric_normal(), wi) * local.z > 0)) return {};
+    if (black || !agrees(wi, local)) return {};
+    if (wi == wo_ && !matte) return bsdf_->evaluate_back(params, local, frame.to_local(wo));
     Late<Bsdf> other;
     const Bsdf& seen = wo == wo_ ? *bsdf_ : other.emplace(params, frame.to_local(wo));
     const BsdfValue value = seen.evaluate(local);
@@ -60,7 +65,22 @@ struct ShadingPoint {
     return value;
   }
 
+  // That of (the direction that it is looked at along, `other`) and of (`other`, that direction). Precondition: a point
+  // looked at along `other` has the same frame.
+  BsdfBothWays evaluate_both_ways(const V3f& other) const {
+    if (black) return {};
+    const V3f local = frame.to_local(other), own = frame.to_local(wo_);
+    const bool there = agrees(other, local), back = agrees(wo_, own);
+    if (!there && !back) return {};
+    const BsdfBothWays both = bsdf_->evaluate_both_ways(params, own, local);
+    return {there ? both.there : BsdfValue(), back ? both.back : BsdfValue()};
+  }
+
  private:
+  // The frame and the geometry have the direction on the same side.
+  bool agrees(const V3f& direction, const V3f& local) const {
+    return dot(geometric_normal(), direction) * local.z > 0;
+  }
   static float camera_footprint(const SceneData& scene, const Camera& camera, const Ray& ray, const Hit& hit) {
     RayCone cone = camera.cone();
     cone.advance(hit.t);

@@ -179,51 +179,58 @@ V3f vertex_normal(const SceneData& scene, const Hit& hit, const Surface& s) {
   return dot(n, s.geometric_normal) < 0 ? -n : n;
 }
 
-}  // namespace
-
-V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, const Surface& s,
-                    const TextureSlot* map, float scale) {
+// `map`: null: none.
+V3f unbent_normal_with_map(const SceneData& scene, const Hit& hit, float footprint, const Surface& s,
+                           const TextureSlot* map, float scale) {
   const PartRecord& part = *s.part;
-  if (!part.mesh) return s.geometric_normal;
   V3f normal = vertex_normal(scene, hit, s);
-  if (map) {
-    V3f tangent, bitangent;
-    if (map == &scene.description.materials[part.material].bump_texture) {
-      normal = bumped_normal(scene, hit, s, *map, scale, normal);
-    } else if (tangent_frame(scene, hit, part, map->texcoord, normal, tangent, bitangent)) {
-      const V4f texel = lookup_at(scene, hit, s, *map, footprint);
-      const V3f local((2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1);
-      const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
-      if (normalizable(mapped)) normal = normalize(mapped);
-    }
-    // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
-    const float below = dot(normal, s.geometric_normal);
-    if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
+  if (!map) return normal;
+  V3f tangent, bitangent;
+  if (map == &scene.description.materials[part.material].bump_texture) {
+    normal = bumped_normal(scene, hit, s, *map, scale, normal);
+  } else if (tangent_frame(scene, hit, part, map->texcoord, normal, tangent, bitangent)) {
+    const V4f texel = lookup_at(scene, hit, s, *map, footprint);
+    const V3f local((2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1);
+    const V3f mapped = tangent * local.x + bitangent * local.y + normal * local.z;
+    if (normalizable(mapped)) normal = normalize(mapped);
   }
-  if (s.material->specular) {
-    const float facing = s.front ? 1.0f : -1.0f;
-    return bend_for_reflection(normal * facing, s.geometric_normal * facing, wo) * facing;
-  }
-  // Keep the viewer in the upper hemisphere of the shading normal: bend it towards the viewer by the missing amount.
-  const float side = s.front ? 1.0f : -1.0f;
-  const float visible = side * dot(normal, wo);
-  constexpr float kLeast = 1e-3f;
-  if (visible < kLeast) {
-    const V3f bent = normal + wo * (side * (kLeast - visible));
-    normal = normalizable(bent) ? normalize(bent) : s.geometric_normal;
-    if (!(side * dot(normal, wo) > 0) || !(dot(normal, s.geometric_normal) > 0)) normal = s.geometric_normal;
-  }
+  // A map may turn the normal below the surface: what is seen from the front must keep facing the front.
+  const float below = dot(normal, s.geometric_normal);
+  if (below < 0.01f) normal = normalize(normal + s.geometric_normal * (0.01f - below));
   return normal;
 }
 
-void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
-  if (!s.part->mesh) return;
+}  // namespace
+
+V3f bend_normal(const V3f& unbent, const Surface& s, const V3f& wo, bool front) {
+  const float side = front ? 1.0f : -1.0f;
+  if (s.material->specular) return bend_for_reflection(unbent * side, s.geometric_normal * side, wo) * side;
+  // Keep the viewer in the upper hemisphere of the shading normal: bend it towards the viewer by the missing amount.
+  const float visible = side * dot(unbent, wo);
+  if (!(visible < kLeastVisible)) return unbent;
+  const V3f bent = unbent + wo * (side * (kLeastVisible - visible));
+  const V3f normal = normalizable(bent) ? normalize(bent) : s.geometric_normal;
+  return side * dot(normal, wo) > 0 && dot(normal, s.geometric_normal) > 0 ? normal : s.geometric_normal;
+}
+
+V3f normal_with_map(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, const Surface& s,
+                    const TextureSlot* map, float scale) {
+  if (!s.part->mesh) return s.geometric_normal;
+  return bent_normal(unbent_normal_with_map(scene, hit, footprint, s, map, scale), s, wo, s.front);
+}
+
+V3f unbent_normal(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {
+  if (!s.part->mesh) return s.geometric_normal;
   const Material& material = scene.description.materials[s.part->material];
   const TextureSlot* map = nullptr;
   if (s.material->normal_mapped)
     map = material.normal_texture.present() ? &material.normal_texture : &material.bump_texture;
   const float scale = material.normal_texture.present() ? material.normal_scale : material.bump_scale;
-  s.shading_normal = normal_with_map(scene, hit, wo, footprint, s, map, scale);
+  return unbent_normal_with_map(scene, hit, footprint, s, map, scale);
+}
+
+void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& s) {
+  if (s.part->mesh) s.shading_normal = bent_normal(unbent_normal(scene, hit, footprint, s), s, wo, s.front);
 }
 
 Rgb evaluate_base_color(const SceneData& scene, const Hit& hit, float footprint, const Surface& s) {

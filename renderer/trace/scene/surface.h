@@ -73,11 +73,28 @@ inline Surface make_surface(const SceneData& scene, const Ray& ray, const Hit& h
   return s;
 }
 
+// Least cosine between the viewer and a shading normal.
+inline constexpr float kLeastVisible = 1e-3f;
+
 // Vertex normals, normal map: sets shading_normal, flipped into the geometric normal's hemisphere, and kept visible to
 // the viewer: a shading normal that faces away from `wo` (unit, towards the viewer) is bent back to just above it. Of a
 // surface that reflects specularly, the mirror image of `wo` about it is kept above the surface as well. `footprint`:
 // see evaluate_material().
 void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& surface);
+
+// The same in two steps: the normal that does not depend on the viewer (of `front` and `shading_normal` it reads
+// nothing), and that one bent to a viewer on the side that `front` says.
+V3f unbent_normal(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface);
+V3f bend_normal(const V3f& unbent, const Surface& surface, const V3f& wo, bool front);
+inline V3f bent_normal(const V3f& unbent, const Surface& surface, const V3f& wo, bool front) {
+  const bool seen = (front ? 1.0f : -1.0f) * dot(unbent, wo) >= kLeastVisible;
+  return seen && !surface.material->specular ? unbent : bend_normal(unbent, surface, wo, front);
+}
+
+// Whether interpolate_normal() may make the shading normal another one than the geometric.
+inline bool has_shading_normals(const Surface& s) {
+  return s.part->mesh && (s.part->smooth || s.material->normal_mapped);
+}
 
 // The shading normal turned towards the geometric one just so far that the mirror image of wo about it rises above the
 // surface; as it is where that is so already. On coarse meshes the reflection of a grazing view about an interpolated

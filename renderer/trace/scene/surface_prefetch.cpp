@@ -56,4 +56,16 @@ void prefetch_texels(const SceneData& scene, const Hit& hit) {
   });
 }
 
+void prefetch_hits(const SceneData& scene, const Hit* hits, const std::uint32_t* order, int count) {
+  const auto for_each_hit = [&](auto prefetch) {
+    for (int j = 0; j < count; ++j) {
+      const Hit& hit = hits[order[j]];
+      if (hit.valid()) prefetch(scene, hit);
+    }
+  };
+  for_each_hit(prefetch_corners);
+  for_each_hit(prefetch_attributes);
+  if (!scene.mip_mapped && (scene.features.textures || scene.features.normal_maps)) for_each_hit(prefetch_texels);
+}
+
 }  // namespace helio

@@ -14,4 +14,7 @@ void prefetch_attributes(const SceneData& scene, const Hit& hit);
 // Asks for the texels of the base colour, the normal map, and metalness and roughness, at full resolution.
 void prefetch_texels(const SceneData& scene, const Hit& hit);
 
+// All rounds, for hits[order[i]], i < count.
+void prefetch_hits(const SceneData& scene, const Hit* hits, const std::uint32_t* order, int count);
+
 }  // namespace helio

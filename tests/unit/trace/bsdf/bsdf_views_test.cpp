@@ -66,6 +66,33 @@ TEST(BsdfViews, AreThoseOfEachDirectionToTheBit) {
   EXPECT_GT(bright, 500);
 }
 
+// evaluate_both_ways() is that of either direction to the bit.
+TEST(BsdfBothWays, AreThoseOfEachDirectionToTheBit) {
+  std::vector<SurfaceParams> all = surfaces();
+  for (const NamedMaterial& material : all_materials()) all.push_back(material.params);
+  int there = 0, back = 0;
+  for (const SurfaceParams& params : all) {
+    for (double theta = 3; theta < 180; theta += 22) {
+      const V3f wo = direction_at(theta, 10);
+      const Bsdf bsdf(params, wo);
+      for (double other = 8; other < 180; other += 19) {
+        const V3f wi = direction_at(other, 150);
+        const BsdfBothWays both = bsdf.evaluate_both_ways(params, wo, wi);
+        const BsdfValue one = evaluate_bsdf(params, wo, wi), reverse = evaluate_bsdf(params, wi, wo);
+        EXPECT_EQ(both.there.f_cos, one.f_cos);
+        EXPECT_EQ(both.there.pdf_w, one.pdf_w);
+        EXPECT_EQ(bsdf.evaluate_back(params, wo, wi).f_cos, reverse.f_cos);
+        EXPECT_EQ(both.back.f_cos, reverse.f_cos);
+        EXPECT_EQ(both.back.pdf_w, reverse.pdf_w);
+        there += one.f_cos.x > 0;
+        back += reverse.f_cos.x > 0;
+      }
+    }
+  }
+  EXPECT_GT(there, 500);
+  EXPECT_GT(back, 500);
+}
+
 // What is matte is part of what is scattered; the rest is all of it where there are lobes alone, and none of it where
 // there are none.
 TEST(MatteCos, IsAPartOfTheBsdf) {
