@@ -87,7 +87,7 @@ void JobReactor::start_over() {
 Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobRequest& request) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting;
   {
-    const std::lock_guard lock(cancel_mutex_);
+    const std::lock_guard lock(job_mutex_);
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
   }
   tell_ignored(context, unknown_fields(request));
@@ -123,7 +123,7 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, format); !fits.ok()) return fits;
   auto job = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
   {
-    const std::lock_guard lock(cancel_mutex_);
+    const std::lock_guard lock(job_mutex_);
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
     job_ = job;
   }
@@ -158,35 +158,43 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
 grpc::ByteBuffer JobReactor::encode(Outbound message) {
   auto* report = std::get_if<FrameReport>(&message);
   if (!report) return to_job_response(std::move(message));
-  if (result_sent_) return {};
+  const std::shared_ptr<Job> job = this->job();
+  if (result_sent_ || !job) return {};
   FrameEndReason& reason = report->end.reason;
-  const bool last = views_done_ + 1 == job_->views().size();
-  if (!last && job_->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
+  const bool last = views_done_ + 1 == job->views().size();
+  if (!last && job->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
   result_sent_ = last || reason == FrameEndReason::cancelled || reason == FrameEndReason::failed;
+  grpc::ByteBuffer result =
+      to_job_result(*report, job_id_, views_done_++, result_sent_, job->rendering().loop().invalid_samples());
   (result_sent_ ? end_due_ : view_due_) = true;
-  return to_job_result(*report, job_id_, views_done_++, result_sent_, job_->rendering().loop().invalid_samples());
+  return result;
 }
 
-// The next view starts when the end of the one before is on its way: no tile of that one waits any more.
+// The next view starts when the end of the one before is on its way: no tile of that one waits any more. The job is
+// released before the stream may finish the call.
 void JobReactor::OnWriteDone(bool ok) {
+  const bool ended = end_due_.exchange(false);
+  if (ended) release_job();
   stream_->write_done(ok);
   if (view_due_.exchange(false) && ok) {
     const Status started = guarded([&] {
-      job_->start_view();
+      if (const std::shared_ptr<Job> job = this->job()) job->start_view();
       return ok_status();
     });
     if (!started.ok()) stream_->finish(to_grpc_status(started));
   }
-  if (end_due_.exchange(false)) {
-    release_job();
-    stream_->finish_when_drained(grpc::Status::OK);
-  }
+  if (ended) stream_->finish_when_drained(grpc::Status::OK);
+}
+
+std::shared_ptr<Job> JobReactor::job() {
+  const std::lock_guard lock(job_mutex_);
+  return job_;
 }
 
 void JobReactor::release_job() {
   std::shared_ptr<Job> job;
   {
-    const std::lock_guard lock(cancel_mutex_);
+    const std::lock_guard lock(job_mutex_);
     job = std::exchange(job_, nullptr);
   }
   if (job) {
@@ -199,7 +207,7 @@ void JobReactor::release_job() {
 void JobReactor::OnCancel() {
   std::shared_ptr<Job> job;
   {
-    const std::lock_guard lock(cancel_mutex_);
+    const std::lock_guard lock(job_mutex_);
     cancelled_ = true;
     job = job_;
   }

@@ -15,8 +15,8 @@
 
 namespace helio {
 
-// The job is gone before its call ends, so that whoever is told of the end may have its place and its memory. Deletes
-// itself when the call is over.
+// A job that ends by itself has left the store before its call ends, so that whoever is told of the end may have its
+// place. The reactor deletes itself when the call is over.
 class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
  public:
   JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
@@ -33,14 +33,15 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   void start_later(grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
   void start_over();
   Status start(grpc::CallbackServerContext& context, const pb::RunJobRequest& request);
+  std::shared_ptr<Job> job();  // null: not yet, or released
   void release_job();
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;
   CallHold hold_;  // while it starts
   std::string job_id_;  // empty: none was reserved
+  std::mutex job_mutex_;  // of the two below
   std::shared_ptr<Job> job_;
-  std::mutex cancel_mutex_;  // with job_ until the greeting is sent, and when it is released
   bool cancelled_ = false;
   std::shared_ptr<OutboundStream> stream_;
   std::uint32_t views_done_ = 0;  // encode()'s alone

@@ -1,4 +1,4 @@
-// The jobs in hand. A job ends before its call does.
+// The jobs in hand. A job lives as long as its call at most.
 #pragma once
 
 #include <atomic>

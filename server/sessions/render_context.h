@@ -44,10 +44,10 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
-  // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;
-  // errors as RenderDevices::place().
   // Gives back what place() has placed: no later frame is rendered on a device.
   void release_device();
+  // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;
+  // errors as RenderDevices::place().
   Status place(const RenderDevice& device, const std::shared_ptr<const RenderScene>& scene);
   // Makes the update, and renders this scene from now on. The new revision. What RenderLoop::update() throws leaves the
   // scene as it is.

@@ -28,7 +28,7 @@ constexpr std::string_view kFull =
     "all connections of this daemon are in use (--max-http-connections)\n";
 // When there are no file descriptors left, accepting fails at once, again and again.
 constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
-// That pages get to be told how their calls ended and to answer the closing handshake.
+// Time for pages to receive how their calls ended and to answer the closing handshake.
 constexpr auto kLastMessages = std::chrono::milliseconds(300);
 constexpr std::uint16_t kGoingAway = 1001;  // RFC 6455, section 7.4.1
 constexpr std::string_view kEnded = "the daemon has ended";

@@ -83,7 +83,8 @@ void WebSocket::close(std::uint16_t code, std::string_view why) {
   spdlog::debug("page closed code={} {}", code, why);
   auto left = leaving_ ? std::move(leaving_->left) : nullptr;
   drop();
-  socket_.async_close(make_reason(code, why), [self = shared_from_this(), left = std::move(left)](beast::error_code) {});
+  socket_.async_close(make_reason(code, why),
+                      [self = shared_from_this(), left = std::move(left)](beast::error_code) {});
 }
 
 void WebSocket::leave(std::uint16_t code, std::string_view why, std::shared_ptr<void> left) {

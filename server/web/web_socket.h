@@ -45,7 +45,6 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
     std::shared_ptr<void> left;
   };
 
-
   void response_ready(BridgedCall& call) override;
   void request_taken(std::size_t bytes) override;
   void call_over(BridgedCall& call, const grpc::Status& status) override;
