@@ -125,12 +125,15 @@ std::string points_csv(const pb::CompareRecord& record) {
 
 std::string ratios_csv(const pb::CompareRecord& record) {
   std::string csv;
-  add_line(csv, {"kind", "mode", "baseline", "measure", "region", "at", "ratio", "low", "high", "verdict"});
+  add_line(csv, {"kind", "mode", "baseline", "measure", "region", "at", "ratio", "low", "high", "verdict",
+                 "few_pixels_decide", "different_calls"});
   for (const pb::CompareRatio& ratio : record.table().ratios()) {
     Cells cells{to_short_name(ratio.kind()),   ratio.mode(),   ratio.baseline(),
                 measure_name(ratio.measure()), ratio.region(), number(ratio.at())};
     add_interval(cells, ratio.ratio());
     cells.push_back(to_short_name(ratio.verdict()));
+    cells.push_back(yes_no(ratio.few_pixels_decide()));
+    cells.push_back(yes_no(ratio.different_calls()));
     add_line(csv, cells);
   }
   return csv;

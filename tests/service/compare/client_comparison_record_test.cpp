@@ -255,7 +255,11 @@ TEST(ComparisonCsv, IsRfc4180InFullPrecision) {
   ratio.mutable_ratio()->set_high(2.5);
   ratio.mutable_ratio()->set_known(true);
   ratio.set_verdict(pb::COMPARE_VERDICT_BETTER);
-  EXPECT_NE(ratios_csv(full).find("\r\nequal-error,combined,pt,relmse,,0.5,2,1.5,2.5,better\r\n"), std::string::npos);
+  EXPECT_NE(ratios_csv(full).find("\r\nequal-error,combined,pt,relmse,,0.5,2,1.5,2.5,better,0,0\r\n"),
+            std::string::npos);
+  ratio.set_verdict(pb::COMPARE_VERDICT_UNDECIDED);
+  ratio.set_different_calls(true);
+  EXPECT_NE(ratios_csv(full).find(",undecided,0,1\r\n"), std::string::npos);
 }
 
 pb::CompareResponse::Picture picture_of(float radiance) {

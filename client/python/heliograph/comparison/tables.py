@@ -62,8 +62,9 @@ def ratios_table(record: messages.CompareRecord) -> Table:
     rows: list[list[Any]] = []
     for ratio in map(make_ratio, record.table.ratios):
         row = [ratio.kind, ratio.mode, ratio.baseline, ratio.measure, ratio.region, ratio.at]
-        rows.append([*row, *_cells(ratio.ratio), ratio.verdict])
-    return Table(["kind", "mode", "baseline", "measure", "region", "at", "ratio", "low", "high", "verdict"], rows)
+        rows.append([*row, *_cells(ratio.ratio), ratio.verdict, ratio.few_pixels_decide, ratio.different_calls])
+    columns = ["kind", "mode", "baseline", "measure", "region", "at", "ratio", "low", "high", "verdict"]
+    return Table([*columns, "few_pixels_decide", "different_calls"], rows)
 
 
 def to_csv(table: Table) -> str:

@@ -110,6 +110,8 @@ class Ratio:
     at: float  # error, seconds or samples
     ratio: Interval
     verdict: str  # "better", "worse", "undecided"
+    few_pixels_decide: bool  # one of the two errors, or both: undecided
+    different_calls: bool  # of a time, and the two modes were not rendered in turns: undecided
 
 
 @dataclasses.dataclass(frozen=True)
@@ -235,6 +237,8 @@ def make_ratio(message: messages.CompareRatio) -> Ratio:
         message.at,
         make_interval(message.ratio),
         enum_name(messages.CompareVerdict.DESCRIPTOR, message.verdict),
+        message.few_pixels_decide,
+        message.different_calls,
     )
 
 
