@@ -286,13 +286,11 @@ V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv) const {
 void TextureTable::prefetch(const TextureSlot& slot, const V2f& uv) const {
   const View& view = views_[std::size_t(slot.image)];
   const V2f t = transform_uv(slot, uv);
-  // The first of the four texels and the one below it; what wraps around the picture is not asked for.
-  const int x = int(fold(safe_coordinate(t.x), slot.wrap_u) * float(view.width) - 0.5f);
-  const int y = int(fold(safe_coordinate(t.y), slot.wrap_v) * float(view.height) - 0.5f);
-  const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format), row = std::size_t(view.width) * stride;
-  const std::uint8_t* const texel = view.texels + std::size_t(y) * row + std::size_t(x) * stride;
-  helio::prefetch(texel);
-  if (y + 1 < view.height) helio::prefetch(texel + row);
+  const Taps x = bilinear_taps(safe_coordinate(t.x), view.width, slot.wrap_u);
+  const Taps y = bilinear_taps(safe_coordinate(t.y), view.height, slot.wrap_v);
+  const std::size_t stride = std::size_t(view.channels) * bytes_of(view.format);
+  for (const int row : {y.first, y.second})
+    helio::prefetch(view.texels + (std::size_t(row) * std::size_t(view.width) + std::size_t(x.first)) * stride);
 }
 
 V4f TextureTable::lookup(const TextureSlot& slot, const V2f& uv, float width_uv) const {

@@ -56,7 +56,8 @@ class TextureTable {
   // size().
   V4f lookup(const TextureSlot& slot, const V2f& uv) const;
 
-  // Asks for the memory that the bilinear lookup() will read, but for what wraps around. Any uv is safe.
+  // Asks for the memory that the bilinear lookup() will read: of each row the first texel, whose line of memory mostly
+  // holds the second. Any uv is safe.
   void prefetch(const TextureSlot& slot, const V2f& uv) const;
 
   // Trilinear lookup for a square footprint of side `width_uv` in texture coordinates (before uv_transform); the
