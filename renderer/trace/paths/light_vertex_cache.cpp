@@ -108,7 +108,7 @@ bool LightVertexCache::trace(std::size_t b, const Camera* camera, const CancelTo
     batch.paths.push_back(paths.path_of(v));
   }
   own.light_paths += std::uint64_t(numbers.count);
-  if (camera) add_splats(b, numbers, paths.vertices(), batch.paths, *camera, film, own);
+  if (camera) add_splats(b, numbers, paths.vertices(), &paths, batch.paths, *camera, film, own);
   stats.add(own);
   return true;
 }
@@ -124,14 +124,14 @@ bool LightVertexCache::splat(std::size_t b, const Camera& camera, const CancelTo
     if (k + kAhead < batch.paths.size()) expect_vertex(order_[batch.begin + k + kAhead]);
     vertices.push_back(load(records_[order_[batch.begin + k]]));
   }
-  add_splats(b, numbers_of(b), vertices, batch.paths, camera, film, stats);
+  add_splats(b, numbers_of(b), vertices, nullptr, batch.paths, camera, film, stats);
   return true;
 }
 
 // t = 1.
 void LightVertexCache::add_splats(std::size_t b, const LightBatch& batch, const std::vector<LightVertex>& vertices,
-                                  const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film,
-                                  TraceStats& stats) const {
+                                  const LightPaths* traced, const std::vector<std::uint32_t>& paths,
+                                  const Camera& camera, Film& film, TraceStats& stats) const {
   const CameraImportance importance(camera);
   ConnectionRays& rays = thread_rays();
   rays.clear();  // what an exception may have left
@@ -152,7 +152,8 @@ void LightVertexCache::add_splats(std::size_t b, const LightBatch& batch, const 
     const LightVertex& vertex = vertices[v];
     const std::uint32_t key = batch.keys[paths[v]], index = batch.reversed_index[paths[v]];
     const V2f lens = lens_sample(camera, key, index, vertex.depth);
-    const auto splat = connect_to_camera(scene_->impl(), importance, vertex, nullptr, lens, counts_, false);
+    const ShadingPoint* const point = traced ? traced->point(std::uint32_t(v)) : nullptr;
+    const auto splat = connect_to_camera(scene_->impl(), importance, vertex, point, lens, counts_, false);
     if (!splat) continue;
     if (rays.full()) trace_rays();
     points[rays.count()] = {splat->camera.film_x, splat->camera.film_y};
@@ -188,8 +189,8 @@ bool LightVertexCache::tell(std::uint64_t path, const Camera& camera, const Canc
     if (settings_.integrator == Integrator::photon) continue;
     const std::uint32_t key = batch.keys[own], index = batch.reversed_index[own];
     const auto splat =
-        connect_to_camera(scene, importance, vertex, nullptr, lens_sample(camera, key, index, vertex.depth), counts_,
-                          false);
+        connect_to_camera(scene, importance, vertex, paths.point(v), lens_sample(camera, key, index, vertex.depth),
+                          counts_, false);
     if (!splat) continue;
     told.splat = trace_of(*splat);
     add_splat_ray(vertex, *splat, key, index, own, rays);

@@ -107,9 +107,10 @@ class LightVertexCache {
   // The light path of a batch, as what was invalid.
   InvalidSample sample_of(std::size_t batch, std::uint32_t path) const;
   LightVertex load(const Record& record) const;
-  // batch: numbers_of(b).
+  // batch: numbers_of(b). `traced`: has just traced the vertices; null: their points are made anew.
   void add_splats(std::size_t b, const LightBatch& batch, const std::vector<LightVertex>& vertices,
-                  const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film, TraceStats& stats) const;
+                  const LightPaths* traced, const std::vector<std::uint32_t>& paths, const Camera& camera, Film& film,
+                  TraceStats& stats) const;
 
   std::shared_ptr<const RenderScene> scene_;
   PathSettings settings_;

@@ -9,7 +9,7 @@
 
 namespace helio {
 
-// Room for a point a vertex, by number; it is not given back. A point takes some 2 KB, of which few are touched.
+// A place for each vertex's point, by number: at most 2,048 of some 2 KB, which stay with the store.
 class PointStore {
  public:
   // Points of this number and above are not kept: the room is bounded.
@@ -17,7 +17,7 @@ class PointStore {
 
   // Room for the point of vertex `number`, which holds none.
   Late<ShadingPoint>& room(std::size_t number) {
-    if (number >= kMost) number = kMost;  // for one after another
+    if (number >= kMost) number = kMost;  // the place of all that are not kept
     while (number >= blocks_.size() * kBlock) blocks_.push_back(std::make_unique<Block>());
     Late<ShadingPoint>& point = blocks_[number / kBlock]->points[number % kBlock];
     point.reset();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/trace/paths/point_store.h"
 #include "renderer/trace/scene/render_scene.h"
 #include "tests/support/bumpy_ball.h"
 
@@ -18,8 +19,9 @@ V3f any_direction(Random& random) {
 }
 
 // A ball whose vertex normals lean up to 30 degrees away from its centre, so that views along the surface bend them.
-std::shared_ptr<const RenderScene> ball_of(const Material& material) {
-  TriangleMesh mesh = bumpy_ball({0, 0, 0}, 1, 8, 0.1f, false, 3);
+// `inside`: its triangles face inwards.
+std::shared_ptr<const RenderScene> ball_of(const Material& material, bool inside) {
+  TriangleMesh mesh = bumpy_ball({0, 0, 0}, 1, 8, 0.1f, inside, 3);
   Random random(4);
   for (const V3f& p : mesh.positions) mesh.normals.push_back(normalize(normalize(p) * 2.0f + any_direction(random)));
   SceneDescription scene;
@@ -40,11 +42,14 @@ void expect_same(const BsdfValue& value, const BsdfValue& expected, int& bright)
   bright += expected.f_cos.x > 0;
 }
 
-void expect_made_anew(const Material& material) {
-  const auto scene = ball_of(material);
+struct Counts {
+  int bright = 0, black = 0;
+};
+
+void expect_made_anew(const Material& material, bool inside, Counts& counts) {
+  const auto scene = ball_of(material, inside);
   const SceneData& data = scene->impl();
   Random random(5);
-  int bright = 0, black = 0;
   for (int i = 0; i < 2000; ++i) {
     const V3f from = any_direction(random), towards = normalize(any_direction(random) * 0.9f - from * 3.0f);
     const Ray ray{from * 3.0f, std::numeric_limits<float>::infinity(), towards, 0};
@@ -61,17 +66,25 @@ void expect_made_anew(const Material& material) {
       const BsdfValue there = made_anew(data, vertex, wo, other), back = made_anew(data, vertex, other, wo);
       for (const ShadingPoint* at_hand : {point.get(), static_cast<const ShadingPoint*>(nullptr)}) {
         const BsdfBothWays both = vertex.scatter_both_ways(data, wo, other, at_hand);
-        expect_same(both.there, there, bright);
-        expect_same(both.back, back, bright);
-        expect_same(vertex.scatter(data, other, wo, at_hand, wo), back, bright);
+        expect_same(both.there, there, counts.bright);
+        expect_same(both.back, back, counts.bright);
+        expect_same(vertex.scatter(data, other, wo, at_hand, wo), back, counts.bright);
       }
       if (vertex.may_scatter(wo, other)) continue;
       EXPECT_TRUE(is_black(there.f_cos) && is_black(back.f_cos));
-      ++black;
+      ++counts.black;
     }
   }
-  EXPECT_GT(bright, 10000);
-  EXPECT_EQ(black > 1000, material.transmission == 0);
+}
+
+// Its front looked at, and its back.
+void expect_made_anew(const Material& material) {
+  Counts front, back;
+  expect_made_anew(material, false, front);
+  expect_made_anew(material, true, back);
+  EXPECT_GT(front.bright, 10000);
+  EXPECT_EQ(back.bright > 10000, !material.one_sided);
+  for (const int black : {front.black, back.black}) EXPECT_EQ(black > 1000, material.transmission == 0);
 }
 
 TEST(PathVertex, OfLambertScattersByItsNormalAlone) {
@@ -95,6 +108,29 @@ TEST(PathVertex, OfOtherMaterialsScattersAsItsPointDoes) {
   expect_made_anew(material);
   material.thickness = 1;
   expect_made_anew(material);
+}
+
+TEST(PointStore, KeepsWhatItHasRoomFor) {
+  PointStore store;
+  const auto scene = ball_of(Material(), false);
+  const Ray ray{V3f(0, 0, 3), std::numeric_limits<float>::infinity(), V3f(0, 0, -1), 0};
+  const std::uint32_t first = 0;
+  Hit hit;
+  scene->impl().accel->intersect(&ray, &first, 1, &hit, RayOrder::scattered);
+  const PathVertex vertex(scene->impl(), ray, hit, nullptr);
+  const auto make = [&](std::size_t number) {
+    return &vertex.look_from(scene->impl(), V3f(0, 0, 1), store.room(number));
+  };
+  const ShadingPoint* const early = make(0);
+  const ShadingPoint* const last = make(PointStore::kMost - 1);
+  make(PointStore::kMost);
+  make(PointStore::kMost + 1);
+  EXPECT_EQ(store.at(0), early);  // it stays where it is while room is added
+  EXPECT_EQ(store.at(PointStore::kMost - 1), last);
+  EXPECT_EQ(store.at(PointStore::kMost), nullptr);
+  EXPECT_EQ(store.at(PointStore::kMost + 1), nullptr);
+  store.room(0);
+  EXPECT_EQ(store.at(0), nullptr);
 }
 
 }  // namespace
