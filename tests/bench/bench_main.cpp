@@ -27,10 +27,12 @@ const Subcommand kSubcommands[] = {
     {"rays", "rays per second over bare Embree calls on the same rays", run_rays},
     {"load", "loading the 1.02 M triangle room, over reading it and a bare Embree build", run_load},
     {"latency", "view sent to first tile received", run_latency},
+    {"lamps", "error x time in a hall of 1, 100 and 10,000 lamps", run_lamps, false, false},
     {"drag", "whole pictures, and their age, while a camera is dragged in real time", run_drag, false, false},
     {"viewer", "what a person at the viewer waits for, in Chromium on this machine", run_viewer, false, false},
     {"python", "the Python package: import, tiles to numpy, a picture beside its render", run_python, false, false},
-    {"tev", "the sender of --tev, and rendering with a viewer that is absent, blocked or connected", run_tev, false, false},
+    {"tev", "the sender of --tev, and rendering with a viewer that is absent, blocked or connected", run_tev, false,
+     false},
     {"display", "the layer display: error over the film's, the error that it tells, and its time", run_display, true,
      false},
     {"denoisers", "the layer display and Open Image Denoise over the film at equal processor time", run_denoisers, true,
@@ -233,7 +235,9 @@ int main(int argc, char** argv) {
     if (std::string(subcommand.name) == "peers") add_peer_options(*command, options);
     if (std::string(subcommand.name) == "turns") add_turn_options(*command, options);
   }
-  app.add_subcommand("all", "all that give figures but adaptive, denoisers, display, drag, previews, reuse and vulkan")
+  app.add_subcommand("all",
+                     "all that give figures but adaptive, denoisers, display, drag, lamps, previews, python, reuse, "
+                     "tev, viewer and vulkan")
       ->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);

@@ -12,6 +12,7 @@ namespace helio::bench {
 Status run_speed(BenchContext& context, Figures& figures);
 Status run_rays(BenchContext& context, Figures& figures);
 Status run_load(BenchContext& context, Figures& figures);
+Status run_lamps(BenchContext& context, Figures& figures);
 Status run_latency(BenchContext& context, Figures& figures);
 Status run_drag(BenchContext& context, Figures& figures);
 Status run_tev(BenchContext& context, Figures& figures);

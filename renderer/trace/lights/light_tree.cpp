@@ -1,5 +1,7 @@
 #include "renderer/trace/lights/light_tree.h"
 
+#include <algorithm>
+
 #include "renderer/base/check.h"
 #include "renderer/base/prefetch.h"
 #include "renderer/trace/lights/light_tree_build.h"
@@ -13,6 +15,10 @@ constexpr float kCosineSlack = 1e-3f;
 // No light weighs less than this share of the sum: its importance must not vanish in float.
 constexpr double kMinShare = 1e-14;
 constexpr float kMinDistanceSquared = 1e-20f;
+// The least share of a cluster's squared radius that is added to its squared distance, and the number of lights up to
+// which all of it is added. Few lights lie at the ball's rim, so that none is near a point near its centre; many fill
+// it, and the nearest give most.
+constexpr float kLeastSpread = 0.04f, kFewLights = 4;
 
 // By value and without a branch, so that compilers turn the loop over a node's children into vector code.
 inline float larger(float a, float b) {
@@ -67,10 +73,12 @@ void LightTree::collapse(std::span<const LightTreeNode> binary, std::uint32_t fr
     node.center_y[slot] = center.y;
     node.center_z[slot] = center.z;
     node.radius[slot] = 0.5f * length(bounds.box.size()) * (1 + 1e-5f);
+    node.spread[slot] =
+        std::clamp(kFewLights / float(child.lights), kLeastSpread, 1.0f) * node.radius[slot] * node.radius[slot];
     node.axis_x[slot] = bounds.axis.x;
     node.axis_y[slot] = bounds.axis.y;
     node.axis_z[slot] = bounds.axis.z;
-    node.cos_theta_o[slot] = bounds.theta_o >= kPi ? -2.0f : std::cos(bounds.theta_o);
+    node.cos_theta_o[slot] = bounds.theta_o >= kPi ? -1.0f : std::cos(bounds.theta_o);
     node.sin_theta_o[slot] = root(1.0f - node.cos_theta_o[slot] * node.cos_theta_o[slot]);
     node.cos_theta_e[slot] = std::cos(bounds.theta_e);
     node.one_sided[slot] = bounds.two_sided ? 0.0f : 2.0f;
@@ -87,8 +95,11 @@ void LightTree::collapse(std::span<const LightTreeNode> binary, std::uint32_t fr
   }
 }
 
-// Importance of each child: intensity times bounds of the emission cosine (section 4.1 of the paper; the
-// cone of directions to a child is that to its bounding ball), of the cosine at the receiver, and of 1 / d^2.
+// Importance of each child: intensity times the cosines of emission (section 4.1 of the paper) and at the receiver over
+// the squared distance. Each cosine is that at the child's centre, or next to nothing beyond the horizon, plus half of
+// sin_b, the sine of half the angle that its ball takes up: the whole of it would make a bound. Children whose centre
+// is beyond the horizon keep that half, since a light of theirs on this side of it may be very near. `spread` is for
+// the lights' mean squared distance from the centre. Bounds alone decide which children cannot reach the point.
 void LightTree::importances(const Node& node, const V3f& point, const V3f& normal, float* __restrict importance) {
   const float px = point.x, py = point.y, pz = point.z, nx = normal.x, ny = normal.y, nz = normal.z;
   const float least_facing = length_squared(normal) > 0 ? -1.0f : 1.0f;
@@ -97,25 +108,21 @@ void LightTree::importances(const Node& node, const V3f& point, const V3f& norma
     const float squared = larger(dx * dx + dy * dy + dz * dz, kMinDistanceSquared);
     const float distance = std::sqrt(squared), inverse = 1.0f / distance;
     const float radius = node.radius[i];
-    const float sin_b = smaller(radius * inverse, 1.0f), cos_b = root(1.0f - sin_b * sin_b);
+    const float sin_b = smaller(radius * inverse, 1.0f);
 
-    // cos of max(0, theta_w - theta_o - theta_b), two angles at a time.
+    // Cosine and sine of max(0, theta_w - theta_o).
     const float toward = (node.axis_x[i] * dx + node.axis_y[i] * dy + node.axis_z[i] * dz) * inverse;
-    const float cos_w = larger(toward, -toward - node.one_sided[i]), sin_w = root(1.0f - cos_w * cos_w);
-    const float cos_o = node.cos_theta_o[i], sin_o = node.sin_theta_o[i];
-    const float cos_wo = cos_w * cos_o + sin_w * sin_o, sin_wo = sin_w * cos_o - cos_w * sin_o;
-    const float cos_x = cos_w >= cos_o ? 1.0f : cos_wo, sin_x = cos_w >= cos_o ? 0.0f : sin_wo;
-    const float cos_xb = cos_x * cos_b + sin_x * sin_b;
-    const float cos_emission = cos_x >= cos_b ? 1.0f : cos_xb;
+    const float cos_o = node.cos_theta_o[i], cos_w = smaller(larger(toward, -toward - node.one_sided[i]), cos_o);
+    const float sin_w = root(1.0f - cos_w * cos_w), sin_o = node.sin_theta_o[i];
+    const float cos_e = cos_w * cos_o + sin_w * sin_o, sin_e = sin_w * cos_o - cos_w * sin_o;
+    const float cos_r = larger(-(nx * dx + ny * dy + nz * dz) * inverse, least_facing);
 
-    const float cos_i = -(nx * dx + ny * dy + nz * dz) * inverse, sin_i = root(1.0f - cos_i * cos_i);
-    const float cos_ib = cos_i * cos_b + sin_i * sin_b;
-    const float cos_receiver = larger(cos_i >= cos_b ? 1.0f : cos_ib, least_facing);
-
-    const float any = node.intensity[i] * larger(cos_emission, kCosineSlack) * larger(cos_receiver, kCosineSlack) /
-                      larger(squared, radius * radius);
-    const float emitted = cos_emission > node.cos_theta_e[i] - kCosineSlack ? any : 0.0f;
-    const float received = cos_receiver > -kCosineSlack ? emitted : 0.0f;
+    const float emission = larger(cos_e, kCosineSlack) + 0.5f * sin_b;
+    const float reception = larger(cos_r, kCosineSlack) + 0.5f * sin_b;
+    const float any = node.intensity[i] * emission * reception / (squared + node.spread[i]);
+    const float within = larger(cos_e, 0.0f) + sin_e * sin_b > node.cos_theta_e[i] - kCosineSlack ? any : 0.0f;
+    const float emitted = cos_e + sin_b > -kCosineSlack ? within : 0.0f;
+    const float received = cos_r + sin_b > -kCosineSlack ? emitted : 0.0f;
     const float bounded = squared <= radius * radius ? any : received;
     importance[i] = distance - radius <= node.range[i] * 1.0001f ? bounded : 0.0f;
   }

@@ -3,8 +3,7 @@
 // Many Lights with Adaptive Tree Splitting"; one light is drawn, so nothing is split).
 //
 // Nodes have eight children side by side, whose importances are computed together: the way to one of 10,000 lights
-// passes five nodes. Geometry enters a node's importance by upper bounds, so it is 0 only where no light below it can
-// reach the point.
+// passes five nodes. A node's importance is 0 only where, by bounds, no light below it can reach the point.
 #pragma once
 
 #include <cstdint>
@@ -49,12 +48,13 @@ class LightTree {
   struct alignas(64) Node {
     float center_x[kWidth] = {}, center_y[kWidth] = {}, center_z[kWidth] = {}, radius[kWidth] = {};
     float axis_x[kWidth] = {}, axis_y[kWidth] = {}, axis_z[kWidth] = {};
-    float cos_theta_o[kWidth] = {};  // -2 for all directions: no cosine rounds to less
+    float cos_theta_o[kWidth] = {};  // -1 for all directions
     float sin_theta_o[kWidth] = {};  // 0 for all directions
     float cos_theta_e[kWidth] = {};
     float one_sided[kWidth] = {};  // 2; 0 when the child emits about -axis as well
     float intensity[kWidth] = {};  // share of the whole tree's; 0: no child here
     float range[kWidth] = {};
+    float spread[kWidth] = {};  // added to the squared distance to the centre
     std::uint32_t child[kWidth] = {};  // a node, or kLeaf | light
   };
 

@@ -50,6 +50,7 @@ class Builder {
       nodes_[index].bounds = merge(nodes_[first].bounds, nodes_[second].bounds);
     }
     nodes_[index].cost = cluster_cost(nodes_[index].bounds);
+    nodes_[index].lights = std::uint32_t(end - begin);
     return index;
   }
 

@@ -14,6 +14,7 @@ struct LightTreeNode {
   double cost = 0;                      // cluster_cost(bounds)
   std::uint32_t first = 0, second = 0;  // children, by index; equal for leaves
   std::uint32_t light = 0;              // of a leaf
+  std::uint32_t lights = 0;             // below it, itself included
 
   bool leaf() const { return first == second; }
 };

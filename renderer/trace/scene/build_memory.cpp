@@ -7,6 +7,7 @@
 
 #include "renderer/trace/lights/light_bounds.h"
 #include "renderer/trace/lights/light_groups.h"
+#include "renderer/trace/lights/light_tree.h"
 #include "renderer/trace/lights/light_tree_build.h"
 #include "renderer/trace/scene/scene_data.h"
 
@@ -16,10 +17,9 @@ namespace {
 // An emitter at the peak of the build: its record; its light while grouped and when kept; bounds in a vector that
 // doubles; the binary hierarchy; a wide node that in the worst case serves two lights; tables of flux, order and
 // places.
-constexpr std::uint64_t kWideNodeBytes = 448;
 constexpr std::uint64_t kBytesPerEmitter = sizeof(AreaEmitter) + 2 * sizeof(AreaLight) + 2 * sizeof(EmitterAlpha) +
                                            2 * sizeof(LightAlpha) + 2 * sizeof(LightBounds) +
-                                           2 * sizeof(LightTreeNode) + kWideNodeBytes / 2 + 64;
+                                           2 * sizeof(LightTreeNode) + sizeof(LightTree::Node) / 2 + 64;
 
 // Record, name and Embree's geometry object, its part of the top level and of that level's build included.
 constexpr std::uint64_t kBytesPerInstance =

@@ -103,6 +103,7 @@ LightTreeChildTable child_table(const LightTree::Node& node, int slot) {
           .cone = V4f(node.axis_x[slot], node.axis_y[slot], node.axis_z[slot], node.cos_theta_o[slot]),
           .emission = V4f(node.cos_theta_e[slot], node.one_sided[slot], node.intensity[slot], node.range[slot]),
           .child = node.child[slot],
+          .spread = node.spread[slot],
           .padding = {}};
 }
 

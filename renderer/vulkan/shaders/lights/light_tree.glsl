@@ -22,33 +22,30 @@ LightTreeChildren light_tree_node(uint64_t nodes, uint index) {
   return LightTreeChildren(nodes + uint64_t(index) * (64u * kLightTreeWidth));
 }
 
-// Importance of a child: intensity times bounds of the emission cosine, of the cosine at the receiver, and of 1 / d^2.
+// Importance of a child: intensity times the cosines of emission and at the receiver over the squared distance.
 // `least_facing`: a lower bound of the cosine at the receiver, -1, or 1 where both sides of the surface matter.
-float child_importance(vec4 ball, vec4 cone, vec4 emission, vec3 point, vec3 normal, float least_facing) {
+float child_importance(vec4 ball, vec4 cone, vec4 emission, float spread, vec3 point, vec3 normal,
+                       float least_facing) {
   const vec3 d = point - ball.xyz;
   const float squared = max(length_squared(d), kMinDistanceSquared);
   const float distance = sqrt(squared), inverse = 1.0 / distance;
   const float radius = ball.w;
-  const float sin_b = min(radius * inverse, 1.0), cos_b = safe_sqrt(1.0 - sin_b * sin_b);
+  const float sin_b = min(radius * inverse, 1.0);
 
-  // cos of max(0, theta_w - theta_o - theta_b), two angles at a time.
+  // Cosine and sine of max(0, theta_w - theta_o).
   const float toward = dot(cone.xyz, d) * inverse;
-  const float cos_w = max(toward, -toward - emission.y), sin_w = safe_sqrt(1.0 - cos_w * cos_w);
-  const float cos_o = cone.w, sin_o = safe_sqrt(1.0 - cos_o * cos_o);
-  const float cos_wo = cos_w * cos_o + sin_w * sin_o, sin_wo = sin_w * cos_o - cos_w * sin_o;
-  const float cos_x = cos_w >= cos_o ? 1.0 : cos_wo, sin_x = cos_w >= cos_o ? 0.0 : sin_wo;
-  const float cos_xb = cos_x * cos_b + sin_x * sin_b;
-  const float cos_emission = cos_x >= cos_b ? 1.0 : cos_xb;
+  const float cos_o = cone.w, cos_w = min(max(toward, -toward - emission.y), cos_o);
+  const float sin_w = safe_sqrt(1.0 - cos_w * cos_w), sin_o = safe_sqrt(1.0 - cos_o * cos_o);
+  const float cos_e = cos_w * cos_o + sin_w * sin_o, sin_e = sin_w * cos_o - cos_w * sin_o;
+  const float cos_r = max(-dot(normal, d) * inverse, least_facing);
 
-  const float cos_i = -dot(normal, d) * inverse, sin_i = safe_sqrt(1.0 - cos_i * cos_i);
-  const float cos_ib = cos_i * cos_b + sin_i * sin_b;
-  const float cos_receiver = max(cos_i >= cos_b ? 1.0 : cos_ib, least_facing);
-
-  const float any = emission.z * max(cos_emission, kCosineSlack) * max(cos_receiver, kCosineSlack) /
-                    max(squared, radius * radius);
-  const bool reaches = cos_emission > emission.x - kCosineSlack && cos_receiver > -kCosineSlack;
-  const bool within = squared <= radius * radius;
-  return distance - radius <= emission.w * 1.0001 && (within || reaches) ? any : 0.0;
+  const float sent = max(cos_e, kCosineSlack) + 0.5 * sin_b;
+  const float reception = max(cos_r, kCosineSlack) + 0.5 * sin_b;
+  const float any = emission.z * sent * reception / (squared + spread);
+  const bool emitted = max(cos_e, 0.0) + sin_e * sin_b > emission.x - kCosineSlack && cos_e + sin_b > -kCosineSlack;
+  const bool received = emitted && cos_r + sin_b > -kCosineSlack;
+  const bool inside = squared <= radius * radius;
+  return distance - radius <= emission.w * 1.0001 && (inside || received) ? any : 0.0;
 }
 
 float least_facing(vec3 normal) {
@@ -67,8 +64,8 @@ LightTreeChoice select_from_tree(vec3 point, vec3 normal, float u) {
     float importance[kLightTreeWidth];
     float sum = 0;
     [[dont_unroll]] for (uint i = 0; i < kLightTreeWidth; ++i) {
-      importance[i] =
-          child_importance(children.at[i].ball, children.at[i].cone, children.at[i].emission, point, normal, facing);
+      importance[i] = child_importance(children.at[i].ball, children.at[i].cone, children.at[i].emission,
+                                       children.at[i].spread, point, normal, facing);
       sum += importance[i];
     }
     const float target = u * sum;
@@ -103,8 +100,8 @@ float tree_probability(vec3 point, vec3 normal, uint light) {
     LightTreeChildren children = light_tree_node(nodes, at);
     float sum = 0, mine = 0;
     [[dont_unroll]] for (uint i = 0; i < kLightTreeWidth; ++i) {
-      const float importance =
-          child_importance(children.at[i].ball, children.at[i].cone, children.at[i].emission, point, normal, facing);
+      const float importance = child_importance(children.at[i].ball, children.at[i].cone, children.at[i].emission,
+                                                children.at[i].spread, point, normal, facing);
       sum += importance;
       if (i == place % kLightTreeWidth) mine = importance;
     }

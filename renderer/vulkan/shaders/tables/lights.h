@@ -83,7 +83,8 @@ struct LightTreeChildTable {
   vec4 cone;      // axis and cos_theta_o
   vec4 emission;  // cos_theta_e, one_sided, intensity, range
   uint child;     // a node, or kLightTreeLeaf | light
-  uint padding[3];
+  float spread;   // added to the squared distance to the centre
+  uint padding[2];
 };
 
 // An EnvironmentMap with its EnvironmentDistribution, as shaders read it.
