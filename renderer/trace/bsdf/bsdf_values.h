@@ -24,7 +24,7 @@ struct BsdfValue {
   float pdf_w = 0;     // density with which sampling picks wi given that it may pick any lobe, deltas excluded
 };
 
-// Of two directions, as wo and wi, and the other way round.
+// The values for a pair of directions: `there` for (wo, wi), `back` for (wi, wo).
 struct BsdfBothWays {
   BsdfValue there, back;
 };

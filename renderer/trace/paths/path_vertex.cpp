@@ -4,7 +4,7 @@ namespace helio {
 
 namespace {
 
-// Whether lets_light_through() is false whatever the textures say.
+// True where lets_light_through() is false whatever the textures say.
 bool never_lets_light_through(const MaterialRecord& material) {
   const LobeModel model = material.params.model;
   if (material.params.transmission > 0 || material.numbers_textured || model == LobeModel::blend) return false;
