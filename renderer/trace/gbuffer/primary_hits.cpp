@@ -160,8 +160,7 @@ CentreHit PrimaryHits::at(int x, int y) {
       centre.normal = packed_normal(surface);
       centre.albedo = pack_reflectance(albedo);
       surface.shading_normal = surface.geometric_normal;
-      if (surface.part->smooth || surface.material->normal_mapped)
-        interpolate_normal(scene_, hit, -ray.direction, 0.0f, surface);
+      if (has_shading_normals(surface)) interpolate_normal(scene_, hit, -ray.direction, 0.0f, surface);
       const bool black = surface.material->one_sided && !surface.front;
       see(black ? Rgb(0) : albedo, shading_frame(surface).n);
       return centre;
