@@ -82,16 +82,17 @@ inline constexpr float kLeastVisible = 1e-3f;
 // see evaluate_material().
 void interpolate_normal(const SceneData& scene, const Hit& hit, const V3f& wo, float footprint, Surface& surface);
 
-// The same in two steps: the normal that does not depend on the viewer (of `front` and `shading_normal` it reads
-// nothing), and that one bent to a viewer on the side that `front` says.
+// interpolate_normal()'s shading normal before it is bent to a viewer; reads nothing of `front` and `shading_normal`.
 V3f unbent_normal(const SceneData& scene, const Hit& hit, float footprint, const Surface& surface);
+// bent_normal() where the normal has to be moved, or may have to be.
 V3f bend_normal(const V3f& unbent, const Surface& surface, const V3f& wo, bool front);
+// Bends an unbent normal to the viewer at `wo`, who is on the side that `front` says.
 inline V3f bent_normal(const V3f& unbent, const Surface& surface, const V3f& wo, bool front) {
   const bool seen = (front ? 1.0f : -1.0f) * dot(unbent, wo) >= kLeastVisible;
   return seen && !surface.material->specular ? unbent : bend_normal(unbent, surface, wo, front);
 }
 
-// Whether interpolate_normal() may make the shading normal another one than the geometric.
+// False: interpolate_normal() leaves the shading normal at the geometric one.
 inline bool has_shading_normals(const Surface& s) {
   return s.part->mesh && (s.part->smooth || s.material->normal_mapped);
 }

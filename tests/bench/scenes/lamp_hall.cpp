@@ -17,7 +17,7 @@ constexpr float kBay = 4, kBeamWidth = 0.3f, kBeamDepth = 0.6f;  // beams run ac
 constexpr float kPillarSpacing = 8, kPillarSide = 0.5f;
 constexpr float kLampDrop = 0.1f;  // of a lamp, below the ceiling
 constexpr int kPowers = 32;
-// Of all lamps together, over the floor's area: makes the floor's mean radiance about 0.3.
+// The lamps' total flux over the floor's area; makes the floor's mean radiance about 0.3.
 constexpr double kFluxPerArea = 3;
 
 enum HallMaterial { kFloor, kWalls, kCrates };
