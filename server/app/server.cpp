@@ -11,11 +11,13 @@
 #include <cstdlib>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "renderer/base/clock.h"
 #include "renderer/trace/accel/traversal_isa.h"
 #include "server/base/listen_address.h"
+#include "server/jobs/durable_jobs.h"
 #include "server/rpc/render_service.h"
 #include "server/web/web_server.h"
 
@@ -35,11 +37,12 @@ constexpr double kResultSeconds = 0.5;
 
 struct Server::Impl {
   Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn, AccessTokens tokens)
-      : core(config, std::move(roots), std::move(oidn), std::move(tokens)), compare(core), service(compare) {}
+      : core(config, std::move(roots), std::move(oidn), std::move(tokens)), compare(core) {}
 
   ServiceCore core;
   CompareCore compare;
-  RenderService service;
+  std::unique_ptr<DurableJobs> jobs;  // null: none are kept
+  std::optional<RenderService> service;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<WebServer> web;  // null: none
   std::string address;
@@ -48,6 +51,26 @@ struct Server::Impl {
   std::thread stopper;  // shuts the gRPC server down
   std::promise<void> stop_promise;
   std::future<void> stopped = stop_promise.get_future();
+
+  // Takes the state folder; why no jobs are kept, empty: they are. A folder that the person did not name may be in use.
+  Result<std::string> open_jobs() {
+    const ServerConfig& config = core.config;
+    if (config.state.empty()) return std::string("it was started without a state folder (--state)");
+    const bool own = config.state == kOwnState;
+    auto folder = own ? default_state_folder() : Result<std::string>(config.state);
+    std::vector<std::string> notices;
+    auto opened = folder ? DurableJobs::open(core, *folder, notices) : Result<std::unique_ptr<DurableJobs>>(folder.error());
+    for (const std::string& notice : notices) spdlog::warn("{}", notice);
+    if (!opened && (!own || opened.error().where == "output-root")) return opened.error();
+    if (!opened) {
+      spdlog::warn("no jobs are kept: {}", opened.error().to_string());
+      return opened.error().to_string();
+    }
+    jobs = std::move(*opened);
+    core.keep_upload = [this](const SceneBundle& bundle) { return jobs->keep_upload(bundle); };
+    spdlog::info("jobs are kept in {}", *folder);
+    return std::string();
+  }
 };
 
 // Mesa's software device takes as many threads as it is told, else one for each core. Its variable is read when a device
@@ -71,6 +94,9 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn), std::move(*tokens));
+  auto no_jobs_reason = impl->open_jobs();
+  if (!no_jobs_reason) return no_jobs_reason.error();
+  impl->service.emplace(impl->compare, impl->jobs.get(), std::move(*no_jobs_reason));
   if (!config.http.empty()) {
     auto web = WebServer::listen({config.http, config.http_hosts, config.max_http_connections, impl->core.tokens});
     if (!web) return web.error();
@@ -78,7 +104,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
     impl->core.http_address = impl->web->address();
   }
   grpc::ServerBuilder builder;
-  builder.RegisterService(&impl->service);
+  builder.RegisterService(&*impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
   grpc::ResourceQuota quota("heliographd");
   builder.SetResourceQuota(quota.Resize(std::size_t(config.max_rpc_memory)));
@@ -156,11 +182,14 @@ bool Server::drain(double grace_s) {
   // Comparisons have told all that a later call needs to go on.
   impl_->compare.queue.cancel_all();
   const double result_seconds = std::min(kResultSeconds, grace_s / 2);
+  if (impl_->jobs && !impl_->jobs->drain(deadline - result_seconds))
+    spdlog::warn("jobs still run; they go on from their newest checkpoints when a daemon takes up the state folder");
   if (!core.jobs.wait_until_empty(deadline - result_seconds)) {
     core.jobs.cancel_all();
     core.jobs.wait_until_empty(deadline);
   }
   impl_->compare.queue.wait_until_empty(deadline);
+  if (impl_->jobs) impl_->jobs->close();
   const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {
     impl_->server->Shutdown(last_calls);

@@ -117,6 +117,24 @@ std::vector<ConfigOption> make_options() {
          return c.scene_roots.push_back(t), t.empty() ? std::string("''; allowed: a directory") : "";
        },
        [](const Config&) { return std::string(); }},
+      {"state",
+       "folder of what survives the daemon, its durable jobs; auto: heliograph in $XDG_STATE_HOME, by default "
+       "~/.local/state, if no other daemon uses it; none: no durable jobs are taken",
+       false, [](Config& c, Text t) { return c.state = t == "none" ? "" : t, std::string(); },
+       [](const Config& c) { return c.state.empty() ? "none" : c.state; }},
+      {"output-root",
+       "directory that durable jobs may write pictures to; may be given several times (variable: separated by ':')",
+       true,
+       [](Config& c, Text t) {
+         return c.output_roots.push_back(t), t.empty() ? std::string("''; allowed: a directory") : "";
+       },
+       [](const Config&) { return std::string(); }},
+      {"checkpoint-interval", "seconds between checkpoints of a durable job, [0.01, 86400]; longer where they cost more than 2 %", false,
+       [](Config& c, Text t) { return read_number(t, 0.01, 86400.0, c.checkpoint_interval_s); },
+       [](const Config& c) { return fmt::format("{}", c.checkpoint_interval_s); }},
+      {"keep-jobs", "days that durable jobs and the pictures kept of them stay after their end, [0, 36500]", false,
+       [](Config& c, Text t) { return read_number(t, 0.0, 36500.0, c.keep_jobs_days); },
+       [](const Config& c) { return fmt::format("{}", c.keep_jobs_days); }},
       {"render-threads", "workers that render, [0, 1024]; 0: one per core", false,
        [](Config& c, Text t) { return read_number(t, 0, 1024, c.render_threads); },
        [](const Config& c) { return std::to_string(c.render_threads); }},
@@ -141,9 +159,15 @@ std::vector<ConfigOption> make_options() {
       {"max-sessions", "sessions at a time, [0, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 0, 65536, c.max_sessions); },
        [](const Config& c) { return std::to_string(c.max_sessions); }},
-      {"max-jobs", "jobs at a time, [0, 65536]", false,
+      {"max-jobs", "jobs that run at a time, [0, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 0, 65536, c.max_jobs); },
        [](const Config& c) { return std::to_string(c.max_jobs); }},
+      {"max-queued-jobs", "durable jobs that wait or are paused, [1, 1000000]", false,
+       [](Config& c, Text t) { return read_number(t, 1, 1000000, c.max_queued_jobs); },
+       [](const Config& c) { return std::to_string(c.max_queued_jobs); }},
+      {"max-state-scene-bytes", "bytes of uploads kept for durable jobs, suffixes K, M, G, T", false,
+       [](Config& c, Text t) { return read_bytes(t, 1, c.max_state_scene_bytes); },
+       [](const Config& c) { return std::to_string(c.max_state_scene_bytes); }},
       {"max-scenes", "scenes held at a time, [1, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_scenes); },
        [](const Config& c) { return std::to_string(c.max_scenes); }},
@@ -284,9 +308,15 @@ const std::vector<ConfigOption>& config_options() {
   return options;
 }
 
+ServerConfig daemon_defaults() {
+  ServerConfig config;
+  config.state = kOwnState;
+  return config;
+}
+
 std::string example_config() {
   std::string text = "# heliographd --config FILE. A line that starts with # is a comment; each shows a default.\n";
-  const ServerConfig defaults;
+  const ServerConfig defaults = daemon_defaults();
   for (const ConfigOption& option : config_options()) {
     text += "\n# " + option.help + "\n";
     if (option.name == "listen") {
@@ -317,6 +347,7 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
 
   app.allow_extras();
   ConfigRequest request;
+  request.config = daemon_defaults();
   app.add_flag("--json", request.json, "say on stdout where it listens as {\"listening\": \"HOST:PORT\"}, one line");
   bool example = false, man = false;
   app.add_flag("--example-config", example, "print a file for --config that names every option, and exit")
@@ -324,7 +355,7 @@ Result<ConfigRequest> parse_server_config(const std::string& program, const std:
   app.add_flag("--man", man, "print heliographd(8) as a man page, and exit")->configurable(false);
 
   const auto& options = config_options();
-  const ServerConfig defaults;
+  const ServerConfig defaults = daemon_defaults();
   std::vector<std::vector<std::string>> texts(options.size());
   std::vector<const CLI::Option*> flags;
   for (std::size_t i = 0; i < options.size(); ++i) {

@@ -20,7 +20,13 @@ struct ServerConfig {
   std::string token;                     // the same, of programs that run a daemon in their own process; empty: none
   std::string port_file;                 // written with the bound port; empty: none
   std::vector<std::string> scene_roots;  // LoadScene paths are served from these directories only
-  int render_threads = 0;                // 0: one per core
+  // Folder of what survives the daemon: its durable jobs. Empty: none, and none are taken; kOwnState: of the person who
+  // runs it, if no other daemon uses that.
+  std::string state;
+  std::vector<std::string> output_roots;  // durable jobs write files into these directories only
+  double checkpoint_interval_s = 60;      // between checkpoints of a durable job
+  double keep_jobs_days = 30;             // that durable jobs are kept after their end
+  int render_threads = 0;                 // 0: one per core
   double session_grace_s = 60;           // life of a session without a stream
   double drain_grace_s = 10;             // SIGTERM to exit
   std::uint64_t max_scene_bytes = 4ull << 30;
@@ -28,7 +34,9 @@ struct ServerConfig {
   int max_film_side = 65536;
   std::uint64_t max_film_pixels = 64ull << 20;
   int max_sessions = 64;
-  int max_jobs = 16;
+  int max_jobs = 16;                    // that run
+  int max_queued_jobs = 10000;          // durable ones that wait or are paused
+  std::uint64_t max_state_scene_bytes = 10ull << 30;  // uploads that durable jobs may load again
   int max_scenes = 64;
   int max_queued_loads = 16;             // and as many edits, and as many replays
   int max_streams = 256;                 // calls of one connection at a time
@@ -47,6 +55,10 @@ struct ServerConfig {
   bool vulkan_devices = false;     // --devices names vulkan: pictures may be rendered on Vulkan devices
   std::string log_level = "info";  // trace, debug, info, warn, error, off
 };
+
+inline constexpr char kOwnState[] = "auto";
+// What heliographd begins with: a daemon of its own keeps jobs in the person's state folder.
+ServerConfig daemon_defaults();
 
 // A row of the table.
 struct ConfigOption {

@@ -2,55 +2,19 @@
 
 #include <spdlog/spdlog.h>
 
-#include <set>
 #include <string>
 #include <variant>
-#include <vector>
 
-#include "renderer/trace/selection/unsampled_light.h"
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/jobs/job_plan.h"
 #include "server/stream/convert.h"
 #include "server/stream/owned_message.h"
 #include "server/stream/stream_messages.h"
 
 namespace helio {
-namespace {
-
-constexpr int kMaxViews = 10000;
-
-// The views to render, one for a still. Without a scene, cameras that are only named cannot be looked at.
-std::vector<View> read_views(const pb::RunJobRequest& request, const LoadedScene* scene, Problems& problems) {
-  static const std::vector<CameraDescription> kNone;
-  const auto& cameras = scene ? scene->snapshot->description().cameras : kNone;
-  std::vector<View> views;
-  const auto add = [&](const CameraPose& pose) {
-    View& view = views.emplace_back();
-    view.id = views.size();
-    view.time_s = scene ? scene->manifest.time_s : 0;
-    view.camera = pose;
-  };
-  const auto read = [&](const pb::CameraView& camera, const std::string& where) {
-    if (!scene && camera.orientation_case() == pb::CameraView::kSceneCamera) return;
-    add(read_camera(camera, cameras, where, problems));
-  };
-  if (request.views_size() > kMaxViews) {
-    problems.add("views", fmt::format("{} views; allowed: at most {}", request.views_size(), kMaxViews));
-    return views;
-  }
-  if (request.views_size() > 0 && request.has_camera()) {
-    problems.add("camera", "is given beside views; allowed: one of them");
-  }
-  for (int i = 0; i < request.views_size(); ++i) read(request.views(i), fmt::format("views[{}]", i));
-  if (request.has_camera()) read(request.camera(), "camera");
-  if (views.empty() && scene) add(camera_pose(cameras.front()));
-  return views;
-}
-
-}  // namespace
-
 JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
     : core_(core) {
   stream_ = std::make_shared<OutboundStream>(
@@ -91,37 +55,22 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
   }
   tell_ignored(context, unknown_fields(request));
-  Problems problems;
-  check_id(request.scene_id(), "scene_id", problems);
-  const bool id_usable = problems.empty();
-  const RenderSettings settings = read_settings(request.settings(), core_.render_limits(), "settings", problems);
-  if (settings.preview.rate > 0)
-    problems.add("settings.preview_rate",
-                 number_text(settings.preview.rate) + "; allowed: 0, for nobody drags the camera of a job");
-  const Budget budget = read_budget(request.budget(), "budget", problems);
-  if (!budget.time_s && !budget.samples && !budget.error) {
-    problems.add("budget", "has no end; one of time_s, samples, error is required");
-  }
-  const TileFormat format = read_tile_format(request.format(), "format", problems, core_.oidn != nullptr);
-  auto scene = core_.scenes.acquire(request.scene_id(), "scene_id");
-  std::vector<View> views = read_views(request, scene ? &**scene : nullptr, problems);
-  if (!problems.empty()) {
-    if (!scene && id_usable) problems.add(scene.error().where, scene.error().message);
-    return problems.to_error();
-  }
-  if (!scene) return scene.error();
-  if (const Status fits = check_film_size(settings, core_.render_limits(), "settings"); !fits.ok()) return fits;
+  auto planned = plan_job(core_, request, "");
+  if (!planned) return planned.error();
+  JobPlan& plan = planned->plan;
+  const RenderSettings& settings = plan.settings;
 
   auto id = core_.jobs.reserve();
   if (!id) return id.error();
   job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
-  auto rendering = RenderContext::create(core_.resources(), std::move(*scene), settings, budget, RenderRank::job, tiles,
-                                         format.channels);
+  auto rendering = RenderContext::create(core_.resources(), std::move(planned->scene), settings, plan.budget,
+                                         RenderRank::job, tiles, plan.format.channels);
   if (!rendering) return rendering.error();
-  auto queue = (*rendering)->reserve_queue(settings, format);
-  if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, format); !fits.ok()) return fits;
-  auto job = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(views));
+  auto queue = (*rendering)->reserve_queue(settings, plan.format);
+  if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, plan.format); !fits.ok()) return fits;
+  const JobNotices notices = notices_of(plan, (*rendering)->scene().snapshot->features());
+  auto job = std::make_shared<Job>(job_id_, std::move(*rendering), std::move(plan.views));
   {
     const std::lock_guard lock(job_mutex_);
     if (cancelled_) return Error{ErrorCode::cancelled, "the caller gave up", {}};
@@ -131,21 +80,14 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   accepted.set_job_id(job_id_);
   *accepted.mutable_settings() = to_message(settings);
   accepted.set_views(static_cast<std::uint32_t>(job->views().size()));
-  const SceneFeatures& features = job->rendering().scene().snapshot->features();
-  for (std::string& line : unsampled_light(settings.integrator, features)) {
-    accepted.add_unsampled(std::move(line));
-  }
-  std::set<std::string> notices;
-  for (const View& view : job->views()) notices.insert(aspect_notice(view.camera, settings.width, settings.height));
-  for (const std::string& line : notices) {
-    if (!line.empty()) accepted.add_notices(line);
-  }
+  accepted.mutable_unsampled()->Add(notices.unsampled.begin(), notices.unsampled.end());
+  accepted.mutable_notices()->Add(notices.notices.begin(), notices.notices.end());
   pb::RunJobResponse greeting;
   greeting.set_allocated_accepted(owned_message(std::move(accepted)));
-  stream_->queue().limit_rate(budget.bytes_per_second);
+  stream_->queue().limit_rate(plan.budget.bytes_per_second);
   // Attached before the greeting is sent: whoever has it may cancel the job at once, and is told of its end.
   RenderContext& rendering_of_job = job->rendering();
-  rendering_of_job.publisher().attach(stream_, format);
+  rendering_of_job.publisher().attach(stream_, plan.format);
   core_.jobs.add(job);  // attached: who ends all jobs ends this call
   stream_->push(Greeting{greeting.SerializeAsString()});
   job->start_view();

@@ -160,6 +160,9 @@ Status LoadSceneReactor::submit() {
   const bool taken = core_.loader.submit([shared = shared_, request, &core] {
     const auto answer = guarded([&]() -> Result<pb::LoadSceneResponse> {
       if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
+      if (const auto* bundle = std::get_if<SceneBundle>(&request->files); bundle && core.keep_upload) {
+        if (const std::string told = core.keep_upload(*bundle); !told.empty()) spdlog::warn("{}", told);
+      }
       const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
       if (!outcome) {
         spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <functional>
 #include <utility>
 
 #include "renderer/trace/accel/traversal_isa.h"
@@ -15,6 +16,7 @@
 #include "server/rpc/edit_scene_reactor.h"
 #include "server/rpc/frame_stream_reactor.h"
 #include "server/rpc/job_reactor.h"
+#include "server/rpc/job_streams.h"
 #include "server/rpc/load_reference_reactor.h"
 #include "server/rpc/load_scene_reactor.h"
 #include "server/rpc/replay_reactor.h"
@@ -50,14 +52,15 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
   return reactor;
 }
 
-// Of a call without a token that the daemon knows. Deletes itself when the call is over.
+// Of a call that ends at once: without a status, because it has no token that the daemon knows. Deletes itself when the
+// call is over.
 template <class Reactor>
 class Refused final : public Reactor {
  public:
-  Refused() {
-    this->Finish({grpc::StatusCode::UNAUTHENTICATED,
-                  "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"});
-  }
+  Refused()
+      : Refused({grpc::StatusCode::UNAUTHENTICATED,
+                 "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"}) {}
+  explicit Refused(const grpc::Status& status) { this->Finish(copy_status(status)); }
   void OnDone() override { delete this; }
 };
 
@@ -65,31 +68,31 @@ class Refused final : public Reactor {
 // request is answered at once.
 struct Later {
   TaskThread* thread = nullptr;
-  Error (ServiceCore::*full)() const = nullptr;
+  std::function<Error()> full = {};
 };
 Later later(ServiceCore& core, const pb::CreateSessionRequest& request) {
-  return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
+  return {&core.thread_for(request.settings().device()), [&core] { return core.too_many_waiting(); }};
 }
 Later later(ServiceCore& core, const pb::UpdateSessionRequest& request) {
-  if (request.has_settings()) return {&core.thread_for(request.settings().device()), &ServiceCore::too_many_waiting};
+  if (request.has_settings()) return {&core.thread_for(request.settings().device()), [&core] { return core.too_many_waiting(); }};
   if (request.scene_id().empty()) return {};  // nothing large is allocated
   const auto session = core.sessions.find(request.session_id(), "session_id");
-  return {session ? core.thread_for_scene(**session) : nullptr, &ServiceCore::too_many_waiting};
+  return {session ? core.thread_for_scene(**session) : nullptr, [&core] { return core.too_many_waiting(); }};
 }
 Later later(ServiceCore& core, const pb::GetServerInfoRequest&) {
   if (core.devices.listed()) return {};
-  return {&core.lister, &ServiceCore::too_many_lists};  // until the probe has answered
+  return {&core.lister, [&core] { return core.too_many_lists(); }};  // until the probe has answered
 }
 Later later(ServiceCore& core, const pb::ListFilesRequest&) {
-  return {&core.lister, &ServiceCore::too_many_lists};
+  return {&core.lister, [&core] { return core.too_many_lists(); }};
 }
 
-// As answer(), on a thread that can take the time.
-template <class Request, class Method>
+// As answer(), on a thread that can take the time: where(request) says which, and none means at once.
+template <class Request, class Method, class Where>
 class LaterCall final : public UnaryCall {
  public:
-  LaterCall(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes,
-            grpc::ByteBuffer* response, Method method)
+  LaterCall(grpc::CallbackServerContext& context, const grpc::ByteBuffer& bytes, grpc::ByteBuffer* response,
+            Method method, const Where& where)
       : UnaryCall(response) {
     begin([&]() -> Status {
       const auto request = make_arena_message<Request>();
@@ -105,13 +108,13 @@ class LaterCall final : public UnaryCall {
           outcome->fail(to_grpc_status(result.error()));
         }
       };
-      const Later where = later(core, *request);
-      if (!where.thread) {
+      const Later later = where(*request);
+      if (!later.thread) {
         answer();
         return ok_status();
       }
-      if (where.thread->submit(answer)) return ok_status();
-      return (core.*where.full)();
+      if (later.thread->submit(answer)) return ok_status();
+      return later.full();
     });
   }
 };
@@ -119,7 +122,24 @@ class LaterCall final : public UnaryCall {
 template <class Request, class Method>
 grpc::ServerUnaryReactor* answer_later(ServiceCore& core, grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response, Method method) {
-  return new LaterCall<Request, Method>(core, *context, *bytes, response, std::move(method));
+  const auto where = [&core](const Request& request) { return later(core, request); };
+  return new LaterCall<Request, Method, decltype(where)>(*context, *bytes, response, std::move(method), where);
+}
+
+// RunJob has two ways, of which the request alone tells.
+bool asks_to_detach(const grpc::ByteBuffer& bytes) {
+  ArenaMessage<pb::RunJobRequest> request;
+  grpc::ByteBuffer copy(bytes);  // shares the slices
+  return guarded([&] { return parse_message(copy, *request); }).ok() && request->detach();
+}
+
+// A call about one job: its id is checked before.
+template <class Method>
+auto with_job(const std::string& id, const Method& method) -> decltype(method()) {
+  Problems problems;
+  check_id(id, "job_id", problems);
+  if (!problems.empty()) return problems.to_error();
+  return method();
 }
 
 Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
@@ -215,7 +235,7 @@ pb::Device to_device(const vulkan::DeviceInfo& info) {
   return device;
 }
 
-pb::GetServerInfoResponse server_info(const ServiceCore& core) {
+pb::GetServerInfoResponse server_info(const ServiceCore& core, bool keeps_jobs) {
   const ServerConfig& config = core.config;
   pb::GetServerInfoResponse response;
   response.set_version(build_version());
@@ -234,6 +254,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   limits.set_max_film_pixels(config.max_film_pixels);
   limits.set_max_sessions(config.max_sessions);
   limits.set_max_jobs(config.max_jobs);
+  limits.set_max_queued_jobs(config.max_queued_jobs);
   limits.set_max_memory(config.max_memory);
   limits.set_max_message_bytes(kMaxMessage);
   limits.set_max_scenes(config.max_scenes);
@@ -249,6 +270,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core) {
   response.set_draining(core.draining);
   response.set_uptime_s(now_s() - core.started_s);
   response.set_http_address(core.http_address);
+  response.set_keeps_jobs(keeps_jobs);
   return response;
 }
 
@@ -266,7 +288,7 @@ grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerConte
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer_later<pb::GetServerInfoRequest>(
       core_, context, request, response,
-      [this](const auto&) { return Result<pb::GetServerInfoResponse>(server_info(core_)); });
+      [this](const auto&) { return Result<pb::GetServerInfoResponse>(server_info(core_, jobs_ != nullptr)); });
 }
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,
@@ -376,20 +398,126 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::Cal
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext* context,
                                                                   const grpc::ByteBuffer* request) {
   if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
-  return new JobReactor(core_, *context, *request);
+  if (!asks_to_detach(*request)) return new JobReactor(core_, *context, *request);
+  return stream_of_jobs<pb::RunJobRequest>(context, request, [this, context](pb::RunJobRequest&& job) {
+    return run_detached_job(core_, *jobs_, std::move(job), context->peer());
+  });
+}
+
+Error RenderService::no_jobs() const {
+  return {ErrorCode::failed_precondition, "this daemon keeps no jobs: " + no_jobs_reason_, {}};
+}
+
+// Calls method(request), which gives a Result<Response>, on a thread that may wait for the disk.
+template <class Request, class Method>
+grpc::ServerUnaryReactor* RenderService::answer_job_call(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response,
+                                                         Method method) {
+  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  if (!jobs_) {
+    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+    reactor->Finish(to_grpc_status(no_jobs()));
+    return reactor;
+  }
+  const auto where = [&jobs = *jobs_](const Request&) {
+    return Later{&jobs.calls(), [&jobs] { return jobs.too_many_calls(); }};
+  };
+  return new LaterCall<Request, Method, decltype(where)>(*context, *bytes, response, std::move(method), where);
+}
+
+// Sends what make(request), a PulledStream::Make, makes.
+template <class Request, class Make>
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::stream_of_jobs(grpc::CallbackServerContext* context,
+                                                                          const grpc::ByteBuffer* bytes, Make make) {
+  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
+  if (!jobs_) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(to_grpc_status(no_jobs()));
+  Request request;
+  grpc::ByteBuffer copy(*bytes);  // shares the slices
+  const Status parsed = guarded([&]() -> Status {
+    if (const Status done = parse_message(copy, request); !done.ok()) return done;
+    tell_ignored(*context, unknown_fields(request));
+    return ok_status();
+  });
+  if (!parsed.ok()) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(to_grpc_status(parsed));
+  return new PulledStream(jobs_->calls(), jobs_->too_many_calls(), make(std::move(request)));
 }
 
 grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
-  return answer<pb::CancelJobRequest>(
-      context, request, response, [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
-        Problems problems;
-        check_id(cancel.job_id(), "job_id", problems);
-        if (!problems.empty()) return problems.to_error();
-        if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
+  const auto of_call = [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+    Problems problems;
+    check_id(cancel.job_id(), "job_id", problems);
+    if (!problems.empty()) return problems.to_error();
+    if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
+    return pb::CancelJobResponse();
+  };
+  if (!jobs_) return answer<pb::CancelJobRequest>(context, request, response, of_call);
+  return answer_job_call<pb::CancelJobRequest>(
+      context, request, response,
+      [this, of_call, by = context->peer()](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+        auto done = of_call(cancel);
+        if (done || done.error().code != ErrorCode::not_found) return done;
+        if (const Status kept = jobs_->cancel(cancel.job_id(), by); !kept.ok()) return kept.error();
         return pb::CancelJobResponse();
       });
+}
+
+grpc::ServerUnaryReactor* RenderService::SubmitJob(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer_job_call<pb::SubmitJobRequest>(
+      context, request, response,
+      [this, by = context->peer()](const pb::SubmitJobRequest& submit) { return jobs_->submit(submit, by); });
+}
+
+grpc::ServerUnaryReactor* RenderService::ListJobs(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                                  grpc::ByteBuffer* response) {
+  return answer_job_call<pb::ListJobsRequest>(context, request, response,
+                                              [this](const pb::ListJobsRequest& which) { return jobs_->list(which); });
+}
+
+grpc::ServerUnaryReactor* RenderService::GetJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                                grpc::ByteBuffer* response) {
+  return answer_job_call<pb::GetJobRequest>(context, request, response, [this](const pb::GetJobRequest& which) {
+    return with_job(which.job_id(), [&] { return jobs_->get(which.job_id()); });
+  });
+}
+
+grpc::ServerUnaryReactor* RenderService::PauseJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                                  grpc::ByteBuffer* response) {
+  return answer_job_call<pb::PauseJobRequest>(
+      context, request, response, [this, by = context->peer()](const pb::PauseJobRequest& which) {
+        return with_job(which.job_id(), [&] { return jobs_->pause(which.job_id(), by); });
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::ResumeJob(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer_job_call<pb::ResumeJobRequest>(
+      context, request, response, [this, by = context->peer()](const pb::ResumeJobRequest& which) {
+        return with_job(which.job_id(), [&] { return jobs_->resume(which.job_id(), by); });
+      });
+}
+
+grpc::ServerUnaryReactor* RenderService::SetJobPriority(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return answer_job_call<pb::SetJobPriorityRequest>(
+      context, request, response, [this](const pb::SetJobPriorityRequest& which) {
+        return with_job(which.job_id(), [&] { return jobs_->set_priority(which.job_id(), which.priority()); });
+      });
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchJob(grpc::CallbackServerContext* context,
+                                                                    const grpc::ByteBuffer* request) {
+  return stream_of_jobs<pb::WatchJobRequest>(context, request, [this](pb::WatchJobRequest&& which) {
+    return watch_job(core_, *jobs_, std::move(which));
+  });
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::GetResult(grpc::CallbackServerContext* context,
+                                                                     const grpc::ByteBuffer* request) {
+  return stream_of_jobs<pb::GetResultRequest>(
+      context, request, [this](pb::GetResultRequest&& which) { return get_result(*jobs_, std::move(which)); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::Compare(grpc::CallbackServerContext* context,

@@ -3,8 +3,12 @@
 // copy.
 #pragma once
 
+#include <string>
+#include <utility>
+
 #include "heliograph/v1/render_service.grpc.pb.h"
 #include "server/compare/compare_core.h"
+#include "server/jobs/durable_jobs.h"
 #include "server/sessions/service_core.h"
 
 namespace helio {
@@ -12,22 +16,29 @@ namespace helio {
 namespace raw {
 
 using Rpcs = heliograph::v1::RenderService;
-using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<
-    Rpcs::WithRawCallbackMethod_LoadScene<Rpcs::WithRawCallbackMethod_ListScenes<
-        Rpcs::WithRawCallbackMethod_UnloadScene<Rpcs::WithRawCallbackMethod_CreateSession<
-            Rpcs::WithRawCallbackMethod_CloseSession<Rpcs::WithRawCallbackMethod_ListSessions<
-                Rpcs::WithRawCallbackMethod_StreamFrames<Rpcs::WithRawCallbackMethod_UpdateSession<
-                    Rpcs::WithRawCallbackMethod_WatchFrames<Rpcs::WithRawCallbackMethod_RunJob<
-                        Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
-                            Rpcs::WithRawCallbackMethod_EditScene<Rpcs::WithRawCallbackMethod_DescribeScene<
-                                Rpcs::WithRawCallbackMethod_ListFiles<Rpcs::WithRawCallbackMethod_Compare<
-                                    Rpcs::WithRawCallbackMethod_LoadReference<Rpcs::Service>>>>>>>>>>>>>>>>>>;
+// clang-format off
+using Service = Rpcs::WithRawCallbackMethod_GetServerInfo<Rpcs::WithRawCallbackMethod_LoadScene<
+    Rpcs::WithRawCallbackMethod_ListScenes<Rpcs::WithRawCallbackMethod_UnloadScene<
+    Rpcs::WithRawCallbackMethod_CreateSession<Rpcs::WithRawCallbackMethod_CloseSession<
+    Rpcs::WithRawCallbackMethod_ListSessions<Rpcs::WithRawCallbackMethod_StreamFrames<
+    Rpcs::WithRawCallbackMethod_UpdateSession<Rpcs::WithRawCallbackMethod_WatchFrames<
+    Rpcs::WithRawCallbackMethod_RunJob<Rpcs::WithRawCallbackMethod_CancelJob<Rpcs::WithRawCallbackMethod_ReplaySample<
+    Rpcs::WithRawCallbackMethod_EditScene<Rpcs::WithRawCallbackMethod_DescribeScene<
+    Rpcs::WithRawCallbackMethod_ListFiles<Rpcs::WithRawCallbackMethod_Compare<
+    Rpcs::WithRawCallbackMethod_LoadReference<Rpcs::WithRawCallbackMethod_SubmitJob<
+    Rpcs::WithRawCallbackMethod_ListJobs<Rpcs::WithRawCallbackMethod_GetJob<Rpcs::WithRawCallbackMethod_WatchJob<
+    Rpcs::WithRawCallbackMethod_PauseJob<Rpcs::WithRawCallbackMethod_ResumeJob<
+    Rpcs::WithRawCallbackMethod_SetJobPriority<Rpcs::WithRawCallbackMethod_GetResult<
+    Rpcs::Service>>>>>>>>>>>>>>>>>>>>>>>>>>;
+// clang-format on
 
 }  // namespace raw
 
 class RenderService final : public raw::Service {
  public:
-  explicit RenderService(CompareCore& compare) : core_(compare.core), compare_(compare) {}
+  // jobs: null: the daemon keeps none, for the reason that comes beside it.
+  RenderService(CompareCore& compare, DurableJobs* jobs, std::string no_jobs_reason)
+      : core_(compare.core), compare_(compare), jobs_(jobs), no_jobs_reason_(std::move(no_jobs_reason)) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
@@ -53,6 +64,22 @@ class RenderService final : public raw::Service {
                                                      const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                   grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchJob(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request) override;
+  grpc::ServerUnaryReactor* PauseJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ResumeJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* SetJobPriority(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                           grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* GetResult(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Compare(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request) override;
   grpc::ServerReadReactor<grpc::ByteBuffer>* LoadReference(grpc::CallbackServerContext* context,
@@ -70,9 +97,18 @@ class RenderService final : public raw::Service {
  private:
   // Whether the call names one of the daemon's tokens.
   bool allowed(const grpc::CallbackServerContext& context) const;
+  Error no_jobs() const;
+  template <class Request, class Method>
+  grpc::ServerUnaryReactor* answer_job_call(grpc::CallbackServerContext* context, const grpc::ByteBuffer* bytes,
+                                            grpc::ByteBuffer* response, Method method);
+  template <class Request, class Make>
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* stream_of_jobs(grpc::CallbackServerContext* context,
+                                                             const grpc::ByteBuffer* bytes, Make make);
 
   ServiceCore& core_;
   CompareCore& compare_;
+  DurableJobs* const jobs_;
+  const std::string no_jobs_reason_;
 };
 
 }  // namespace helio

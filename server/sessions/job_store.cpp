@@ -50,12 +50,22 @@ void JobStore::add(std::shared_ptr<Job> job) {
 
 void JobStore::remove(const std::string& id) {
   std::shared_ptr<Job> removed;  // destroyed outside the lock
+  std::function<void()> told;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end()) return;
+    removed = std::move(found->second);
+    jobs_.erase(found);
+    removed_.notify_all();
+    told = told_;
+  }
+  if (told) told();
+}
+
+void JobStore::on_removed(std::function<void()> told) {
   const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(id);
-  if (found == jobs_.end()) return;
-  removed = std::move(found->second);
-  jobs_.erase(found);
-  removed_.notify_all();
+  told_ = std::move(told);
 }
 
 Status JobStore::cancel(const std::string& id, const std::string& where) {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -50,6 +51,8 @@ class JobStore {
   Result<std::string> reserve();
   void add(std::shared_ptr<Job> job);  // its id was given by reserve()
   void remove(const std::string& id);
+  // `told` is called after each remove(), without the store's lock; empty: nobody is.
+  void on_removed(std::function<void()> told);
 
   // The job's stream ends with its result, reason CANCELLED. not_found.
   Status cancel(const std::string& id, const std::string& where);
@@ -61,6 +64,7 @@ class JobStore {
   const int max_jobs_;
   std::mutex mutex_;
   std::condition_variable removed_;
+  std::function<void()> told_;
   std::map<std::string, std::shared_ptr<Job>> jobs_;  // null: reserved
 };
 

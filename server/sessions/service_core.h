@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -96,6 +97,9 @@ struct ServiceCore {
   const std::shared_ptr<const OidnLibrary> oidn;  // null: there is none
   const AccessTokens tokens;
   std::string http_address;  // of the page, set before anything is served; empty: there is none
+  // An upload that has come, before it is loaded: for jobs that are kept. What it answers goes into the log. Set before
+  // anything is served; empty: none are.
+  std::function<std::string(const SceneBundle&)> keep_upload;
   const double started_s = now_s();
   std::atomic<bool> draining{false};
 

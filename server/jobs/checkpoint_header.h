@@ -1,0 +1,22 @@
+// What the checkpoint file of a job says of its body, as JSON.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace helio {
+
+struct CheckpointHeader {
+  std::uint32_t view = 0;
+  std::string build;      // rendering_build() of the attempt that wrote it
+  bool same_bits = true;  // and so far every attempt ran on that one
+  // The view is rendered: the body is its EXR file, and this its FrameEnd, serialized. Absent: the body is a
+  // PictureCheckpoint.
+  std::optional<std::string> frame_end;
+
+  std::string write() const;
+  static std::optional<CheckpointHeader> read(const std::string& text);  // nothing: it is none
+};
+
+}  // namespace helio

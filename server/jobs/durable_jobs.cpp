@@ -1,0 +1,463 @@
+#include "server/jobs/durable_jobs.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "renderer/base/clock.h"
+#include "renderer/base/unix_time.h"
+#include "server/base/retry.h"
+#include "server/jobs/job_messages.h"
+#include "server/sessions/session_registry.h"
+#include "server/stream/settings_messages.h"
+
+namespace helio {
+namespace {
+
+constexpr std::size_t kMaxName = 256, kMaxClientToken = 128;
+constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
+constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
+constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
+
+bool has_control(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
+}
+
+void check_text(const std::string& text, std::size_t most, const char* where, Problems& problems) {
+  if (text.size() <= most && !has_control(text)) return;
+  problems.add(where, fmt::format("{} bytes{}; allowed: at most {}, without control characters", text.size(),
+                                  has_control(text) ? ", control characters among them" : "", most));
+}
+
+void check_priority(int priority, Problems& problems) {
+  if (priority >= -kMostPriority && priority <= kMostPriority) return;
+  problems.add("priority", fmt::format("{}; allowed: [-{}, {}]", priority, kMostPriority, kMostPriority));
+}
+
+void check_request(const pb::SubmitJobRequest& request, Problems& problems) {
+  check_text(request.client_token(), kMaxClientToken, "client_token", problems);
+  check_text(request.name(), kMaxName, "name", problems);
+  check_priority(request.priority(), problems);
+  if (!request.has_job()) problems.add("job", "is required");
+  if (request.job().preview_tiles())
+    problems.add("job.preview_tiles", "true; allowed: false, for nobody takes the tiles of a job that is kept");
+  if (request.job().detach()) problems.add("job.detach", "true; allowed: false, for every such job is kept");
+  const auto views = std::uint32_t(std::max(1, request.job().views_size()));
+  if (request.has_output()) OutputRoots::check(request.output().path(), views, "output.path", problems);
+}
+
+// A picture in a file of its own costs nobody bandwidth, so it is compressed unless its format says otherwise.
+void complete(pb::SubmitJobRequest& request, const JobPlan& plan) {
+  pb::RunJobRequest& job = *request.mutable_job();
+  *job.mutable_settings() = to_message(plan.settings);
+  *job.mutable_budget() = to_message(plan.budget);
+  if (job.format().compression() == pb::COMPRESSION_UNSPECIFIED)
+    job.mutable_format()->set_compression(pb::COMPRESSION_ZIP);
+}
+
+}  // namespace
+
+DurableJobs::DurableJobs(ServiceCore& core, OutputRoots outputs, StateFolder folder, std::unique_ptr<JobTable> table)
+    : core_(core),
+      outputs_(std::move(outputs)),
+      folder_(std::move(folder)),
+      table_(std::move(table)),
+      checkpoints_(folder_.checkpoints()),
+      scenes_(folder_.scenes(), core.config.max_state_scene_bytes),
+      stores_{core, *table_, checkpoints_, scenes_, outputs_, folder_.results(), core.config.checkpoint_interval_s, {}} {}
+
+Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const std::string& folder,
+                                                       std::vector<std::string>& notices) {
+  auto outputs = OutputRoots::open(core.config.output_roots);
+  if (!outputs) return outputs.error();
+  auto held = StateFolder::open(folder);
+  if (!held) return held.error();
+  auto table = JobTable::open(held->jobs_file(), notices);
+  if (!table) return table.error();
+  std::unique_ptr<DurableJobs> jobs(
+      new DurableJobs(core, std::move(*outputs), std::move(*held), std::move(*table)));
+  if (const Status taken = jobs->take_up(); !taken.ok()) return taken.error();
+  core.jobs.on_removed([&all = *jobs] { all.wake(); });
+  jobs->thread_ = std::thread([&all = *jobs] { all.schedule(); });
+  return jobs;
+}
+
+DurableJobs::~DurableJobs() {
+  core_.jobs.on_removed({});
+  {
+    const std::lock_guard lock(mutex_);
+    draining_ = stopping_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+  running_.clear();  // each attempt ends as with a drain
+}
+
+// Whoever was running when the daemon before ended goes back into the queue.
+Status DurableJobs::take_up() {
+  table_->on_events([this] { tell(); });
+  if (const Status opened = checkpoints_.open(); !opened.ok()) return opened;
+  std::vector<SceneStore::Held> held;
+  for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
+    const auto jobs = table_->in_state(state);
+    if (!jobs) return jobs.error();
+    for (const JobRecord& job : *jobs) held.push_back({job.id, job.scene_id});
+    if (state != JobState::running) continue;
+    for (const JobRecord& job : *jobs) {
+      JobChange change;
+      change.to = job.target == JobState::succeeded ? JobState::queued : job.target;
+      change.reason = "the daemon ended while it ran";
+      if (const auto changed = table_->change(job.id, change); !changed) return changed.error();
+    }
+  }
+  return scenes_.open(held);
+}
+
+Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const std::string& by) {
+  if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting.error();
+  Problems problems;
+  check_request(asked, problems);
+  auto planned = plan_job(core_, asked.job(), "job");
+  if (!planned && planned.error().code == ErrorCode::invalid_argument)
+    problems.add(planned.error().where, planned.error().message);
+  if (!problems.empty()) return problems.to_error();
+  if (!planned) return planned.error();
+  const JobPlan& plan = planned->plan;
+  pb::SubmitJobRequest request = asked;
+  complete(request, plan);
+  for (std::uint32_t view = 0; request.has_output() && view < plan.views.size(); ++view) {
+    const auto file = outputs_.file_of(request.output().path(), view, "output.path");
+    if (!file) return file.error();
+    std::error_code error;
+    if (!request.output().overwrite() && std::filesystem::exists(*file, error))
+      return Error{ErrorCode::failed_precondition, "'" + *file + "' is there already, and overwrite is not set",
+                   "output.path"};
+  }
+
+  JobRecord record;
+  record.id = make_id("j-");
+  record.client_token = request.client_token();
+  record.name = request.name();
+  record.request = request.SerializeAsString();
+  record.scene_id = request.job().scene_id();
+  record.priority = request.priority();
+  record.views = std::uint32_t(plan.views.size());
+  if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
+  auto submitted = table_->submit(record, core_.config.max_queued_jobs);
+  if (!submitted || submitted->already_there) scenes_.release(record.id);
+  if (!submitted) return submitted.error();
+  wake();
+
+  pb::SubmitJobResponse response;
+  *response.mutable_job() = describe(submitted->job);
+  response.set_already_there(submitted->already_there);
+  const JobNotices notices = notices_of(plan, planned->scene->snapshot->features());
+  response.mutable_unsampled()->Add(notices.unsampled.begin(), notices.unsampled.end());
+  response.mutable_notices()->Add(notices.notices.begin(), notices.notices.end());
+  if (!submitted->already_there) {
+    spdlog::info("job submitted id={} scene={} size={}x{} views={} priority={}", record.id,
+                 record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height, record.views,
+                 record.priority);
+  }
+  return response;
+}
+
+Result<pb::ListJobsResponse> DurableJobs::list(const pb::ListJobsRequest& request) const {
+  Problems problems;
+  if (request.page_size() < 0 || request.page_size() > kMostPageSize) {
+    problems.add("page_size", fmt::format("{}; allowed: [1, {}], or 0 for {}", request.page_size(), kMostPageSize,
+                                          kDefaultPageSize));
+  }
+  std::vector<JobState> states;
+  for (int i = 0; i < request.states_size(); ++i) {
+    const auto state = read_job_state(pb::JobState(request.states(i)), fmt::format("states[{}]", i), problems);
+    if (state) states.push_back(*state);
+  }
+  if (!problems.empty()) return problems.to_error();
+  const int limit = request.page_size() > 0 ? request.page_size() : kDefaultPageSize;
+  const auto page = table_->list(states, request.page_token(), limit);
+  if (!page) return page.error();
+  pb::ListJobsResponse response;
+  for (const JobRecord& job : page->jobs) *response.add_jobs() = describe(job);
+  response.set_next_page_token(page->next);
+  response.set_total(page->total);
+  return response;
+}
+
+Result<pb::Job> DurableJobs::get(const std::string& id) const {
+  const auto record = table_->get(id);
+  if (!record) return record.error();
+  const auto results = table_->results(id);
+  if (!results) return results.error();
+  pb::Job job = describe(*record);
+  for (const JobResult& result : *results) *job.add_results() = to_message(result, job.has_output());
+  return job;
+}
+
+pb::Job DurableJobs::describe(const JobRecord& record) const {
+  pb::Job job = to_message(record);
+  const std::lock_guard lock(mutex_);
+  const auto found = running_.find(record.id);
+  if (found == running_.end() || found->second.over) return job;
+  const JobAttempt& attempt = *found->second.attempt;
+  if (const auto progress = attempt.progress()) *job.mutable_progress() = to_message(*progress, record.id);
+  job.set_checkpoint_s(attempt.checkpoint_s());
+  return job;
+}
+
+void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
+  const std::lock_guard lock(mutex_);
+  const auto found = running_.find(id);
+  if (found != running_.end() && !found->second.over) found->second.attempt->ask(request, by);
+}
+
+// A running job is asked; another changes at once. Which it is may change between the two.
+Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, const std::string& by) {
+  for (;;) {
+    JobChange change;
+    change.to = to;
+    change.by = by;
+    const auto record = table_->get(id);
+    if (!record) return record.error();
+    if (record->state != JobState::running) {
+      change.from = {record->state};
+      auto changed = table_->change(id, change);
+      if (!changed && changed.error().code == ErrorCode::failed_precondition && table_->get(id) &&
+          table_->get(id)->state != record->state) {
+        continue;
+      }
+      if (changed && is_final(to)) come_to_end(id);
+      return changed;
+    }
+    auto asked = table_->set_target(id, to, by);
+    if (!asked && asked.error().code == ErrorCode::failed_precondition) continue;  // its attempt has ended
+    if (asked) ask(id, to == JobState::paused ? JobAttempt::Request::pause : JobAttempt::Request::cancel, by);
+    return asked;
+  }
+}
+
+Result<pb::Job> DurableJobs::pause(const std::string& id, const std::string& by) {
+  const auto record = stop_job(id, JobState::paused, by);
+  if (!record) return record.error();
+  return describe(*record);
+}
+
+Status DurableJobs::cancel(const std::string& id, const std::string& by) {
+  const auto record = stop_job(id, JobState::canceled, by);
+  if (!record) return record.error();
+  return ok_status();
+}
+
+Result<pb::Job> DurableJobs::resume(const std::string& id, const std::string& by) {
+  JobChange change;
+  change.to = JobState::queued;
+  change.from = {JobState::paused};
+  change.by = by;
+  const auto record = table_->change(id, change);
+  if (!record) return record.error();
+  wake();
+  return describe(*record);
+}
+
+Result<pb::Job> DurableJobs::set_priority(const std::string& id, int priority) {
+  Problems problems;
+  check_priority(priority, problems);
+  if (!problems.empty()) return problems.to_error();
+  const auto record = table_->set_priority(id, priority);
+  if (!record) return record.error();
+  return describe(*record);
+}
+
+Result<DurableJobs::ResultFile> DurableJobs::result(const std::string& id, std::uint32_t view) const {
+  const auto record = table_->get(id);
+  if (!record) return record.error();
+  if (view >= record->views) {
+    return Error{ErrorCode::not_found, fmt::format("{}; the job has views [0, {}]", view, record->views - 1), "view"};
+  }
+  const auto results = table_->results(id);
+  if (!results) return results.error();
+  for (const JobResult& result : *results) {
+    if (result.view == view) return ResultFile{to_message(result, true), result.file};
+  }
+  return Error{ErrorCode::failed_precondition,
+               fmt::format("view {} is not done; the job is {}, with {} of {} views done", view,
+                           to_string(record->state), record->views_done, record->views),
+               "view"};
+}
+
+DurableJobs::Listener DurableJobs::listen(std::function<void()> told) {
+  auto listener = std::make_shared<const std::function<void()>>(std::move(told));
+  const std::lock_guard lock(listeners_mutex_);
+  std::erase_if(listeners_, [](const auto& one) { return one.expired(); });
+  listeners_.push_back(listener);
+  return listener;
+}
+
+void DurableJobs::tell() {
+  std::vector<Listener> told;
+  {
+    const std::lock_guard lock(listeners_mutex_);
+    for (const auto& one : listeners_) {
+      if (auto listener = one.lock()) told.push_back(std::move(listener));
+    }
+  }
+  for (const Listener& listener : told) (*listener)();
+}
+
+std::string DurableJobs::keep_upload(const SceneBundle& bundle) {
+  const Status kept = scenes_.keep_upload(bundle);
+  return kept.ok() ? std::string() : "jobs that are kept cannot use this upload: " + kept.error().to_string();
+}
+
+Error DurableJobs::too_many_calls() const {
+  return {ErrorCode::resource_exhausted, fmt::format("{} calls about jobs wait already", kMaxWaitingCalls), {},
+          kRetrySeconds};
+}
+
+void DurableJobs::wake() {
+  const std::lock_guard lock(mutex_);
+  due_ = true;
+  changed_.notify_all();
+}
+
+void DurableJobs::schedule() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    std::vector<std::unique_ptr<JobAttempt>> over;  // ended outside the lock
+    for (auto it = running_.begin(); it != running_.end();) {
+      if (it->second.over) over.push_back(std::move(it->second.attempt));
+      it = it->second.over ? running_.erase(it) : std::next(it);
+    }
+    const double now = now_s();
+    double next = forget_at_s_;
+    for (const auto& [id, at_s] : not_before_) next = std::min(next, at_s);
+    if (over.empty() && !(due_ && !draining_) && now < next) {
+      changed_.wait_for(lock, std::chrono::duration<double>(next - now));
+      continue;
+    }
+    const bool due = std::exchange(due_, false) || std::erase_if(not_before_, [&](const auto& one) {
+                       return one.second <= now;
+                     }) > 0;
+    const bool begin = due && !draining_;
+    lock.unlock();
+    over.clear();
+    if (now >= forget_at_s_) forget_old();
+    while (begin && begin_next()) {
+    }
+    lock.lock();
+  }
+}
+
+void DurableJobs::forget_old() {
+  forget_at_s_ = now_s() + kForgetSeconds;
+  const auto ids = table_->forget_ended_before(unix_time_s() - core_.config.keep_jobs_days * 86400);
+  if (!ids) return spdlog::warn("old jobs could not be forgotten: {}", ids.error().to_string());
+  for (const std::string& id : *ids) {
+    come_to_end(id);
+    std::error_code error;
+    std::filesystem::remove_all(std::filesystem::path(folder_.results()) / id, error);
+  }
+}
+
+// The queued job whose turn it is. False: there is none, or no place.
+bool DurableJobs::begin_next() {
+  std::vector<std::string> except;
+  {
+    const std::lock_guard lock(mutex_);
+    if (draining_) return false;
+    for (const auto& [id, running] : running_) except.push_back(id);
+    for (const auto& [id, at_s] : not_before_) except.push_back(id);
+  }
+  const auto next = table_->next_queued(except);
+  if (!next) return spdlog::error("the next job is not known: {}", next.error().to_string()), false;
+  if (!*next) return false;
+  auto place = core_.jobs.reserve();
+  if (!place) return false;
+  pb::SubmitJobRequest request;
+  request.ParseFromString((*next)->request);
+  JobChange change;
+  change.to = JobState::running;
+  change.from = {JobState::queued};
+  change.build = rendering_build(request.job().settings().device());
+  auto record = table_->change((*next)->id, change);
+  if (!record) {
+    core_.jobs.remove(*place);
+    if (record.error().code == ErrorCode::failed_precondition) return true;  // it was paused or cancelled
+    spdlog::error("job {} cannot begin: {}", (*next)->id, record.error().to_string());
+    const std::lock_guard lock(mutex_);
+    not_before_[(*next)->id] = now_s() + kTryAgainSeconds;
+    return false;
+  }
+  const std::string id = record->id;
+  {
+    const std::lock_guard lock(mutex_);
+    Running& running = running_[id];
+    running.place = *place;
+    running.attempt = std::make_unique<JobAttempt>(
+        stores_, std::move(*record), [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
+  }
+  spdlog::info("job begun id={} attempt={}", id, (*next)->attempt + 1);
+  // Who asked for an end before the attempt was there has left it in the table.
+  const auto asked = table_->get(id);
+  if (asked && asked->target == JobState::paused) ask(id, JobAttempt::Request::pause, asked->target_by);
+  if (asked && asked->target == JobState::canceled) ask(id, JobAttempt::Request::cancel, asked->target_by);
+  return true;
+}
+
+// On the attempt's thread, as the last of it.
+void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome& outcome) {
+  for (;;) {
+    const auto changed = table_->change(id, outcome.change);
+    if (changed) {
+      spdlog::info("job {} id={} {}", to_string(changed->state), id, changed->reason);
+      break;
+    }
+    spdlog::error("job {}: its state cannot be written: {}", id, changed.error().to_string());
+    if (changed.error().code != ErrorCode::unavailable) break;
+    std::unique_lock lock(mutex_);
+    // A daemon that ends leaves it to the next one, which finds the job running.
+    const auto wait = std::chrono::duration<double>(kTryAgainSeconds);
+    if (changed_.wait_for(lock, wait, [this] { return stopping_ || draining_; })) break;
+  }
+  if (is_final(outcome.change.to)) come_to_end(id);
+  std::string place;
+  {
+    const std::lock_guard lock(mutex_);
+    Running& running = running_.at(id);
+    if (outcome.retry_after_s > 0) not_before_[id] = now_s() + outcome.retry_after_s;
+    place = running.place;
+  }
+  core_.jobs.remove(place);  // wakes the scheduler
+  const std::lock_guard lock(mutex_);
+  running_.at(id).over = true;
+  due_ = true;
+  changed_.notify_all();
+}
+
+void DurableJobs::come_to_end(const std::string& id) {
+  scenes_.release(id);
+  checkpoints_.remove(id);
+}
+
+bool DurableJobs::drain(double deadline_s) {
+  std::unique_lock lock(mutex_);
+  draining_ = true;
+  for (auto& [id, running] : running_) {
+    if (!running.over) running.attempt->ask(JobAttempt::Request::suspend, {});
+  }
+  changed_.notify_all();
+  const auto left = std::chrono::duration<double>(std::max(0.0, deadline_s - now_s()));
+  return changed_.wait_for(lock, left, [this] {
+    return std::all_of(running_.begin(), running_.end(), [](const auto& one) { return one.second.over; });
+  });
+}
+
+void DurableJobs::close() {
+  closed_ = true;
+  tell();
+}
+
+}  // namespace helio

@@ -1,0 +1,119 @@
+// The jobs that the daemon keeps: submits, lists and changes them, and gives each its turn.
+//
+// Every change of a job's state is made in the table (server/state/job_table.h), which alone knows what may follow what;
+// here is who begins, and what a running attempt is asked to do. Jobs begin while JobStore has places (max_jobs, RunJob's
+// included), the highest priority first, then the oldest.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "heliograph/v1/durable_job.pb.h"
+#include "server/base/task_thread.h"
+#include "server/jobs/job_attempt.h"
+#include "server/jobs/job_stores.h"
+#include "server/state/state_folder.h"
+
+namespace helio {
+
+// Thread safe. Members that answer a Result may wait for the disk: not to be called on gRPC's threads, but for those
+// that say so.
+class DurableJobs {
+ public:
+  // Takes the folder and goes on with the jobs in it; `notices`: what people should be told of it.
+  static Result<std::unique_ptr<DurableJobs>> open(ServiceCore& core, const std::string& folder,
+                                                   std::vector<std::string>& notices);
+  ~DurableJobs();
+
+  // Errors: those of plan_job(), with "job." before the fields; OutputRoots; SceneStore::hold(); JobTable::submit().
+  // by: who asks.
+  Result<pb::SubmitJobResponse> submit(const pb::SubmitJobRequest& request, const std::string& by);
+  Result<pb::ListJobsResponse> list(const pb::ListJobsRequest& request) const;
+  Result<pb::Job> get(const std::string& id) const;  // with results
+  // not_found; failed_precondition: not from its present state.
+  Result<pb::Job> pause(const std::string& id, const std::string& by);
+  Result<pb::Job> resume(const std::string& id, const std::string& by);
+  Result<pb::Job> set_priority(const std::string& id, int priority);
+  Status cancel(const std::string& id, const std::string& by);
+  struct ResultFile {
+    pb::JobView view;
+    std::string file;
+  };
+  Result<ResultFile> result(const std::string& id, std::uint32_t view) const;
+
+  // For watches. `told` is called after every change of any job, until the listener is let go; on the thread that made
+  // the change, so it returns at once.
+  using Listener = std::shared_ptr<const std::function<void()>>;
+  Listener listen(std::function<void()> told);
+  const JobTable& table() const { return *table_; }
+  // As GetJob, without results, and without waiting for the disk: `record` is what the table said.
+  pb::Job describe(const JobRecord& record) const;
+
+  // An upload's files are kept, for jobs that may use its scene. Returns what is to be told in the log; empty: nothing.
+  std::string keep_upload(const SceneBundle& bundle);
+
+  // Nothing begins any more; what runs takes a checkpoint and goes back into the queue. False: something still runs at
+  // that time (now_s() clock).
+  bool drain(double deadline_s);
+  // After drain(): watches end.
+  void close();
+  bool closed() const { return closed_; }
+
+  // For the calls that may wait for the disk.
+  TaskThread& calls() { return calls_; }
+  Error too_many_calls() const;
+
+ private:
+  DurableJobs(ServiceCore& core, OutputRoots outputs, StateFolder folder, std::unique_ptr<JobTable> table);
+
+  struct Running {
+    std::string place;  // of the JobStore
+    std::unique_ptr<JobAttempt> attempt;
+    bool over = false;
+  };
+
+  Status take_up();  // what an earlier daemon has left
+  void schedule();
+  void forget_old();
+  bool begin_next();
+  void attempt_over(const std::string& id, const JobAttempt::Outcome& outcome);
+  Result<JobRecord> stop_job(const std::string& id, JobState to, const std::string& by);
+  void come_to_end(const std::string& id);
+  void wake();
+  void tell();
+  void ask(const std::string& id, JobAttempt::Request request, const std::string& by);
+
+  ServiceCore& core_;
+  const OutputRoots outputs_;
+  const StateFolder folder_;
+  const std::unique_ptr<JobTable> table_;
+  CheckpointFiles checkpoints_;
+  SceneStore scenes_;
+  JobStores stores_;
+
+  static constexpr std::size_t kMaxWaitingCalls = 4096;
+  static constexpr int kCallThreads = 16;  // those that come together share a commit
+
+  std::atomic<bool> closed_ = false;
+  mutable std::mutex listeners_mutex_;
+  std::vector<std::weak_ptr<const std::function<void()>>> listeners_;
+
+  mutable std::mutex mutex_;  // of the rest
+  std::condition_variable changed_;
+  std::map<std::string, Running> running_;     // by job
+  std::map<std::string, double> not_before_;   // now_s(), of jobs that wait for what they lacked
+  bool due_ = true, draining_ = false, stopping_ = false;
+  double forget_at_s_ = 0;
+  std::thread thread_;
+  TaskThread calls_{kMaxWaitingCalls, kCallThreads};  // last: a call in hand may use anything above
+};
+
+}  // namespace helio

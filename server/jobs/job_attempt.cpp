@@ -1,0 +1,342 @@
+#include "server/jobs/job_attempt.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "renderer/base/unix_time.h"
+#include "renderer/codec/atomic_file.h"
+#include "server/base/build_info.h"
+#include "server/base/guarded.h"
+#include "server/base/retry.h"
+
+namespace helio {
+namespace {
+
+bool may_go_away(const Error& error) {
+  return error.code == ErrorCode::resource_exhausted || error.code == ErrorCode::unavailable;
+}
+
+JobAttempt::Outcome failed(const Error& error) {
+  JobAttempt::Outcome outcome;
+  outcome.change.to = may_go_away(error) ? JobState::queued : JobState::failed;
+  outcome.change.reason = error.to_string();
+  if (may_go_away(error)) outcome.retry_after_s = std::max(error.retry_after_s, kRetrySeconds);
+  return outcome;
+}
+
+JobAttempt::Outcome paused(std::string reason) {
+  JobAttempt::Outcome outcome;
+  outcome.change.to = JobState::paused;
+  outcome.change.reason = std::move(reason);
+  return outcome;
+}
+
+}  // namespace
+
+std::string rendering_build(const std::string& device) {
+  return build_description() + "; " + rendering_isa() + (device.empty() || device == "cpu" ? "" : "; " + device);
+}
+
+std::string result_file(const std::string& results, const std::string& job_id, std::uint32_t view) {
+  return fmt::format("{}/{}/{}.exr", results, job_id, view);
+}
+
+JobAttempt::JobAttempt(JobStores& stores, JobRecord record, std::function<void(const Outcome&)> over)
+    : stores_(stores),
+      record_(std::move(record)),
+      over_(std::move(over)),
+      same_bits_(record_.same_bits),
+      thread_([this] { run(); }) {}
+
+JobAttempt::~JobAttempt() {
+  ask(Request::suspend, {});
+  thread_.join();
+}
+
+void JobAttempt::ask(Request request, const std::string& by) {
+  const std::lock_guard lock(signals_->mutex);
+  if (request <= signals_->asked) return;
+  signals_->asked = request;
+  signals_->asked_by = by;
+  loading_.cancel();
+  signals_->changed.notify_all();
+}
+
+std::optional<FrameProgress> JobAttempt::progress() const {
+  const std::lock_guard lock(signals_->mutex);
+  const auto rendering = signals_->rendering.lock();
+  return rendering ? std::optional(rendering->loop().progress()) : std::nullopt;
+}
+
+void JobAttempt::run() {
+  Outcome outcome;
+  const Status worked = guarded([&] { return outcome = work(), ok_status(); });
+  if (!worked.ok()) outcome = failed(worked.error());
+  rendering_.reset();
+  outcome.change.from = {JobState::running};
+  outcome.change.same_bits = same_bits_;
+  over_(outcome);
+}
+
+JobAttempt::Outcome JobAttempt::work() {
+  if (!request_.ParseFromString(record_.request))
+    return failed({ErrorCode::internal, "its request in the state folder cannot be read", {}});
+  if (const Status loaded = load(); !loaded.ok()) {
+    if (auto stop = asked_to_stop()) return std::move(*stop);
+    return failed(loaded.error());
+  }
+  for (std::uint32_t view = record_.views_done; view < record_.views; ++view) {
+    if (auto stop = render_view(view)) return std::move(*stop);
+  }
+  stores_.checkpoints.remove(record_.id);
+  Outcome outcome;
+  outcome.change.to = JobState::succeeded;
+  return outcome;
+}
+
+// The scene is held from here on, loaded again if need be.
+Status JobAttempt::load() {
+  ServiceCore& core = stores_.core;
+  SceneLease held;
+  {
+    const std::lock_guard one_at_a_time(stores_.loading);
+    auto there = core.scenes.acquire(record_.scene_id, "scene_id");
+    if (there) {
+      held = std::move(*there);
+    } else {
+      auto loaded = load_again();
+      if (!loaded) return loaded.error();
+      held = std::move(*loaded);
+    }
+  }
+  auto planned = plan_job(core, request_.job(), "job");
+  if (!planned) return planned.error();
+  planned_ = std::move(*planned);
+  return ok_status();
+}
+
+Result<SceneLease> JobAttempt::load_again() {
+  ServiceCore& core = stores_.core;
+  auto recipe = stores_.scenes.recipe(record_.scene_id, core.memory);
+  if (!recipe) return recipe.error();
+  const auto loaded = core.scenes.load(std::move(recipe->request), loading_);
+  if (!loaded) return loaded.error();
+  SceneLease scene(loaded->scene);
+  if (scene->id != recipe->loaded_id) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("its files make scene {} now, where it was submitted with {}", scene->id.substr(0, 12),
+                             recipe->loaded_id.substr(0, 12)),
+                 "scene_id"};
+  }
+  if (recipe->changes.empty()) return scene;
+  const auto edited = core.scenes.change(scene, recipe->changes, loading_);
+  if (!edited) return edited.error();
+  return SceneLease(edited->scene);
+}
+
+Status JobAttempt::begin_rendering() {
+  const JobPlan& plan = planned_->plan;
+  picture_ = std::make_shared<JobPicture>(stores_.core.memory, plan.format, [signals = signals_] {
+    const std::lock_guard lock(signals->mutex);
+    signals->frame_ended = true;
+    signals->changed.notify_all();
+  });
+  std::optional<RenderLoopOptions::Checkpoints> checkpoints;
+  if (can_checkpoint(plan.settings)) {
+    checkpoints.emplace();
+    checkpoints->interval_s = stores_.checkpoint_interval_s;
+    checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
+      const std::lock_guard lock(signals->mutex);
+      signals->checkpoint = std::move(checkpoint);
+      signals->changed.notify_all();
+    };
+  }
+  auto rendering = RenderContext::create(stores_.core.resources(), std::move(planned_->scene), plan.settings,
+                                         plan.budget, RenderRank::job, FramePublisher::Tiles::final_only,
+                                         plan.format.channels, picture_, std::move(checkpoints));
+  if (!rendering) return rendering.error();
+  rendering_ = std::move(*rendering);
+  const std::lock_guard lock(signals_->mutex);
+  signals_->rendering = rendering_;
+  return ok_status();
+}
+
+// What the newest checkpoint of the view has: its picture, or, of a finished one, its file.
+JobAttempt::Resumed JobAttempt::find_checkpoint(std::uint32_t view) {
+  Resumed resumed;
+  const std::uint64_t most = checkpoint_bytes(planned_->plan.settings);
+  auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
+  if (!memory) return resumed;  // from nothing: right, if slow
+  auto newest = stores_.checkpoints.read(record_.id, most);
+  for (;;) {
+    for (const std::string& line : newest.damaged) spdlog::warn("job {}: {}", record_.id, line);
+    if (!newest.file) return resumed;
+    const std::uint64_t number = newest.file->number;
+    const auto header = CheckpointHeader::read(newest.file->header);
+    std::string useless = "its header cannot be read";
+    if (header && header->view != view) {
+      useless.clear();  // of a view before
+    } else if (header && header->frame_end) {
+      resumed.header = *header;
+      resumed.file = std::move(newest.file->body);
+      return resumed;
+    } else if (header) {
+      auto picture = PictureCheckpoint::decode(newest.file->body, planned_->plan.settings);
+      if (picture) {
+        resumed.header = *header;
+        resumed.picture = std::make_shared<const PictureCheckpoint>(std::move(*picture));
+        return resumed;
+      }
+      useless = picture.error().to_string();
+    }
+    if (!useless.empty()) spdlog::warn("job {}: checkpoint {} is of no use: {}", record_.id, number, useless);
+    newest = stores_.checkpoints.read_before(record_.id, number, most);
+  }
+}
+
+std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
+  if (auto stop = asked_to_stop()) return stop;
+  Resumed resumed = find_checkpoint(view);
+  if (resumed.header && resumed.header->build != record_.build) {
+    if (request_.require_same_bits()) {
+      return paused(fmt::format("its checkpoint was made by another build or instruction path ({}; this one: {}), and "
+                                "require_same_bits is set; resume it with the other one, or cancel it",
+                                resumed.header->build, record_.build));
+    }
+    same_bits_ = false;
+  }
+  if (resumed.header && !resumed.header->same_bits) same_bits_ = false;
+  if (!resumed.file.empty()) return write_view(view, resumed.file, *resumed.header->frame_end);
+
+  if (!rendering_) {
+    if (const Status begun = begin_rendering(); !begun.ok()) return failed(begun.error());
+  }
+  RenderLoop::Update update;
+  update.view = planned_->plan.views[view];
+  update.resume = std::move(resumed.picture);
+  revision_ = rendering_->loop().update(update);
+  auto end = wait_for_end(view);
+  if (auto* stop = std::get_if<Outcome>(&end)) return std::move(*stop);
+  return finish_view(view, std::get<FrameEnd>(end));
+}
+
+std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32_t view) {
+  RenderLoop& loop = rendering_->loop();
+  bool last_one = false;  // the checkpoint that is waited for is the attempt's last
+  Signals& told = *signals_;
+  std::unique_lock lock(told.mutex);
+  for (;;) {
+    told.changed.wait(lock, [&] {
+      return told.frame_ended || told.checkpoint || told.asked == Request::cancel ||
+             (told.asked != Request::none && !last_one);
+    });
+    auto checkpoint = std::exchange(told.checkpoint, nullptr);
+    const bool ended = std::exchange(told.frame_ended, false);
+    const Request asked = told.asked;
+    const std::string by = told.asked_by;
+    lock.unlock();
+    if (ended) {
+      if (auto end = picture_->end(revision_)) return std::move(*end);
+    }
+    if (checkpoint) write_checkpoint(view, *checkpoint);
+    const bool keeps = asked != Request::none && asked != Request::cancel && can_checkpoint(planned_->plan.settings);
+    if (asked != Request::none && (!keeps || (last_one && checkpoint))) {
+      loop.cancel();
+      return stopped(asked, by);
+    }
+    checkpoint.reset();  // the next one may be taken
+    if (keeps && !last_one) {
+      last_one = true;
+      loop.checkpoint_soon();
+    }
+    lock.lock();
+  }
+}
+
+void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
+  const CheckpointHeader header{view, record_.build, same_bits_, std::nullopt};
+  const Status written = stores_.checkpoints.write(record_.id, header.write(), checkpoint.encoded());
+  if (written.ok()) {
+    checkpoint_s_ = unix_time_s();
+  } else {
+    spdlog::warn("job {}: its checkpoint was not written: {}", record_.id, written.error().to_string());
+  }
+}
+
+std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, const FrameEnd& end) {
+  if (end.reason == FrameEndReason::failed) return failed({ErrorCode::internal, end.message, {}});
+  if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
+  const auto file = picture_->encode();
+  if (!file) return failed(file.error());
+  return write_view(view, *file, to_message(FrameReport{end}, record_.id).SerializeAsString());
+}
+
+// Of a view that is rendered: its file, and the row that says so. What cannot be written now waits beside the
+// checkpoints, so that it need not be rendered again.
+std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, std::span<const std::uint8_t> bytes,
+                                                          const std::string& frame_end) {
+  Sha256 hash;
+  hash.update(bytes);
+  const Sha256Digest digest = hash.finish();
+  auto file = place_of(view);
+  Status written = file ? write_file(*file, bytes, digest) : Status(file.error());
+  if (written.ok()) {
+    JobResult result;
+    result.view = view;
+    result.frame_end = frame_end;
+    result.file = *file;
+    result.bytes = bytes.size();
+    result.sha256 = to_hex(digest);
+    written = stores_.table.add_result(record_.id, result);
+  }
+  if (written.ok()) {
+    record_.views_done = view + 1;
+    return std::nullopt;
+  }
+  const CheckpointHeader header{view, record_.build, same_bits_, frame_end};
+  const std::span<const std::uint8_t> body[] = {bytes};
+  std::string reason = fmt::format("view {} is rendered, and could not be written: {}", view, written.error().to_string());
+  const Status kept = stores_.checkpoints.write(record_.id, header.write(), body);
+  if (!kept.ok()) reason += "; nor kept: " + kept.error().to_string();
+  return paused(std::move(reason));
+}
+
+Result<std::string> JobAttempt::place_of(std::uint32_t view) const {
+  if (request_.has_output()) return stores_.outputs.file_of(request_.output().path(), view, "output.path");
+  const std::string file = result_file(stores_.results, record_.id, view);
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(file).parent_path(), error);
+  if (error) return Error{ErrorCode::unavailable, "cannot be made: " + error.message(), file};
+  return file;
+}
+
+Status JobAttempt::write_file(const std::string& file, std::span<const std::uint8_t> bytes,
+                              const Sha256Digest& digest) const {
+  if (request_.has_output() && !request_.output().overwrite()) {
+    const auto there = hash_file(file);
+    if (there && there->sha256 == digest) return ok_status();  // an attempt wrote it, and ended before it could say so
+    if (there) return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
+  }
+  return write_file_atomically(file, bytes);
+}
+
+std::optional<JobAttempt::Outcome> JobAttempt::asked_to_stop() const {
+  const std::lock_guard lock(signals_->mutex);
+  if (signals_->asked == Request::none) return std::nullopt;
+  return stopped(signals_->asked, signals_->asked_by);
+}
+
+JobAttempt::Outcome JobAttempt::stopped(Request request, const std::string& by) {
+  Outcome outcome;
+  outcome.change.by = by;
+  outcome.change.to = request == Request::cancel  ? JobState::canceled
+                      : request == Request::pause ? JobState::paused
+                                                  : JobState::queued;
+  if (request == Request::suspend) outcome.change.reason = "the daemon stopped";
+  return outcome;
+}
+
+}  // namespace helio

@@ -1,0 +1,52 @@
+#include "server/jobs/job_picture.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace helio {
+
+JobPicture::JobPicture(MemoryAccount& memory, const TileFormat& format, std::function<void()> ended)
+    : memory_(memory), format_(format), ended_(std::move(ended)) {}
+
+std::optional<FrameEnd> JobPicture::end(std::uint64_t revision) {
+  const std::lock_guard lock(mutex_);
+  return end_ && end_->tag.revision == revision ? end_ : std::nullopt;
+}
+
+Result<std::vector<std::uint8_t>> JobPicture::encode() {
+  const std::lock_guard lock(mutex_);
+  return encode_picture(picture_, begin_.settings.width, begin_.settings.height, format_.encoding,
+                        fmt::format("{}", fmt::join(begin_.unsampled, "\n")));
+}
+
+void JobPicture::frame_begun(const FrameBegin& begin) {
+  const std::lock_guard lock(mutex_);
+  begin_ = begin;
+  end_.reset();
+}
+
+// What it throws fails the frame, with the reason.
+void JobPicture::tile_ready(FrameTile tile) {
+  if (!tile.final) return;
+  const std::lock_guard lock(mutex_);
+  if (picture_.window != begin_.region || picture_.planes.empty()) {
+    const std::size_t pixels = std::size_t(begin_.region.area());
+    auto memory = memory_.reserve_with_room(pixels * format_.planes() * sizeof(float), "the picture of a job");
+    if (!memory) throw std::runtime_error(memory.error().to_string());
+    reserved_ = std::move(*memory);
+    picture_ = PicturePlanes(begin_.region, format_.channels);
+  }
+  picture_.put(tile.pixels);
+}
+
+void JobPicture::frame_ended(const FrameEnd& end) {
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = end;
+  }
+  ended_();
+}
+
+}  // namespace helio

@@ -1,0 +1,75 @@
+#include "server/jobs/output_roots.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace helio {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMaxPath = 4096;
+constexpr const char kView[] = "{view}";
+
+bool is_below(const fs::path& path, const fs::path& root) {
+  const fs::path relative = path.lexically_relative(root);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+}  // namespace
+
+Result<OutputRoots> OutputRoots::open(const std::vector<std::string>& directories) {
+  OutputRoots roots;
+  Problems problems;
+  for (const std::string& directory : directories) {
+    std::error_code error;
+    const fs::path root = fs::canonical(directory, error);
+    if (error || !fs::is_directory(root, error)) {
+      problems.add("output-root", "'" + directory + "'; allowed: an existing directory");
+    } else {
+      roots.roots_.push_back(root.string());
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+  return roots;
+}
+
+void OutputRoots::check(const std::string& path, std::uint32_t views, const std::string& where, Problems& problems) {
+  const auto control = [](unsigned char c) { return c < ' ' || c == 127; };
+  if (path.empty() || path.size() > kMaxPath || std::any_of(path.begin(), path.end(), control)) {
+    return problems.add(where, fmt::format("a path of {} bytes; allowed: 1 to {} bytes without control characters",
+                                           path.size(), kMaxPath));
+  }
+  const std::string name = fs::path(path).filename().string();
+  if (!name.ends_with(".exr") || name == ".exr")
+    problems.add(where, "'" + path + "'; allowed: the name of a file that ends in .exr");
+  const bool numbered = name.find(kView) != std::string::npos;
+  if (views > 1 && !numbered) {
+    problems.add(where, fmt::format("'{}' for {} views; allowed: a name with {}, which becomes a view's index", path,
+                                    views, kView));
+  }
+}
+
+Result<std::string> OutputRoots::file_of(const std::string& path, std::uint32_t view, const std::string& where) const {
+  const fs::path given(path);
+  std::string name = given.filename().string();
+  if (const auto at = name.find(kView); at != std::string::npos)
+    name.replace(at, sizeof kView - 1, fmt::format("{:04}", view));
+  if (roots_.empty()) {
+    return Error{ErrorCode::permission_denied, "'" + path + "'; this daemon writes no files (no --output-root was given)",
+                 where};
+  }
+  // A relative path is below the first root.
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(fs::path(roots_.front()) / given.parent_path(), error);
+  const bool inside = !error && std::any_of(roots_.begin(), roots_.end(), [&](const std::string& root) {
+    return folder == root || is_below(folder, root);
+  });
+  if (!inside) return Error{ErrorCode::permission_denied, "'" + path + "' is outside the output roots", where};
+  if (!fs::is_directory(folder, error))
+    return Error{ErrorCode::not_found, "'" + path + "': there is no folder '" + folder.string() + "'", where};
+  return (folder / name).string();
+}
+
+}  // namespace helio
