@@ -203,7 +203,14 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
   const auto found = running_.find(record.id);
   if (found == running_.end() || found->second.over) return job;
   const JobAttempt& attempt = *found->second.attempt;
-  if (const auto progress = attempt.progress()) *job.mutable_progress() = to_message(*progress, record.id);
+  if (const auto progress = attempt.progress()) {
+    *job.mutable_progress() = to_message(progress->frame, record.id);
+    if (progress->left) {
+      job.mutable_left()->set_seconds(progress->left->seconds);
+      job.mutable_left()->set_low_s(progress->left->low_s);
+      job.mutable_left()->set_high_s(progress->left->high_s);
+    }
+  }
   job.set_checkpoint_s(attempt.checkpoint_s());
   return job;
 }

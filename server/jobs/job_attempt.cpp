@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <utility>
 
@@ -14,6 +15,8 @@
 
 namespace helio {
 namespace {
+
+constexpr std::chrono::milliseconds kCurveInterval(250);  // between looks at the error of a view
 
 bool may_go_away(const Error& error) {
   return error.code == ErrorCode::resource_exhausted || error.code == ErrorCode::unavailable;
@@ -65,10 +68,21 @@ void JobAttempt::ask(Request request, const std::string& by) {
   signals_->changed.notify_all();
 }
 
-std::optional<FrameProgress> JobAttempt::progress() const {
-  const std::lock_guard lock(signals_->mutex);
+std::optional<JobAttempt::Progress> JobAttempt::progress() const {
+  std::unique_lock lock(signals_->mutex);
   const auto rendering = signals_->rendering.lock();
-  return rendering ? std::optional(rendering->loop().progress()) : std::nullopt;
+  const ErrorCurve curve = signals_->curve;
+  const double views = signals_->views_left;
+  lock.unlock();
+  if (!rendering) return std::nullopt;
+  Progress progress{rendering->loop().progress(), std::nullopt};
+  progress.left = time_left(progress.frame, planned_->plan.budget, curve);
+  if (!progress.left) return progress;
+  // The views that follow take as long as this one.
+  const double before = progress.frame.seconds;
+  for (double* seconds : {&progress.left->seconds, &progress.left->low_s, &progress.left->high_s})
+    *seconds += views * (before + *seconds);
+  return progress;
 }
 
 void JobAttempt::run() {
@@ -214,6 +228,13 @@ std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
   if (!rendering_) {
     if (const Status begun = begin_rendering(); !begun.ok()) return failed(begun.error());
   }
+  {
+    const std::lock_guard lock(signals_->mutex);
+    signals_->curve = {};
+    signals_->views_left = record_.views - view - 1;
+    signals_->frame_ended = false;
+    signals_->checkpoint.reset();
+  }
   RenderLoop::Update update;
   update.view = planned_->plan.views[view];
   update.resume = std::move(resumed.picture);
@@ -229,10 +250,16 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
   Signals& told = *signals_;
   std::unique_lock lock(told.mutex);
   for (;;) {
-    told.changed.wait(lock, [&] {
+    const auto something = [&] {
       return told.frame_ended || told.checkpoint || told.asked == Request::cancel ||
              (told.asked != Request::none && !last_one);
-    });
+    };
+    while (!told.changed.wait_for(lock, kCurveInterval, something)) {
+      lock.unlock();
+      const FrameProgress progress = loop.progress();
+      lock.lock();
+      told.curve.add(progress);
+    }
     auto checkpoint = std::exchange(told.checkpoint, nullptr);
     const bool ended = std::exchange(told.frame_ended, false);
     const Request asked = told.asked;

@@ -22,6 +22,7 @@
 #include "server/jobs/job_picture.h"
 #include "server/jobs/job_plan.h"
 #include "server/jobs/job_stores.h"
+#include "server/jobs/time_left.h"
 
 namespace helio {
 
@@ -50,8 +51,11 @@ class JobAttempt {
 
   // Thread safe, and return at once. With pause and suspend a checkpoint is taken before the attempt ends. by: who asks.
   void ask(Request request, const std::string& by);
-  // Of the view in hand; nothing: none is rendered yet.
-  std::optional<FrameProgress> progress() const;
+  struct Progress {
+    FrameProgress frame;           // of the view in hand
+    std::optional<TimeLeft> left;  // of all views
+  };
+  std::optional<Progress> progress() const;  // nothing: none is rendered yet
   double checkpoint_s() const { return checkpoint_s_; }  // Unix time of the newest one; 0: none
   const std::string& job_id() const { return record_.id; }
 
@@ -101,6 +105,8 @@ class JobAttempt {
     bool frame_ended = false;
     std::shared_ptr<const PictureCheckpoint> checkpoint;  // to be written; null: none
     std::weak_ptr<RenderContext> rendering;               // whose progress is told
+    ErrorCurve curve;                                     // of the view in hand
+    std::uint32_t views_left = 0;                         // after it
   };
   const std::shared_ptr<Signals> signals_ = std::make_shared<Signals>();
   std::atomic<double> checkpoint_s_ = 0;

@@ -24,7 +24,9 @@ DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments, const st
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv, envp;
   for (std::string& word : words) argv.push_back(word.data());
+  // Of two values the first counts. Without a test's wish, no daemon touches the state folder of whoever runs it.
   std::vector<std::string> variables = environment;
+  variables.push_back("HELIOGRAPH_STATE=none");
   for (std::string& variable : variables) envp.push_back(variable.data());
   for (char** variable = environ; *variable; ++variable) envp.push_back(*variable);
   argv.push_back(nullptr);
