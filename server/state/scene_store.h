@@ -20,6 +20,8 @@
 
 namespace helio {
 
+struct SceneRecipe;
+
 // Thread safe. Calls may take as long as the disk does.
 class SceneStore {
  public:
@@ -57,27 +59,31 @@ class SceneStore {
  private:
   struct Blob {
     std::uint64_t bytes = 0;
-    std::uint64_t last_use = 0;  // counts uses; the larger the later
-    int needed = 0;              // recipes and calls under way that need it
+    std::uint64_t last_use = 0;  // the larger the later
+    int needed = 0;              // number of recipes and of calls under way that need it
     bool whole = false;          // this process wrote it or found its hash right
-    bool flushed = false;        // to the disk
+    bool flushed = false;        // to the disk, for a recipe
   };
-  using Blobs = std::map<std::string, Blob>;  // by SHA-256, hexadecimal
-  class Needed;
 
   std::string blob_file(const std::string& sha256) const { return folder_ + "/blobs/" + sha256; }
   std::string recipe_file(const std::string& scene_id) const { return folder_ + "/recipes/" + scene_id; }
-  Status make_room(std::uint64_t bytes);  // with mutex_ held
+  Status read_folder(std::span<const Held> jobs);
+  Result<SceneBundle> read_upload(const SceneRecipe& recipe, MemoryAccount& memory) const;
+  Status flush(const std::vector<std::string>& blobs);
+  // These with mutex_ held.
+  bool add_holder(const std::string& scene_id, const std::string& job_id);
+  void need(const std::vector<std::string>& blobs, int more);
+  Status make_room(std::uint64_t bytes);
 
   const std::string folder_;
   const std::uint64_t max_bytes_;
-  std::mutex recipes_;  // held while a recipe is written or removed; before mutex_
+  std::mutex writing_;  // held while recipes are written and removed; to be locked before mutex_
   mutable std::mutex mutex_;
-  mutable Blobs blobs_;
-  std::uint64_t bytes_ = 0;
-  mutable std::uint64_t uses_ = 0;
-  std::map<std::string, std::set<std::string>> jobs_;        // by scene: the jobs that hold it
-  std::map<std::string, std::vector<std::string>> recipes_of_;  // by scene: the blobs of its recipe
+  mutable std::map<std::string, Blob> blobs_;  // by SHA-256, hexadecimal
+  std::uint64_t bytes_ = 0;                    // of all blobs
+  std::uint64_t uses_ = 0;
+  std::map<std::string, std::set<std::string>> holders_;  // by scene: the jobs that hold it
+  std::map<std::string, std::vector<std::string>> recipes_;  // by scene: the blobs of its recipe
 };
 
 }  // namespace helio
