@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -50,25 +51,39 @@ void flush_directory_of(const std::string& path) {
 }  // namespace
 
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes) {
+  return write_parts_atomically(path, {&bytes, 1});
+}
+
+Status write_parts_atomically(const std::string& path, std::span<const std::span<const std::uint8_t>> parts,
+                              Flush flush) {
   static std::atomic<unsigned> serial{0};
   const std::string temporary = path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
   Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
   if (file.value < 0) return failure(path, "cannot be created");
   const char* failed = nullptr;
-  if (!write_all(file.value, bytes)) {
+  if (!std::all_of(parts.begin(), parts.end(), [&](const auto& part) { return write_all(file.value, part); })) {
     failed = "cannot be written";
-  } else if (::fsync(file.value) != 0) {
+  } else if (flush == Flush::now && ::fsync(file.value) != 0) {
     failed = "cannot be flushed";
   } else if (std::rename(temporary.c_str(), path.c_str()) != 0) {
     failed = "cannot be put in place";
   }
   if (failed == nullptr) {
-    flush_directory_of(path);
+    if (flush == Flush::now) flush_directory_of(path);
     return ok_status();
   }
   const Error error = failure(path, failed);
   ::unlink(temporary.c_str());
   return error;
+}
+
+Status flush_files(std::span<const std::string> paths) {
+  for (const std::string& path : paths) {
+    const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (file.value < 0 || ::fsync(file.value) != 0) return failure(path, "cannot be flushed");
+  }
+  if (!paths.empty()) flush_directory_of(paths.back());
+  return ok_status();
 }
 
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes) {
