@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kCurveInterval(250);  // between looks at the error of a view
 
+constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a checkpoint file, at most
+
 bool may_go_away(const Error& error) {
   return error.code == ErrorCode::resource_exhausted || error.code == ErrorCode::unavailable;
 }
@@ -158,7 +160,7 @@ Status JobAttempt::begin_rendering() {
     signals->frame_ended = true;
     signals->changed.notify_all();
   });
-  std::optional<RenderLoopOptions::Checkpoints> checkpoints;
+  std::optional<CheckpointOptions> checkpoints;
   if (can_checkpoint(plan.settings)) {
     checkpoints.emplace();
     checkpoints->interval_s = stores_.checkpoint_interval_s;
@@ -181,7 +183,7 @@ Status JobAttempt::begin_rendering() {
 // What the newest checkpoint of the view has: its picture, or, of a finished one, its file.
 JobAttempt::Resumed JobAttempt::find_checkpoint(std::uint32_t view) {
   Resumed resumed;
-  const std::uint64_t most = checkpoint_bytes(planned_->plan.settings);
+  const std::uint64_t most = checkpoint_bytes(planned_->plan.settings) + kHeaderBytes;
   auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
   if (!memory) return resumed;  // from nothing: right, if slow
   auto newest = stores_.checkpoints.read(record_.id, most);
@@ -198,13 +200,15 @@ JobAttempt::Resumed JobAttempt::find_checkpoint(std::uint32_t view) {
       resumed.file = std::move(newest.file->body);
       return resumed;
     } else if (header) {
-      auto picture = PictureCheckpoint::decode(newest.file->body, planned_->plan.settings);
-      if (picture) {
+      auto picture = PictureCheckpoint::decode(std::move(newest.file->body), planned_->plan.settings);
+      const Status suits = picture ? picture->suits(planned_->plan.settings, planned_->plan.views[view])
+                                   : Status(picture.error());
+      if (suits.ok()) {
         resumed.header = *header;
         resumed.picture = std::make_shared<const PictureCheckpoint>(std::move(*picture));
         return resumed;
       }
-      useless = picture.error().to_string();
+      useless = suits.error().to_string();
     }
     if (!useless.empty()) spdlog::warn("job {}: checkpoint {} is of no use: {}", record_.id, number, useless);
     newest = stores_.checkpoints.read_before(record_.id, number, most);
@@ -285,7 +289,8 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
 
 void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
   const CheckpointHeader header{view, record_.build, same_bits_, std::nullopt};
-  const Status written = stores_.checkpoints.write(record_.id, header.write(), checkpoint.encoded());
+  const std::span<const std::uint8_t> body[] = {checkpoint.encode()};
+  const Status written = stores_.checkpoints.write(record_.id, header.write(), body);
   if (written.ok()) {
     checkpoint_s_ = unix_time_s();
   } else {
@@ -298,7 +303,7 @@ std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, c
   if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
   const auto file = picture_->encode();
   if (!file) return failed(file.error());
-  return write_view(view, *file, to_message(FrameReport{end}, record_.id).SerializeAsString());
+  return write_view(view, *file, to_message(FrameReport{end, 0, 0, {}}, record_.id).SerializeAsString());
 }
 
 // Of a view that is rendered: its file, and the row that says so. What cannot be written now waits beside the

@@ -102,7 +102,8 @@ Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::
 Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& resources, SceneLease scene,
                                                              const RenderSettings& settings, const Budget& budget,
                                                              RenderRank rank, FramePublisher::Tiles tiles,
-                                                             unsigned channels, std::shared_ptr<FrameSink> sink) {
+                                                             unsigned channels, std::shared_ptr<FrameSink> sink,
+                                                             std::optional<CheckpointOptions> checkpoints) {
   auto film = reserve_film(resources, settings);
   if (!film) return film.error();
   auto scratch = reserve_scratch(resources, settings);
@@ -111,6 +112,11 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   if (!previews) return previews.error();
   auto display = reserve_display(resources, settings, channels);
   if (!display) return display.error();
+  if (checkpoints) {
+    auto memory = reserve(resources.memory, checkpoint_bytes(settings), "checkpoints");
+    if (!memory) return memory.error();
+    checkpoints->count = std::move(*memory);
+  }
   const std::shared_ptr<RenderContext> rendering(new RenderContext(resources),
                                                  [](RenderContext* r) { r->give_to_reaper(); });
   rendering->scenes_->current = std::move(scene);
@@ -131,6 +137,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.scratch_count = *scratch;
   options.previews = std::move(*previews);
   options.display = std::move(*display);
+  options.checkpoints = std::move(checkpoints);
   rendering->device_ = std::make_shared<DeviceRendering>(
       [publisher = std::weak_ptr(rendering->publisher_)](const std::string& notice) {
         if (const auto told = publisher.lock()) told->tell(notice);

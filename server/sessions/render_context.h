@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "renderer/base/result.h"
 #include "renderer/frame/render_loop.h"
@@ -36,11 +37,12 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;
-  // null: to publisher(). resource_exhausted: max_memory.
+  // null: to publisher(). checkpoints: without `count`. resource_exhausted: max_memory.
   static Result<std::shared_ptr<RenderContext>> create(const Resources& resources, SceneLease scene,
                                                        const RenderSettings& settings, const Budget& budget,
                                                        RenderRank rank, FramePublisher::Tiles tiles, unsigned channels,
-                                                       std::shared_ptr<FrameSink> sink = nullptr);
+                                                       std::shared_ptr<FrameSink> sink = nullptr,
+                                                       std::optional<CheckpointOptions> checkpoints = {});
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
