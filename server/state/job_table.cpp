@@ -214,9 +214,10 @@ struct JobTable::State {
   template <class Ask>
   auto read(Ask&& ask) -> decltype(ask(std::declval<SqliteDatabase&>())) {
     const std::lock_guard lock(mutex);
+    if (reader->in_transaction()) (void)reader->execute("ROLLBACK");  // of an `ask` that threw
     if (const Status begun = reader->execute("BEGIN"); !begun.ok()) return begun.error();
     auto answer = ask(*reader);
-    if (reader->in_transaction()) (void)reader->execute("COMMIT");
+    (void)reader->execute("COMMIT");
     return answer;
   }
 

@@ -61,10 +61,10 @@ struct JobResult {
 // A change of state; absent fields stay as they are.
 struct JobChange {
   JobState to = JobState::queued;
-  std::vector<JobState> from;  // states in which it is made; empty: whatever may_follow() allows
-  std::string reason, by;      // by: empty and `to` is the job's target: who asked for the target
-  std::optional<bool> same_bits;
-  std::optional<std::string> build;
+  std::vector<JobState> from = {};  // states in which it is made; empty: whatever may_follow() allows
+  std::string reason = {}, by = {};  // by: empty and `to` is the job's target: who asked for the target
+  std::optional<bool> same_bits = {};
+  std::optional<std::string> build = {};
 };
 
 class JobTable {

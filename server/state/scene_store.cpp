@@ -81,7 +81,8 @@ Status SceneStore::read_folder(std::span<const Held> jobs) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_ + "/blobs")) {
     const std::string name = entry.path().filename().string();
     if (!is_digest(name)) {
-      fs::remove(entry.path());  // of a write that was interrupted
+      std::error_code ignored;
+      fs::remove(entry.path(), ignored);  // of a write that was interrupted
       continue;
     }
     blobs_[name].bytes = entry.file_size();
@@ -95,7 +96,8 @@ Status SceneStore::read_folder(std::span<const Held> jobs) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_ + "/recipes")) {
     const std::string name = entry.path().filename().string();
     if (!holders_.contains(name)) {
-      fs::remove(entry.path());
+      std::error_code ignored;
+      fs::remove(entry.path(), ignored);
       continue;
     }
     const auto recipe = read_recipe_file(entry.path().string());
@@ -128,13 +130,15 @@ Status SceneStore::make_room(std::uint64_t bytes) {
                              bytes, needed, max_bytes_),
                  {}};
   }
-  while (bytes_ > max_bytes_ - bytes) {
-    auto oldest = blobs_.end();
-    for (auto it = blobs_.begin(); it != blobs_.end(); ++it) {
-      if (it->second.needed > 0) continue;
-      if (oldest == blobs_.end() || it->second.last_use < oldest->second.last_use) oldest = it;
-    }
-    HELIO_CHECK(oldest != blobs_.end());
+  if (bytes_ <= max_bytes_ - bytes) return ok_status();
+  std::vector<std::map<std::string, Blob>::iterator> unneeded;
+  for (auto it = blobs_.begin(); it != blobs_.end(); ++it) {
+    if (it->second.needed == 0) unneeded.push_back(it);
+  }
+  std::sort(unneeded.begin(), unneeded.end(),
+            [](const auto& a, const auto& b) { return a->second.last_use < b->second.last_use; });
+  for (const auto& oldest : unneeded) {
+    if (bytes_ <= max_bytes_ - bytes) break;
     std::error_code ignored;
     fs::remove(blob_file(oldest->first), ignored);
     bytes_ -= oldest->second.bytes;
@@ -276,6 +280,10 @@ void SceneStore::release(const std::string& job_id) {
 }
 
 Result<SceneBundle> SceneStore::read_upload(const SceneRecipe& recipe, MemoryAccount& memory) const {
+  const auto note = [&](const std::string& blob, bool whole) {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = blobs_.find(blob); found != blobs_.end()) found->second.whole = whole;
+  };
   SceneBundle bundle;
   bundle.main_file = recipe.main_file;
   bundle.digests = recipe.files;
@@ -284,6 +292,7 @@ Result<SceneBundle> SceneStore::read_upload(const SceneRecipe& recipe, MemoryAcc
     std::error_code gone;
     const auto size = fs::file_size(blob_file(to_hex(digest)), gone);
     if (gone) {
+      note(to_hex(digest), false);
       return Error{ErrorCode::failed_precondition, fmt::format("'{}' of the scene's upload is gone", name),
                    blob_file(to_hex(digest))};
     }
@@ -296,10 +305,7 @@ Result<SceneBundle> SceneStore::read_upload(const SceneRecipe& recipe, MemoryAcc
     const std::string blob = to_hex(digest);
     auto bytes = read_whole_file(blob_file(blob), total);
     const bool whole = bytes && sha256_of(*bytes) == digest;
-    {
-      const std::lock_guard lock(mutex_);
-      if (const auto found = blobs_.find(blob); found != blobs_.end()) found->second.whole = whole;
-    }
+    note(blob, whole);
     if (!whole) {
       return Error{ErrorCode::failed_precondition,
                    fmt::format("'{}' of the scene's upload is damaged: it {}", name,

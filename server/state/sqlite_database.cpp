@@ -214,10 +214,6 @@ std::int64_t SqliteDatabase::last_insert_id() const {
   return sqlite3_last_insert_rowid(connection_);
 }
 
-std::int64_t SqliteDatabase::changed_rows() const {
-  return sqlite3_changes64(connection_);
-}
-
 Result<std::string> set_database_aside(const std::string& file) {
   namespace fs = std::filesystem;
   const std::string base = fmt::format("{}.damaged-{:%Y%m%d-%H%M%S}", file, fmt::gmtime(std::time(nullptr)));

@@ -78,7 +78,6 @@ class SqliteDatabase {
 
   bool in_transaction() const;
   std::int64_t last_insert_id() const;
-  std::int64_t changed_rows() const;  // by the last statement
 
  private:
   friend class SqliteRows;

@@ -121,8 +121,7 @@ TEST_F(JobTableTest, ChangesFollowTheStateMachine) {
       const std::string id = std::string(to_string(from)) + "-" + to_string(to);
       bring(id, from);
       const JobRecord before = *table_->get(id);
-      const auto changed = table_->change(id, {.to = to, .from = {}, .reason = "why", .by = "who", .same_bits = {},
-                                               .build = {}});
+      const auto changed = table_->change(id, {.to = to, .reason = "why", .by = "who"});
       const auto events = table_->events(id, before.updated_seq + 1, 10);
       ASSERT_TRUE(events);
       if (!may_follow(from, to)) {
@@ -152,21 +151,17 @@ TEST_F(JobTableTest, ChangesFollowTheStateMachine) {
 
 TEST_F(JobTableTest, AChangeMayAskForTheStateThatItComesFrom) {
   bring("one", paused);
-  const auto refused = table_->change("one", {.to = canceled, .from = {queued, running}, .reason = {}, .by = {},
-                                              .same_bits = {}, .build = {}});
+  const auto refused = table_->change("one", {.to = canceled, .from = {queued, running}});
   expect_error(refused.error(), ErrorCode::failed_precondition, {"'one'", "PAUSED", "QUEUED, RUNNING", "CANCELED"});
-  EXPECT_TRUE(table_->change("one", {.to = canceled, .from = {queued, paused}, .reason = {}, .by = {}, .same_bits = {},
-                                     .build = {}}));
+  EXPECT_TRUE(table_->change("one", {.to = canceled, .from = {queued, paused}}));
 }
 
 TEST_F(JobTableTest, AttemptsAreCounted) {
   submit("one");
   const double first = change("one", running).started_s;
-  auto again = table_->change("one", {.to = queued, .from = {}, .reason = "the daemon stopped", .by = {},
-                                      .same_bits = {}, .build = {}});
+  auto again = table_->change("one", {.to = queued, .reason = "the daemon stopped"});
   EXPECT_EQ(again->reason, "the daemon stopped");
-  again = table_->change("one", {.to = running, .from = {}, .reason = {}, .by = {}, .same_bits = false,
-                                 .build = "build 2"});
+  again = table_->change("one", {.to = running, .same_bits = false, .build = "build 2"});
   EXPECT_EQ(again->attempt, 2u);
   EXPECT_EQ(again->started_s, first);
   EXPECT_EQ(again->reason, "");

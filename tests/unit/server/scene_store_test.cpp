@@ -181,6 +181,11 @@ TEST_F(SceneStoreTest, ABlobThatChangedOrIsGoneIsNamedAndHealed) {
   fs::remove(blob);
   error = error_of(scene->id);
   EXPECT_NE(error.message.find("'triangle.bin' of the scene's upload is gone"), std::string::npos) << error.message;
+  ASSERT_TRUE(store_->keep_upload(triangle_bundle()).ok());
+  expect_loads_again(scene->id);
+
+  // The same when it goes while no daemon runs.
+  fs::remove(blob);
   open({{"job", scene->id}});
   EXPECT_EQ(store_->bytes(), triangle_gltf().size());
   ASSERT_TRUE(store_->keep_upload(triangle_bundle()).ok());

@@ -138,7 +138,8 @@ TEST(DamagedJobTable, IsToldAndKept) {
       JobRecord job = make_job(id);
       job.request.append(1000, 'r');
       ASSERT_TRUE((*table)->submit(job, 100, "tester"));
-      if (i % 2 == 0) ASSERT_TRUE((*table)->change(id, {JobState::running}));
+      if (i % 2 == 1) continue;
+      ASSERT_TRUE((*table)->change(id, {JobState::running}));
     }
   }
   const std::string bytes = read_file(whole);
