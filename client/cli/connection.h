@@ -17,8 +17,11 @@ namespace helio::cli {
 
 struct ConnectionOptions {
   TextOption server, wait, token_file, threads, isa;
+  bool needs_daemon = false;  // nothing is rendered in process
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);
+// Of commands that need a daemon: --server, else the variable HELIOGRAPH_SERVER, must name it.
+void add_daemon_options(CLI::App& app, ConnectionOptions& options);
 
 struct Connection {
   std::string address;  // empty: in process

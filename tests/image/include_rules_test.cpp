@@ -149,7 +149,7 @@ const std::map<std::string, Rule> kRules = {
     {"server/jobs",
      {{"renderer/base", "renderer/codec", "renderer/frame", "renderer/trace/", "proto", "server/base", "server/scenes",
        "server/state", "server/stream", "server/sessions"},
-      {"nlohmann/json.hpp", "spdlog/"}}},
+      {kProtobuf + "util/json_util.h", "nlohmann/json.hpp", "spdlog/"}}},
     {"server/rpc",
      {{"renderer/base", "renderer/codec", "renderer/frame", "renderer/scene/load", "renderer/trace/", "proto",
        "server/base", "server/scenes", "server/stream", "server/sessions", "server/compare", "server/jobs"},
@@ -168,6 +168,13 @@ const std::map<std::string, Rule> kRules = {
       {"grpcpp/", kProtobuf + "descriptor.h", kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h",
        "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h",
        "sys/stat.h", "unistd.h"}}},
+    // Jobs that the daemon keeps.
+    {"client/jobs",
+     {{"renderer/base", "renderer/codec", "client", "proto"}, {"grpcpp/", "spdlog/fmt/fmt.h"}}},
+    // Parts of one picture, and what its file says about how it was made.
+    {"client/shards",
+     {{"renderer/base", "renderer/codec", "proto"},
+      {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "spdlog/fmt/fmt.h"}}},
     // The viewers tev and HDRView: sockets, packets, what they show of a tile.
     {"client/tev",
      {{"renderer/base", "renderer/codec", "client", "proto"},
@@ -178,17 +185,20 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "renderer/metrics", "proto"},
       {kProtobuf + "descriptor.h", kProtobuf + "message.h", "libdeflate.h", "spdlog/fmt/fmt.h"}}},
     {"client/cli",
-     {{"renderer/base", "renderer/comparison", "renderer/frame", "client", "client/tev", "server/base", "server/app",
-       "server/compare", "server/stream", "proto"},
+     {{"renderer/base", "renderer/comparison", "renderer/frame", "client", "client/shards", "client/tev", "server/base",
+       "server/app", "server/compare", "server/stream", "proto"},
       {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
     // The tables of papers, as comparisons.
     {"client/cli/presets",
      {{"renderer/base", "renderer/codec", "client", "client/report", "client/cli", "proto"}, {"spdlog/fmt/fmt.h"}}},
     {"client/cli/commands",
-     {{"renderer/base", "renderer/codec", "client", "client/report", "client/tev", "client/cli", "client/cli/presets",
-       "server/base", "server/app", "proto"},
+     {{"renderer/base", "renderer/codec", "client", "client/report", "client/shards", "client/tev", "client/cli",
+       "client/cli/presets", "server/base", "server/app", "proto"},
       {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "CLI/CLI.hpp", "spdlog/fmt/fmt.h",
        "spawn.h", "sys/stat.h", "sys/wait.h", "unistd.h"}}},
+    {"client/cli/jobs",
+     {{"renderer/base", "client", "client/jobs", "client/shards", "client/cli", "client/cli/commands", "proto"},
+      {kProtobuf + "util/json_util.h", "spdlog/fmt/fmt.h", "poll.h", "sys/ioctl.h", "termios.h", "unistd.h"}}},
 };
 
 // The only ways into rooms that no rule names: a header, and the one file that may include it.
