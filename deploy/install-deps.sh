@@ -18,7 +18,7 @@ packages=(
   ca-certificates ccache cmake g++ glslang-tools ninja-build protobuf-compiler protobuf-compiler-grpc python3
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
   libabsl-dev libboost-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
-  libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libssl-dev libtbb-dev libturbojpeg0-dev
+  libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libsqlite3-dev libssl-dev libtbb-dev libturbojpeg0-dev
   nlohmann-json3-dev zlib1g-dev
   # headers and loader of Vulkan, which nothing is linked to (libvolk-dev is another library)
   libvulkan-dev libvulkan-volk-dev

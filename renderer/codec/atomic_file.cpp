@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace helio {
 namespace {
@@ -72,19 +73,35 @@ Status AtomicFile::write(std::span<const std::uint8_t> bytes) {
   return ok_status();
 }
 
-Status AtomicFile::commit() {
-  if (::fsync(descriptor_) != 0) return failure(path_, "cannot be flushed");
+Status AtomicFile::commit(Flush flush) {
+  if (flush == Flush::now && ::fsync(descriptor_) != 0) return failure(path_, "cannot be flushed");
   if (std::rename(temporary_.c_str(), path_.c_str()) != 0) return failure(path_, "cannot be put in place");
   temporary_.clear();
-  flush_directory_of(path_);
+  if (flush == Flush::now) flush_directory_of(path_);
   return ok_status();
 }
 
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes) {
+  return write_parts_atomically(path, {&bytes, 1});
+}
+
+Status write_parts_atomically(const std::string& path, std::span<const std::span<const std::uint8_t>> parts,
+                              Flush flush) {
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
-  if (const Status written = file->write(bytes); !written) return written;
-  return file->commit();
+  for (const auto& part : parts) {
+    if (const Status written = file->write(part); !written) return written;
+  }
+  return file->commit(flush);
+}
+
+Status flush_files(std::span<const std::string> paths) {
+  for (const std::string& path : paths) {
+    const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (file.value < 0 || ::fsync(file.value) != 0) return failure(path, "cannot be flushed");
+  }
+  if (!paths.empty()) flush_directory_of(paths.back());
+  return ok_status();
 }
 
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes) {

@@ -103,7 +103,8 @@ std::string rendering_isa() {
 
 std::vector<std::pair<std::string, std::string>> build_libraries() {
   return {{"Embree", HELIO_EMBREE_VERSION}, {"OpenEXR", HELIO_OPENEXR_VERSION}, {"OpenImageIO", HELIO_OIIO_VERSION},
-          {"TBB", HELIO_TBB_VERSION},       {"gRPC", HELIO_GRPC_VERSION},       {"Protobuf", HELIO_PROTOBUF_VERSION}};
+          {"TBB", HELIO_TBB_VERSION},       {"gRPC", HELIO_GRPC_VERSION},       {"Protobuf", HELIO_PROTOBUF_VERSION},
+          {"SQLite", HELIO_SQLITE_VERSION}};
 }
 
 }  // namespace helio

@@ -50,10 +50,10 @@ void check_request(const pb::SubmitJobRequest& request, Problems& problems) {
 }
 
 // A picture in a file of its own costs nobody bandwidth, so it is compressed unless its format says otherwise.
-void complete(pb::SubmitJobRequest& request, const JobPlan& plan) {
+void complete(pb::SubmitJobRequest& request, const RenderSettings& settings, const Budget& budget) {
   pb::RunJobRequest& job = *request.mutable_job();
-  *job.mutable_settings() = to_message(plan.settings);
-  *job.mutable_budget() = to_message(plan.budget);
+  *job.mutable_settings() = to_message(settings);
+  *job.mutable_budget() = to_message(budget);
   if (job.format().compression() == pb::COMPRESSION_UNSPECIFIED)
     job.mutable_format()->set_compression(pb::COMPRESSION_ZIP);
 }
@@ -121,13 +121,17 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   Problems problems;
   check_request(asked, problems);
   auto planned = plan_job(core_, asked.job(), "job");
+  if (!planned && problems.empty() && !asked.client_token().empty()) {
+    // Sent again when the daemon has lost the scene meanwhile, the job is there all the same.
+    if (auto again = find_again(asked)) return std::move(*again);
+  }
   if (!planned && planned.error().code == ErrorCode::invalid_argument)
     problems.add(planned.error().where, planned.error().message);
   if (!problems.empty()) return problems.to_error();
   if (!planned) return planned.error();
   const JobPlan& plan = planned->plan;
   pb::SubmitJobRequest request = asked;
-  complete(request, plan);
+  complete(request, plan.settings, plan.budget);
   for (std::uint32_t view = 0; request.has_output() && view < plan.views.size(); ++view) {
     const auto file = outputs_.file_of(request.output().path(), view, "output.path");
     if (!file) return file.error();
@@ -146,7 +150,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.priority = request.priority();
   record.views = std::uint32_t(plan.views.size());
   if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
-  auto submitted = table_->submit(record, core_.config.max_queued_jobs);
+  auto submitted = table_->submit(record, core_.config.max_queued_jobs, by);
   if (!submitted || submitted->already_there) scenes_.release(record.id);
   if (!submitted) return submitted.error();
   wake();
@@ -162,6 +166,22 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
                  record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height, record.views,
                  record.priority);
   }
+  return response;
+}
+
+// The job of this token, if what is asked for is the same as far as it was given.
+std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJobRequest& asked) const {
+  const auto known = table_->find_token({}, asked.client_token());
+  if (!known || !*known) return std::nullopt;
+  pb::SubmitJobRequest again = asked;
+  Problems problems;
+  const RenderSettings settings = read_settings(asked.job().settings(), core_.render_limits(), "", problems);
+  const Budget budget = read_budget(asked.job().budget(), "", problems);
+  complete(again, settings, budget);
+  if (!problems.empty() || again.SerializeAsString() != (*known)->request) return std::nullopt;
+  pb::SubmitJobResponse response;
+  *response.mutable_job() = describe(**known);
+  response.set_already_there(true);
   return response;
 }
 

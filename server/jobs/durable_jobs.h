@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -80,6 +81,7 @@ class DurableJobs {
     bool over = false;
   };
 
+  std::optional<pb::SubmitJobResponse> find_again(const pb::SubmitJobRequest& asked) const;
   Status take_up();  // what an earlier daemon has left
   void schedule();
   void forget_old();

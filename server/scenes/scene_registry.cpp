@@ -51,6 +51,22 @@ Error cancelled() {
   return {ErrorCode::cancelled, "the load was cancelled", {}};
 }
 
+// invalid_argument: a number of something that the scene does not have.
+Status check_numbers(const SceneDescription& scene, const SceneChanges& changes) {
+  Problems problems;
+  const auto check = [&](const auto& changed, std::size_t count, const char* what) {
+    if (changed.empty() || changed.rbegin()->first < count) return;
+    problems.add(fmt::format("changes.{}", what),
+                 fmt::format("number {}; the scene has {}", changed.rbegin()->first, count));
+  };
+  check(changes.transforms, scene.instances.size(), "transforms");
+  check(changes.materials, scene.materials.size(), "materials");
+  check(changes.lights, scene.lights.size(), "lights");
+  if (changes.environment && !scene.environment) problems.add("changes.environment", "the scene has no environment");
+  if (!problems.empty()) return problems.to_error();
+  return ok_status();
+}
+
 Error no_scene(const std::string& id, const std::string& where) {
   return {ErrorCode::not_found, "there is no scene '" + id + "'", where};
 }
@@ -192,6 +208,7 @@ class SceneRegistry::Load {
       }
     };
     add(*files_, root_, "");
+    scene.disk_main_file = (std::filesystem::path(root_) / manifest_.main_file).string();
     if (environment_files_) add(*environment_files_, environment_root_, "environment/");
   }
 
@@ -231,8 +248,14 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
                                                    const CancelToken& cancel) {
   auto changes = resolve_edits(base->snapshot->description(), edits);
   if (!changes) return changes.error();
+  return change(base, *changes, cancel);
+}
+
+Result<SceneRegistry::Outcome> SceneRegistry::change(const SceneLease& base, const SceneChanges& changes,
+                                                     const CancelToken& cancel) {
+  if (const Status fits = check_numbers(base->snapshot->description(), changes); !fits.ok()) return fits.error();
   auto scene = std::make_shared<LoadedScene>();
-  scene->changes = merge_changes(base->changes, *changes);
+  scene->changes = merge_changes(base->changes, changes);
   const std::string& loaded_id = base->edited_from.empty() ? base->id : base->edited_from;
   // Without a change it is what was loaded, whether that is still held or not.
   if (!scene->changes.empty()) scene->edited_from = loaded_id;
@@ -247,11 +270,13 @@ Result<SceneRegistry::Outcome> SceneRegistry::edit(const SceneLease& base, std::
   options.max_bytes = std::min(limits_.max_scene_memory, memory_.obtainable());
   options.ledger = &reserved;
   options.cancel = &cancel;
-  auto snapshot = edit_scene(base->snapshot, *changes, options);
+  auto snapshot = edit_scene(base->snapshot, changes, options);
   if (snapshot) snapshot = count(std::move(*snapshot), reserved);
   if (!snapshot) return snapshot.error();
   scene->snapshot = std::move(*snapshot);
   scene->manifest = base->manifest;
+  scene->disk_files = base->disk_files;
+  scene->disk_main_file = base->disk_main_file;
   scene->report = scene->snapshot->description().report;
   return keep(std::move(scene), std::move(*place));
 }
@@ -376,12 +401,13 @@ std::shared_ptr<const LoadedScene> SceneRegistry::find_unchanged(const std::stri
   if (!location) return nullptr;
   const std::string main = (std::filesystem::path(location->root) / location->relative).string();
   for (auto& scene : list()) {
+    if (!scene->edited_from.empty()) continue;
     const SceneManifest& manifest = scene->manifest;
     if (manifest.time_s != request.time_s || manifest.animation != request.animation ||
         manifest.environment != request.environment) {
       continue;
     }
-    if (!scene->disk_files.contains(main) || scene->manifest.main_file != location->relative) continue;
+    if (scene->disk_main_file != main) continue;
     if (std::all_of(scene->disk_files.begin(), scene->disk_files.end(), [](const auto& file) {
           const auto hash = hash_file(file.first);
           return hash && hash->sha256 == file.second;

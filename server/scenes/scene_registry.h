@@ -39,7 +39,10 @@ struct SceneManifest {
 struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   std::string id;
   SceneManifest manifest;
-  std::map<std::string, Sha256Digest> disk_files;  // by absolute path; none for an upload
+  // Files that were read, by absolute path, and the main one of them; of an edited scene, those of the scene that it was
+  // edited from. Empty: an upload.
+  std::map<std::string, Sha256Digest> disk_files;
+  std::string disk_main_file;
   double load_seconds = 0;
   LoadReport report;
   std::shared_ptr<const RenderScene> snapshot;  // counted in the memory account as long as anybody holds it
@@ -115,6 +118,9 @@ class SceneRegistry {
   // one least recently acquired or asked for goes first. Errors: those of resolve_edits() and edit_scene();
   // resource_exhausted (max_scenes, max_memory).
   Result<Outcome> edit(const SceneLease& base, std::span<const SceneEdit> edits, const CancelToken& cancel);
+  // The same for changes that edits have come to: relative to `base`, as LoadedScene::changes are to the scene that it
+  // was edited from. Errors besides: invalid_argument (a number that the scene does not have).
+  Result<Outcome> change(const SceneLease& base, const SceneChanges& changes, const CancelToken& cancel);
 
   Result<SceneLease> acquire(const std::string& id, const std::string& where) const;
   // Without a lease: it may be unloaded, and lives on for the caller.

@@ -133,6 +133,9 @@ const std::map<std::string, Rule> kRules = {
     {"server/scenes",
      {{"renderer/base", "renderer/codec", "renderer/scene/", "renderer/trace/", "proto", "server/base"},
       {"spdlog/fmt/fmt.h"}}},
+    {"server/state",
+     {{"renderer/base", "renderer/codec", "renderer/scene/load", "server/base", "server/scenes"},
+      {"nlohmann/json.hpp", "spdlog/fmt/", "sqlite3.h", "fcntl.h", "sys/file.h", "sys/stat.h", "unistd.h"}}},
     {"server/stream",
      {{"renderer/base", "renderer/codec", "renderer/frame", "proto", "server/base", "server/scenes"},
       {"grpcpp/", kProtobuf + "message_lite.h", kProtobuf + "io/coded_stream.h", "spdlog/"}}},
@@ -214,6 +217,7 @@ const std::map<std::string, std::vector<std::string>> kConfined = {
     {"Imf*", {".cpp", "renderer/codec/exr_streams.h"}},
     {"Iex.h", {".cpp", "renderer/codec/exr_streams.h"}},
     {"openexr.h", {".cpp"}},
+    {"sqlite3.h", {"server/state/sqlite_database.cpp"}},
     {"turbojpeg.h", {"renderer/codec/jpeg_file.cpp"}},
     {"dlfcn.h", {"renderer/film/display/oidn_library.cpp"}},
 };

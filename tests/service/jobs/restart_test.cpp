@@ -52,10 +52,11 @@ std::vector<Case> cases() {
          job.mutable_budget()->set_samples(256);
          for (int i = 0; i < 3; ++i) {
            pb::CameraView& view = *job.add_views();
-           view.mutable_position()->set_x(0.1 * i);
-           view.mutable_position()->set_y(1);
-           view.mutable_position()->set_z(3.2);
-           view.mutable_look_at()->mutable_target()->set_y(1);
+           view.mutable_position()->set_x(278 + 40 * i);
+           view.mutable_position()->set_y(273);
+           view.mutable_position()->set_z(-800);
+           view.mutable_look_at()->mutable_target()->set_x(278);
+           view.mutable_look_at()->mutable_target()->set_y(273);
          }
        }},
   };
