@@ -201,7 +201,8 @@ const std::map<std::string, Rule> kRules = {
        "spawn.h", "sys/stat.h", "sys/wait.h", "unistd.h"}}},
     {"client/cli/jobs",
      {{"renderer/base", "client", "client/jobs", "client/shards", "client/cli", "client/cli/commands", "proto"},
-      {kProtobuf + "util/json_util.h", "spdlog/fmt/fmt.h", "poll.h", "sys/ioctl.h", "termios.h", "unistd.h"}}},
+      {kProtobuf + "util/json_util.h", "spdlog/fmt/fmt.h", "fcntl.h", "poll.h", "sys/ioctl.h", "termios.h",
+       "unistd.h"}}},
 };
 
 // The only ways into rooms that no rule names: a header, and the one file that may include it.
