@@ -1,5 +1,5 @@
-// A channel to a daemon, and how calls are made on it: token, deadline, cancelling, errors. RenderClient and the clients
-// of single areas share one.
+// A channel to a daemon, and how calls are made on it: token, deadline, cancelling, errors. RenderClient and the
+// clients of single areas share one.
 #pragma once
 
 #include <grpcpp/channel.h>

@@ -26,14 +26,14 @@ void add_daemon_options(CLI::App& app, ConnectionOptions& options);
 struct Connection {
   std::string address;  // empty: in process
   ConnectOptions connect;
-  int threads = 0;  // in process: render threads, 0: one per core
-  std::string isa;  // in process: instruction set of Embree; empty: automatic
+  int threads = 0;           // in process: render threads, 0: one per core
+  std::string isa;           // in process: instruction set of Embree; empty: automatic
   std::string oidn_library;  // in process: of Open Image Denoise; empty: none
   // In process: the viewer's page, HOST:PORT; empty: none. Who wants it names connect.token.
   std::string http;
   std::vector<std::string> scene_roots;  // in process
-  bool allow_exclusive = false;  // in process: comparisons may keep everything else waiting
-  bool vulkan_devices = false;   // in process: Vulkan devices are looked for and may be used
+  bool allow_exclusive = false;          // in process: comparisons may keep everything else waiting
+  bool vulkan_devices = false;           // in process: Vulkan devices are looked for and may be used
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -152,10 +152,11 @@ void add_picture_options(CLI::App& app, SettingsOptions& options) {
 void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_picture_options(app, options);
   add_fields(app, options, false);
-  add_text(app, options.technique, "--technique", "S,T",
-           "Renders only paths of S light and T camera vertices (S + T - 1 segments), by their weight among all "
-           "techniques (--integrator bdpt). S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
-           "camera. Default: all together");
+  add_text(
+      app, options.technique, "--technique", "S,T",
+      "Renders only paths of S light and T camera vertices (S + T - 1 segments), by their weight among all "
+      "techniques (--integrator bdpt). S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
+      "camera. Default: all together");
 }
 
 namespace {

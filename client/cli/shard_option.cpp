@@ -7,9 +7,10 @@ namespace helio::cli {
 namespace pb = heliograph::v1;
 
 void add_shard_option(CLI::App& app, TextOption& option) {
-  add_text(app, option, "--shard", "I/N",
-           "Render part I of N, I in [1, N]: rows of the picture and a margin of 16 more, for heliograph merge. Only with "
-           "--mode pt, --integrator path and --samples. Default: the whole picture");
+  add_text(
+      app, option, "--shard", "I/N",
+      "Render part I of N, I in [1, N]: rows of the picture and a margin of 16 more, for heliograph merge. Only with "
+      "--mode pt, --integrator path and --samples. Default: the whole picture");
 }
 
 std::optional<Shard> read_shard(const TextOption& option, const SettingsOptions& options,

@@ -17,8 +17,8 @@ namespace {
 
 using Stub = ServiceLink::Stub;
 
-constexpr int kPage = 1000;         // the protocol's largest
-constexpr std::size_t kNamed = 5;   // ids of an ambiguous prefix that are told
+constexpr int kPage = 1000;        // the protocol's largest
+constexpr std::size_t kNamed = 5;  // ids of an ambiguous prefix that are told
 
 std::span<const std::uint8_t> bytes_of(const std::string& data) {
   return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
@@ -110,7 +110,8 @@ Result<pb::JobView> JobClient::fetch(const std::string& job_id, std::uint32_t vi
   Sha256 hash;
   std::uint64_t have = 0;
   const auto broken = [&](const std::string& what) {
-    return Error{ErrorCode::internal, "the server at " + link_->peer() + " sent " + what, "view " + std::to_string(view)};
+    return Error{ErrorCode::internal, "the server at " + link_->peer() + " sent " + what,
+                 "view " + std::to_string(view)};
   };
   const auto take = [&](pb::GetResultResponse& response) -> Status {
     if (response.has_begin()) {
@@ -160,7 +161,8 @@ Result<std::string> JobClient::find(const std::string& prefix) {
   for (std::size_t i = 0; i < found.size() && i < kNamed; ++i) ids += (i > 0 ? ", " : "") + found[i];
   if (found.size() > kNamed) ids += ", ...";
   return Error{ErrorCode::invalid_argument,
-               fmt::format("the ids of {} jobs begin with '{}': {}", found.size(), prefix, ids), {}};
+               fmt::format("the ids of {} jobs begin with '{}': {}", found.size(), prefix, ids),
+               {}};
 }
 
 }  // namespace helio

@@ -30,8 +30,8 @@ struct JobWatchCallbacks {
 // Nothing will change any more.
 bool is_over(heliograph::v1::JobState state);
 
-// Thread safe; blocking. Errors as of RenderClient; besides, of all: unimplemented (the daemon is older than jobs that it
-// keeps), failed_precondition (it keeps none: it has no state folder).
+// Thread safe; blocking. Errors as of RenderClient; besides, of all: unimplemented (the daemon is older than jobs that
+// it keeps), failed_precondition (it keeps none: it has no state folder).
 class JobClient {
  public:
   explicit JobClient(const RenderClient& client) : link_(client.link()) {}
@@ -46,7 +46,7 @@ class JobClient {
   Result<heliograph::v1::Job> pause(const std::string& job_id);
   Result<heliograph::v1::Job> resume(const std::string& job_id);
   Result<heliograph::v1::Job> set_priority(const std::string& job_id, int priority);  // [-100, 100]
-  Status cancel(const std::string& job_id);  // also of RunJob
+  Status cancel(const std::string& job_id);                                           // also of RunJob
 
   // Writes the EXR file of a view that is done to `path`, whole or not at all, once its length and SHA-256 are right.
   // `received`: bytes so far and in total.

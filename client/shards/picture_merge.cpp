@@ -113,9 +113,8 @@ void check_division(const std::vector<Placed>& parts, const std::vector<Shard>& 
   std::set<int> there;
   for (std::size_t i = 0; i < shards.size(); ++i) {
     if (!there.insert(shards[i].number).second) {
-      problems.add(parts[i].part->file,
-                   fmt::format("has the same rows as {}: both are part {}", parts[i - 1].part->file,
-                               to_string(shards[i])));
+      problems.add(parts[i].part->file, fmt::format("has the same rows as {}: both are part {}",
+                                                    parts[i - 1].part->file, to_string(shards[i])));
     }
   }
   int missing = 0;
@@ -215,16 +214,16 @@ Result<MergedPicture> merge_parts(std::vector<PicturePart> parts, const MergeOpt
         part.origin.mixed_builds())
       merged.origin.set_mixed_builds(true);
   }
-  merged.picture.header = {{0, 0, first.frame_width, height}, first.frame_width, height, first.comments,
-                           write_origin(merged.origin)};
+  merged.picture.header = {
+      {0, 0, first.frame_width, height}, first.frame_width, height, first.comments, write_origin(merged.origin)};
   merged.picture.names = parts.front().picture.names;
   const auto width = std::size_t(first.frame_width);
   for (std::size_t channel = 0; channel < merged.picture.names.size(); ++channel) {
     std::vector<float>& out = merged.picture.channels.emplace_back(width * std::size_t(height));
     for (std::size_t i = 0; i < placed.size(); ++i) {
       const RowRange own = rows_of((*shards)[i], height);
-      const float* from = placed[i].part->picture.channels[channel].data() +
-                          std::size_t(own.first - placed[i].rendered.first) * width;
+      const float* from =
+          placed[i].part->picture.channels[channel].data() + std::size_t(own.first - placed[i].rendered.first) * width;
       std::copy_n(from, std::size_t(own.end - own.first) * width, out.data() + std::size_t(own.first) * width);
     }
   }

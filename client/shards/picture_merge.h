@@ -28,7 +28,7 @@ struct MergedPicture {
   heliograph::v1::PictureOrigin origin;
   std::vector<std::string> files;  // of the parts, from the top
   std::vector<Shard> shards;       // as files
-  int checked_rows = 0;        // that two parts have, and that are equal bit for bit
+  int checked_rows = 0;            // that two parts have, and that are equal bit for bit
 };
 // Parts in any order. Every channel is that of the whole picture, bit for bit.
 // invalid_argument names all that does not belong together: files, and what differs; rows that no part or that two

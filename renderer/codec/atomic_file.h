@@ -37,8 +37,8 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
-// Writes a temporary file beside `path`, flushes it to the disk, renames it and flushes the directory. On failure `path`
-// is as it was and no temporary file is left.
+// Writes a temporary file beside `path`, flushes it to the disk, renames it and flushes the directory. On failure
+// `path` is as it was and no temporary file is left.
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes);
 
 // As write_file_atomically(); the file is the parts, one behind the other.

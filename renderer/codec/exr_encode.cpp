@@ -122,7 +122,8 @@ Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::spa
   const std::vector<StoredChannel> stored = store(channels, encoding.pixel_type);
 
   // Room for the whole uncompressed file: header, one offset and one chunk header per row, values.
-  std::size_t room = 512 + header.comments.size() + header.origin.size() + 16 * std::size_t(header.data_window.height());
+  std::size_t room =
+      512 + header.comments.size() + header.origin.size() + 16 * std::size_t(header.data_window.height());
   for (const StoredChannel& channel : stored) room += std::strlen(channel.name) + 32 + values * channel.value_bytes;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(room);

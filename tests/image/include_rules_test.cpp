@@ -128,8 +128,7 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "renderer/trace/accel"},
       {"grpcpp/", "openssl/crypto.h", "openssl/rand.h", kProtobuf + "arena.h", kProtobuf + "message.h",
        kProtobuf + "descriptor.h", kProtobuf + "unknown_field_set.h", kProtobuf + "any.pb.h",
-       kProtobuf + "duration.pb.h", "CLI/CLI.hpp", "spdlog/", "elf.h", "link.h", "malloc.h",
-       "unistd.h"}}},
+       kProtobuf + "duration.pb.h", "CLI/CLI.hpp", "spdlog/", "elf.h", "link.h", "malloc.h", "unistd.h"}}},
     {"server/scenes",
      {{"renderer/base", "renderer/codec", "renderer/scene/", "renderer/trace/", "proto", "server/base"},
       {"spdlog/fmt/fmt.h"}}},
@@ -169,11 +168,9 @@ const std::map<std::string, Rule> kRules = {
     {"client",
      {{"renderer/base", "renderer/codec", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h",
-       "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h",
-       "sys/stat.h", "unistd.h"}}},
+       "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h", "sys/stat.h", "unistd.h"}}},
     // Jobs that the daemon keeps.
-    {"client/jobs",
-     {{"renderer/base", "renderer/codec", "client", "proto"}, {"grpcpp/", "spdlog/fmt/fmt.h"}}},
+    {"client/jobs", {{"renderer/base", "renderer/codec", "client", "proto"}, {"grpcpp/", "spdlog/fmt/fmt.h"}}},
     // Parts of one picture, and what its file says about how it was made.
     {"client/shards",
      {{"renderer/base", "renderer/codec", "proto"},

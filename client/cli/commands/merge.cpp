@@ -28,8 +28,8 @@ constexpr const char* kHelp =
     "layers alpha, depth, normal, albedo, history and density. The layer display cannot be rendered in parts.\n"
     "What differs in scene, camera, settings, seed, samples or build is refused, each by name; so are rows that are\n"
     "missing or there twice. Rows that two parts have, their margins, are compared bit for bit before one is dropped.\n"
-    "With --json, stdout holds one object: output, width, height, samples, parts: [{file, shard, first_row, end_row}],\n"
-    "checked_rows (that two parts had), mixed_builds.\n"
+    "With --json, stdout holds one object: output, width, height, samples, parts: [{file, shard, first_row,\n"
+    "end_row}], checked_rows (that two parts had), mixed_builds.\n"
     "Example: heliograph merge room.1.exr room.2.exr -o room.exr\n\n";
 
 int run(const CLI::App& app, const MergeCommandOptions& options) {

@@ -27,7 +27,6 @@ using ServerCheck = std::function<Status(const heliograph::v1::GetServerInfoResp
 // wrong, and has been said.
 std::variant<OpenScene, int> open_scene(CommandContext& context, const SettingsOptions& options,
                                         const SceneChoice& choice, CallControl& control, const Interrupt& interrupt,
-                                        heliograph::v1::RenderSettings& settings,
-                                        const ServerCheck& check = {});
+                                        heliograph::v1::RenderSettings& settings, const ServerCheck& check = {});
 
 }  // namespace helio::cli

@@ -49,8 +49,8 @@ Status write_picture(const std::string& path, const TileHeader& header, const st
 
 // Writes what `names` asks for and adds "output", "png", "png_layer", "denoiser", "unsampled" and what
 // write_heat_maps() adds to `json`. The EXR holds float channels, zip, with the picture's window as its data window,
-// `unsampled` as its comments, and `origin` (PictureOrigin as JSON; empty: not). The PNG is exposed for the eye; it and the JSON name the layer that it shows,
-// "display" or "radiance".
+// `unsampled` as its comments, and `origin` (PictureOrigin as JSON; empty: not). The PNG is exposed for the eye; it and
+// the JSON name the layer that it shows, "display" or "radiance".
 Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json,
                    const std::string& origin = {});
 

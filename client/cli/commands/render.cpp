@@ -54,7 +54,7 @@ constexpr const char* kHelp =
     "count whole blocks of 16x16 pixels, also where a region ends inside one.\n"
     "The progress line shows the share of the budget used, samples per pixel, samples per second and the standard\n"
     "error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
-    "The EXR's attribute heliograph.render says how the picture was made (scene_id, settings, budget, build), as JSON.\n"
+    "The EXR's attribute heliograph.render says as JSON how the picture was made: scene_id, settings, budget, build.\n"
     "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";
 
 // The job as the interrupt thread sees it: cancelled by its id once that is known, by its call before.
@@ -212,8 +212,8 @@ int run(const CLI::App& app, const RenderOptions& options) {
   FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names, *request.mutable_format());
   names.denoiser = read_denoiser(options.denoiser, context.connection, *request.mutable_format(), reader);
-  const auto shard = read_shard(options.shard, options.settings, request.settings(), request.budget(),
-                                request.format(), reader);
+  const auto shard =
+      read_shard(options.shard, options.settings, request.settings(), request.budget(), request.format(), reader);
   const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);

@@ -32,20 +32,21 @@ constexpr const char* kHelp =
     "command alone, and the job goes on. With --wait a daemon that restarts is waited for. --fetch waits for nothing:\n"
     "with --watch before it, it fetches what has succeeded.\n"
     "With --watch, a job that failed or was canceled is exit code 1.\n"
-    "With --json, stdout holds one object: the job, as of heliograph jobs, with results: [{view, file (on the daemon's\n"
-    "machine; null: kept for --fetch), bytes, sha256, ended_by, ... (as of heliograph render)}], and with --fetch\n"
-    "fetched: [{view, output, bytes, sha256}].\n"
+    "With --json, stdout holds one object: the job, as of heliograph jobs, with results: [{view, file (on the\n"
+    "daemon's machine; null: kept for --fetch), bytes, sha256, ended_by, ... (as of heliograph render)}], and with\n"
+    "--fetch fetched: [{view, output, bytes, sha256}].\n"
     "Example: heliograph job j-5b0c --watch --fetch room.exr --server 10.0.0.5:50051\n\n";
 
 struct Asked {
   std::optional<int> priority;
-  std::string fetch;                    // empty: nothing
+  std::string fetch;  // empty: nothing
   std::optional<std::uint32_t> view;
 };
 
 Asked read_asked(const JobOptions& options, OptionReader& reader) {
   Asked asked;
-  if (!options.id.given() || options.id.text.empty()) reader.problems().add("ID", "is missing: the job's id, or its beginning");
+  if (!options.id.given() || options.id.text.empty())
+    reader.problems().add("ID", "is missing: the job's id, or its beginning");
   asked.priority = reader.signed_integer(options.priority, -100, 100);
   asked.fetch = reader.output_file(options.fetch).value_or("");
   if (const auto view = reader.integer(options.view, 0, 9999)) asked.view = std::uint32_t(*view);
@@ -81,9 +82,8 @@ Status follow(JobClient& jobs, const std::string& id, double wait_s, Terminal& t
   };
   callbacks.event = [&](const pb::JobEvent& event) { terminal.say(describe(event)); };
   callbacks.progress = [&](const pb::Job& job) { terminal.progress(describe_progress(job)); };
-  const Status over = watch.run(callbacks, control, [&](const Error& error) {
-    terminal.warn(error.to_string() + "; waiting for it");
-  });
+  const Status over =
+      watch.run(callbacks, control, [&](const Error& error) { terminal.warn(error.to_string() + "; waiting for it"); });
   terminal.end_progress();
   return over;
 }
@@ -91,7 +91,8 @@ Status follow(JobClient& jobs, const std::string& id, double wait_s, Terminal& t
 std::string not_done(const pb::Job& job, std::uint32_t view) {
   std::string text = fmt::format("nothing to fetch: the job is {}", state_name(job.state()));
   if (!job.reason().empty()) text += " (" + single_line(job.reason()) + ")";
-  if (job.views() > 1) text += fmt::format(", with {} of {} views done; asked for view {}", job.views_done(), job.views(), view);
+  if (job.views() > 1)
+    text += fmt::format(", with {} of {} views done; asked for view {}", job.views_done(), job.views(), view);
   return is_over(job.state()) ? text : text + "; --watch waits for its end";
 }
 
@@ -102,13 +103,13 @@ Status fetch(JobClient& jobs, const pb::Job& job, const Asked& asked, Terminal& 
     return Error{ErrorCode::invalid_argument, fmt::format("{}; the job has views [0, {}]", first, job.views() - 1),
                  "--view"};
   }
-  if (job.views_done() < end)
-    return Error{ErrorCode::failed_precondition, not_done(job, end - 1), "--fetch"};
+  if (job.views_done() < end) return Error{ErrorCode::failed_precondition, not_done(job, end - 1), "--fetch"};
   for (std::uint32_t view = first; view < end; ++view) {
     const bool several = !asked.view && job.views() > 1;
     const std::string file = several ? numbered_name(asked.fetch, int(view)) : asked.fetch;
     const auto show = [&](std::uint64_t have, std::uint64_t total) {
-      terminal.progress(fmt::format("{}: {:.0f} % of {}B", file, total > 0 ? 100.0 * double(have) / double(total) : 100.0,
+      terminal.progress(fmt::format("{}: {:.0f} % of {}B", file,
+                                    total > 0 ? 100.0 * double(have) / double(total) : 100.0,
                                     human_count(double(total))));
     };
     const auto got = jobs.fetch(job.job_id(), view, file, show, &control);
@@ -134,7 +135,8 @@ int run(const CLI::App& app, const JobOptions& options) {
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  const std::string goes_on = "interrupted; job " + *id + " is not: heliograph job " + *id + " --watch follows it again";
+  const std::string goes_on =
+      "interrupted; job " + *id + " is not: heliograph job " + *id + " --watch follows it again";
   if (options.watch) {
     const double wait_s = context.connection.connect.retry ? context.connection.connect.timeout_s : 0;
     const Status over = follow(jobs, *id, wait_s, terminal, control);
@@ -145,11 +147,11 @@ int run(const CLI::App& app, const JobOptions& options) {
   if (!job) return context.fail(job.error());
   Json json = to_json(*job);
   if (options.watch && job->state() != pb::JOB_STATE_SUCCEEDED) {
-    return terminal.fail(kFailed,
-                         fmt::format("the job {} {}{}", job->state() == pb::JOB_STATE_FAILED ? "has" : "was",
-                                     state_name(job->state()),
-                                     job->reason().empty() ? "" : ": " + single_line(job->reason())),
-                         json);
+    return terminal.fail(
+        kFailed,
+        fmt::format("the job {} {}{}", job->state() == pb::JOB_STATE_FAILED ? "has" : "was", state_name(job->state()),
+                    job->reason().empty() ? "" : ": " + single_line(job->reason())),
+        json);
   }
   if (!asked.fetch.empty()) {
     json["fetched"] = Json::array();

@@ -59,8 +59,7 @@ std::string age_text(const pb::Job& job, double now_s) {
 }
 
 std::size_t width_of(const std::string& text) {
-  return std::size_t(
-      std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xc0) != 0x80; }));
+  return std::size_t(std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xc0) != 0x80; }));
 }
 
 std::string padded(const std::string& text, std::size_t width) {
@@ -171,8 +170,7 @@ Json to_json(const pb::Job& job) {
   json["estimated_rmse"] = progress.error().known() ? Json(progress.error().rmse()) : Json(nullptr);
   json["left_s"] = nullptr;
   if (job.has_left()) {
-    json["left_s"] = {
-        {"estimate", job.left().seconds()}, {"low", job.left().low_s()}, {"high", job.left().high_s()}};
+    json["left_s"] = {{"estimate", job.left().seconds()}, {"low", job.left().low_s()}, {"high", job.left().high_s()}};
   }
   json["width"] = job.settings().width();
   json["height"] = job.settings().height();
@@ -210,8 +208,8 @@ std::string describe(const pb::JobEvent& event) {
 
 std::vector<std::string> describe(const pb::Job& job, double now_s) {
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("job {}{}: {}", job.job_id(), job.name().empty() ? "" : " '" + single_line(job.name()) + "'",
-                              describe_progress(job)));
+  lines.push_back(fmt::format("job {}{}: {}", job.job_id(),
+                              job.name().empty() ? "" : " '" + single_line(job.name()) + "'", describe_progress(job)));
   if (const std::string reason = reason_text(job); !reason.empty()) lines.push_back("  " + reason);
   std::string budget;
   if (job.budget().samples() > 0) budget += fmt::format(", {} samples", job.budget().samples());
@@ -257,8 +255,7 @@ std::vector<std::string> live_table(const std::vector<pb::Job>& jobs, double now
     rows.push_back({ids[i], name_or_scene(job), state_name(job.state()),
                     bar(done_share(job), kBar) + " " + percent(job),
                     running && job.has_progress() ? human_count(job.progress().samples_per_second()) : "",
-                    std::to_string(job.priority()), age_text(job, now_s),
-                    running && !left.empty() ? left : reason});
+                    std::to_string(job.priority()), age_text(job, now_s), running && !left.empty() ? left : reason});
   }
   return lay_out(rows, columns);
 }

@@ -14,9 +14,9 @@ std::string state_name(heliograph::v1::JobState state);
 std::vector<std::string> state_names();
 
 // job_id, name, state, target_state, reason, scene_id, priority, attempt, views, views_done, done (share, [0, 1]),
-// submitted_s, started_s, ended_s, checkpoint_s (Unix time; null: not yet), same_bits, require_same_bits, owner, output,
-// samples, samples_per_second, estimated_rmse (null where unknown), left_s {estimate, low, high} or null, width, height,
-// settings and budget (as in the protocol), results: [{view, file, bytes, sha256, ended_by, ...}].
+// submitted_s, started_s, ended_s, checkpoint_s (Unix time; null: not yet), same_bits, require_same_bits, owner,
+// output, samples, samples_per_second, estimated_rmse (null where unknown), left_s {estimate, low, high} or null,
+// width, height, settings and budget (as in the protocol), results: [{view, file, bytes, sha256, ended_by, ...}].
 Json to_json(const heliograph::v1::Job& job);
 
 // All that is known of a job, a line each.

@@ -28,10 +28,11 @@ struct JobsOptions {
 
 constexpr const char* kHelp =
     "Newest submission first. The id of a job may be cut to its beginning, as it is shown.\n"
-    "With --json, stdout holds one object: total (jobs in these states), jobs: [{job_id, name, state (queued, running,\n"
-    "paused, succeeded, failed, canceled), target_state, reason, scene_id, priority, attempt, views, views_done, done\n"
-    "(share, 0 to 1), submitted_s, started_s, ended_s, checkpoint_s (Unix time, or null), same_bits, samples,\n"
-    "samples_per_second, estimated_rmse, left_s {estimate, low, high} or null, width, height, settings, budget, ...}].\n"
+    "With --json, stdout holds one object: total (jobs in these states), jobs: [{job_id, name, state (queued,\n"
+    "running, paused, succeeded, failed, canceled), target_state, reason, scene_id, priority, attempt, views,\n"
+    "views_done, done (share, 0 to 1), submitted_s, started_s, ended_s, checkpoint_s (Unix time, or null), same_bits,\n"
+    "samples, samples_per_second, estimated_rmse, left_s {estimate, low, high} or null, width, height, settings,\n"
+    "budget, ...}].\n"
     "Example: heliograph jobs --state running,queued --server 10.0.0.5:50051\n\n";
 
 int run(const CLI::App& app, const JobsOptions& options) {
@@ -76,8 +77,7 @@ int run(const CLI::App& app, const JobsOptions& options) {
 }  // namespace
 
 Command add_jobs(CLI::App& root) {
-  CLI::App* app =
-      add_command(root, "jobs", "List the jobs that a daemon keeps", std::string(kHelp) + kExitCodesHelp);
+  CLI::App* app = add_command(root, "jobs", "List the jobs that a daemon keeps", std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<JobsOptions>();
   add_text(*app, options->states, "--state", "STATE,...",
            "Only jobs in these states, comma-separated: " + join(state_names(), ", ") + ". Default: all");

@@ -40,8 +40,7 @@ constexpr const char* kHelp =
     "Example: heliograph submit room.glb --samples 4096 --output-on-server rooms/one.exr\n\n";
 
 void check_text(const TextOption& option, const std::string& text, std::size_t most, OptionReader& reader) {
-  const bool control =
-      std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; });
+  const bool control = std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; });
   if (text.size() <= most && !control) return;
   reader.problem(option, fmt::format("has {} bytes{}; allowed: at most {}, without control characters", text.size(),
                                      control ? ", control characters among them" : "", most));
@@ -72,8 +71,8 @@ pb::SubmitJobRequest read_request(const SubmitOptions& options, OptionReader& re
 }
 
 // The still's camera, or the views of the path.
-void set_views(const SubmitOptions& options, const std::string& path_text, const OpenScene& open, pb::RunJobRequest& job,
-               OptionReader& reader) {
+void set_views(const SubmitOptions& options, const std::string& path_text, const OpenScene& open,
+               pb::RunJobRequest& job, OptionReader& reader) {
   if (!options.path.given()) {
     *job.mutable_camera() = open.camera.view();
     return;
@@ -96,10 +95,12 @@ void set_views(const SubmitOptions& options, const std::string& path_text, const
 
 Status check_keeps_jobs(const pb::GetServerInfoResponse& server) {
   if (server.keeps_jobs()) return ok_status();
-  return Error{ErrorCode::failed_precondition,
-               "the daemon keeps no jobs: it was started without --state DIR, or is older than jobs that are kept "
-               "(version " + server.version() + "); heliograph render --server works with it",
-               {}};
+  return Error{
+      ErrorCode::failed_precondition,
+      fmt::format("the daemon keeps no jobs: it was started without --state DIR, or is older than jobs that are "
+                  "kept (version {}); heliograph render --server works with it",
+                  server.version()),
+      {}};
 }
 
 Json report(const pb::SubmitJobResponse& submitted, const OpenScene& open) {
@@ -124,14 +125,13 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   const std::string path_text = read_path_file(options.path, reader);
   pb::SubmitJobRequest request = read_request(options, reader);
   pb::RunJobRequest& job = *request.mutable_job();
-  const auto shard =
-      read_shard(options.shard, options.settings, job.settings(), job.budget(), job.format(), reader);
+  const auto shard = read_shard(options.shard, options.settings, job.settings(), job.budget(), job.format(), reader);
   if (!context.problems.empty()) return context.refuse();
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  auto opened = open_scene(context, options.settings, choice, control, interrupt, *job.mutable_settings(),
-                           check_keeps_jobs);
+  auto opened =
+      open_scene(context, options.settings, choice, control, interrupt, *job.mutable_settings(), check_keeps_jobs);
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   set_region(shard, options.shard, *job.mutable_settings(), reader);
@@ -163,8 +163,9 @@ int run(const CLI::App& app, const SubmitOptions& options) {
 }  // namespace
 
 Command add_submit(CLI::App& root) {
-  CLI::App* app = add_command(root, "submit", "Give a daemon a job that outlives this command and the daemon's restarts",
-                              std::string(kHelp) + kExitCodesHelp);
+  CLI::App* app =
+      add_command(root, "submit", "Give a daemon a job that outlives this command and the daemon's restarts",
+                  std::string(kHelp) + kExitCodesHelp);
   auto options = std::make_shared<SubmitOptions>();
   add_scene_options(*app, options->scene);
   add_path_option(*app, options->path,

@@ -33,9 +33,9 @@ struct TopOptions {
 };
 
 constexpr const char* kHelp =
-    "Running jobs come first, with the share that is done, pixel samples a second, and the time left with the interval\n"
-    "that holds it in 4 of 5 jobs (unknown before 16 samples a pixel); then those that wait, in the order of their\n"
-    "turns, those that are paused, and the last ones that have ended. q or Ctrl-C ends the display, and no job.\n"
+    "Running jobs come first, with the share that is done, pixel samples a second, and the time left with the\n"
+    "interval that holds it in 4 of 5 jobs (unknown before 16 samples a pixel); then those that wait, in the order of\n"
+    "their turns, those that are paused, and the last ones that have ended. q or Ctrl-C ends the display, and no job.\n"
     "Where stdout is no terminal, one table is printed. With --json, stdout holds one object: jobs, as of heliograph\n"
     "jobs.\n\n";
 

@@ -121,11 +121,10 @@ TEST_F(CliJobs, TheWatchOutlivesTheDaemon) {
   {
     DaemonProcess daemon(daemon_words({"--listen", address}));
     id = submit(daemon, {"--samples", "20000"});
-    watch = std::make_unique<Process>(
-        HELIOGRAPH_PROGRAM,
-        std::vector<std::string>{"job", id, "--watch", "--fetch", "x.exr", "--wait", "60", "--server", address,
-                                 "--progress", "always"},
-        folder_.path());
+    watch = std::make_unique<Process>(HELIOGRAPH_PROGRAM,
+                                      std::vector<std::string>{"job", id, "--watch", "--fetch", "x.exr", "--wait", "60",
+                                                               "--server", address, "--progress", "always"},
+                                      folder_.path());
     ASSERT_TRUE(watch->wait_for_errors("samples/s")) << watch->errors();
     daemon.signal(SIGKILL);
     daemon.wait();
@@ -167,16 +166,15 @@ TEST_F(CliJobs, ThePictureMayBeWrittenOnTheDaemonsMachine) {
   const auto json = heliograph_json(at(daemon, {"job", id, "--watch"}));
   EXPECT_EQ(std::filesystem::path(json["results"][0]["file"].get<std::string>()).filename(), "q.exr");
   EXPECT_TRUE(exists("out/q.exr"));
-  const ProcessResult again = heliograph(
-      at(daemon, {"submit", "quad.gltf", "--size", "8x8", "--samples", "1", "--output-on-server", "q.exr"}));
+  const ProcessResult again =
+      heliograph(at(daemon, {"submit", "quad.gltf", "--size", "8x8", "--samples", "1", "--output-on-server", "q.exr"}));
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_NE(again.err.find("overwrite"), std::string::npos) << again.err;
 }
 
 TEST_F(CliJobs, ADaemonThatKeepsNoJobsSaysSo) {
   const DaemonProcess daemon({"--render-threads", "1", "--state", "none"});
-  const ProcessResult submitted =
-      heliograph(at(daemon, {"submit", "quad.gltf", "--size", "8x8", "--samples", "1"}));
+  const ProcessResult submitted = heliograph(at(daemon, {"submit", "quad.gltf", "--size", "8x8", "--samples", "1"}));
   EXPECT_EQ(submitted.exit_code, 1);
   EXPECT_NE(submitted.err.find("the daemon keeps no jobs"), std::string::npos) << submitted.err;
   expect_one_line(submitted.err);
@@ -204,9 +202,12 @@ using CliMerge = CliTest;
 
 // Bit for bit, and as files byte for byte: by the command itself.
 TEST_F(CliMerge, PartsOfARenderAreTheWhole) {
-  const std::vector<std::string> common = {"render",    std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf",
-                                           "--size",    "40x97", "--samples", "4", "--filter", "gaussian",
-                                           "--layers",  "alpha,depth,normal,albedo,density"};
+  const std::vector<std::string> common = {
+      "render",    std::string(HELIO_SOURCE_DIR) + "/scenes/cornell-box/cornell-box.gltf",
+      "--size",    "40x97",
+      "--samples", "4",
+      "--filter",  "gaussian",
+      "--layers",  "alpha,depth,normal,albedo,density"};
   const auto with = [&](std::vector<std::string> more) {
     std::vector<std::string> words = common;
     words.insert(words.end(), more.begin(), more.end());
