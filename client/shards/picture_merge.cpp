@@ -27,7 +27,7 @@ struct Placed {
   RowRange rendered;
 };
 
-RowRange rows_of(const PicturePart& part) {
+RowRange window_rows(const PicturePart& part) {
   return {part.picture.header.data_window.y0, part.picture.header.data_window.y1};
 }
 
@@ -122,7 +122,7 @@ void check_division(const std::vector<Placed>& parts, const std::vector<Shard>& 
   for (int number = 1; number <= count; ++number) {
     if (there.contains(number) || ++missing > kMostProblems) continue;
     problems.add("part " + to_string(Shard{number, count}),
-                 fmt::format("is missing: rows {}", to_string(rows_of({number, count}, height))));
+                 fmt::format("is missing: rows {}", to_string(rows_of(Shard{number, count}, height))));
   }
   if (missing > kMostProblems)
     problems.add("parts", fmt::format("{} of {} are missing, the first of them named", missing, count));
@@ -183,7 +183,7 @@ Result<MergedPicture> merge_parts(std::vector<PicturePart> parts, const MergeOpt
   if (!problems.empty()) return problems.to_error();
 
   std::vector<Placed> placed;
-  for (const PicturePart& part : parts) placed.push_back({&part, rows_of(part)});
+  for (const PicturePart& part : parts) placed.push_back({&part, window_rows(part)});
   std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
     return std::pair(a.rendered.first, a.rendered.end) < std::pair(b.rendered.first, b.rendered.end);
   });

@@ -16,7 +16,7 @@ std::variant<OpenScene, int> open_scene(CommandContext& context, const SettingsO
   const auto info = client.server_info();
   if (!info) return context.fail(info.error());
   if (check) {
-    if (const Status usable = check(*info); !usable) return context.fail(usable.error());
+    if (const Status usable = check(client); !usable) return context.fail(usable.error());
   }
   check_against_server(options, settings, *info, context.reader);
   if (!context.problems.empty()) return context.refuse();

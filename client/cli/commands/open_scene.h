@@ -21,7 +21,7 @@ struct OpenScene {
 };
 
 // What a command asks of the server beside the settings, before anything is sent to it.
-using ServerCheck = std::function<Status(const heliograph::v1::GetServerInfoResponse&)>;
+using ServerCheck = std::function<Status(RenderClient& client)>;
 
 // Connects, loads the scene, and makes the settings whole by what server and camera say. An exit code: something is
 // wrong, and has been said.

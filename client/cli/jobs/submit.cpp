@@ -93,14 +93,13 @@ void set_views(const SubmitOptions& options, const std::string& path_text, const
   }
 }
 
-Status check_keeps_jobs(const pb::GetServerInfoResponse& server) {
-  if (server.keeps_jobs()) return ok_status();
-  return Error{
-      ErrorCode::failed_precondition,
-      fmt::format("the daemon keeps no jobs: it was started without --state DIR, or is older than jobs that are "
-                  "kept (version {}); heliograph render --server works with it",
-                  server.version()),
-      {}};
+// Before the scene is sent. The answer says why the daemon keeps none.
+Status check_keeps_jobs(RenderClient& client) {
+  pb::ListJobsRequest one;
+  one.set_page_size(1);
+  const auto listed = JobClient(client).list(one);
+  if (!listed) return listed.error();
+  return ok_status();
 }
 
 Json report(const pb::SubmitJobResponse& submitted, const OpenScene& open) {
