@@ -135,12 +135,14 @@ int run(const CLI::App& app, const JobOptions& options) {
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
-  const std::string goes_on =
-      "interrupted; job " + *id + " is not: heliograph job " + *id + " --watch follows it again";
   if (options.watch) {
     const double wait_s = context.connection.connect.retry ? context.connection.connect.timeout_s : 0;
     const Status over = follow(jobs, *id, wait_s, terminal, control);
-    if (interrupt.raised()) return terminal.fail(interrupt.exit_code(), goes_on);
+    if (interrupt.raised()) {
+      return terminal.fail(interrupt.exit_code(), fmt::format("interrupted; job {} goes on: heliograph job {} --watch "
+                                                              "follows it again",
+                                                              *id, *id));
+    }
     if (!over) return context.fail(over.error());
   }
   const auto job = jobs.get(*id);
@@ -156,7 +158,8 @@ int run(const CLI::App& app, const JobOptions& options) {
   if (!asked.fetch.empty()) {
     json["fetched"] = Json::array();
     const Status fetched = fetch(jobs, *job, asked, terminal, control, json["fetched"]);
-    if (interrupt.raised() && !fetched) return terminal.fail(interrupt.exit_code(), goes_on, json);
+    if (interrupt.raised() && !fetched)
+      return terminal.fail(interrupt.exit_code(), "interrupted; the file that was being fetched is not written", json);
     if (!fetched) return terminal.fail(exit_code_of(fetched.error()), fetched.error().to_string(), json);
   } else {
     for (const std::string& line : describe(*job, unix_time_s())) terminal.say(line);
