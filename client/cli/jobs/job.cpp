@@ -2,8 +2,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
+#include <optional>
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
@@ -16,6 +16,8 @@
 #include "renderer/base/unix_time.h"
 
 namespace helio::cli {
+
+namespace pb = heliograph::v1;
 
 namespace {
 

@@ -16,6 +16,8 @@
 
 namespace helio::cli {
 
+namespace pb = heliograph::v1;
+
 namespace {
 
 constexpr std::uint64_t kDefaultLimit = 100, kMostLimit = 1000000;

@@ -14,6 +14,8 @@
 
 namespace helio::cli {
 
+namespace pb = heliograph::v1;
+
 namespace {
 
 constexpr std::size_t kMostViews = 10000;

@@ -3,10 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <thread>
+#include <type_traits>
+#include <utility>
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
@@ -19,6 +22,8 @@
 #include "renderer/base/unix_time.h"
 
 namespace helio::cli {
+
+namespace pb = heliograph::v1;
 
 namespace {
 
@@ -114,7 +119,7 @@ void follow(JobClient& jobs, Board& board, CallControl& control) {
   callbacks.watching = [&](const auto&) {
     auto listed = list_all(jobs);
     board.set_problem(listed ? "" : listed.error().to_string());
-    if (listed) board.replace(*std::move(listed));
+    if (listed) board.replace(std::move(*listed));
   };
   callbacks.event = [&](const pb::JobEvent& event) { board.take(event); };
   callbacks.progress = [&](const pb::Job& job) { board.take(job); };
@@ -148,7 +153,7 @@ int show_once(CommandContext& context, JobClient& jobs) {
   Board board;
   auto listed = list_all(jobs);
   if (!listed) return context.fail(listed.error());
-  board.replace(*std::move(listed));
+  board.replace(std::move(*listed));
   const std::vector<pb::Job> rows = board.rows();
   context.terminal.say(context.connection.address + ": " + board.counts());
   for (const std::string& line : live_table(rows, unix_time_s(), 0)) context.terminal.say(line);
@@ -163,7 +168,7 @@ int show_live(CommandContext& context, JobClient& jobs, double interval) {
   Board board;
   auto listed = list_all(jobs);
   if (!listed) return context.fail(listed.error());
-  board.replace(*std::move(listed));
+  board.replace(std::move(*listed));
   CallControl control;
   LiveScreen screen;
   const Interrupt interrupt([&] {
