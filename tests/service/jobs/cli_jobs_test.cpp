@@ -113,6 +113,24 @@ TEST_F(CliJobs, CtrlCEndsTheWatchAndNotTheJob) {
   EXPECT_EQ(heliograph_json(at(daemon, {"job", id}))["state"], "running");
 }
 
+TEST_F(CliJobs, TopShowsJobsAsTheyChangeAndLeavesTheTerminalAsItWas) {
+  if (!has_pseudo_terminals()) GTEST_SKIP() << "no pseudo-terminals here";
+  const DaemonProcess daemon(daemon_words());
+  Process top(HELIOGRAPH_PROGRAM, at(daemon, {"top", "--interval", "0.1"}), folder_.path(),
+              Process::Stderr::all_terminal);
+  ASSERT_TRUE(top.wait_for_errors("0 running, 0 queued, 0 paused")) << top.errors();
+  // A job that comes, goes on and ends while nobody asks.
+  const std::string id = submit(daemon, {"--samples", endless_, "--name", "here"});
+  ASSERT_TRUE(top.wait_for_errors("1 running")) << top.errors();
+  ASSERT_TRUE(top.wait_for_errors(id.substr(0, 10) + "  here  running  [--------------------] 0 %")) << top.errors();
+  heliograph_json(at(daemon, {"job", id, "--cancel"}));
+  ASSERT_TRUE(top.wait_for_errors("here  canceled")) << top.errors();
+  top.type("q");
+  const ProcessResult result = top.wait(20);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err.rfind("\033[?25h\033[?1049l"), result.err.size() - 14);  // cursor and screen are back
+}
+
 // A daemon that is killed and started again at the same address: the watch goes on, and misses nothing.
 TEST_F(CliJobs, TheWatchOutlivesTheDaemon) {
   const std::string address = "unix:" + folder_ / "socket";
