@@ -4,11 +4,8 @@
 #include <grpcpp/security/credentials.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
-#include <thread>
 
-#include "client/grpc_error.h"
 #include "client/reference_upload.h"
 #include "client/scene_upload.h"
 #include "client/server_address.h"
@@ -62,15 +59,9 @@ Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& a
 }
 
 RenderClient::RenderClient(std::shared_ptr<grpc::Channel> channel, std::string peer, const ConnectOptions& options)
-    : channel_(std::move(channel)),
-      stub_(pb::RenderService::NewStub(channel_)),
-      peer_(std::move(peer)),
-      options_(options) {}
+    : link_(std::make_shared<const ServiceLink>(std::move(channel), std::move(peer), options)) {}
 
 namespace {
-
-// Key of the trailing metadata that names the fields which an older server ignored.
-constexpr char kIgnoredFieldsKey[] = "heliograph-ignored-fields";
 
 template <class T>
 Status without_value(const Result<T>& result) {
@@ -78,64 +69,17 @@ Status without_value(const Result<T>& result) {
   return ok_status();
 }
 
-using Stub = pb::RenderService::StubInterface;
+using Stub = ServiceLink::Stub;
 
 }  // namespace
 
-template <class Request, class Response>
-Result<Response> RenderClient::call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                                    const Request& request, CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  context.set_deadline(deadline_in(options_.call_timeout_s));
-  const CallControl::Scope scope(control, context);
-  Response response;
-  const grpc::Status status = ((*stub_).*method)(&context, request, &response);
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
-  return response;
-}
-
-template <class Request, class Response>
-Result<Response> RenderClient::upload(
-    std::unique_ptr<grpc::ClientWriterInterface<Request>> (Stub::*method)(grpc::ClientContext*, Response*),
-    const std::function<Status(grpc::ClientWriterInterface<Request>&)>& write, CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  Response response;
-  const auto call = ((*stub_).*method)(&context, &response);
-  const Status written = write(*call);
-  if (!written) {
-    context.TryCancel();
-    call->Finish();
-    return written.error();
-  }
-  call->WritesDone();
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
-  return response;
-}
-
-void RenderClient::authorize(grpc::ClientContext& context) const {
-  if (!options_.token.empty()) context.AddMetadata("authorization", "Bearer " + options_.token);
-}
-
-void RenderClient::tell_ignored(const grpc::ClientContext& context) const {
-  const auto found = context.GetServerTrailingMetadata().find(kIgnoredFieldsKey);
-  if (found == context.GetServerTrailingMetadata().end() || !options_.notice) return;
-  options_.notice("the server at " + peer_ + " is older than this client and ignored " +
-                  std::string(found->second.data(), found->second.size()));
-}
-
 Result<pb::GetServerInfoResponse> RenderClient::server_info() {
-  return call(&Stub::GetServerInfo, pb::GetServerInfoRequest());
+  return link_->call(&Stub::GetServerInfo, pb::GetServerInfoRequest());
 }
 
 Result<pb::LoadSceneResponse> RenderClient::upload_scene(const LocalScene& scene, const SceneLoadRequest& request,
                                                          CallControl* control) {
-  return upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(
+  return link_->upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(
       &Stub::LoadScene, [&](auto& call) { return write_scene(call, scene, request); }, control);
 }
 
@@ -152,11 +96,11 @@ Result<pb::LoadSceneResponse> RenderClient::load_server_scene(const std::string&
     call.Write(message);
     return ok_status();
   };
-  return upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(&Stub::LoadScene, write, control);
+  return link_->upload<pb::LoadSceneRequest, pb::LoadSceneResponse>(&Stub::LoadScene, write, control);
 }
 
 Result<pb::ListScenesResponse> RenderClient::list_scenes() {
-  return call(&Stub::ListScenes, pb::ListScenesRequest());
+  return link_->call(&Stub::ListScenes, pb::ListScenesRequest());
 }
 
 Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
@@ -164,10 +108,10 @@ Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
     pb::ListScenesRequest request;
     request.set_scene_id(scene.scene_id());
     request.set_first_camera(std::uint32_t(scene.cameras_size()));
-    const auto page = call(&Stub::ListScenes, request);
+    const auto page = link_->call(&Stub::ListScenes, request);
     if (!page) return page.error();
     if (page->scenes_size() != 1 || page->scenes(0).cameras().empty())
-      return Error{ErrorCode::internal, "the server does not tell all cameras of the scene", peer_};
+      return Error{ErrorCode::internal, "the server does not tell all cameras of the scene", peer()};
     scene.mutable_cameras()->MergeFrom(page->scenes(0).cameras());
   }
   return ok_status();
@@ -176,77 +120,67 @@ Status RenderClient::complete_cameras(pb::SceneInfo& scene) {
 Status RenderClient::unload_scene(const std::string& scene_id) {
   pb::UnloadSceneRequest request;
   request.set_scene_id(scene_id);
-  return without_value(call(&Stub::UnloadScene, request));
+  return without_value(link_->call(&Stub::UnloadScene, request));
 }
 
 Result<pb::EditSceneResponse> RenderClient::edit_scene(const pb::EditSceneRequest& request, CallControl* control) {
   grpc::ClientContext context;
-  authorize(context);
+  link_->authorize(context);
   const CallControl::Scope scope(control, context);
   pb::EditSceneResponse response;
-  const grpc::Status status = stub_->EditScene(&context, request, &response);
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
+  const Status done = link_->status_of(link_->stub().EditScene(&context, request, &response), context);
+  if (!done) return done.error();
   return response;
 }
 
 Result<pb::CreateSessionResponse> RenderClient::create_session(const pb::CreateSessionRequest& request) {
-  return call(&Stub::CreateSession, request);
+  return link_->call(&Stub::CreateSession, request);
 }
 
 Status RenderClient::close_session(const std::string& session_id) {
   pb::CloseSessionRequest request;
   request.set_session_id(session_id);
-  return without_value(call(&Stub::CloseSession, request));
+  return without_value(link_->call(&Stub::CloseSession, request));
 }
 
 Result<pb::ListSessionsResponse> RenderClient::list_sessions() {
-  return call(&Stub::ListSessions, pb::ListSessionsRequest());
+  return link_->call(&Stub::ListSessions, pb::ListSessionsRequest());
 }
 
 Result<std::uint64_t> RenderClient::update_session(const pb::UpdateSessionRequest& request) {
-  auto response = call(&Stub::UpdateSession, request);
+  auto response = link_->call(&Stub::UpdateSession, request);
   if (!response) return response.error();
   return response->revision();
 }
 
 std::unique_ptr<FrameStream> RenderClient::stream_frames(const pb::StreamRequest::Open& open,
                                                          FrameCallbacks callbacks) {
-  return std::make_unique<FrameStream>(*stub_, peer_, open, std::move(callbacks),
-                                       [this](grpc::ClientContext& context) { authorize(context); });
+  return std::make_unique<FrameStream>(link_->stub(), peer(), open, std::move(callbacks),
+                                       [this](grpc::ClientContext& context) { link_->authorize(context); });
 }
 
 Status RenderClient::watch_frames(const pb::WatchFramesRequest& request, const FrameCallbacks& callbacks,
                                   CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  const auto call = stub_->WatchFrames(&context, request);
-  pb::StreamResponse response;
-  while (call->Read(&response)) dispatch(response, callbacks);
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  return ok_status();
+  const auto take = [&](pb::StreamResponse& response) {
+    dispatch(response, callbacks);
+    return ok_status();
+  };
+  return link_->read<pb::WatchFramesRequest, pb::StreamResponse>(&Stub::WatchFrames, request, take, control);
 }
 
 Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, const JobCallbacks& callbacks,
                                            CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  const auto call = stub_->RunJob(&context, request);
   std::optional<pb::FrameEnd> end;
-  pb::RunJobResponse response;
-  while (call->Read(&response)) {
+  const auto take = [&](pb::RunJobResponse& response) {
     if (response.has_accepted() && callbacks.accepted) callbacks.accepted(response.accepted());
     if (response.has_progress() && callbacks.progress) callbacks.progress(response.progress());
     if (response.has_tile() && callbacks.tile) callbacks.tile(std::move(*response.mutable_tile()));
     if (response.has_view_result() && callbacks.view_result) callbacks.view_result(response.view_result());
     if (response.has_result()) end = response.result().end();
-  }
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
+    return ok_status();
+  };
+  const Status done = link_->read<pb::RunJobRequest, pb::RunJobResponse>(&Stub::RunJob, request, take, control);
+  if (!done) return done.error();
   if (!end) return Error{ErrorCode::internal, "the server ended the job without a result", {}};
   return *std::move(end);
 }
@@ -254,42 +188,37 @@ Result<pb::FrameEnd> RenderClient::run_job(const pb::RunJobRequest& request, con
 Status RenderClient::cancel_job(const std::string& job_id) {
   pb::CancelJobRequest request;
   request.set_job_id(job_id);
-  return without_value(call(&Stub::CancelJob, request));
+  return without_value(link_->call(&Stub::CancelJob, request));
 }
 
 Result<pb::CompareResponse::Result> RenderClient::compare(const pb::CompareRequest& request,
                                                           const CompareCallbacks& callbacks, CallControl* control) {
-  grpc::ClientContext context;
-  authorize(context);
-  const CallControl::Scope scope(control, context);
-  const auto call = stub_->Compare(&context, request);
   std::optional<pb::CompareResponse::Result> result;
-  pb::CompareResponse response;
-  while (call->Read(&response)) {
+  const auto take = [&](pb::CompareResponse& response) {
     if (response.has_accepted() && callbacks.accepted) callbacks.accepted(response.accepted());
     if (response.has_progress() && callbacks.progress) callbacks.progress(response.progress());
     if (response.has_reference() && callbacks.reference) callbacks.reference(response.reference());
     if (response.has_unit() && callbacks.unit) callbacks.unit(response.unit());
     if (response.has_picture() && callbacks.picture) callbacks.picture(std::move(*response.mutable_picture()));
     if (response.has_result()) result = std::move(*response.mutable_result());
-  }
-  const grpc::Status status = call->Finish();
-  if (!status.ok()) return to_error(status, peer_);
-  tell_ignored(context);
+    return ok_status();
+  };
+  const Status done = link_->read<pb::CompareRequest, pb::CompareResponse>(&Stub::Compare, request, take, control);
+  if (!done) return done.error();
   if (!result) return Error{ErrorCode::internal, "the server ended the comparison without a result", {}};
   return *std::move(result);
 }
 
 Result<pb::LoadReferenceResponse> RenderClient::load_reference(
     const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& uploaded, CallControl* control) {
-  return upload<pb::LoadReferenceRequest, pb::LoadReferenceResponse>(
+  return link_->upload<pb::LoadReferenceRequest, pb::LoadReferenceResponse>(
       &Stub::LoadReference, [&](auto& call) { return write_reference(call, path, uploaded); }, control);
 }
 
 Result<pb::ReplaySampleResponse> RenderClient::replay_sample(const std::string& token, CallControl* control) {
   pb::ReplaySampleRequest request;
   request.set_token(token);
-  return call(&Stub::ReplaySample, request, control);
+  return link_->call(&Stub::ReplaySample, request, control);
 }
 
 }  // namespace helio

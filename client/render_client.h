@@ -12,28 +12,16 @@
 // Messages are those of proto/heliograph/v1, which states every field's unit, range and the meaning of zero.
 #pragma once
 
-#include <grpcpp/channel.h>
-
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "client/call_control.h"
 #include "client/frame_stream.h"
 #include "client/local_scene.h"
-#include "heliograph/v1/render_service.grpc.pb.h"
+#include "client/service_link.h"
 #include "renderer/base/result.h"
 
 namespace helio {
-
-struct ConnectOptions {
-  double timeout_s = 10;  // for the connection, > 0
-  bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
-  double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams, jobs and comparisons), > 0
-  std::string token;           // a line of the daemon's token file; empty: none. Travels unencrypted
-  // Told on the thread of a call when the server is older than this client and ignored some of its request's fields.
-  std::function<void(const std::string& text)> notice;
-};
 
 struct SceneLoadRequest {
   double time_s = 0;      // the animation is evaluated at this time
@@ -71,8 +59,10 @@ class RenderClient {
   // Over a channel that exists already (in process). `peer` names the other side in messages.
   RenderClient(std::shared_ptr<grpc::Channel> channel, std::string peer, const ConnectOptions& options = {});
 
-  const std::string& peer() const { return peer_; }
-  const std::string& token() const { return options_.token; }
+  const std::string& peer() const { return link_->peer(); }
+  const std::string& token() const { return link_->options().token; }
+  // For clients of single areas (client/jobs/job_client.h).
+  std::shared_ptr<const ServiceLink> link() const { return link_; }
 
   Result<heliograph::v1::GetServerInfoResponse> server_info();
 
@@ -122,24 +112,7 @@ class RenderClient {
   Result<heliograph::v1::ReplaySampleResponse> replay_sample(const std::string& token, CallControl* control = nullptr);
 
  private:
-  // With the deadline of short calls.
-  template <class Request, class Response>
-  Result<Response> call(grpc::Status (heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*,
-                                                                                             const Request&, Response*),
-                        const Request& request, CallControl* control = nullptr);
-  // `write` sends the messages; its error cancels the call and is answered.
-  template <class Request, class Response>
-  Result<Response> upload(std::unique_ptr<grpc::ClientWriterInterface<Request>> (
-                              heliograph::v1::RenderService::StubInterface::*method)(grpc::ClientContext*, Response*),
-                          const std::function<Status(grpc::ClientWriterInterface<Request>&)>& write,
-                          CallControl* control);
-  void tell_ignored(const grpc::ClientContext& context) const;
-  void authorize(grpc::ClientContext& context) const;
-
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<heliograph::v1::RenderService::StubInterface> stub_;
-  std::string peer_;
-  ConnectOptions options_;
+  std::shared_ptr<const ServiceLink> link_;
 };
 
 }  // namespace helio

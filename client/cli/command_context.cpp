@@ -6,11 +6,24 @@
 
 namespace helio::cli {
 
-void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
-  add_connection_options(app, options.connection);
+namespace {
+
+void add_other_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
   add_progress_option(app, options.progress);
   add_flag(app, options.json, "--json", json_help);
   allow_unknown(app);
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
+  add_connection_options(app, options.connection);
+  add_other_options(app, options, json_help);
+}
+
+void add_common_daemon_options(CLI::App& app, CommonOptions& options, const std::string& json_help) {
+  add_daemon_options(app, options.connection);
+  add_other_options(app, options, json_help);
 }
 
 CommandContext::CommandContext(const CLI::App& app, const CommonOptions& options)

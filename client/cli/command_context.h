@@ -13,6 +13,8 @@ struct CommonOptions {
 };
 // The last options of a command. `json_help` describes --json.
 void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help);
+// The same of commands that need a daemon.
+void add_common_daemon_options(CLI::App& app, CommonOptions& options, const std::string& json_help);
 
 struct CommandContext {
   // Reads the common options; `problems` then holds theirs, and flags that the command does not know.

@@ -11,19 +11,32 @@
 
 namespace helio::cli {
 
-void add_connection_options(CLI::App& app, ConnectionOptions& options) {
+namespace {
+
+void add_address_options(CLI::App& app, ConnectionOptions& options, const std::string& default_server) {
   add_text(app, options.server, "--server", "ADDRESS",
-           "Daemon to use: HOST:PORT or unix:PATH. Default: render in this process");
+           "Daemon to use: HOST:PORT or unix:PATH. Default: " + default_server);
   add_text(app, options.wait, "--wait", "SECONDS",
            "Keep trying to reach the daemon for so long, (0, 3600]. Default: a refused connection is final");
   add_text(app, options.token_file, "--token-file", "FILE",
            "The daemon's token: the first line of FILE that is neither empty nor begins with #. Only with --server; "
            "default: the variable HELIOGRAPH_TOKEN_FILE, or none");
+}
+
+}  // namespace
+
+void add_connection_options(CLI::App& app, ConnectionOptions& options) {
+  add_address_options(app, options, "render in this process");
   add_text(app, options.threads, "--threads", "N",
            "Render threads, [1, 1024]; only without --server. Default: one per core");
   add_text(app, options.isa, "--isa", "NAME",
            "Instruction set that Embree traces with: auto, sse2, sse4.2, avx, avx2, avx512; only without --server. "
            "Default: auto, the newest of this processor");
+}
+
+void add_daemon_options(CLI::App& app, ConnectionOptions& options) {
+  options.needs_daemon = true;
+  add_address_options(app, options, "the variable HELIOGRAPH_SERVER");
 }
 
 namespace {
@@ -37,12 +50,30 @@ Result<std::string> read_token(const std::string& file) {
 
 }  // namespace
 
+namespace {
+
+std::optional<std::string> read_address(const ConnectionOptions& options, OptionReader& reader) {
+  std::optional<std::string> address = reader.text(options.server);
+  const char* variable = options.needs_daemon ? std::getenv("HELIOGRAPH_SERVER") : nullptr;
+  const bool by_variable = !options.server.given() && variable && *variable;
+  if (by_variable) address = variable;
+  if (!address) {
+    if (options.needs_daemon && !options.server.given())
+      reader.problem(options.server, "is missing: the daemon that keeps the jobs (or the variable HELIOGRAPH_SERVER)");
+    return std::nullopt;
+  }
+  const Status valid = validate_server_address(*address);
+  if (!valid) reader.problem(options.server, (by_variable ? "by HELIOGRAPH_SERVER: " : "") + valid.error().message);
+  return address;
+}
+
+}  // namespace
+
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader) {
   Connection connection;
-  if (const auto address = reader.text(options.server)) {
+  const auto address = read_address(options, reader);
+  if (address) {
     connection.address = *address;
-    const Status valid = validate_server_address(*address);
-    if (!valid) reader.problem(options.server, valid.error().message);
     if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
     if (options.isa.given()) reader.problem(options.isa, "does not go with --server: the daemon has its own");
     const char* variable = std::getenv("HELIOGRAPH_TOKEN_FILE");

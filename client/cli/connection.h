@@ -17,20 +17,23 @@ namespace helio::cli {
 
 struct ConnectionOptions {
   TextOption server, wait, token_file, threads, isa;
+  bool needs_daemon = false;  // nothing is rendered in process
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);
+// Of commands that need a daemon: --server, else the variable HELIOGRAPH_SERVER, must name it.
+void add_daemon_options(CLI::App& app, ConnectionOptions& options);
 
 struct Connection {
   std::string address;  // empty: in process
   ConnectOptions connect;
-  int threads = 0;  // in process: render threads, 0: one per core
-  std::string isa;  // in process: instruction set of Embree; empty: automatic
+  int threads = 0;           // in process: render threads, 0: one per core
+  std::string isa;           // in process: instruction set of Embree; empty: automatic
   std::string oidn_library;  // in process: of Open Image Denoise; empty: none
   // In process: the viewer's page, HOST:PORT; empty: none. Who wants it names connect.token.
   std::string http;
   std::vector<std::string> scene_roots;  // in process
-  bool allow_exclusive = false;  // in process: comparisons may keep everything else waiting
-  bool vulkan_devices = false;   // in process: Vulkan devices are looked for and may be used
+  bool allow_exclusive = false;          // in process: comparisons may keep everything else waiting
+  bool vulkan_devices = false;           // in process: Vulkan devices are looked for and may be used
 };
 Connection read_connection(const ConnectionOptions& options, OptionReader& reader);
 

@@ -66,6 +66,10 @@ void add_texts(CLI::App& app, std::vector<std::string>& values, const std::strin
   app.add_option(name, values, help)->type_name(value_name)->allow_extra_args(false);
 }
 
+void add_words(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& help) {
+  app.add_option(name, values, help)->type_name("");
+}
+
 std::vector<GivenOption> given_options(const CLI::App& app) {
   std::vector<GivenOption> all;
   for (const CLI::Option* option : app.get_options()) {
@@ -87,6 +91,14 @@ void OptionReader::problem(const TextOption& option, const std::string& message)
 std::optional<std::uint64_t> OptionReader::integer(const TextOption& option, std::uint64_t low, std::uint64_t high) {
   if (!option.given()) return std::nullopt;
   std::uint64_t value = 0;
+  if (parse_whole(option.text, value) && value >= low && value <= high) return value;
+  problem(option, fmt::format("{} is not an integer in [{}, {}]", quoted(option.text), low, high));
+  return std::nullopt;
+}
+
+std::optional<int> OptionReader::signed_integer(const TextOption& option, int low, int high) {
+  if (!option.given()) return std::nullopt;
+  int value = 0;
   if (parse_whole(option.text, value) && value >= low && value <= high) return value;
   problem(option, fmt::format("{} is not an integer in [{}, {}]", quoted(option.text), low, high));
   return std::nullopt;

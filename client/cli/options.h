@@ -42,6 +42,8 @@ void add_text_or_none(CLI::App& app, TextOption& option, const std::string& name
 // An option that may be repeated, with a value each time.
 void add_texts(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& value_name,
                const std::string& help);
+// All words that are no options, any number of them.
+void add_words(CLI::App& app, std::vector<std::string>& values, const std::string& name, const std::string& help);
 // An option as it stands on the command line; a flag has no value.
 struct GivenOption {
   std::string name;  // "--samples"
@@ -58,6 +60,7 @@ class OptionReader {
   explicit OptionReader(Problems& problems) : problems_(problems) {}
 
   std::optional<std::uint64_t> integer(const TextOption& option, std::uint64_t low, std::uint64_t high);
+  std::optional<int> signed_integer(const TextOption& option, int low, int high);
   std::optional<double> number(const TextOption& option, const NumberRange& range);
   std::optional<std::pair<int, int>> size(const TextOption& option);  // WIDTHxHEIGHT
   std::optional<PixelRect> rect(const TextOption& option);            // x0,y0,x1,y1

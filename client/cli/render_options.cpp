@@ -152,10 +152,11 @@ void add_picture_options(CLI::App& app, SettingsOptions& options) {
 void add_settings_options(CLI::App& app, SettingsOptions& options) {
   add_picture_options(app, options);
   add_fields(app, options, false);
-  add_text(app, options.technique, "--technique", "S,T",
-           "Renders only paths of S light and T camera vertices (S + T - 1 segments), by their weight among all "
-           "techniques (--integrator bdpt). S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
-           "camera. Default: all together");
+  add_text(
+      app, options.technique, "--technique", "S,T",
+      "Renders only paths of S light and T camera vertices (S + T - 1 segments), by their weight among all "
+      "techniques (--integrator bdpt). S 0: lights that are met; S 1: light samples; T 1: light paths joined to the "
+      "camera. Default: all together");
 }
 
 namespace {
@@ -352,13 +353,14 @@ void set_defaults(pb::RenderSettings& settings, const pb::SceneInfo& scene, cons
   }
 }
 
-void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what) {
+void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what, bool paced) {
   add_text(app, options.fields["samples"], "--samples", "N",
            "Ends " + of_what + " at N samples per pixel, " + kSampleBudget.to_string() +
                ". Default when no budget is given: 64");
   add_text(app, options.fields["time_s"], "--time", "SECONDS", "Ends " + of_what + " after this wall time, > 0");
   add_text(app, options.fields["error"], "--error", "E",
            "Ends " + of_what + " when the estimated error has come down to E, > 0, in radiance units");
+  if (!paced) return;
   add_text(app, options.fields["bytes_per_second"], "--bytes-per-second", "R",
            "Paces the tiles that are sent on the way, > 0; ends nothing. Default: unlimited");
 }
@@ -373,17 +375,36 @@ pb::Budget read_budget(const BudgetOptions& options, OptionReader& reader) {
   return budget;
 }
 
-void add_transport_options(CLI::App& app, TransportOptions& options) {
+namespace {
+
+void add_format_options(CLI::App& app, TransportOptions& options, const std::string& of_what,
+                        const std::string& default_compression) {
   add_text(app, options.compression, "--compression", "KIND",
-           "Of the tiles on their way: " + join(short_names(*pb::Compression_descriptor()), ", ") +
-               " (dwaa loses detail). Default: none in process and on loopback, zip otherwise");
+           "Of " + of_what + ": " + join(short_names(*pb::Compression_descriptor()), ", ") +
+               " (dwaa loses detail). Default: " + default_compression);
   add_text(app, options.pixel_type, "--pixel-type", "TYPE",
-           "Of the tiles on their way: float, or half for half the bytes. Default: float");
+           "Of " + of_what + ": float, or half for half the bytes. Default: float");
   add_text(app, options.layers, "--layers", "LIST",
            "Further layers of the picture, comma-separated: alpha (A), depth (Z), normal (N.x, N.y, N.z), albedo "
            "(albedo.r, albedo.g, albedo.b), history (history.weight, bias.bound, history.age: what earlier pictures "
            "brought), density (samples.density: samples over their mean), display (display.R, display.G, display.B: "
            "filtered for the eye, and display.error: its error by estimate)");
+}
+
+}  // namespace
+
+void add_transport_options(CLI::App& app, TransportOptions& options) {
+  add_format_options(app, options, "the tiles on their way", "none in process and on loopback, zip otherwise");
+}
+
+void add_kept_file_options(CLI::App& app, TransportOptions& options) {
+  add_format_options(app, options, "the picture's file", "zip");
+}
+
+pb::TileFormat read_kept_file(const TransportOptions& options, OptionReader& reader) {
+  pb::TileFormat format = read_transport(options, {}, reader);
+  if (!options.compression.given()) format.set_compression(pb::COMPRESSION_ZIP);
+  return format;
 }
 
 pb::TileFormat read_transport(const TransportOptions& options, const std::string& address, OptionReader& reader) {

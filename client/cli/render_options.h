@@ -39,13 +39,17 @@ void set_defaults(heliograph::v1::RenderSettings& settings, const heliograph::v1
 struct BudgetOptions {
   std::map<std::string, TextOption, std::less<>> fields;  // by name in the protocol's Budget
 };
-void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what);
+// `paced`: tiles are sent on the way.
+void add_budget_options(CLI::App& app, BudgetOptions& options, const std::string& of_what, bool paced = true);
 heliograph::v1::Budget read_budget(const BudgetOptions& options, OptionReader& reader);
 
 struct TransportOptions {
   TextOption compression, pixel_type, layers;
 };
 void add_transport_options(CLI::App& app, TransportOptions& options);
+// Of a file that the daemon writes.
+void add_kept_file_options(CLI::App& app, TransportOptions& options);
+heliograph::v1::TileFormat read_kept_file(const TransportOptions& options, OptionReader& reader);
 // `address`: the daemon's; empty: in process.
 heliograph::v1::TileFormat read_transport(const TransportOptions& options, const std::string& address,
                                           OptionReader& reader);

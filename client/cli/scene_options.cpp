@@ -64,7 +64,7 @@ SceneChoice read_scene(const SceneOptions& options, const ConnectionOptions& con
   choice.strict = options.strict;
   choice.time_s = reader.number(options.scene_time, kAnyNumber).value_or(0);
   choice.on_server = options.scene_path;
-  if (options.scene_path && !connection.server.given()) {
+  if (options.scene_path && !connection.server.given() && !connection.needs_daemon) {
     reader.problems().add("--scene-path", "is only valid with --server");
   }
   if (const auto names_map = names_environment_map(choice.environment); !names_map) {

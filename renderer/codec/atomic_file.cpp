@@ -4,11 +4,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace helio {
 namespace {
@@ -50,31 +50,49 @@ void flush_directory_of(const std::string& path) {
 
 }  // namespace
 
+Result<AtomicFile> AtomicFile::create(const std::string& path) {
+  static std::atomic<unsigned> serial{0};
+  std::string temporary = path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
+  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor < 0) return failure(path, "cannot be created");
+  return AtomicFile(path, std::move(temporary), descriptor);
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+Status AtomicFile::write(std::span<const std::uint8_t> bytes) {
+  if (!write_all(descriptor_, bytes)) return failure(path_, "cannot be written");
+  return ok_status();
+}
+
+Status AtomicFile::commit(Flush flush) {
+  if (flush == Flush::now && ::fsync(descriptor_) != 0) return failure(path_, "cannot be flushed");
+  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) return failure(path_, "cannot be put in place");
+  temporary_.clear();
+  if (flush == Flush::now) flush_directory_of(path_);
+  return ok_status();
+}
+
 Status write_file_atomically(const std::string& path, std::span<const std::uint8_t> bytes) {
   return write_parts_atomically(path, {&bytes, 1});
 }
 
 Status write_parts_atomically(const std::string& path, std::span<const std::span<const std::uint8_t>> parts,
                               Flush flush) {
-  static std::atomic<unsigned> serial{0};
-  const std::string temporary = path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
-  Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
-  if (file.value < 0) return failure(path, "cannot be created");
-  const char* failed = nullptr;
-  if (!std::all_of(parts.begin(), parts.end(), [&](const auto& part) { return write_all(file.value, part); })) {
-    failed = "cannot be written";
-  } else if (flush == Flush::now && ::fsync(file.value) != 0) {
-    failed = "cannot be flushed";
-  } else if (std::rename(temporary.c_str(), path.c_str()) != 0) {
-    failed = "cannot be put in place";
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  for (const auto& part : parts) {
+    if (const Status written = file->write(part); !written) return written;
   }
-  if (failed == nullptr) {
-    if (flush == Flush::now) flush_directory_of(path);
-    return ok_status();
-  }
-  const Error error = failure(path, failed);
-  ::unlink(temporary.c_str());
-  return error;
+  return file->commit(flush);
 }
 
 Status flush_files(std::span<const std::string> paths) {

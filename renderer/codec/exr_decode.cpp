@@ -41,6 +41,7 @@ Result<TileHeader> check_windows(const Imf::Header& header, std::uint64_t max_pi
   tile.frame_height = display.max.y - display.min.y + 1;
   if (const auto* comments = header.findTypedAttribute<Imf::StringAttribute>("comments"))
     tile.comments = comments->value();
+  if (const auto* origin = header.findTypedAttribute<Imf::StringAttribute>(kExrOrigin)) tile.origin = origin->value();
   const std::uint64_t pixels = std::uint64_t(tile.data_window.area());
   if (pixels > max_pixels) {
     return refuse("data window of " + std::to_string(tile.data_window.width()) + " x " +

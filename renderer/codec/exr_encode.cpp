@@ -90,6 +90,7 @@ Status encode_compressed(const TileHeader& tile, std::span<const StoredChannel> 
     header.compression() = to_exr(compression);
     header.insert("software", Imf::StringAttribute(kExrSoftware));
     if (!tile.comments.empty()) header.insert("comments", Imf::StringAttribute(tile.comments));
+    if (!tile.origin.empty()) header.insert(kExrOrigin, Imf::StringAttribute(tile.origin));
     Imf::FrameBuffer frame;
     const std::size_t values = std::size_t(w.area());
     std::vector<std::vector<char>> planes;
@@ -121,7 +122,8 @@ Result<std::vector<std::uint8_t>> encode_tile(const TileHeader& header, std::spa
   const std::vector<StoredChannel> stored = store(channels, encoding.pixel_type);
 
   // Room for the whole uncompressed file: header, one offset and one chunk header per row, values.
-  std::size_t room = 512 + header.comments.size() + 16 * std::size_t(header.data_window.height());
+  std::size_t room =
+      512 + header.comments.size() + header.origin.size() + 16 * std::size_t(header.data_window.height());
   for (const StoredChannel& channel : stored) room += std::strlen(channel.name) + 32 + values * channel.value_bytes;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(room);

@@ -59,6 +59,8 @@ exr_result_t write_header(exr_context_t exr, const TileHeader& header, std::span
   if (rc == EXR_ERR_SUCCESS) rc = exr_attr_set_string(exr, part, "software", kExrSoftware);
   if (rc == EXR_ERR_SUCCESS && !header.comments.empty())
     rc = exr_attr_set_string(exr, part, "comments", header.comments.c_str());
+  if (rc == EXR_ERR_SUCCESS && !header.origin.empty())
+    rc = exr_attr_set_string(exr, part, kExrOrigin, header.origin.c_str());
   for (const StoredChannel& channel : channels) {
     if (rc != EXR_ERR_SUCCESS) return rc;
     const exr_pixel_type_t type = channel.type == TilePixelType::half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;

@@ -24,10 +24,14 @@ struct TileChannel {
   bool keep_positive = false;
 };
 
+// PictureOrigin of proto/heliograph/v1/picture_origin.proto.
+inline constexpr const char* kExrOrigin = "heliograph.render";
+
 struct TileHeader {
   PixelRect data_window;                  // in pixels of the frame
   int frame_width = 0, frame_height = 0;  // display window [0, width) x [0, height)
   std::string comments{};                 // the attribute of that name, for people to read; empty: none
+  std::string origin{};                   // the attribute kExrOrigin: how the picture was made, as JSON; empty: none
 };
 
 struct TileEncoding {

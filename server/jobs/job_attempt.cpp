@@ -301,9 +301,26 @@ void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& c
 std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, const FrameEnd& end) {
   if (end.reason == FrameEndReason::failed) return failed({ErrorCode::internal, end.message, {}});
   if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
-  const auto file = picture_->encode();
+  const auto file = picture_->encode(origin_of(view));
   if (!file) return failed(file.error());
   return write_view(view, *file, to_message(FrameReport{end, 0, 0, {}}, record_.id).SerializeAsString());
+}
+
+// What the frame does not tell.
+pb::PictureOrigin JobAttempt::origin_of(std::uint32_t view) const {
+  const pb::RunJobRequest& job = request_.job();
+  pb::PictureOrigin origin;
+  origin.set_scene_id(record_.scene_id);
+  if (job.views_size() > 0) {
+    *origin.mutable_camera() = job.views(int(view));
+  } else if (job.has_camera()) {
+    *origin.mutable_camera() = job.camera();
+  }
+  *origin.mutable_budget() = job.budget();
+  origin.set_build(build_description());
+  origin.set_isa(rendering_isa());
+  origin.set_mixed_builds(!same_bits_);
+  return origin;
 }
 
 // Of a view that is rendered: its file, and the row that says so. What cannot be written now waits beside the

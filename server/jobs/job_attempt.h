@@ -77,6 +77,7 @@ class JobAttempt {
   std::optional<Outcome> render_view(std::uint32_t view);
   std::variant<FrameEnd, Outcome> wait_for_end(std::uint32_t view);
   std::optional<Outcome> finish_view(std::uint32_t view, const FrameEnd& end);
+  pb::PictureOrigin origin_of(std::uint32_t view) const;
   std::optional<Outcome> write_view(std::uint32_t view, std::span<const std::uint8_t> bytes,
                                     const std::string& frame_end);
   void write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint);

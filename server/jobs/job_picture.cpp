@@ -1,9 +1,12 @@
 #include "server/jobs/job_picture.h"
 
+#include <google/protobuf/util/json_util.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <stdexcept>
+
+#include "server/stream/convert.h"
 
 namespace helio {
 
@@ -15,10 +18,19 @@ std::optional<FrameEnd> JobPicture::end(std::uint64_t revision) {
   return end_ && end_->tag.revision == revision ? end_ : std::nullopt;
 }
 
-Result<std::vector<std::uint8_t>> JobPicture::encode() {
+Result<std::vector<std::uint8_t>> JobPicture::encode(pb::PictureOrigin origin) {
   const std::lock_guard lock(mutex_);
-  return encode_picture(picture_, begin_.settings.width, begin_.settings.height, format_.encoding,
-                        fmt::format("{}", fmt::join(begin_.unsampled, "\n")));
+  *origin.mutable_settings() = to_message(begin_.settings);
+  const pb::FrameEnd end = to_message(FrameReport{*end_}, {});
+  origin.set_samples_per_pixel(end.totals().samples_per_pixel());
+  origin.set_ended_by(end.reason());
+  TileHeader header{picture_.window, begin_.settings.width, begin_.settings.height};
+  header.comments = fmt::format("{}", fmt::join(begin_.unsampled, "\n"));
+  google::protobuf::util::JsonPrintOptions names;
+  names.preserve_proto_field_names = true;
+  const auto written = google::protobuf::util::MessageToJsonString(origin, &header.origin, names);
+  if (!written.ok()) return Error{ErrorCode::internal, written.ToString(), kExrOrigin};
+  return encode_picture(picture_, header, format_.encoding);
 }
 
 void JobPicture::frame_begun(const FrameBegin& begin) {

@@ -10,11 +10,14 @@
 #include <utility>
 #include <vector>
 
+#include "heliograph/v1/picture_origin.pb.h"
 #include "renderer/frame/frame_sink.h"
 #include "server/base/memory_account.h"
 #include "server/stream/tile_encoder.h"
 
 namespace helio {
+
+namespace pb = heliograph::v1;
 
 // Thread safe as far as the renderer calls; the members before the sink's are for one thread.
 class JobPicture final : public FrameSink {
@@ -24,8 +27,9 @@ class JobPicture final : public FrameSink {
 
   // How the newest frame of this revision ended; nothing: it has not.
   std::optional<FrameEnd> end(std::uint64_t revision);
-  // The newest frame as an EXR file, whose `comments` are what its integrator leaves out. Precondition: it has ended.
-  Result<std::vector<std::uint8_t>> encode();
+  // The newest frame as an EXR file, whose `comments` are what its integrator leaves out. `origin` lacks what the frame
+  // tells: settings and how it ended. Precondition: it has ended.
+  Result<std::vector<std::uint8_t>> encode(pb::PictureOrigin origin);
 
   void frame_begun(const FrameBegin& begin) override;
   void tile_ready(FrameTile tile) override;

@@ -91,11 +91,11 @@ void PicturePlanes::put(const ResolvedTile& tile) {
   }
 }
 
-Result<std::vector<std::uint8_t>> encode_picture(const PicturePlanes& picture, int frame_width, int frame_height,
-                                                 const TileEncoding& encoding, const std::string& comments) {
+Result<std::vector<std::uint8_t>> encode_picture(const PicturePlanes& picture, const TileHeader& header,
+                                                 const TileEncoding& encoding) {
   std::vector<TileChannel> channels;
   for (const auto& [plane, values] : picture.planes) channels.push_back(to_tile_channel(*plane, values));
-  return encode_tile({picture.window, frame_width, frame_height, comments}, channels, encoding);
+  return encode_tile(header, channels, encoding);
 }
 
 Result<EncodedTile> encode(const FrameTile& tile, int frame_width, int frame_height, const TileFormat& format,

@@ -41,7 +41,7 @@ struct PicturePlanes {
   void put(const ResolvedTile& tile);                         // which lies in the window
 };
 // As encode() does with a tile's film.
-Result<std::vector<std::uint8_t>> encode_picture(const PicturePlanes& picture, int frame_width, int frame_height,
-                                                 const TileEncoding& encoding, const std::string& comments);
+Result<std::vector<std::uint8_t>> encode_picture(const PicturePlanes& picture, const TileHeader& header,
+                                                 const TileEncoding& encoding);
 
 }  // namespace helio

@@ -28,7 +28,7 @@ void expect_refused(const BadLine& line, const ProcessResult& result) {
 TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
   const std::vector<BadLine> lines = {
       {{}, 2, {"subcommand"}},
-      {{"paint"}, 2, {"'paint' is not a command: render, move, serve, info, scene"}},
+      {{"paint"}, 2, {"'paint' is not a command: render, move, view, serve, info, scene"}},
       {{"render"}, 2, {"FILE: is missing"}},
       {{"render", "quad.gltf", "more"}, 2, {"'more': is one argument too many"}},
       {{"render", "quad.gltf", "--sample", "3"}, 2, {"--sample: is not an option of render", "--samples?"}},
@@ -203,6 +203,26 @@ TEST_F(CliBadInput, EveryFlagNamesItsValueAndRange) {
       {{"move", "quad.gltf", "--path", "none.json", "--step", "2"}, 2, {"--step", "with a --path by name"}},
       {{"move", "quad.gltf", "--path", "."}, 2, {"--path: '.' is a folder"}},
       {{"move", "quad.gltf", "--path", "none.json"}, 2, {"--path: 'none.json' cannot be opened, and is none of turn,"}},
+      {{"render", "quad.gltf", "--shard", "0/2"}, 2, {"--shard: '0/2' is not I/N", "[1, 4096]"}},
+      {{"submit", "quad.gltf"}, 2, {"--server: is missing", "HELIOGRAPH_SERVER"}},
+      {{"jobs", "--server", "here"}, 2, {"--server: 'here'"}},
+      {{"jobs", "--server", "127.0.0.1:1"}, 4, {"no server answers at 127.0.0.1:1"}},
+      {{"jobs", "--server", "127.0.0.1:1", "--state", "done"}, 2, {"--state: 'done' is none of queued, running, paused"}},
+      {{"jobs", "--server", "127.0.0.1:1", "--limit", "0"}, 2, {"--limit: '0'", "[1, 1000000]"}},
+      {{"jobs", "--server", "127.0.0.1:1", "--threads", "2"}, 2, {"--threads: is not an option of jobs"}},
+      {{"submit", "quad.gltf", "--server", "127.0.0.1:1", "--priority", "101"}, 2, {"--priority: '101'", "[-100, 100]"}},
+      {{"submit", "quad.gltf", "--server", "127.0.0.1:1", "--overwrite"}, 2, {"only valid with --output-on-server"}},
+      {{"submit", "quad.gltf", "--server", "127.0.0.1:1", "--output-on-server", "x.png"}, 2, {"does not end in .exr"}},
+      {{"submit", "quad.gltf", "--server", "127.0.0.1:1", "--name", "a\tb"}, 2, {"--name: has 3 bytes, control"}},
+      {{"job", "--server", "127.0.0.1:1"}, 2, {"ID: is missing"}},
+      {{"job", "j-1", "--server", "127.0.0.1:1", "--pause", "--cancel"}, 2, {"exclude each other"}},
+      {{"job", "j-1", "--server", "127.0.0.1:1", "--view", "1"}, 2, {"--view: is only valid with --fetch"}},
+      {{"job", "j-1", "--server", "127.0.0.1:1", "--fetch", "no/x.exr"}, 2, {"--fetch: the folder 'no' does not exist"}},
+      {{"top", "--server", "127.0.0.1:1", "--interval", "0"}, 2, {"--interval: '0'", "[0.1, 3600]"}},
+      {{"merge", "-o", "x.exr"}, 2, {"PART.exr: is missing"}},
+      {{"merge", "a.exr"}, 2, {"--output: is missing"}},
+      {{"merge", "a.exr", "-o", "x.exr"}, 1, {"a.exr: cannot be read"}},
+      {{"merge", "quad.gltf", "-o", "quad.gltf"}, 2, {"--output: 'quad.gltf' is a part, which must not be"}},
   };
   // A start of the program takes a third of a second.
   const std::size_t step = by_tier<std::size_t>(3, 1);

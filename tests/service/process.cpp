@@ -50,10 +50,11 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, out_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  if (stderr_kind == Stderr::terminal) {
+  if (stderr_kind != Stderr::file) {
     terminal_fd_ = open_terminal();
     if (terminal_fd_ < 0) throw std::runtime_error("no pseudo-terminal");
-    posix_spawn_file_actions_addopen(&actions, 2, ptsname(terminal_fd_), O_RDWR | O_NOCTTY, 0);
+    for (int fd = stderr_kind == Stderr::all_terminal ? 0 : 2; fd <= 2; ++fd)
+      posix_spawn_file_actions_addopen(&actions, fd, ptsname(terminal_fd_), O_RDWR | O_NOCTTY, 0);
   } else {
     posix_spawn_file_actions_addopen(&actions, 2, err_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   }
@@ -79,6 +80,10 @@ Process::~Process() {
 
 void Process::send_signal(int signal) {
   if (!ended()) kill(pid_, signal);
+}
+
+void Process::type(const std::string& keys) {
+  if (write(terminal_fd_, keys.data(), keys.size()) != ssize_t(keys.size())) throw std::runtime_error("cannot type");
 }
 
 bool Process::ended() {

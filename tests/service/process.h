@@ -16,7 +16,8 @@ struct ProcessResult {
 
 class Process {
  public:
-  enum class Stderr { file, terminal };
+  // all_terminal: stdin and stdout are the same terminal, so that errors() has what either shows.
+  enum class Stderr { file, terminal, all_terminal };
 
   // Starts the program in `folder`, where it also leaves its stdout.
   Process(const std::string& program, const std::vector<std::string>& arguments, const std::string& folder,
@@ -26,6 +27,7 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send_signal(int signal);
+  void type(const std::string& keys);  // of a process whose stdin is a terminal
   // True once stdout (or stderr) holds the text; false after `seconds` or when the process has ended.
   bool wait_for_output(const std::string& text, double seconds = 60);
   bool wait_for_errors(const std::string& text, double seconds = 60);

@@ -58,9 +58,11 @@ Json to_json(const pb::GetServerInfoResponse& info) {
                     {"max_film_pixels", limits.max_film_pixels()},
                     {"max_sessions", limits.max_sessions()},
                     {"max_jobs", limits.max_jobs()},
+                    {"max_queued_jobs", limits.max_queued_jobs()},
                     {"max_memory", limits.max_memory()},
                     {"max_message_bytes", limits.max_message_bytes()},
                     {"max_scenes", limits.max_scenes()}};
+  json["keeps_jobs"] = info.keeps_jobs();
   json["draining"] = info.draining();
   json["uptime_s"] = info.uptime_s();
   return json;
@@ -144,6 +146,8 @@ void say(Terminal& terminal, const pb::GetServerInfoResponse& info, const Json& 
                            human_count(double(limits.max_scene_bytes())), human_count(double(limits.max_memory())),
                            human_count(double(limits.max_film_pixels())), limits.max_film_side(), limits.max_sessions(),
                            limits.max_jobs()));
+  if (info.keeps_jobs())
+    terminal.say(fmt::format("  keeps jobs that are submitted, of which at most {} wait", limits.max_queued_jobs()));
   for (const Json& scene : json["scenes"]) {
     const bool edited = !scene["edited_from"].is_null();
     terminal.say(

@@ -8,25 +8,17 @@
 
 #include "renderer/codec/atomic_file.h"
 #include "renderer/codec/display_image.h"
-#include "renderer/codec/tile_codec.h"
 
 namespace helio::cli {
 
-namespace {
-
-Status write_picture(const std::string& path, const Picture& picture, const Unsampled& unsampled) {
+Status write_picture(const std::string& path, const TileHeader& header, const std::vector<std::string>& names,
+                     const std::vector<std::vector<float>>& planes) {
   std::vector<TileChannel> channels;
-  for (std::size_t i = 0; i < picture.names.size(); ++i) {
-    channels.push_back({picture.names[i], picture.planes[i].data(), true});
-  }
-  const TileHeader header{picture.window, picture.frame_width, picture.frame_height,
-                          fmt::format("{}", fmt::join(unsampled, "\n"))};
+  for (std::size_t i = 0; i < names.size(); ++i) channels.push_back({names[i], planes[i].data(), true});
   const auto bytes = encode_tile(header, channels, {TilePixelType::float32, TileCompression::zip});
   if (!bytes) return bytes.error();
   return write_file_atomically(path, *bytes);
 }
-
-}  // namespace
 
 void add_file_options(CLI::App& app, FileOptions& options, bool numbered) {
   const std::string each = numbered ? " of each view; #### becomes the view's number, put before the extension when "
@@ -93,8 +85,11 @@ void add_layers(const FileNames& names, heliograph::v1::TileFormat& format) {
   if (!names.png.empty() && !names.raw) format.set_display(true);
 }
 
-Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json) {
-  Status written = write_picture(names.exr, picture, unsampled);
+Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json,
+                   const std::string& origin) {
+  const TileHeader header{picture.window, picture.frame_width, picture.frame_height,
+                          fmt::format("{}", fmt::join(unsampled, "\n")), origin};
+  Status written = write_picture(names.exr, header, picture.names, picture.planes);
   if (!written) return written;
   json["output"] = names.exr;
   json["unsampled"] = unsampled;

@@ -9,6 +9,7 @@
 #include "client/cli/options.h"
 #include "client/cli/terminal.h"
 #include "client/picture.h"
+#include "renderer/codec/tile_codec.h"
 
 namespace helio::cli {
 
@@ -42,10 +43,15 @@ void add_layers(const FileNames& names, heliograph::v1::TileFormat& format);
 // FrameBegin.unsampled.
 using Unsampled = std::vector<std::string>;
 
+// A picture with float channels, zip, at `path`, whole or not at all.
+Status write_picture(const std::string& path, const TileHeader& header, const std::vector<std::string>& names,
+                     const std::vector<std::vector<float>>& planes);
+
 // Writes what `names` asks for and adds "output", "png", "png_layer", "denoiser", "unsampled" and what
 // write_heat_maps() adds to `json`. The EXR holds float channels, zip, with the picture's window as its data window,
-// and `unsampled` as its comments. The PNG is exposed for the eye; it and the JSON name the layer that it shows,
-// "display" or "radiance".
-Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json);
+// `unsampled` as its comments, and `origin` (PictureOrigin as JSON; empty: not). The PNG is exposed for the eye; it and
+// the JSON name the layer that it shows, "display" or "radiance".
+Status write_files(const FileNames& names, const Picture& picture, const Unsampled& unsampled, Json& json,
+                   const std::string& origin = {});
 
 }  // namespace helio::cli

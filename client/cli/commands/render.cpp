@@ -12,8 +12,10 @@
 #include "client/cli/commands/render_report.h"
 #include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/shard_option.h"
 #include "client/cli/tev_option.h"
 #include "client/frame_assembler.h"
+#include "client/shards/picture_origin.h"
 
 namespace helio::cli {
 
@@ -28,7 +30,7 @@ struct RenderOptions {
   FileOptions files;
   TransportOptions transport;
   DenoiserOptions denoiser;
-  TextOption tev;
+  TextOption tev, shard;
   CommonOptions common;
 };
 
@@ -52,6 +54,7 @@ constexpr const char* kHelp =
     "count whole blocks of 16x16 pixels, also where a region ends inside one.\n"
     "The progress line shows the share of the budget used, samples per pixel, samples per second and the standard\n"
     "error so far. Ctrl-C ends the render and keeps what was rendered; a second Ctrl-C ends at once.\n"
+    "The EXR's attribute heliograph.render says as JSON how the picture was made: scene_id, settings, budget, build.\n"
     "Example: heliograph render room.glb --size 640x360 --error 0.01 --png room.png\n\n";
 
 // The job as the interrupt thread sees it: cancelled by its id once that is known, by its call before.
@@ -90,6 +93,7 @@ struct Outcome {
   std::vector<std::string> notices;  // of the picture
   std::optional<pb::Progress> progress;
   std::optional<Error> broken_tile;
+  pb::PictureOrigin origin;
 };
 
 // `tev`: with the scene's name; null: none.
@@ -107,6 +111,7 @@ void run_job(RenderClient& client, const pb::RunJobRequest& request, const Viewe
   JobCallbacks callbacks;
   callbacks.accepted = [&](const pb::RunJobResponse::Accepted& accepted) {
     job.accepted(client, accepted.job_id());
+    *outcome.origin.mutable_settings() = accepted.settings();
     const Status begun = outcome.picture.begin(accepted.settings());
     if (!begun) note(begun.error());
     if (viewer.tev) {
@@ -136,11 +141,27 @@ Result<std::string> keep_picture(Outcome& outcome, const FileNames& names, Json&
   if (!outcome.picture.complete()) return std::string("nothing was rendered yet");
   const auto picture = outcome.picture.picture();
   if (!picture) return picture.error();
-  const Status written = write_files(names, **picture, outcome.unsampled, json);
+  outcome.origin.set_samples_per_pixel(outcome.picture.samples_per_pixel());
+  outcome.origin.set_ended_by(outcome.end && outcome.picture.final() ? outcome.end->reason()
+                                                                     : pb::END_REASON_UNSPECIFIED);
+  const Status written = write_files(names, **picture, outcome.unsampled, json, write_origin(outcome.origin));
   if (!written) return written.error();
   // The tiles tell what the file holds; reports may be ahead of them.
   json["samples"] = outcome.picture.samples_per_pixel();
   return fmt::format("the picture so far, {} samples, is in {}", outcome.picture.samples_per_pixel(), names.exr);
+}
+
+// What is known before the first sample.
+pb::PictureOrigin origin_of(const pb::RunJobRequest& request, const pb::GetServerInfoResponse& server) {
+  pb::PictureOrigin origin;
+  origin.set_scene_id(request.scene_id());
+  *origin.mutable_camera() = request.camera();
+  *origin.mutable_settings() = request.settings();
+  *origin.mutable_budget() = request.budget();
+  origin.mutable_budget()->clear_bytes_per_second();
+  origin.set_build(server.build());
+  origin.set_isa(server.isa());
+  return origin;
 }
 
 int finish(Terminal& terminal, const Interrupt& interrupt, Outcome& outcome, const FileNames& names, Json json) {
@@ -191,6 +212,8 @@ int run(const CLI::App& app, const RenderOptions& options) {
   FileNames names = read_files(options.files, scene_stem(choice) + ".exr", request.settings().mode(), reader);
   add_layers(names, *request.mutable_format());
   names.denoiser = read_denoiser(options.denoiser, context.connection, *request.mutable_format(), reader);
+  const auto shard =
+      read_shard(options.shard, options.settings, request.settings(), request.budget(), request.format(), reader);
   const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
@@ -204,10 +227,13 @@ int run(const CLI::App& app, const RenderOptions& options) {
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   const pb::SceneInfo& scene = open.scene();
+  set_region(shard, options.shard, *request.mutable_settings(), reader);
+  if (!problems.empty()) return context.refuse();
   *request.mutable_camera() = open.camera.view();
   request.set_scene_id(scene.scene_id());
 
   Outcome outcome;
+  outcome.origin = origin_of(request, open.server);
   const auto tev = open_tev(tev_address, request.format(), terminal);
   run_job(open.renderer.client(), request, {tev.get(), scene_stem(choice)}, terminal, control, job, outcome);
 
@@ -245,6 +271,7 @@ Command add_render(CLI::App& root) {
   add_file_options(*app, options->files, false);
   add_transport_options(*app, options->transport);
   add_denoiser_options(*app, options->denoiser);
+  add_shard_option(*app, options->shard);
   add_tev_option(*app, options->tev);
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};

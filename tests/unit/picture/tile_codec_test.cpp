@@ -96,18 +96,20 @@ TEST(TileCodec, KeepsFloatChannelsBitForBit) {
   }
 }
 
-TEST(TileCodec, CommentsComeBack) {
+TEST(TileCodec, CommentsAndOriginComeBack) {
   const float value = 1;
   const std::vector<TileChannel> channels{{"R", &value}};
   for (const TileCompression compression : {TileCompression::none, TileCompression::zip}) {
     TileHeader header{{0, 0, 1, 1}, 1, 1};
     for (const std::string& comments : {std::string(), "one\ntwo " + std::string(1000, 'x')}) {
       header.comments = comments;
+      header.origin = comments.empty() ? "" : "{\"scene_id\": \"1\"}";
       const auto bytes = encode_tile(header, channels, {TilePixelType::half, compression});
       ASSERT_TRUE(bytes) << bytes.error().to_string();
       const auto decoded = decode_tile(*bytes, 1);
       ASSERT_TRUE(decoded) << decoded.error().to_string();
       EXPECT_EQ(decoded->header.comments, comments);
+      EXPECT_EQ(decoded->header.origin, header.origin);
     }
   }
 }
