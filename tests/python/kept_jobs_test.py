@@ -462,7 +462,7 @@ def test_wait(socket):
     progress = progress_of(job_of(RUNNING, seq=3, progress=types.Progress(samples_per_pixel=4)))
     player = Player(
         [
-            [watching(job_of(RUNNING, seq=3), 4), progress, event_of(9, SUCCEEDED, RUNNING)],
+            [watching(job_of(RUNNING, seq=3), 4), progress, event_of(9, SUCCEEDED, RUNNING), "hang"],
             [watching(job_of(SUCCEEDED, seq=9), 10)],
             [watching(job_of(RUNNING, seq=3), 4), event_of(4, PAUSED, RUNNING, "a.exr is there already"), "hang"],
             [watching(job_of(PAUSED, seq=4), 5), event_of(5, CANCELED, PAUSED)],
