@@ -32,7 +32,7 @@ def run(address, work):
 
 def test_names_and_arguments_are_the_same():
     assert set(hg.__all__) == set(heliograph.__all__)
-    for name in ("Client", "Session", "Job", "Scene"):
+    for name in ("Client", "Session", "Job", "KeptJob", "Scene"):
         blocking, form = getattr(heliograph, name), getattr(hg, name)
         members = {member for member in dir(blocking) if not member.startswith("_")}
         assert members == {member for member in dir(form) if not member.startswith("_")}, name

@@ -67,7 +67,9 @@ def test_waits_for_a_daemon_that_starts(program):
     timer = threading.Timer(
         0.5,
         lambda: processes.append(
-            subprocess.Popen([program, "--listen", address, "--log-level", "warn"], stdout=subprocess.DEVNULL)
+            subprocess.Popen(
+                [program, "--listen", address, "--log-level", "warn", "--state", "none"], stdout=subprocess.DEVNULL
+            )
         ),
     )
     timer.start()

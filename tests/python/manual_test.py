@@ -77,4 +77,4 @@ def test_manual(number, program, tmp_path):
 
 
 def test_manual_has_its_examples():
-    assert len(MANUAL) == 6
+    assert len(MANUAL) == 7

@@ -61,6 +61,7 @@ def test_wheel_holds_stubs_and_types(pytestconfig):
         "heliograph/v1/types_pb2.py",
         "heliograph/v1/types_pb2.pyi",
         "heliograph/v1/compare_pb2.py",
+        "heliograph/v1/durable_job_pb2.py",
         "heliograph/v1/render_service_pb2_grpc.py",
         "heliograph/comparison/result.py",
         "heliograph/aio.py",

@@ -10,9 +10,10 @@ import typing
 import pytest
 
 import heliograph as hg
-from heliograph import settings
+from heliograph import kept_jobs, settings
 from heliograph.comparison import request
 from heliograph.v1 import compare_pb2 as compare
+from heliograph.v1 import durable_job_pb2 as durable
 from heliograph.v1 import types_pb2 as types
 
 PROGRAM = """
@@ -29,6 +30,12 @@ scene.render(size=(1, 2))  # error: Missing named argument "until"
 c.render(scene, sise=(1, 2), until=hg.Samples(1))  # error: Unexpected keyword argument "sise"
 c.render(scene, mode="fast", until=hg.Samples(1))  # error: Argument "mode" to "render" of "ClientMethods" has
 scene.submit(until=hg.Samples(1), compression="lzw")  # error: Argument "compression" to "submit" of "Scene" has
+reveal_type(scene.enqueue(until=hg.Samples(1), name="box"))  # note: Revealed type is "heliograph.kept_job.KeptJob"
+scene.enqueue(until=hg.Samples(1), pritority=1)  # error: Unexpected keyword argument "pritority"
+c.enqueue("box.gltf", until=hg.Samples(1), priority="high")  # error: Argument "priority" to "enqueue" of
+c.jobs(states="cancelled")  # error: Argument "states" to "jobs" of "Client" has incompatible type
+for job in c.jobs(["queued", "running"]):
+    reveal_type(job.wait(5))  # note: Revealed type is "heliograph.kept_jobs.JobInfo"
 scene.session(untill=3)  # error: Unexpected keyword argument "untill"
 scene.session(size="64x48")  # error: Argument "size" to "session" of "Scene" has incompatible type
 result = scene.compare(["pt", {"name": "fast", "mode": "combined", "picture": "display"}], samples=(1, 4))
@@ -48,6 +55,9 @@ async def work() -> None:
     async with await ahg.connect("127.0.0.1:1") as a:
         picture = await (await a.load("box.gltf")).render(until=ahg.Seconds(1))
         reveal_type(picture)  # note: Revealed type is "heliograph.image.Image"
+        job = await a.enqueue("box.gltf", until=ahg.Samples(1))
+        async for event in job.watch():
+            reveal_type(event)  # note: Revealed type is "heliograph.kept_jobs.JobEvent"
         result = await a.compare("box.gltf", ["pt"])
         reveal_type(result)  # note: Revealed type is "heliograph.comparison.result.Comparison"
 """
@@ -99,6 +109,7 @@ def test_words_are_those_of_the_protocol():
     ):
         assert set(typing.get_args(words)) == set(settings.choices(formats[field].enum_type)), field
     assert typing.get_args(settings.Channel) == hg.CHANNELS
+    assert set(kept_jobs.STATES) == set(settings.choices(durable.JobState.DESCRIPTOR))
     measures = set(typing.get_args(request.Measure))
     assert measures == set(settings.choices(compare.CompareMeasure.DESCRIPTOR)) and len(measures) == 12
     assert set(typing.get_args(request.ComparedPicture)) == set(settings.choices(compare.ComparedPicture.DESCRIPTOR))
@@ -111,7 +122,7 @@ def test_arguments_are_those_of_the_clients_methods():
 
     from heliograph import arguments
 
-    for name in ("render", "submit", "session", "compare", "edit"):
+    for name in ("render", "submit", "enqueue", "session", "compare", "edit"):
         shared = set(typing.get_type_hints(getattr(arguments, f"{name.capitalize()}Arguments")))
         of_client = inspect.signature(getattr(hg.Client, name)).parameters
         own = {p for p in of_client if p not in ("self", "scene", "modes", "settings")}

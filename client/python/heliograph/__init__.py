@@ -6,7 +6,8 @@
         image.save("box.exr")
         print(image.rgb.shape, image.sigma.mean())
 
-connect() or serve() answer a Client; it loads scenes, renders stills, submits jobs, opens sessions and compares modes.
+connect() or serve() answer a Client; it loads scenes, renders stills, submits jobs, some of
+which outlive the program, opens sessions and compares modes.
 heliograph.aio has the same names for asyncio. README.md of this package is the manual.
 """
 
@@ -39,6 +40,8 @@ from .exr import Window
 from .frames import Frame
 from .image import Image
 from .job import Job
+from .kept_job import KeptJob
+from .kept_jobs import JobEvent, JobInfo, JobResult, TimeLeft
 from .replay import Replay
 from .scene import Details, Light, Material, Object, ServerInfo
 from .session import Session
@@ -64,6 +67,10 @@ __all__ = [
     "Internal",
     "InvalidArgument",
     "Job",
+    "JobEvent",
+    "JobInfo",
+    "JobResult",
+    "KeptJob",
     "Light",
     "Limit",
     "Material",
@@ -83,6 +90,7 @@ __all__ = [
     "Session",
     "Settings",
     "Stats",
+    "TimeLeft",
     "Unavailable",
     "Unimplemented",
     "Until",

@@ -17,7 +17,7 @@ import os
 import pathlib
 import time as clock
 import weakref
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
 from typing import Any, TypeVar, Union, Unpack
 
 import grpc
@@ -27,7 +27,14 @@ from . import CHANNELS as CHANNELS
 from . import operations
 from ._version import __version__ as __version__
 from .address import check_address, read_token, refuse_tls
-from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
+from .arguments import (
+    CompareArguments,
+    EditArguments,
+    EnqueueArguments,
+    RenderArguments,
+    SessionArguments,
+    SubmitArguments,
+)
 from .budget import Error as Error
 from .budget import Limit as Limit
 from .budget import Samples as Samples
@@ -64,9 +71,25 @@ from .errors import (
     invalid,
 )
 from .exr import Window as Window
+from .files import AtomicFile
 from .frames import Frame as Frame
 from .image import Image as Image
 from .jobs import JobFeed, JobState, image_of
+from .kept_jobs import JobEvent as JobEvent
+from .kept_jobs import JobInfo as JobInfo
+from .kept_jobs import JobResult as JobResult
+from .kept_jobs import (
+    KeptJobValues,
+    ResultFeed,
+    States,
+    WatchFeed,
+    check_going_on,
+    image_of_result,
+    make_job_info,
+    read_states,
+    result_request,
+)
+from .kept_jobs import TimeLeft as TimeLeft
 from .outbox import Outbox
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay as Replay
@@ -76,6 +99,7 @@ from .settings import read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
+from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 from .v1 import render_service_pb2_grpc as api
@@ -100,6 +124,10 @@ __all__ = [
     "Internal",
     "InvalidArgument",
     "Job",
+    "JobEvent",
+    "JobInfo",
+    "JobResult",
+    "KeptJob",
     "Light",
     "Limit",
     "Material",
@@ -119,6 +147,7 @@ __all__ = [
     "Session",
     "Settings",
     "Stats",
+    "TimeLeft",
     "Unavailable",
     "Unimplemented",
     "Until",
@@ -521,6 +550,126 @@ def _cancel(task: asyncio.Task[None], loop: asyncio.AbstractEventLoop) -> None:
         loop.call_soon_threadsafe(task.cancel)
 
 
+class KeptJob(KeptJobValues):
+    """As heliograph.KeptJob; the methods are for `await`, watch for `async for`."""
+
+    def __init__(self, connection: _Connection, info: JobInfo, submitted: kept.SubmitJobResponse | None = None) -> None:
+        super().__init__(info, submitted)
+        self._connection = connection
+
+    async def info(self) -> JobInfo:
+        """As heliograph.KeptJob.info."""
+        return self._hear(await self._connection.run(operations.job_info(self.id)))
+
+    def watch(
+        self, *, from_seq: int = 1, progress: bool = True, timeout: float | None = None, patience: float = 60
+    ) -> AsyncIterator[JobEvent]:
+        """As heliograph.KeptJob.watch."""
+        return self._watch(WatchFeed(self.id, from_seq=from_seq, progress=progress, timeout=timeout, patience=patience))
+
+    async def _watch(self, feed: WatchFeed) -> AsyncIterator[JobEvent]:
+        async with contextlib.aclosing(_watch(self._connection, feed)) as events:
+            async for event in events:
+                if feed.job is not None:
+                    self._hear(feed.job)
+                yield event
+
+    async def wait(
+        self,
+        timeout: float | None = None,
+        *,
+        through_pauses: bool = False,
+        progress: Progress = False,
+        patience: float = 60,
+    ) -> JobInfo:
+        """As heliograph.KeptJob.wait."""
+        feed = WatchFeed(
+            self.id,
+            progress=progress is not False,
+            timeout=timeout,
+            patience=patience,
+            late="the job was not done",
+        )
+        with Reporter(progress) as reporter:
+            async with contextlib.aclosing(_watch(self._connection, feed, begins=True)) as events:
+                async for event in events:
+                    if feed.job is None:
+                        continue
+                    self._hear(feed.job)
+                    if event is not None and event.info is not None:
+                        reporter.update(event.info.stats)
+                    if check_going_on(feed.job, through_pauses):
+                        break
+        return await self.info()
+
+    async def pause(self) -> JobInfo:
+        """As heliograph.KeptJob.pause."""
+        return self._hear(await self._connection.run(operations.pause_job(self.id)))
+
+    async def resume(self) -> JobInfo:
+        """As heliograph.KeptJob.resume."""
+        return self._hear(await self._connection.run(operations.resume_job(self.id)))
+
+    async def cancel(self) -> JobInfo:
+        """As heliograph.KeptJob.cancel."""
+        return self._hear(await self._connection.run(operations.cancel_kept_job(self.id)))
+
+    async def set_priority(self, priority: int) -> JobInfo:
+        """As heliograph.KeptJob.set_priority."""
+        return self._hear(await self._connection.run(operations.set_job_priority(self.id, priority)))
+
+    async def fetch(self, view: int = 0) -> Image:
+        """As heliograph.KeptJob.fetch; the file is decoded in another thread."""
+        chunks: list[bytes] = []
+        result = await self._fetch(view, chunks.append)
+        return await asyncio.to_thread(lambda: image_of_result(b"".join(chunks), result, self.latest, self.notices))
+
+    async def fetch_to(self, path: str | os.PathLike[str], view: int = 0) -> pathlib.Path:
+        """As heliograph.KeptJob.fetch_to; the file is written in another thread."""
+        with AtomicFile(path, ".exr") as file:
+            await self._fetch(view, file.write)
+            return await asyncio.to_thread(file.commit)
+
+    async def _fetch(self, view: int, take: Callable[[bytes], None]) -> JobResult:
+        """take: called in another thread."""
+        request = result_request(self.id, view)
+        feed = ResultFeed(self.id, request.view)
+
+        def add(response: kept.GetResultResponse) -> None:
+            chunk = feed.add(response)
+            if chunk:
+                take(chunk)
+
+        call = self._connection.open("GetResult", request)
+        try:
+            async for response in call:
+                await asyncio.to_thread(add, response)
+        except grpc.RpcError as error:
+            raise operations.of_kept_jobs(from_rpc(error, self._connection.peer)) from None
+        except BaseException:
+            call.cancel()
+            raise
+        return feed.finish()
+
+
+async def _watch(connection: _Connection, feed: WatchFeed, begins: bool = False) -> AsyncGenerator[Any, None]:
+    """As heliograph.kept_job.watch."""
+    while True:
+        call = connection.open("WatchJob", feed.request(), feed.seconds_left())
+        try:
+            async for response in call:
+                event = feed.add(response)
+                if event is not None or (begins and response.WhichOneof("response") == "watching"):
+                    yield event
+            feed.check_over()
+            return
+        except grpc.RpcError as error:
+            failure = operations.of_kept_jobs(from_rpc(error, connection.peer))
+        finally:
+            call.cancel()
+        await asyncio.sleep(feed.failed(failure))
+
+
 class Scene(SceneValues):
     """As heliograph.Scene."""
 
@@ -545,6 +694,10 @@ class Scene(SceneValues):
     def submit(self, **arguments: Unpack[SubmitArguments]) -> Awaitable[Job]:
         """As Client.submit."""
         return self._client.submit(self, **arguments)
+
+    def enqueue(self, **arguments: Unpack[EnqueueArguments]) -> Awaitable[KeptJob]:
+        """As Client.enqueue."""
+        return self._client.enqueue(self, **arguments)
 
     def compare(self, modes: Modes, **arguments: Unpack[CompareArguments]) -> Awaitable[Comparison]:
         """As Client.compare."""
@@ -571,13 +724,14 @@ class Client(
         Scene,
         Coroutine[Any, Any, Image],
         Coroutine[Any, Any, Job],
+        Coroutine[Any, Any, KeptJob],
         Coroutine[Any, Any, Session],
         Coroutine[Any, Any, Comparison],
     ]
 ):
     """As heliograph.Client, with coroutines; an asynchronous context manager. Arguments and errors are told there.
 
-    render, submit, session and compare are coroutines, too: `async with await client.session(...) as session`.
+    render, submit, enqueue, session and compare are coroutines, too: `async with await client.session(...) as session`.
     """
 
     def __init__(self, connection: _Connection, info: ServerInfo, daemon: Daemon | None = None) -> None:
@@ -675,6 +829,10 @@ class Client(
         await job._begin()
         return job
 
+    async def _enqueue(self, scene: SceneLike, make_request: Callable[[Scene], kept.SubmitJobRequest]) -> KeptJob:
+        answer = await self._connection.run(operations.submit_job(make_request(await self._scene(scene))))
+        return KeptJob(self._connection, make_job_info(answer.job), answer)
+
     async def _session(self, scene: SceneLike, make_plan: Callable[[Scene], SessionPlan]) -> Session:
         loaded = await self._scene(scene)
         plan = make_plan(loaded)
@@ -719,6 +877,30 @@ class Client(
     async def replay(self, token: str) -> Replay:
         """As heliograph.Client.replay."""
         return Replay(await self._connection.run(operations.replay(token)))
+
+    async def job(self, job_id: str) -> KeptJob:
+        """As heliograph.Client.job."""
+        return KeptJob(self._connection, await self._connection.run(operations.job_info(job_id)))
+
+    def jobs(self, states: States = None) -> AsyncIterator[KeptJob]:
+        """As heliograph.Client.jobs, for `async for`."""
+        return self._jobs(read_states(states))
+
+    async def _jobs(self, states: list[int]) -> AsyncIterator[KeptJob]:
+        token = ""
+        while True:
+            page, token = await self._connection.run(operations.job_page(states, token))
+            for info in page:
+                yield KeptJob(self._connection, info)
+            if not token:
+                return
+
+    def watch_jobs(
+        self, *, from_seq: int = 0, progress: bool = False, timeout: float | None = None, patience: float = 60
+    ) -> AsyncIterator[JobEvent]:
+        """As heliograph.Client.watch_jobs, for `async for`."""
+        feed = WatchFeed(from_seq=from_seq, progress=progress, timeout=timeout, patience=patience)
+        return _watch(self._connection, feed)
 
     async def close(self) -> None:
         """As heliograph.Client.close."""
@@ -768,6 +950,7 @@ async def serve(
     scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     threads: int | None = None,
     drain_grace: float = 1.0,
+    state: str | os.PathLike[str] | None = None,
     arguments: Sequence[str] = (),
     timeout: float = 30,
 ) -> Client:
@@ -778,6 +961,7 @@ async def serve(
         scene_roots=scene_roots,
         threads=threads,
         drain_grace=drain_grace,
+        state=state,
         arguments=arguments,
         timeout=timeout,
     )

@@ -38,6 +38,19 @@ class SubmitArguments(_Picture, total=False):
     views: Iterable[Camera | str | int] | None
 
 
+class EnqueueArguments(_Picture, total=False):
+    """Of Client.enqueue."""
+
+    until: Required[Until]
+    views: Iterable[Camera | str | int] | None
+    name: str
+    priority: int
+    client_token: str
+    output: str | os.PathLike[str] | None
+    overwrite: bool
+    require_same_bits: bool
+
+
 class SessionArguments(_Picture, total=False):
     """Of Client.session."""
 

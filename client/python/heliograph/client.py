@@ -6,14 +6,21 @@ import contextlib
 import os
 import pathlib
 import weakref
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Union, Unpack
 
 import grpc
 
 from . import operations
 from .address import check_address, read_token, refuse_tls
-from .arguments import CompareArguments, EditArguments, RenderArguments, SessionArguments, SubmitArguments
+from .arguments import (
+    CompareArguments,
+    EditArguments,
+    EnqueueArguments,
+    RenderArguments,
+    SessionArguments,
+    SubmitArguments,
+)
 from .client_methods import ClientMethods, check_compare, listed
 from .comparison import Comparison
 from .comparison.request import Modes, Plan
@@ -25,6 +32,8 @@ from .errors import HeliographError, from_rpc, invalid
 from .image import Image
 from .job import Job
 from .jobs import JobFeed, image_of
+from .kept_job import KeptJob, watch
+from .kept_jobs import JobEvent, States, WatchFeed, make_job_info, read_states
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
 from .replay import Replay
 from .scene import Details, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
@@ -32,6 +41,7 @@ from .session import Session
 from .session_core import SessionCore, SessionPlan
 from .settings import read_timeout
 from .stats import make_stats
+from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 
@@ -61,6 +71,10 @@ class Scene(SceneValues):
         """As Client.submit."""
         return self._client.submit(self, **arguments)
 
+    def enqueue(self, **arguments: Unpack[EnqueueArguments]) -> KeptJob:
+        """As Client.enqueue."""
+        return self._client.enqueue(self, **arguments)
+
     def compare(self, modes: Modes, **arguments: Unpack[CompareArguments]) -> Comparison:
         """As Client.compare."""
         return self._client.compare(self, modes, **arguments)
@@ -78,11 +92,11 @@ class Scene(SceneValues):
         self._client.unload(self)
 
 
-#: What render, session, submit and inspect take: a scene, or a file that is loaded first.
+#: What render, session, submit, enqueue and inspect take: a scene, or a file that is loaded first.
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
 
 
-class Client(ClientMethods[Scene, Image, Job, Session, Comparison]):
+class Client(ClientMethods[Scene, Image, Job, KeptJob, Session, Comparison]):
     """Asks one daemon. Made by heliograph.connect and heliograph.serve; a context manager. Thread safe.
 
     All methods raise HeliographError: Unavailable where the daemon cannot be reached or went away, PermissionDenied
@@ -201,6 +215,10 @@ class Client(ClientMethods[Scene, Image, Job, Session, Comparison]):
         self._open.add(job)
         return job
 
+    def _enqueue(self, scene: SceneLike, make_request: Callable[[Scene], kept.SubmitJobRequest]) -> KeptJob:
+        answer = self._connection.run(operations.submit_job(make_request(self._scene(scene))))
+        return KeptJob(self._connection, make_job_info(answer.job), answer)
+
     def _session(self, scene: SceneLike, make_plan: Callable[[Scene], SessionPlan]) -> Session:
         loaded = self._scene(scene)
         plan = make_plan(loaded)
@@ -245,6 +263,34 @@ class Client(ClientMethods[Scene, Image, Job, Session, Comparison]):
         InvalidArgument: a damaged token. NotFound: the daemon does not hold its scene.
         """
         return Replay(self._connection.run(operations.replay(token)))
+
+    # ---- jobs that the daemon keeps
+
+    def job(self, job_id: str) -> KeptJob:
+        """The job of this id, of whoever enqueued it. NotFound: the daemon keeps none of this id."""
+        return KeptJob(self._connection, self._connection.run(operations.job_info(job_id)))
+
+    def jobs(self, states: States = None) -> Iterator[KeptJob]:
+        """The jobs that the daemon keeps, newest first, asked for page by page as they are taken. states: "queued",
+        "running", "paused", "succeeded", "failed", "canceled", or several of them; None: all."""
+        return self._jobs(read_states(states))
+
+    def _jobs(self, states: list[int]) -> Iterator[KeptJob]:
+        token = ""
+        while True:
+            page, token = self._connection.run(operations.job_page(states, token))
+            for info in page:
+                yield KeptJob(self._connection, info)
+            if not token:
+                return
+
+    def watch_jobs(
+        self, *, from_seq: int = 0, progress: bool = False, timeout: float | None = None, patience: float = 60
+    ) -> Iterator[JobEvent]:
+        """As KeptJob.watch, of all jobs and without an end: every change of any job's state, and with `progress` how far
+        the running ones are. from_seq: 0: from now on."""
+        feed = WatchFeed(from_seq=from_seq, progress=progress, timeout=timeout, patience=patience)
+        return watch(self._connection, feed)
 
     # ---- the end
 
@@ -305,6 +351,7 @@ def serve(
     scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     threads: int | None = None,
     drain_grace: float = 1.0,
+    state: str | os.PathLike[str] | None = None,
     arguments: Sequence[str] = (),
     timeout: float = 30,
 ) -> Client:
@@ -314,6 +361,7 @@ def serve(
         scene_roots=scene_roots,
         threads=threads,
         drain_grace=drain_grace,
+        state=state,
         arguments=arguments,
         timeout=timeout,
     )

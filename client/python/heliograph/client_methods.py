@@ -11,20 +11,23 @@ from .camera import Camera
 from .comparison import Comparison
 from .comparison.request import Measure, Modes, Plan, Reference, make_plan
 from .jobs import job_request
+from .kept_jobs import submit_request
 from .progress import CompareProgress, Progress
 from .scene import SceneValues
 from .session_core import SessionPlan, plan_session
 from .settings import Channel, Compression, Denoiser, PixelType, Settings, Size
+from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 
 SceneT = TypeVar("SceneT", bound=SceneValues)
 ImageT = TypeVar("ImageT")  # Image, in asyncio a coroutine of it; so the others
 JobT = TypeVar("JobT")
+KeptJobT = TypeVar("KeptJobT")
 SessionT = TypeVar("SessionT")
 ComparisonT = TypeVar("ComparisonT")
 
 
-class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
+class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, ComparisonT]):
     """Turns arguments into a function from the loaded scene to the protocol's request, for the client to send."""
 
     @property
@@ -43,6 +46,11 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
     def _submit(
         self, scene: SceneT | str | os.PathLike[str], make_request: Callable[[SceneT], jobs.RunJobRequest]
     ) -> JobT:
+        raise NotImplementedError
+
+    def _enqueue(
+        self, scene: SceneT | str | os.PathLike[str], make_request: Callable[[SceneT], kept.SubmitJobRequest]
+    ) -> KeptJobT:
         raise NotImplementedError
 
     def _session(self, scene: SceneT | str | os.PathLike[str], make_plan: Callable[[SceneT], SessionPlan]) -> SessionT:
@@ -120,7 +128,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
     ) -> JobT:
         """Starts a job and answers at once; arguments as of render(). views: a camera path, each of whose views gets
         the budget; the job's images() has the pictures. The job ends with this client, and when it is closed or
-        collected.
+        collected; enqueue() is for jobs that outlive it.
         """
         return self._submit(
             scene,
@@ -136,6 +144,69 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, SessionT, ComparisonT]):
                 pixel_type=pixel_type,
                 compression=compression,
                 settings=settings,
+            ),
+        )
+
+    def enqueue(
+        self,
+        scene: SceneT | str | os.PathLike[str],
+        *,
+        until: Until,
+        name: str = "",
+        priority: int = 0,
+        client_token: str = "",
+        output: str | os.PathLike[str] | None = None,
+        overwrite: bool = False,
+        require_same_bits: bool = False,
+        size: Size | None = None,
+        camera: Camera | str | int | None = None,
+        views: Iterable[Camera | str | int] | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        denoiser: Denoiser | None = None,
+        pixel_type: PixelType = "float",
+        compression: Compression | None = None,
+        **settings: Unpack[Settings],
+    ) -> KeptJobT:
+        """Gives the daemon a job that it keeps: the job outlives this program and, with the same state folder, the
+        daemon. Answers as soon as the job has reached the daemon's disk; other arguments as of submit(), and
+
+        until: Seconds count what the job was rendered, pauses and restarts left out.
+        name: for people, at most 256 bytes. priority: [-100, 100], higher first, then the oldest.
+        client_token: at most 128 bytes; a second call with the same one answers the job of the first, so that a call
+        may be repeated whose answer was lost; InvalidArgument where it asks for something else.
+        output: EXR file on the daemon's machine, absolute inside one of its output roots or relative to the first; with
+        several views its name holds {view}, which becomes the index. None: the daemon keeps the pictures for fetch().
+        overwrite: replace a file that is there; else such a job is refused, or pauses when it comes to write it.
+        require_same_bits: after a restart with another build, with which the picture would not have the bits of an
+        uninterrupted run, the job pauses; else it goes on, and same_bits is False.
+        channels, pixel_type, compression: of the EXR files; compression None: zip.
+
+        InvalidArgument names every wrong name and value. FailedPrecondition: the daemon has no state folder, or the
+        output is there already. PermissionDenied: the output is outside its roots. ResourceExhausted: a limit.
+        Unimplemented: the daemon is older than such jobs. Unavailable: its state folder cannot be written.
+        """
+        return self._enqueue(
+            scene,
+            lambda loaded: submit_request(
+                job_request(
+                    loaded,
+                    self.address,
+                    size=size,
+                    until=until,
+                    camera=camera,
+                    views=views,
+                    channels=channels,
+                    denoiser=denoiser,
+                    pixel_type=pixel_type,
+                    compression=compression or "zip",  # a file, wherever the daemon is
+                    settings=settings,
+                ),
+                name=name,
+                priority=priority,
+                client_token=client_token,
+                output=output,
+                overwrite=overwrite,
+                require_same_bits=require_same_bits,
             ),
         )
 
@@ -280,7 +351,7 @@ def listed(given: Any) -> Any:
     return list(given) if isinstance(given, Iterator) else given
 
 
-class _CompareCheck(ClientMethods[Any, Any, Any, Any, None]):
+class _CompareCheck(ClientMethods[Any, Any, Any, Any, Any, None]):
     def _compare(self, scene: Any, make_plan: Callable[[Any], Plan], progress: CompareProgress) -> None:
         make_plan(None)
 

@@ -102,8 +102,9 @@ class Daemon:
     One that is forgotten is ended when it is collected, when Python exits, and when this process is killed.
 
     program: see find_program. scene_roots: folders that scene paths are served from. threads: that render; None: one
-    per core. drain_grace: seconds that jobs get to finish at stop(). arguments: further options of heliographd, as
-    words.
+    per core. drain_grace: seconds that jobs get to finish at stop(). state: folder of the jobs that it keeps, and that
+    the next daemon with the same folder goes on with; None: it keeps none; "auto": that of the person who runs it.
+    arguments: further options of heliographd, as words.
     timeout: seconds that it gets to start. NotFound: no program. Unavailable: it ended; the message has the end of
     its log.
     DeadlineExceeded: it did not start in time.
@@ -116,6 +117,7 @@ class Daemon:
         scene_roots: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
         threads: int | None = None,
         drain_grace: float = 1.0,
+        state: str | os.PathLike[str] | None = None,
         arguments: Sequence[str] = (),
         timeout: float = 30.0,
     ) -> None:
@@ -124,6 +126,8 @@ class Daemon:
             isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024
         ):
             raise invalid("threads", threads, "[1, 1024], or None")
+        if state is not None and (not isinstance(state, (str, os.PathLike)) or not os.fspath(state)):
+            raise invalid("state", state, "a folder's path, 'auto', or None")
         drain_grace = read_timeout("drain_grace", drain_grace, zero=True)
         timeout = read_timeout("timeout", timeout)
         roots = [scene_roots] if isinstance(scene_roots, (str, os.PathLike)) else list(scene_roots)
@@ -137,6 +141,8 @@ class Daemon:
             "warn",
             "--drain-grace",
             f"{drain_grace:g}",
+            "--state",
+            "none" if state is None else os.fspath(state),
         ]
         for root in roots:
             command += ["--scene-root", os.fspath(root)]

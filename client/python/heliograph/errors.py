@@ -152,6 +152,8 @@ _ARGUMENTS = [
         (r"begin\.main_file", "path"),
         (r"(?:begin|view)\.", ""),
         (r"grace_s", "grace"),
+        (r"output\.path", "output"),
+        (r"output\.", ""),
     )
 ]
 # "a.b[2]: VALUE; allowed: RANGE; c: VALUE ..."
@@ -197,6 +199,7 @@ def with_fields_renamed(error: HeliographError, name: Callable[[str], str]) -> H
 
 def argument_of(field: str) -> str:
     """Of settings.width "size": the argument of this package that became a field of a request."""
+    field = field.removeprefix("job.")  # of SubmitJob, which holds a request of RunJob
     for pattern, argument in _ARGUMENTS:
         match = pattern.match(field)
         if match:

@@ -303,30 +303,7 @@ class Image:
             data = pathlib.Path(path).read_bytes()
         except FileNotFoundError:
             raise NotFound(f"{os.fspath(path)}: no such file", problems=()) from None
-        try:
-            header, planes = exr.decode(data, _MOST_PIXELS)
-        except InvalidArgument as error:
-            raise InvalidArgument(f"{os.fspath(path)}: {error}", problems=()) from None
-        names = in_stack_order(list(planes))
-        block = np.empty((len(names), header.window.height, header.window.width), np.float32)
-        for index, name in enumerate(names):
-            block[index] = planes[name]
-        ordered = {name: block[index] for index, name in enumerate(names)}
-        texts = {name: header.texts.get(f"heliograph.{name}", "") for name in _KEPT}
-        stats = Stats(
-            samples=int(texts["samples"]) if texts["samples"].isdecimal() else 0,
-            error=_number_in(texts["error"]),
-            ended_by=texts["endedBy"],
-        )
-        return cls(
-            ordered,
-            window=header.window,
-            frame=header.frame,
-            unsampled=header.comments.splitlines() if header.comments else (),
-            notices=texts["notices"].splitlines(),
-            stats=stats,
-            seed=int(texts["seed"]) if texts["seed"].isdecimal() and len(texts["seed"]) <= 20 else None,
-        )
+        return image_of_exr(data, os.fspath(path))
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> npt.NDArray[Any]:
         return np.array(self.rgb, dtype=dtype) if copy else np.asarray(self.rgb, dtype=dtype)
@@ -340,6 +317,48 @@ class Image:
         if self.stats.ended_by:
             told.append(f"ended by {self.stats.ended_by}")
         return f"<heliograph.Image {', '.join(told)}>"
+
+
+def image_of_exr(
+    data: bytes,
+    name: str,
+    *,
+    stats: Stats | None = None,
+    seed: int | None = None,
+    view: int | None = None,
+    notices: Sequence[str] | None = None,
+) -> Image:
+    """The picture in the bytes of an EXR file. stats, seed, notices: None: what the file's attributes tell.
+
+    InvalidArgument: broken, or another kind of file; the message begins with `name`.
+    """
+    try:
+        header, planes = exr.decode(data, _MOST_PIXELS)
+    except InvalidArgument as error:
+        raise InvalidArgument(f"{name}: {error}", problems=()) from None
+    names = in_stack_order(list(planes))
+    block = np.empty((len(names), header.window.height, header.window.width), np.float32)
+    for index, channel in enumerate(names):
+        block[index] = planes[channel]
+    texts = {key: header.texts.get(f"heliograph.{key}", "") for key in _KEPT}
+    if stats is None:
+        stats = Stats(
+            samples=int(texts["samples"]) if texts["samples"].isdecimal() else 0,
+            error=_number_in(texts["error"]),
+            ended_by=texts["endedBy"],
+        )
+    if seed is None and texts["seed"].isdecimal() and len(texts["seed"]) <= 20:
+        seed = int(texts["seed"])
+    return Image(
+        {channel: block[index] for index, channel in enumerate(names)},
+        window=header.window,
+        frame=header.frame,
+        unsampled=header.comments.splitlines() if header.comments else (),
+        notices=texts["notices"].splitlines() if notices is None else notices,
+        stats=stats,
+        seed=seed,
+        view=view,
+    )
 
 
 def _number_in(text: str) -> float | None:

@@ -17,13 +17,16 @@ from .errors import (
     InvalidArgument,
     NotFound,
     ResourceExhausted,
+    Unimplemented,
     invalid,
     with_fields_renamed,
 )
+from .kept_jobs import JobInfo, check_job_id, make_job_info, read_priority
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, make_server_info, vector_of
 from .scene_files import LocalScene, SceneFile, collect, environment_text, names_map
 from .settings import read_number
 from .v1 import compare_pb2 as comparisons
+from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
 from .v1 import replay_pb2 as replay_messages
@@ -229,3 +232,56 @@ def close_session(session_id: str) -> Operation[None]:
 
 def cancel_job(job_id: str) -> Operation[None]:
     yield Call("CancelJob", jobs.CancelJobRequest(job_id=job_id))
+
+
+# ---- jobs that the daemon keeps
+
+
+def of_kept_jobs(error: HeliographError) -> HeliographError:
+    """What a call about them failed by. The calls are younger than the first daemons."""
+    if isinstance(error, Unimplemented):
+        return Unimplemented(
+            f"{error}: it is older than jobs that a daemon keeps; render() and submit() work with it", problems=()
+        )
+    return error
+
+
+def _of_job(method: str, request: Any) -> Operation[Any]:
+    try:
+        return (yield Call(method, request))
+    except HeliographError as error:
+        raise of_kept_jobs(error) from None
+
+
+def submit_job(request: kept.SubmitJobRequest) -> Operation[kept.SubmitJobResponse]:
+    answer: kept.SubmitJobResponse = yield from _of_job("SubmitJob", request)
+    return answer
+
+
+def job_info(job_id: str) -> Operation[JobInfo]:
+    return make_job_info((yield from _of_job("GetJob", kept.GetJobRequest(job_id=check_job_id(job_id)))))
+
+
+def job_page(states: Sequence[Any], token: str) -> Operation[tuple[list[JobInfo], str]]:
+    """The jobs of a page, newest submission first, and the token of the next one; empty: there is none."""
+    page = yield from _of_job("ListJobs", kept.ListJobsRequest(page_token=token, states=states))
+    return [make_job_info(job) for job in page.jobs], page.next_page_token
+
+
+def pause_job(job_id: str) -> Operation[JobInfo]:
+    return make_job_info((yield from _of_job("PauseJob", kept.PauseJobRequest(job_id=job_id))))
+
+
+def resume_job(job_id: str) -> Operation[JobInfo]:
+    return make_job_info((yield from _of_job("ResumeJob", kept.ResumeJobRequest(job_id=job_id))))
+
+
+def set_job_priority(job_id: str, priority: int) -> Operation[JobInfo]:
+    request = kept.SetJobPriorityRequest(job_id=job_id, priority=read_priority(priority))
+    return make_job_info((yield from _of_job("SetJobPriority", request)))
+
+
+def cancel_kept_job(job_id: str) -> Operation[JobInfo]:
+    """The job as it is then: the call itself does not tell."""
+    yield from _of_job("CancelJob", jobs.CancelJobRequest(job_id=job_id))
+    return (yield from job_info(job_id))

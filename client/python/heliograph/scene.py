@@ -162,6 +162,7 @@ class ServerInfo:
     draining: bool
     uptime_s: float
     http_address: str  # of the viewer's page; empty: there is none
+    keeps_jobs: bool  # it has a state folder, so that enqueue() and its like work
 
 
 def make_server_info(message: service.GetServerInfoResponse) -> ServerInfo:
@@ -178,6 +179,7 @@ def make_server_info(message: service.GetServerInfoResponse) -> ServerInfo:
         message.draining,
         message.uptime_s,
         message.http_address,
+        message.keeps_jobs,
     )
 
 
