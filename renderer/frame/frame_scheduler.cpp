@@ -288,6 +288,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
                                     double now_s) const {
   FramePlan plan;
   plan.revision = state.revision;
+  if (state.restore_due) {
+    plan.before.push_back(StageId::restore);
+    return plan;
+  }
   plan.mean_samples = state.round.number > 0 ? state.told() : 0;
   if (const auto reason = reached(state, now_s)) {
     if (!state.measured_now() && state.done[0] > 0 && state.done[1] > 0) plan.after.push_back(StageId::measure);
@@ -295,6 +299,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     if (state.display_due && plan.publish != Publish::none) plan.after.push_back(StageId::display);
     plan.final = true;
     plan.end = reason;
+    return plan;
+  }
+  if (state.checkpoint_due) {
+    plan.before.push_back(StageId::checkpoint);
     return plan;
   }
   if (publication_due(state, view_age_s, backlog, now_s)) {
