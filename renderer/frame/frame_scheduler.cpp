@@ -14,8 +14,9 @@ constexpr double kIntervalPerAge = 1.0 / 16;
 // Even a plan that is not to be published is kept this short, so that a republish or new budget need not wait.
 constexpr double kLongestPlanSeconds = 1.0;
 // The variance of Sobol points falls as 1/n (noise) to 1/n^3 (edges, towards a power of two). The next look at the
-// error is where the fastest decay would have it in reach, and at least this share of the samples away: a look costs
-// less than a sample, but a step too far overshoots.
+// error is where the fastest decay would have it in reach, and at least this share of the samples of the last look away:
+// a look costs less than a sample, but a step too far overshoots. It follows from the last look alone, not from how far
+// plans have come since, which is a matter of time: the same picture ends with the same samples on every machine.
 constexpr double kFastestDecay = 3.0;
 constexpr double kSmallestErrorStep = 1.0 / 32;
 // A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n, n: mean count.
@@ -264,7 +265,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
   if (error_usable(state.measured) && pairs > 0) {
     const double n = state.measured.samples;
     const double wanted = n * std::pow(variance_over_target(state.measured.error), 1 / kFastestDecay);
-    const double smallest = state.total() + std::max(1.0, std::floor(n * kSmallestErrorStep));
+    const double smallest = n + std::max(1.0, std::floor(n * kSmallestErrorStep));
     const double expected = std::max(std::ceil(wanted), smallest);
     if (expected <= 2.0 * goal) {
       // Single samples count: between 30 and 32 of Sobol's points the error may fall by a quarter.
@@ -287,6 +288,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
                                     double now_s) const {
   FramePlan plan;
   plan.revision = state.revision;
+  if (state.restore_due) {
+    plan.before.push_back(StageId::restore);
+    return plan;
+  }
   plan.mean_samples = state.round.number > 0 ? state.told() : 0;
   if (const auto reason = reached(state, now_s)) {
     if (!state.measured_now() && state.done[0] > 0 && state.done[1] > 0) plan.after.push_back(StageId::measure);
@@ -294,6 +299,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     if (state.display_due && plan.publish != Publish::none) plan.after.push_back(StageId::display);
     plan.final = true;
     plan.end = reason;
+    return plan;
+  }
+  if (state.checkpoint_due) {
+    plan.before.push_back(StageId::checkpoint);
     return plan;
   }
   if (publication_due(state, view_age_s, backlog, now_s)) {

@@ -59,7 +59,7 @@ struct PassTime {
   std::string pass;    // "integrate", "measure" (error estimate), "resolve", "publish" (time in the sink),
                        // "allocate" (modes with adaptive counts), "choose" (integrator pt+bdpt), "trace_lights"
                        // (light vertices), "reproject", "review" (modes that reuse pictures), "display" (where
-                       // tiles have that layer), "preview"
+                       // tiles have that layer), "checkpoint", "restore" (pictures stored and put back), "preview"
   double seconds = 0;  // of processor time, summed over workers
 };
 

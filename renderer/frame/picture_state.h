@@ -9,10 +9,12 @@
 
 namespace helio {
 
+class PictureCheckpoint;
 class TemporalReprojection;
 
 struct PictureState {
   FrameState state;  // as the scheduler has it
+  std::shared_ptr<const PictureCheckpoint> resume;  // that it begins with; null: none, or it has begun
   std::shared_ptr<TemporalReprojection> transfer;  // the newest; null: none of this picture
   double taken_back = 0;                           // carried samples that stage `review` removed
   TraceStats trace;

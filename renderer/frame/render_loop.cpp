@@ -88,7 +88,7 @@ std::vector<PassTime> pass_times(const FrameRecord& record) {
     times.push_back({to_string(id), seconds(id)});
   times.push_back({"publish", record.publish_seconds});
   for (const StageId id : {StageId::reproject, StageId::choose, StageId::trace_lights, StageId::review,
-                           StageId::allocate, StageId::display}) {
+                           StageId::allocate, StageId::display, StageId::checkpoint, StageId::restore}) {
     if (seconds(id) > 0) times.push_back({to_string(id), seconds(id)});
   }
   return times;
@@ -149,6 +149,7 @@ struct RenderLoop::Impl final : PieceSource {
   void set_rate(std::optional<double> bytes_per_second);
   void cancel();
   void republish();
+  void checkpoint_soon();
   FrameProgress progress() const;
   std::size_t memory_bytes() const;
 
@@ -189,6 +190,7 @@ struct RenderLoop::Impl final : PieceSource {
   FrameProgress progress_at(double now) const;
   bool anything_to_show() const;
   bool display_due() const;
+  bool checkpoint_due(double now) const;
   std::optional<Piece> take(std::size_t backlog, Retired& retired);
   void run_piece(std::unique_lock<std::mutex>& lock, std::size_t backlog, Retired& retired);
 
@@ -216,6 +218,7 @@ struct RenderLoop::Impl final : PieceSource {
   bool another_kind = false;     // and to no later picture
   bool another_grid = true;
   std::shared_ptr<Film> next_film;  // null: the same film
+  std::shared_ptr<const PictureCheckpoint> next_resume;  // that the next picture begins with; null: nothing
   std::shared_ptr<FrameRecord> next_record;  // of the frame that is asked for; null: none is
 
   // What is.
@@ -230,6 +233,7 @@ struct RenderLoop::Impl final : PieceSource {
   CameraPose film_camera;
   std::shared_ptr<DisplayLayer> display, next_display;  // the second takes over with the next frame
   PreviewFrames previews;
+  std::optional<CheckpointMaker> checkpoints;  // absent: none are made
   int running = 0;      // pieces
   bool broken = false;  // the pipeline is in no defined state, and must not be told of pieces that end
   FrameScheduler scheduler;
@@ -275,6 +279,8 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
                 ? options.display
                 : make_display_layer(settings, channels, options.oidn);
   options.display.reset();
+  if (options.checkpoints) checkpoints.emplace(std::move(*options.checkpoints), settings);
+  options.checkpoints.reset();
   id = engine.add(*this, rank);
 }
 
@@ -316,8 +322,10 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   std::pair<std::shared_ptr<PreviewHistory>, std::shared_ptr<PreviewHistory>> retired_previews;
   std::shared_ptr<const void> retired_count;
   std::shared_ptr<const RenderScene> retired_scene;
+  std::shared_ptr<CheckpointMaker::Memory> fresh_checkpoints;
+  std::shared_ptr<const PictureCheckpoint> resume = update.resume;
   std::unique_lock lock(mutex);
-  bool same_film = true, same_previews = true, same_display = true;
+  bool same_film = true, same_previews = true, same_display = true, same_checkpoints = true;
   while (update.settings || update.channels) {
     const RenderSettings wanted = update.settings ? *update.settings : settings;
     const unsigned wanted_channels = update.channels.value_or(channels);
@@ -327,11 +335,14 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     const bool film_lacks = !same_film && !(fresh && suits(*fresh, wanted));
     const bool previews_lack = !same_previews && !PreviewFrames::suits(fresh_previews, wanted);
     const bool display_lacks = !same_display && !suits(fresh_display, wanted, wanted_channels, options.oidn);
-    if (!film_lacks && !previews_lack && !display_lacks) break;
+    same_checkpoints = !checkpoints || checkpoints->suits(wanted);
+    const bool checkpoints_lack = !same_checkpoints && !CheckpointMaker::suits(fresh_checkpoints, wanted);
+    if (!film_lacks && !previews_lack && !display_lacks && !checkpoints_lack) break;
     lock.unlock();  // clearing the memory of a large film takes long
     if (film_lacks) fresh = make_film(wanted);
     if (previews_lack) fresh_previews = make_preview_history(wanted);
     if (display_lacks) fresh_display = make_display_layer(wanted, wanted_channels, options.oidn);
+    if (checkpoints_lack) fresh_checkpoints = checkpoints->make_memory(wanted);
     lock.lock();
   }
   if (same_film) fresh.reset();
@@ -341,6 +352,10 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   const auto difference = other_scene && scene ? scene_difference(*scene, *update.scene) : std::nullopt;
 
   const RenderSettings& wanted = update.settings ? *update.settings : settings;
+  if (resume) {
+    const std::optional<View>& wanted_view = update.view ? update.view : view;
+    if (!wanted_view || !resume->suits(wanted, *wanted_view)) return 0;
+  }
   const double preview_rate = scene ? wanted.preview.rate : 0;
   if (!next_record) next_record = std::make_shared<FrameRecord>();
   if (preview_rate > 0 && !previews.next_record) previews.next_record = std::make_shared<FrameRecord>();
@@ -362,6 +377,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     next_film = std::move(fresh);
   }
   if (fresh_display) next_display.swap(fresh_display);
+  if (!same_checkpoints) fresh_checkpoints = checkpoints->set_memory(std::move(fresh_checkpoints));
   if (update.scratch_count) retired_count = std::exchange(next_scratch_count, update.scratch_count);
   if (update.view) {
     if (!view || view->camera != update.view->camera || view->time_s != update.view->time_s) {
@@ -382,6 +398,8 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
     retired_scene = std::exchange(scene, update.scene);
     integrate = std::move(tracer);
   }
+  if (resume) another_picture = other_picture = true;
+  if (other_picture) next_resume.swap(resume);
   if (update.budget) budget = *update.budget;
   if (update.channels) channels = *update.channels;
 
@@ -419,6 +437,11 @@ void RenderLoop::Impl::cancel() {
     next = Next::nothing;
   }
   engine.wake(id);
+}
+
+void RenderLoop::Impl::checkpoint_soon() {
+  const std::lock_guard lock(mutex);
+  if (checkpoints) checkpoints->clock.ask();
 }
 
 void RenderLoop::Impl::republish() {
@@ -506,9 +529,10 @@ FrameProgress RenderLoop::Impl::progress_at(double now) const {
   const FrameState& state = picture.state;
   FrameProgress p;
   p.tag = frame->begin.tag;
-  p.seconds = now - frame->begun_s;
+  p.seconds = now - state.begun_s;
   p.samples_per_pixel = state.told();
-  p.samples_per_second = p.seconds > 0 ? double(frame_samples) / p.seconds : 0;
+  const double own_seconds = now - frame->begun_s;
+  p.samples_per_second = own_seconds > 0 ? double(frame_samples) / own_seconds : 0;
   p.trace = picture.trace;
   if (picture.transfer && !state.reproject_due) {
     const ReprojectionStats stats = picture.transfer->stats();
@@ -530,7 +554,7 @@ std::size_t RenderLoop::Impl::memory_bytes() const {
   const std::lock_guard lock(mutex);
   return film->bytes() + (next_film ? next_film->bytes() : 0) + pipeline.grid().bytes() + waiting.bytes() +
          techniques.bytes() + (lights ? lights->bytes() : 0) + (display ? display->bytes() : 0) +
-         (next_display ? next_display->bytes() : 0) + previews.bytes();
+         (next_display ? next_display->bytes() : 0) + previews.bytes() + (checkpoints ? checkpoints->bytes() : 0);
 }
 
 // Notes that the event is told now, and completes an end.
@@ -683,7 +707,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   frame->begun_s = now_s();
   waiting.push(frame->begin_slot, {frame, FrameBegun()});
   state.revision = revision;
-  state.begun_s = frame->begun_s;
+  state.begun_s = frame->begun_s - (state.restore_due ? picture.resume->seconds() : 0);
   state.published = state.published_final = state.republish = false;
   state.published_samples = 0;
   state.tiles = pipeline.grid().tiles().size();
@@ -719,7 +743,11 @@ void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   // A transfer that was stopped before it overwrote the film has left it as it was.
   const bool left = !picture.state.reproject_due || !history.film_usable();
   begun.left_samples = left ? picture.samples : picture.left_samples;
+  begun.resume = std::exchange(next_resume, nullptr);
+  begun.state.restore_due = begun.resume != nullptr;
+  retired.add(std::move(picture.resume));
   picture = std::move(begun);
+  if (checkpoints) checkpoints->clock.begin(now_s());
   if (display) display->forget();
   if (film->targets()) film->targets()->demand_known = false;
   film->set_light_tiles(nullptr);
@@ -738,7 +766,15 @@ StageContext RenderLoop::Impl::stage_context() {
           history,
           reuses(settings.mode) ? &techniques : nullptr,
           display.get(),
-          picture};
+          picture,
+          frame->begin.tag.view_id,
+          checkpoints ? &*checkpoints : nullptr};
+}
+
+// Whether the picture can be copied, and is to be.
+bool RenderLoop::Impl::checkpoint_due(double now) const {
+  return checkpoints && picture.samples > 0 && checkpoints->free() && checkpoints->clock.due(now) &&
+         (!lights || lights->settled(picture.state.done));
 }
 
 // Whether the next publication is to be filtered for the eye first. Before both halves have samples there is nothing to
@@ -763,7 +799,10 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   blend(state.measure_seconds, pipeline.seconds(StageId::measure));
   blend(state.display_seconds, pipeline.seconds(StageId::display));
   blend(state.publish_seconds, pipeline.seconds(StageId::resolve));
+  if (const double seconds = pipeline.seconds(StageId::checkpoint); seconds > 0) checkpoints->clock.ended(seconds, now);
+  const std::uint64_t samples = picture.samples;
   for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
+  if (picture.samples > samples) invalid_samples += picture.trace.invalid();  // they were restored
 
   if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
     state.published = true;
@@ -806,6 +845,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   FrameState& state = picture.state;
   state.tiles_alone = !film->splats() && !lights;
   state.display_due = display_due();
+  state.checkpoint_due = checkpoint_due(now);
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FrameStages stages = make_stages(plan, stage_context());
   if (lights) {
@@ -829,6 +869,7 @@ std::optional<Piece> RenderLoop::Impl::take(std::size_t backlog, Retired& retire
     }
     if (!frame) return std::nullopt;
     if (!planned || (pipeline_of(*frame).over() && running == 0)) advance(backlog);
+    if (!picture.state.restore_due) retired.add(std::move(picture.resume));
     if (!frame) continue;
     FramePipeline& own = pipeline_of(*frame);
     if (auto piece = own.take(room(), now_s())) return piece;
@@ -997,6 +1038,9 @@ std::size_t RenderLoop::memory_bytes() const {
 std::uint64_t RenderLoop::invalid_samples() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->invalid_samples;
+}
+void RenderLoop::checkpoint_soon() {
+  impl_->checkpoint_soon();
 }
 void RenderLoop::republish() {
   impl_->republish();

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "renderer/base/result.h"
+#include "renderer/frame/checkpoint/checkpoint_maker.h"
 #include "renderer/frame/frame_sink.h"
 #include "renderer/frame/integrate_function.h"
 #include "renderer/frame/render_settings.h"
@@ -73,6 +74,8 @@ struct RenderLoopOptions {
   double bytes_per_pixel = 0;  // of an encoded tile, for Budget::bytes_per_second; 0: two bytes per plane
   // What traces a scene; null: path_tracer(). It may be asked for the scenes of later updates.
   std::function<IntegrateFunction(std::shared_ptr<const RenderScene>)> make_tracer;
+  // Makes checkpoints of pictures whose settings have some (can_checkpoint()). Absent: none.
+  std::optional<CheckpointOptions> checkpoints;
   bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false: for benches
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;
@@ -110,6 +113,10 @@ class RenderLoop {
                                                // kind: the loop makes one itself, if it needs another
     std::shared_ptr<PreviewHistory> previews;  // by make_preview_history(); likewise
     std::shared_ptr<DisplayLayer> display;     // by make_display_layer(); likewise
+    // The picture of the view begins with it, in place of nothing: it must suit the settings and the view, these or
+    // those before (PictureCheckpoint::suits()). Let go of once it is in the film. Null: the view's picture begins anew,
+    // or goes on.
+    std::shared_ptr<const PictureCheckpoint> resume;
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
   };
@@ -119,7 +126,8 @@ class RenderLoop {
   bool previews_suit(const RenderSettings& settings) const;
   // The same of the display layer, for tiles with these channels.
   bool display_suits(const RenderSettings& settings, unsigned channels) const;
-  // Applies the update, supersedes the frame in flight and returns the new revision. A changed budget alone lets the
+  // Applies the update, supersedes the frame in flight and returns the new revision; 0, and nothing has changed, where
+  // Update::resume does not suit. A changed budget alone lets the
   // picture go on: the film is kept. An identical view keeps the film as well (its id, exposure and channels may
   // differ). Rendering starts with the first view.
   //
@@ -148,6 +156,10 @@ class RenderLoop {
   void release_others();
   std::size_t memory_bytes() const;  // film and scratch
   std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
+
+  // Makes a checkpoint of the picture in flight at the next boundary between two plans, a second or so of rendering away
+  // at most, and not before the newest one is free (CheckpointOptions). Where the frame ends before, of the next one.
+  void checkpoint_soon();
 
   // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame
   // of its own (begun, final tiles, ended with the last reason). Does nothing without samples.

@@ -6,6 +6,7 @@ const char* to_string(StageId id) {
   static constexpr PerStage<const char*> kNames = {
       "integrate",    "resolve", "measure",  "reproject", "choose",
       "trace_lights", "review",  "allocate", "display",   "preview",
+      "checkpoint",   "restore",
   };
   return kNames[std::size_t(id)];
 }

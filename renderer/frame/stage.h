@@ -34,8 +34,10 @@ enum class StageId : std::uint8_t {
   allocate,      // stages/allocate.h
   display,       // stages/make_display.h
   preview,       // stages/preview.h
+  checkpoint,    // stages/checkpoint.h
+  restore,       // stages/restore.h
 };
-inline constexpr std::size_t kStages = 10;
+inline constexpr std::size_t kStages = 12;
 // The name under which PassTime reports the stage.
 const char* to_string(StageId id);
 // One value a stage, as seconds are.

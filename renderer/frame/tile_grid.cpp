@@ -1,5 +1,7 @@
 #include "renderer/frame/tile_grid.h"
 
+#include "renderer/base/check.h"
+
 namespace helio {
 
 namespace {
@@ -12,6 +14,10 @@ int cells_across(int from, int to) {
 }
 
 }  // namespace
+
+std::size_t blocks_of(const PixelRect& region) {
+  return std::size_t(cells_across(region.x0, region.x1)) * std::size_t(cells_across(region.y0, region.y1));
+}
 
 TileGrid::TileGrid(const PixelRect& region, int tile_size) : region_(region) {
   const int size = (std::max(tile_size, 1) + kCellSize - 1) / kCellSize * kCellSize;
@@ -89,6 +95,41 @@ void TileGrid::done_everywhere(std::uint32_t done[kHalves]) const {
     }
     done[h] = least < ~0u ? least : most;
   }
+}
+
+// visit(index of the cell, its number in the region, row by row).
+template <class Visit>
+void TileGrid::for_cells(const Visit& visit) const {
+  const int columns = cells_across(region_.x0, region_.x1);
+  for (const Tile& tile : tiles_) {
+    const int first_column = (tile.window.x0 - align_down(region_.x0, kCellSize)) / kCellSize;
+    const int first_row = (tile.window.y0 - align_down(region_.y0, kCellSize)) / kCellSize;
+    for (int row = 0; row < tile.rows; ++row) {
+      for (int column = 0; column < tile.columns; ++column)
+        visit(index(tile, column, row), std::size_t((first_row + row) * columns + first_column + column));
+    }
+  }
+}
+
+std::vector<CellProgress> TileGrid::progress() const {
+  std::vector<CellProgress> progress(cells_.size());
+  for_cells([&](std::size_t cell, std::size_t number) {
+    CellProgress& stored = progress[number];
+    std::copy(cells_[cell].done, cells_[cell].done + kHalves, stored.done);
+    std::copy(cells_[cell].top, cells_[cell].top + kHalves, stored.top);
+    stored.rendered = cells_[cell].rendered;
+  });
+  return progress;
+}
+
+void TileGrid::set_progress(const std::vector<CellProgress>& progress) {
+  HELIO_DCHECK(progress.size() == cells_.size());
+  for_cells([&](std::size_t cell, std::size_t number) {
+    const CellProgress& stored = progress[number];
+    std::copy(stored.done, stored.done + kHalves, cells_[cell].done);
+    std::copy(stored.top, stored.top + kHalves, cells_[cell].top);
+    cells_[cell].rendered = stored.rendered;
+  });
 }
 
 std::uint32_t TileGrid::samples_in(const Tile& tile) const {

@@ -29,6 +29,15 @@ struct Cell {
   bool rendered = false;  // the film's pixels are of this picture; false: whatever an older one left there
 };
 
+// A cell's as it is stored. rendered: as in Cell.
+struct CellProgress {
+  std::uint32_t done[kHalves] = {0, 0}, top[kHalves] = {Cell::kNoTop, Cell::kNoTop};
+  bool rendered = false;
+};
+
+// Cells of a region, however it is cut into tiles.
+std::size_t blocks_of(const PixelRect& region);
+
 struct Tile {
   PixelRect window;
   std::uint32_t first_cell = 0;  // cells are row-major
@@ -70,9 +79,16 @@ class TileGrid {
   // Both halves, of the tile's pixel that has the fewest; of no meaning in a round.
   std::uint32_t samples_in(const Tile& tile) const;
 
+  // Of all cells of the region, row by row, however it is cut into tiles. No piece is in flight.
+  std::vector<CellProgress> progress() const;
+  // Precondition: one for each cell.
+  void set_progress(const std::vector<CellProgress>& progress);
+
   std::size_t bytes() const { return cells_.capacity() * sizeof(Cell) + tiles_.capacity() * sizeof(Tile); }
 
  private:
+  template <class Visit>
+  void for_cells(const Visit& visit) const;
   std::size_t index(const Tile& tile, int column, int row) const {
     return tile.first_cell + std::size_t(row) * std::size_t(tile.columns) + std::size_t(column);
   }

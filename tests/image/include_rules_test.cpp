@@ -28,8 +28,8 @@ const std::string kProtobuf = "google/protobuf/";
 const std::map<std::string, Rule> kRules = {
     {"renderer/base",
      {{},
-      {"ImathBox.h", "ImathMatrix.h", "ImathVec.h", "nlohmann/json.hpp", "arpa/inet.h", "cpuid.h", "stdint.h",
-       "string.h", "unistd.h"}}},
+      {"ImathBox.h", "ImathMatrix.h", "ImathVec.h", "nlohmann/json.hpp", "arpa/inet.h", "cpuid.h", "emmintrin.h",
+       "stdint.h", "string.h", "unistd.h"}}},
     {"renderer/metrics", {{"renderer/base"}, {}}},
     {"renderer/comparison", {{"renderer/base", "renderer/metrics"}, {}}},
     {"renderer/codec",

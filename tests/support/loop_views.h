@@ -71,10 +71,13 @@ class LoopViews {
     budget.samples = samples;
     return render(camera, budget);
   }
+  // resume: as in RenderLoop::Update.
   const ViewPicture& render(const CameraPose& camera, const Budget& budget,
-                            const std::optional<RenderSettings>& settings = std::nullopt) {
+                            const std::optional<RenderSettings>& settings = std::nullopt,
+                            std::shared_ptr<const PictureCheckpoint> resume = nullptr) {
     RenderLoop::Update update;
     update.settings = settings;
+    update.resume = std::move(resume);
     update.scene = std::exchange(scene_, nullptr);
     View view;
     view.id = ++views_;

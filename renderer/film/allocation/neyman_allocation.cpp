@@ -16,6 +16,7 @@ namespace {
 constexpr int kBinsPerOctave = 128;
 constexpr int kOctaves = 96;
 constexpr int kBins = kOctaves * kBinsPerOctave;
+static_assert(kBins == NeymanAllocation::kHistogramBins);
 constexpr float kLowest = -float(kOctaves) / 2;
 
 int bin_of(float value) {

@@ -11,6 +11,9 @@ namespace helio {
 
 class NeymanAllocation final : public DemandAllocation {
  public:
+  // Of SampleTargets::histogram, once the demand is known.
+  static constexpr std::size_t kHistogramBins = 96 * 128;
+
   NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                    const AllocationRequest& request);
 

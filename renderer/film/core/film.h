@@ -132,6 +132,7 @@ class Film {
     return history_ ? count - carried(h, x, y) : count;
   }
   std::uint64_t invalid_in(const PixelRect& window) const;  // both halves
+  bool any_invalid() const { return invalid_.any(); }       // since the film was made
 
   // Of one half of the block that holds the pixel. Thread safe, and the sums do not depend on the order.
   void add_work(int h, int x, int y, std::uint64_t rays, std::uint64_t paths);
@@ -164,6 +165,8 @@ class Film {
   void clear(const PixelRect& window);
 
  private:
+  friend class FilmCopy;  // film_copy.h: the arrays below, as bytes
+
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
 
   std::uint32_t carried(int h, int x, int y) const;

@@ -33,6 +33,9 @@ class InvalidCounts {
   // Of both halves, of `count` neighbours in a row.
   void clear(std::size_t first, std::size_t count);
 
+  // All of a half's, in the order of pixels; they come into being with the call.
+  std::uint32_t* of(int half) { return make() + std::size_t(half) * pixels_; }
+
   static constexpr std::size_t kBytesPerPixel = 2 * sizeof(std::uint32_t);  // once there is one
   std::size_t bytes() const { return any() ? pixels_ * kBytesPerPixel : 0; }
 

@@ -59,9 +59,7 @@ class SampleTargets {
 
   std::uint32_t target(int h, int x, int y) const {
     if (exact_) return counts_[h][index(x, y)];
-    const std::uint8_t code = codes_[h][index(x, y)];
-    if (code == kUniform) return uniform;
-    return code > 0 ? std::uint32_t(1) << (code - 1) : 0;
+    return count_of(codes_[h][index(x, y)], uniform);
   }
   // Exact ones as they are, others as the power of two below: what a pixel has already may be no such number, and asks
   // for nothing all the same.
@@ -99,6 +97,15 @@ class SampleTargets {
   // Samples of one half that pixels of the window, which lies in the film, take in levels [first, first + count).
   std::uint64_t samples_in(const Film& film, int h, const PixelRect& window, std::uint32_t first,
                            std::uint32_t count) const;
+
+  // For copies of the film (film_copy.h), where targets are not exact: of a half, one a pixel.
+  std::uint8_t* codes(int h) { return codes_[h].data(); }
+  std::int16_t* demands(int h) { return demand_[h].data(); }
+  static std::uint32_t count_of(std::uint8_t code, std::uint32_t uniform) {
+    if (code == kUniform) return uniform;
+    return code > 0 ? std::uint32_t(1) << (code - 1) : 0;
+  }
+  static bool is_code(std::uint8_t code) { return code == kUniform || code <= 32; }
 
   // Sums of the round in hand; of no meaning before the first.
   RoundSummary round;

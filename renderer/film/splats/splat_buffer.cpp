@@ -81,7 +81,7 @@ static double rounded_pixels(int width, int height) {
 SplatBuffer::SplatBuffer(int width, int height, bool directions)
     : width_(width), height_(height), stripes_((height + kStripeRows - 1) / kStripeRows) {
   HELIO_DCHECK(width > 0 && height > 0);
-  static_assert(kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
+  static_assert(kSumBytes == sizeof(Pixel) && kBytesPerPixel == 2 * sizeof(Pixel) + sizeof(std::uint32_t));
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   pixels_ = rounded_pixels(width, height);
   locks_ = std::make_unique<Stripe[]>(std::size_t(stripes_));
@@ -119,6 +119,27 @@ void SplatBuffer::prepare(int stripe) {
   }
   std::fill(&invalid_[begin], &invalid_[begin] + (end - begin), 0u);
   lock.era = era_;
+}
+
+void SplatBuffer::prepare_rows(int y0, int y1) {
+  for (int stripe = y0 / kStripeRows; stripe * kStripeRows < y1; ++stripe) {
+    const std::lock_guard lock(locks_[std::size_t(stripe)].mutex);
+    prepare(stripe);
+  }
+}
+
+std::uint8_t* SplatBuffer::sums(int half) {
+  return reinterpret_cast<std::uint8_t*>(halves_[half].get());
+}
+
+SplatBuffer::Totals SplatBuffer::totals() const {
+  return {{light_paths(0), light_paths(1)}, invalid_outside(), any_invalid_.load(std::memory_order_relaxed)};
+}
+
+void SplatBuffer::set_totals(const Totals& totals) {
+  for (int half = 0; half < 2; ++half) light_paths_[half] = totals.light_paths[half];
+  invalid_outside_ = totals.invalid_outside;
+  any_invalid_ = totals.any_invalid;
 }
 
 double SplatBuffer::most_radiance(int width, int height) {

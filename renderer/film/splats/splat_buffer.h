@@ -35,6 +35,7 @@ struct Splat {
 class SplatBuffer {
  public:
   static constexpr std::size_t kBytesPerPixel = 196, kDirectionBytes = 16;
+  static constexpr std::size_t kSumBytes = 96;  // of a pixel, per half
 
   // directions: that splats come from are kept, for pictures that draw on this one; kDirectionBytes a pixel more.
   SplatBuffer(int width, int height, bool directions = false);
@@ -72,6 +73,21 @@ class SplatBuffer {
 
   // Forgets everything, in no time: rows are zeroed when they are next written to. Nobody may use the buffer meanwhile.
   void clear();
+
+  // For copies of the film (film_copy.h): rows as they lie in memory, kSumBytes a pixel and half, and splats that did not
+  // enter. Nobody adds splats meanwhile. Rows that nobody has written to since clear() are to be prepared, which zeroes
+  // them; thread safe.
+  void prepare_rows(int y0, int y1);
+  std::uint8_t* sums(int half);
+  std::uint32_t* invalid() { return invalid_.get(); }
+  // What is of the whole buffer.
+  struct Totals {
+    std::uint64_t light_paths[2] = {0, 0};
+    std::uint64_t invalid_outside = 0;
+    bool any_invalid = false;  // some splat within the film did not enter
+  };
+  Totals totals() const;
+  void set_totals(const Totals& totals);
 
   std::size_t bytes() const;
 

@@ -4,10 +4,12 @@
 
 #include "renderer/base/check.h"
 #include "renderer/frame/stages/allocate.h"
+#include "renderer/frame/stages/checkpoint.h"
 #include "renderer/frame/stages/choose_integrators.h"
 #include "renderer/frame/stages/estimate_error.h"
 #include "renderer/frame/stages/make_display.h"
 #include "renderer/frame/stages/reject_history.h"
+#include "renderer/frame/stages/restore.h"
 #include "renderer/frame/variant_parts.h"
 
 namespace helio {
@@ -54,6 +56,12 @@ std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageC
     case StageId::display:
       HELIO_CHECK(c.display);
       return std::make_shared<MakeDisplay>(c.film, c.grid.region(), *c.display, c.cancel);
+    case StageId::checkpoint:
+      HELIO_CHECK(c.checkpoints && c.checkpoints->memory());
+      return std::make_shared<MakeCheckpoint>(c, *c.checkpoints);
+    case StageId::restore:
+      HELIO_CHECK(c.picture.resume);
+      return std::make_shared<RestorePicture>(c.film, c.picture.resume);
     case StageId::preview:
     case StageId::trace_lights:
     case StageId::integrate:

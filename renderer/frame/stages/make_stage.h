@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "renderer/film/display/display_layer.h"
+#include "renderer/frame/checkpoint/checkpoint_maker.h"
 #include "renderer/frame/frame_pipeline.h"
 #include "renderer/frame/picture_state.h"
 #include "renderer/frame/stages/history_transfer.h"
@@ -23,6 +24,8 @@ struct StageContext {
   TechniqueHistory* techniques;  // null: the picture may depend on none before
   DisplayLayer* display;         // null: no tile has that layer
   PictureState& picture;
+  std::uint64_t view_id = 0;
+  CheckpointMaker* checkpoints = nullptr;  // null: none are made
 };
 
 std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageContext& context);

@@ -84,6 +84,11 @@ class LightVertexSource {
   // Of what begin() returned last: null where it is not complete.
   const LightVertexCache* cache() const;
 
+  // Whether the splats in the film are those of whole samples, of which every pixel has so many per half.
+  bool settled(const std::uint32_t done[kHalves]) const {
+    return !current_ || (current_->complete() && done[current_->half()] > current_->sample());
+  }
+
   std::size_t bytes() const;  // of the passes that are complete
   // What all passes together take at most, those in the making included.
   static std::uint64_t most_bytes(const PathSettings& settings);

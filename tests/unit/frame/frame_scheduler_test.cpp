@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <ostream>
@@ -399,6 +401,62 @@ TEST(FrameScheduler, ErrorBudgetEndsCloseToItsTarget) {
   }
 }
 
+// Errors that fall as n^-decay, up and down by a fifth.
+double uneven_error(std::uint32_t samples, double decay) {
+  return std::pow(samples, -decay) * (1 + 0.2 * std::sin(17.0 * samples));
+}
+
+// The counts at which a picture's error is looked at, and at the end the count that it ends with. A sample of every
+// pixel takes so long; `shown`: with publications between the plans.
+std::vector<std::uint32_t> course_of_errors(const Budget& budget, double sample_seconds, bool shown, double decay) {
+  const FrameScheduler scheduler(budget, {.passes = shown, .interval_s = 0.1});
+  FrameState state;
+  std::vector<std::uint32_t> course;
+  double now = 0;
+  for (int plans = 0; plans < 100000; ++plans) {
+    state.sample_seconds = state.total() > 0 ? sample_seconds : 0;
+    const FramePlan plan = scheduler.plan_next(state, now, 0, now);
+    const std::uint32_t before = state.total();
+    for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
+    now += sample_seconds * double(state.total() - before) + 1e-3;
+    if (plan.asks(StageId::measure)) {
+      course.push_back(state.total());
+      state = with_error(state, uneven_error(state.total(), decay), 0);
+    }
+    if (plan.publish != Publish::none) {
+      state.published = true;
+      state.published_samples = state.total();
+      state.published_s = now;
+    }
+    if (plan.end) break;
+  }
+  course.push_back(state.total());
+  return course;
+}
+
+// A clock that is slow cuts plans short: the picture is the same.
+TEST(FrameScheduler, TheCourseOfAnErrorBudgetDoesNotDependOnTime) {
+  std::size_t looks = 0;
+  for (const double decay : {0.4, 0.5, 0.7}) {
+    for (const double target : {0.1, 0.031, 0.013}) {
+      Budget budget;
+      budget.error = target;
+      for (const auto limit : {kMaxSamplesPerPixel, 1001u}) {
+        budget.samples = limit;
+        const auto course = course_of_errors(budget, 0, false, decay);
+        looks += course.size();
+        for (const double sample_seconds : {1e-4, 1e-3, 0.007, 0.03, 0.1, 0.4, 100.0}) {
+          for (const bool shown : {false, true}) {
+            EXPECT_EQ(course_of_errors(budget, sample_seconds, shown, decay), course)
+                << "decay " << decay << " target " << target << " sample " << sample_seconds << " s";
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(looks, 18u * 9) << "too few looks for the clock to come between them";
+}
+
 TEST(FrameScheduler, KeptFilmIsShownFirst) {
   FrameState state = at(8, 8);
   state.published = false;
@@ -548,6 +606,69 @@ TEST(AdaptiveScheduler, LevelsOfARoundAreCutByTime) {
   FramePlan reviewed = levels(64, true);
   reviewed.after = {StageId::review, StageId::measure};
   EXPECT_EQ(scheduler.plan_next(state, 0, 0, 0), reviewed);
+}
+
+// Means that the rounds of a picture aim at. All pixels get the same.
+std::vector<double> course_of_rounds(double target, double sample_seconds, bool shown) {
+  Budget budget;
+  budget.error = target;
+  const FrameScheduler scheduler(budget, {.passes = shown, .interval_s = 0.1}, pilot_of(16));
+  FrameState state;
+  state.round.pixels = 100;
+  std::vector<double> means;
+  double now = 0;
+  std::uint64_t at_begin = 0;  // of the round
+  for (int plans = 0; plans < 100000; ++plans) {
+    state.sample_seconds = state.total() > 0 ? sample_seconds : 0;
+    const FramePlan plan = scheduler.plan_next(state, now, 0, now);
+    for (int h = 0; h < kHalves; ++h) state.done[h] = std::max(state.done[h], plan.target[h]);
+    RoundState& round = state.round;
+    if (plan.asks(StageId::allocate)) {
+      means.push_back(plan.before[0].allocation.mean);
+      ++round.number;
+      round.mean = means.back();
+      at_begin = round.samples;
+      const auto top = std::uint32_t(std::ceil(round.mean));
+      for (int h = 0; h < kHalves; ++h) {
+        state.done[h] = std::min(state.done[h], top - 1);
+        round.summary.top[h] = top;
+        round.summary.by_octave[h] = {};
+        round.summary.by_octave[h][std::size_t(std::bit_width(top - 1) - 1)] = 100;
+      }
+    } else if (round.number > 0) {
+      // Some of the round's samples; all at its end.
+      const double share = state.round_done() ? 1 : 0.5;
+      round.samples = at_begin + std::uint64_t(share * (2 * 100 * round.mean - double(at_begin)));
+    } else {
+      round.samples = 100 * state.total();
+    }
+    now += 0.01;
+    if (plan.asks(StageId::measure)) {
+      state = with_error(state, uneven_error(state.total(), 0.5), 0);
+      round.measured = round.samples;
+    }
+    if (plan.publish != Publish::none) {
+      state.published = true;
+      state.published_samples = state.total();
+      round.published = round.samples;
+      state.published_s = now;
+    }
+    if (plan.end) break;
+  }
+  means.push_back(double(state.round.samples));
+  return means;
+}
+
+TEST(AdaptiveScheduler, TheRoundsOfAnErrorBudgetDoNotDependOnTime) {
+  for (const double target : {0.1, 0.05, 0.021}) {
+    const auto rounds = course_of_rounds(target, 0, false);
+    EXPECT_GT(rounds.size(), 4u);
+    for (const double sample_seconds : {1e-3, 0.03, 0.4, 100.0}) {
+      for (const bool shown : {false, true}) {
+        EXPECT_EQ(course_of_rounds(target, sample_seconds, shown), rounds) << target << " " << sample_seconds;
+      }
+    }
+  }
 }
 
 TEST(AdaptiveScheduler, ADoneRoundIsFollowedByTheNextOrTheEnd) {
