@@ -41,6 +41,7 @@ const Subcommand kSubcommands[] = {
      false},
     {"cancel", "stream given up to the last work done for it", run_cancel},
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
+    {"service", "jobs that the daemon keeps: checkpoints, submissions, lists, a restart", run_service, false, false},
     {"sessions", "fairness and memory of 8 sessions on one scene", run_sessions},
     {"features", "what the kernel chosen for a scene earns over the general one", run_features},
     {"metrics", "time of FLIP on pictures of 1280x720, on one thread", run_metrics},

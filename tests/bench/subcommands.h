@@ -23,6 +23,7 @@ Status run_denoisers(BenchContext& context, Figures& figures);
 Status run_previews(BenchContext& context, Figures& figures);
 Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
+Status run_service(BenchContext& context, Figures& figures);
 Status run_sessions(BenchContext& context, Figures& figures);
 Status run_features(BenchContext& context, Figures& figures);
 Status run_metrics(BenchContext& context, Figures& figures);

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <sstream>
@@ -19,6 +20,8 @@ Result<std::unique_ptr<DaemonProcess>> DaemonProcess::start(const BenchOptions& 
   std::vector<std::string> command = {options.daemon,       "--listen",         "127.0.0.1:0",
                                       "--port-file",        port_file.string(), "--render-threads",
                                       std::to_string(options.threads), "--log-level", "error"};
+  // Without a wish, no bench touches the state folder of whoever runs it.
+  if (std::find(more.begin(), more.end(), "--state") == more.end()) command.insert(command.end(), {"--state", "none"});
   command.insert(command.end(), more.begin(), more.end());
   auto process = ChildProcess::start(command);
   if (!process) return process.error();
