@@ -27,8 +27,8 @@ constexpr std::uint64_t kMaxHeader = 16 << 20;
 constexpr std::size_t kMaxJobId = 128;
 constexpr const char* kEndings[] = {".a", ".b"};
 
-// What a file begins with, in the bytes of little-endian machines. Behind it: job id, header, a CRC-32 for each piece of
-// the body, a CRC-32 of all that comes before it; then the body.
+// What a file begins with, in the bytes of little-endian machines. Behind it: job id, header, a CRC-32 for each piece
+// of the body, a CRC-32 of all that comes before it; then the body.
 struct Start {
   std::array<char, 8> magic = kMagic;
   std::uint32_t version = kVersion;
