@@ -123,7 +123,8 @@ class Reader {
     }
     header_.assign(text + start_.job_id_bytes, std::size_t(start_.header_bytes));
     sums_.resize(std::size_t(start_.pieces()));
-    std::memcpy(sums_.data(), text + start_.job_id_bytes + start_.header_bytes, sums_.size() * sizeof(sum));
+    const char* sums = text + start_.job_id_bytes + start_.header_bytes;
+    if (!sums_.empty()) std::memcpy(sums_.data(), sums, sums_.size() * sizeof(sum));
     return ok_status();
   }
 
