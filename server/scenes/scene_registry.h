@@ -39,8 +39,8 @@ struct SceneManifest {
 struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   std::string id;
   SceneManifest manifest;
-  // Files that were read, by absolute path, and the main one of them; of an edited scene, those of the scene that it was
-  // edited from. Empty: an upload.
+  // Files that were read, by absolute path, and the main one of them; of an edited scene, those of the scene that it
+  // was edited from. Empty: an upload.
   std::map<std::string, Sha256Digest> disk_files;
   std::string disk_main_file;
   double load_seconds = 0;

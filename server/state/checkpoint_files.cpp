@@ -27,8 +27,8 @@ constexpr std::uint64_t kMaxHeader = 16 << 20;
 constexpr std::size_t kMaxJobId = 128;
 constexpr const char* kEndings[] = {".a", ".b"};
 
-// What a file begins with, in the bytes of little-endian machines. Behind it: job id, header, a CRC-32 for each piece of
-// the body, a CRC-32 of all that comes before it; then the body.
+// What a file begins with, in the bytes of little-endian machines. Behind it: job id, header, a CRC-32 for each piece
+// of the body, a CRC-32 of all that comes before it; then the body.
 struct Start {
   std::array<char, 8> magic = kMagic;
   std::uint32_t version = kVersion;
@@ -123,7 +123,8 @@ class Reader {
     }
     header_.assign(text + start_.job_id_bytes, std::size_t(start_.header_bytes));
     sums_.resize(std::size_t(start_.pieces()));
-    std::memcpy(sums_.data(), text + start_.job_id_bytes + start_.header_bytes, sums_.size() * sizeof(sum));
+    const char* sums = text + start_.job_id_bytes + start_.header_bytes;
+    if (!sums_.empty()) std::memcpy(sums_.data(), sums, sums_.size() * sizeof(sum));
     return ok_status();
   }
 

@@ -11,8 +11,8 @@
 namespace helio {
 namespace {
 
-// Clients that submit one job after the other come back soon after a commit. Without waiting for them, groups of one and
-// of all others take turns, which halves the rate; the wait is worth a part of a commit at most.
+// Clients that submit one job after the other come back soon after a commit. Without waiting for them, groups of one
+// and of all others take turns, which halves the rate; the wait is worth a part of a commit at most.
 constexpr double kPartOfCommit = 0.25, kMaxWaitS = 0.002;
 
 }  // namespace

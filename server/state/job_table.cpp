@@ -266,8 +266,8 @@ Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queue
         JobRecord& before = known->front().job;
         if (before.request == job.request) return Submitted{std::move(before), true};
         return Error{ErrorCode::invalid_argument,
-                     fmt::format("'{}' was used for another request, which is job '{}'; allowed: a token of its own for "
-                                 "each request",
+                     fmt::format("'{}' was used for another request, which is job '{}'; allowed: a token of its own "
+                                 "for each request",
                                  job.client_token, before.id),
                      "client_token"};
       }
@@ -429,8 +429,9 @@ Result<std::vector<JobResult>> JobTable::results(const std::string& id) const {
   return state_->read([&](SqliteDatabase& database) -> Result<std::vector<JobResult>> {
     const auto job = find_job(database, id);
     if (!job) return job.error();
-    auto rows = database.query("SELECT view_number, frame_end, file, bytes, sha256 FROM results WHERE job = ? ORDER BY view_number",
-                               {job->number});
+    auto rows = database.query(
+        "SELECT view_number, frame_end, file, bytes, sha256 FROM results WHERE job = ? ORDER BY view_number",
+        {job->number});
     if (!rows) return rows.error();
     std::vector<JobResult> results;
     while (true) {
@@ -499,13 +500,13 @@ Result<std::vector<JobEvent>> JobTable::events(const std::string& job_id, std::u
   return state_->read([&](SqliteDatabase& database) -> Result<std::vector<JobEvent>> {
     constexpr std::uint64_t kMost = std::uint64_t(std::numeric_limits<std::int64_t>::max());
     const std::int64_t first = std::int64_t(std::min(from_seq, kMost));
+    const std::string select =
+        "SELECT seq, id, from_state, to_state, events.reason, asked_by, events.attempt, time_s "
+        "FROM events JOIN jobs ON number = job WHERE ";
     auto rows = job_id.empty()
-                    ? database.query("SELECT seq, id, from_state, to_state, events.reason, asked_by, events.attempt, time_s "
-                                     "FROM events JOIN jobs ON number = job WHERE seq >= ? ORDER BY seq LIMIT ?",
-                                     {first, std::int64_t(limit)})
-                    : database.query("SELECT seq, id, from_state, to_state, events.reason, asked_by, events.attempt, time_s "
-                                     "FROM jobs JOIN events ON job = number WHERE id = ? AND seq >= ? ORDER BY seq "
-                                     "LIMIT ?",
+                    ? database.query(select + "seq >= ? ORDER BY seq LIMIT ?", {first, std::int64_t(limit)})
+                    : database.query(select + "job = (SELECT number FROM jobs WHERE id = ?) AND seq >= ? "
+                                              "ORDER BY seq LIMIT ?",
                                      {job_id, first, std::int64_t(limit)});
     if (!rows) return rows.error();
     std::vector<JobEvent> events;

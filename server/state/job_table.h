@@ -1,8 +1,9 @@
 // The durable jobs of a state folder: a row a job, a row for each change of its state, a row for each finished view.
 //
-// SQLite in WAL mode with synchronous = FULL: what a call has answered survives a crash of the machine. Calls that come
-// together share one commit. Every member is thread safe and may block on the disk. Errors, unless stated otherwise, are
-// those of SqliteDatabase (unavailable: the disk is full, another program holds the file locked, and the like).
+// SQLite in WAL mode with synchronous = FULL: what a call has answered survives a crash of the machine. Calls that
+// come together share one commit. Every member is thread safe and may block on the disk. Errors, unless stated
+// otherwise, are those of SqliteDatabase (unavailable: the disk is full, another program holds the file locked, and
+// the like).
 #pragma once
 
 #include <cstdint>
@@ -121,8 +122,8 @@ class JobTable {
   // Forgets jobs that came to their end before this time, with events and results; answers their ids.
   Result<std::vector<std::string>> forget_ended_before(double unix_s);
 
-  // `told` is called after each commit that added events, on the committing thread, without any lock of the table. To be
-  // set before the first change.
+  // `told` is called after each commit that added events, on the committing thread, without any lock of the table. To
+  // be set before the first change.
   void on_events(std::function<void()> told);
 
  private:

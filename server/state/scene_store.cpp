@@ -125,8 +125,8 @@ Status SceneStore::make_room(std::uint64_t bytes) {
   }
   if (bytes > max_bytes_ || needed > max_bytes_ - bytes) {
     return Error{ErrorCode::resource_exhausted,
-                 fmt::format("max_state_scene_bytes: {} bytes of an upload do not fit beside the {} bytes of the scenes "
-                             "that jobs need; allowed: {} bytes together",
+                 fmt::format("max_state_scene_bytes: {} bytes of an upload do not fit beside the {} bytes of the "
+                             "scenes that jobs need; allowed: {} bytes together",
                              bytes, needed, max_bytes_),
                  {}};
   }

@@ -1,5 +1,5 @@
-// How the scenes of durable jobs can be loaded again after a restart: uploads are kept as files by their SHA-256, scenes
-// from disk by the paths and hashes of their files, edits as the values that they came to.
+// How the scenes of durable jobs can be loaded again after a restart: uploads are kept as files by their SHA-256,
+// scenes from disk by the paths and hashes of their files, edits as the values that they came to.
 //
 //   FOLDER/blobs/SHA256     a file of an upload
 //   FOLDER/recipes/SCENE    how the scene is loaded, as long as a job needs it
@@ -25,14 +25,14 @@ struct SceneRecipe;
 // Thread safe. Calls may take as long as the disk does.
 class SceneStore {
  public:
-  // max_bytes: of the blobs together. When it is reached, those go first that no recipe needs, the longest unused ahead.
+  // max_bytes: of the blobs together. When it is reached, those go that no recipe needs, the longest unused first.
   SceneStore(std::string folder, std::uint64_t max_bytes) : folder_(std::move(folder)), max_bytes_(max_bytes) {}
 
   struct Held {
     std::string job_id, scene_id;
   };
-  // `jobs`: those of earlier processes that may still run; recipes that none of them needs are removed. unavailable: the
-  // folder cannot be made or read.
+  // `jobs`: those of earlier processes that may still run; recipes that none of them needs are removed. unavailable:
+  // the folder cannot be made or read.
   Status open(std::span<const Held> jobs);
 
   // Keeps an upload's files, each once. They are on the disk after hold() only. resource_exhausted: they do not fit

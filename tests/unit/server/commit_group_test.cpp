@@ -113,16 +113,21 @@ TEST_F(CommitGroupTest, ALostTransactionFailsAllOfItsCalls) {
   begun.wait();
   std::atomic<int> failed = 0;
   std::vector<std::jthread> others;
-  others.emplace_back([&] { failed += !add(1).ok(); });
+  const auto lost = [&](const Status& done) {
+    if (done.ok()) return;
+    ++failed;
+    EXPECT_EQ(done.error().message, "the disk is full");
+  };
+  others.emplace_back([&] { lost(add(1)); });
   while (group_->waiting() < 1) std::this_thread::yield();
   others.emplace_back([&] {
-    failed += !group_->run([](Transaction& transaction) -> Status {
-                       EXPECT_TRUE(transaction.database.execute("ROLLBACK").ok());
-                       return Error{ErrorCode::unavailable, "the disk is full", {}};
-                     }).ok();
+    lost(group_->run([](Transaction& transaction) -> Status {
+      EXPECT_TRUE(transaction.database.execute("ROLLBACK").ok());
+      return Error{ErrorCode::unavailable, "the disk is full", {}};
+    }));
   });
   while (group_->waiting() < 2) std::this_thread::yield();
-  others.emplace_back([&] { failed += !add(3).ok(); });
+  others.emplace_back([&] { lost(add(3)); });
   others.clear();
   first.join();
   EXPECT_EQ(failed, 3);

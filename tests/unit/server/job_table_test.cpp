@@ -109,7 +109,8 @@ TEST_F(JobTableTest, UnknownJobsAreNotFound) {
 
 TEST_F(JobTableTest, IdsAreUniqueAndNotEmpty) {
   submit("one");
-  expect_error(table_->submit(make_job("one"), kMany, "tester").error(), ErrorCode::invalid_argument, {"job_id", "'one'", "taken"});
+  expect_error(table_->submit(make_job("one"), kMany, "tester").error(), ErrorCode::invalid_argument,
+               {"job_id", "'one'", "taken"});
   expect_error(table_->submit(make_job(""), kMany, "tester").error(), ErrorCode::invalid_argument, {"job_id", "empty"});
   EXPECT_EQ(table_->events("", 0, 10)->size(), 1u);
 }
@@ -316,7 +317,8 @@ TEST_F(JobTableTest, ListsByState) {
   for (const std::string token : {"x", "1", "1.", ".2", "1.2.3", "-1.7e", "99999999999999999.7e"}) {
     expect_error(table_->list({}, token, 3).error(), ErrorCode::invalid_argument, {"page_token", token.c_str()});
   }
-  expect_error(table_->list({queued}, page->next, 3).error(), ErrorCode::invalid_argument, {"page_token", "same states"});
+  expect_error(table_->list({queued}, page->next, 3).error(), ErrorCode::invalid_argument,
+               {"page_token", "same states"});
 }
 
 TEST_F(JobTableTest, EventsGoOnFromASequenceNumber) {
@@ -372,8 +374,8 @@ TEST_F(JobTableTest, ThoseWhoWatchAreToldAfterTheCommit) {
   EXPECT_EQ(newest.size(), 2u);
 }
 
-// Eight threads submit and change their jobs beside one that reads: nothing is lost, every event has a number of its own,
-// and those of a job are in order.
+// Eight threads submit and change their jobs beside one that reads: nothing is lost, every event has a number of its
+// own, and those of a job are in order.
 TEST_F(JobTableTest, ThreadsShareTheTable) {
   constexpr int kThreads = 8, kEach = 25;
   std::atomic<bool> done = false;

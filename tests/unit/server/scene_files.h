@@ -19,7 +19,8 @@ inline std::string triangle_gltf(int glow = 1) {
  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
  "materials": [{"name": "light", "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength":
    {"emissiveStrength": )" + std::to_string(glow) + R"(}}}], "extensionsUsed": ["KHR_materials_emissive_strength"],
- "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+   "min": [0, 0, 0], "max": [1, 1, 0]}],
  "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "triangle.bin", "byteLength": 36}]})";
 }
 

@@ -232,8 +232,8 @@ TEST_F(SceneStoreTest, WhatIsNotKeptCannotBeHeld) {
   EXPECT_EQ(files("recipes"), 0u);
 }
 
-// Room for two bundles beside the buffer that all share: the third takes the place of the one that was used longest ago,
-// and of none that a job needs.
+// Room for two bundles beside the buffer that all share: the third takes the place of the one that was used longest
+// ago, and of none that a job needs.
 TEST_F(SceneStoreTest, TheLongestUnusedGoFirst) {
   const std::uint64_t gltf = triangle_gltf().size(), bin = triangle_bin().size();
   open({}, 2 * gltf + bin);
@@ -377,8 +377,8 @@ TEST(SceneChange, IsTheEditThatItCameFrom) {
   EXPECT_EQ(same->scene, edited);
   SceneChanges beyond;
   beyond.materials[1] = {};
-  beyond.lights[0] = {};
-  beyond.environment.emplace();
+  beyond.lights[0] = {Rgb(1), Rgb(2)};
+  beyond.environment = Changed<Rgb>{Rgb(1), Rgb(2)};
   const auto refused = loads.scenes.change(*lease, beyond, loads.never);
   ASSERT_FALSE(refused);
   EXPECT_EQ(int(refused.error().code), int(ErrorCode::invalid_argument));

@@ -61,7 +61,8 @@ TEST_F(VersionedDatabaseTest, AnOlderOneIsMigrated) {
   ASSERT_TRUE(database) << database.error().to_string();
   ASSERT_EQ(notices_.size(), 1u);
   EXPECT_NE(notices_[0].find("from version 1 to 3"), std::string::npos) << notices_[0];
-  EXPECT_EQ(*(*database)->query_integer("SELECT count(*) FROM animals WHERE name IN ('cats', 'birds') AND legs = 4"), 2);
+  EXPECT_EQ(*(*database)->query_integer("SELECT count(*) FROM animals WHERE name IN ('cats', 'birds') AND legs = 4"),
+            2);
   EXPECT_EQ(*(*database)->query_integer("PRAGMA user_version"), 3);
 }
 
@@ -84,8 +85,8 @@ TEST_F(VersionedDatabaseTest, ANewerOneIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(int(refused.error().code), int(ErrorCode::failed_precondition));
   EXPECT_EQ(refused.error().to_string(),
-            file_ + ": the database has version 3, written by a newer program; this one knows versions up to 2. Use the "
-                    "newer program or another state folder");
+            file_ + ": the database has version 3, written by a newer program; this one knows versions up to 2. Use "
+                    "the newer program or another state folder");
   EXPECT_TRUE(aside().empty());
   EXPECT_TRUE(open(schema(3)));
 }
