@@ -59,7 +59,11 @@ struct Server::Impl {
     const bool own = config.state == kOwnState;
     auto folder = own ? default_state_folder() : Result<std::string>(config.state);
     std::vector<std::string> notices;
-    auto opened = folder ? DurableJobs::open(core, *folder, notices) : Result<std::unique_ptr<DurableJobs>>(folder.error());
+    const auto open = [&]() -> Result<std::unique_ptr<DurableJobs>> {
+      if (!folder) return folder.error();
+      return DurableJobs::open(core, *folder, notices);
+    };
+    auto opened = open();
     for (const std::string& notice : notices) spdlog::warn("{}", notice);
     if (!opened && (!own || opened.error().where == "output-root")) return opened.error();
     if (!opened) {

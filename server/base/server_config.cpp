@@ -129,7 +129,8 @@ std::vector<ConfigOption> make_options() {
          return c.output_roots.push_back(t), t.empty() ? std::string("''; allowed: a directory") : "";
        },
        [](const Config&) { return std::string(); }},
-      {"checkpoint-interval", "seconds between checkpoints of a durable job, [0.01, 86400]; longer where they cost more than 2 %", false,
+      {"checkpoint-interval",
+       "seconds between checkpoints of a durable job, [0.01, 86400]; longer where they would cost more than 2 %", false,
        [](Config& c, Text t) { return read_number(t, 0.01, 86400.0, c.checkpoint_interval_s); },
        [](const Config& c) { return fmt::format("{}", c.checkpoint_interval_s); }},
       {"keep-jobs", "days that durable jobs and the pictures kept of them stay after their end, [0, 36500]", false,

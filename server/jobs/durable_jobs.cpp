@@ -67,7 +67,9 @@ DurableJobs::DurableJobs(ServiceCore& core, OutputRoots outputs, StateFolder fol
       table_(std::move(table)),
       checkpoints_(folder_.checkpoints()),
       scenes_(folder_.scenes(), core.config.max_state_scene_bytes),
-      stores_{core, *table_, checkpoints_, scenes_, outputs_, folder_.results(), core.config.checkpoint_interval_s, {}} {}
+      stores_{core,     *table_,           checkpoints_,
+              scenes_,  outputs_,          folder_.results(),
+              core.config.checkpoint_interval_s, {}} {}
 
 Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const std::string& folder,
                                                        std::vector<std::string>& notices) {

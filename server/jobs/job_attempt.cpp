@@ -347,7 +347,8 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
   }
   const CheckpointHeader header{view, record_.build, same_bits_, frame_end};
   const std::span<const std::uint8_t> body[] = {bytes};
-  std::string reason = fmt::format("view {} is rendered, and could not be written: {}", view, written.error().to_string());
+  std::string reason =
+      fmt::format("view {} is rendered, and could not be written: {}", view, written.error().to_string());
   const Status kept = stores_.checkpoints.write(record_.id, header.write(), body);
   if (!kept.ok()) reason += "; nor kept: " + kept.error().to_string();
   return paused(std::move(reason));

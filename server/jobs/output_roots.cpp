@@ -57,8 +57,8 @@ Result<std::string> OutputRoots::file_of(const std::string& path, std::uint32_t 
   if (const auto at = name.find(kView); at != std::string::npos)
     name.replace(at, sizeof kView - 1, fmt::format("{:04}", view));
   if (roots_.empty()) {
-    return Error{ErrorCode::permission_denied, "'" + path + "'; this daemon writes no files (no --output-root was given)",
-                 where};
+    return Error{ErrorCode::permission_denied,
+                 "'" + path + "'; this daemon writes no files (no --output-root was given)", where};
   }
   // A relative path is below the first root.
   std::error_code error;

@@ -32,7 +32,7 @@ void small_disk(const std::string& folder) {
     while (true) {
       JobRecord job = make_job("job" + std::to_string(answered.size()));
       job.request.append(20 << 10, 'r');
-      const auto submitted = (*table)->submit(job, 1 << 20);
+      const auto submitted = (*table)->submit(job, 1 << 20, "tester");
       if (!submitted) {
         std::printf("submit: %d %s\n", int(submitted.error().code), submitted.error().to_string().c_str());
         break;
@@ -53,7 +53,7 @@ void small_disk(const std::string& folder) {
     }
     // Room again.
     checkpoints.remove("job");
-    std::printf("again: %d\n", int((*table)->submit(make_job("again"), 1 << 20).ok()));
+    std::printf("again: %d\n", int((*table)->submit(make_job("again"), 1 << 20, "tester").ok()));
   }
   {
     std::ofstream filling(ballast, std::ios::binary);
@@ -109,7 +109,7 @@ TEST(FullDisk, AWriteThatFailsIsTold) {
   while (!error) {
     JobRecord job = make_job("job" + std::to_string(answered));
     job.request.append(20 << 10, 'r');
-    if (auto submitted = (*table)->submit(job, 1 << 20)) {
+    if (auto submitted = (*table)->submit(job, 1 << 20, "tester")) {
       ++answered;
     } else {
       error = submitted.error();
@@ -125,7 +125,7 @@ TEST(FullDisk, AWriteThatFailsIsTold) {
   EXPECT_NE(error->to_string().find("jobs.sqlite"), std::string::npos) << error->to_string();
   EXPECT_GT(answered, 5);
   EXPECT_EQ((*table)->list({}, "", 1 << 20)->total, std::uint64_t(answered));
-  EXPECT_TRUE((*table)->submit(make_job("again"), 1 << 20));
+  EXPECT_TRUE((*table)->submit(make_job("again"), 1 << 20, "tester"));
   ASSERT_FALSE(written.ok());
   EXPECT_NE(written.error().to_string().find("File too large"), std::string::npos) << written.error().to_string();
   EXPECT_EQ(checkpoints.read("job", 1 << 30).file->header, "kept");

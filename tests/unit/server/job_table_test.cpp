@@ -208,7 +208,8 @@ TEST_F(JobTableTest, ATokenMakesASubmissionIdempotent) {
 
   JobRecord other = repeated;
   other.request += "!";
-  expect_error(table_->submit(other, kMany, "tester").error(), ErrorCode::invalid_argument, {"client_token", "'token'", "'one'"});
+  expect_error(table_->submit(other, kMany, "tester").error(), ErrorCode::invalid_argument,
+               {"client_token", "'token'", "'one'"});
 
   JobRecord other_owner = other;
   other_owner.owner = "somebody else";
@@ -425,7 +426,7 @@ TEST_F(JobTableTest, ThreadsDoNotOvertakeLimits) {
       job.request = "same";
       const auto submitted = table_->submit(job, kMany, "tester");
       fresh += submitted && !submitted->already_there;
-      taken += table_->submit(make_job(std::to_string(thread)), 4).ok();
+      taken += table_->submit(make_job(std::to_string(thread)), 4, "tester").ok();
     });
   }
   threads.clear();

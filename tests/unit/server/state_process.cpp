@@ -41,7 +41,7 @@ void submit_forever(const std::string& file) {
         const auto expect = [&](bool done, const char* word) {
           say(done ? id + " " + word : "failed: " + std::string(word));
         };
-        expect((*table)->submit(make_job(id), 1 << 20).ok(), "submitted");
+        expect((*table)->submit(make_job(id), 1 << 20, "tester").ok(), "submitted");
         if (i % 2 == 0) expect((*table)->change(id, {JobState::running}).ok(), "running");
         if (i % 4 == 0) expect((*table)->add_result(id, {0, "end", "/file", 7, "sum"}).ok(), "view");
         if (i % 8 == 0) expect((*table)->change(id, {JobState::succeeded}).ok(), "succeeded");

@@ -187,7 +187,7 @@ TEST(DamagedJobTable, ALogIsReadUpToItsDamage) {
   std::vector<std::string> notices;
   auto table = JobTable::open(live, notices);
   ASSERT_TRUE(table);
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE((*table)->submit(make_job("job" + std::to_string(i)), 100));
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE((*table)->submit(make_job("job" + std::to_string(i)), 100, "tester"));
   // As a crash would leave them.
   const std::string database = read_file(live), log = read_file(live + "-wal");
   ASSERT_GT(log.size(), 40u * 4096);
