@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kShortId = 10;
 constexpr std::size_t kNameColumn = 24;
-constexpr int kBar = 20;
+constexpr int kBar = 10;
 
 Json time_or_null(double unix_s) {
   return unix_s > 0 ? Json(unix_s) : Json(nullptr);
@@ -250,15 +250,15 @@ std::vector<std::string> job_table(const std::vector<pb::Job>& jobs, double now_
 std::vector<std::string> live_table(const std::vector<pb::Job>& jobs, double now_s, int columns) {
   const std::vector<std::string> ids = short_ids(jobs);
   std::vector<std::vector<std::string>> rows = {
-      {"JOB", "NAME", "STATE", "DONE", "SAMPLES/S", "PRIORITY", "AGE", "LEFT, OR REASON"}};
+      {"JOB", "NAME", "STATE", "DONE", "LEFT", "SAMPLES/S", "AGE", "PRIORITY", "REASON"}};
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const pb::Job& job = jobs[i];
     const bool running = job.state() == pb::JOB_STATE_RUNNING;
-    const std::string reason = reason_text(job), left = left_text(job), done = percent(job);
+    const std::string done = percent(job);
     rows.push_back({ids[i], name_or_scene(job), state_name(job.state()),
-                    done.empty() ? "" : bar(done_share(job), kBar) + " " + done,
+                    done.empty() ? "" : bar(done_share(job), kBar) + " " + done, running ? left_text(job) : "",
                     running && job.has_progress() ? human_count(job.progress().samples_per_second()) : "",
-                    std::to_string(job.priority()), age_text(job, now_s), running && !left.empty() ? left : reason});
+                    age_text(job, now_s), std::to_string(job.priority()), reason_text(job)});
   }
   return lay_out(rows, columns);
 }

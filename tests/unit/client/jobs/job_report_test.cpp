@@ -80,7 +80,7 @@ TEST(JobReport, TablesAreAlignedAndCutToTheTerminal) {
   for (const std::string& line : job_table({running(), failed}, 1125, 60)) EXPECT_LE(line.size(), 60u);
   EXPECT_TRUE(job_table({running(), failed}, 1125, 60)[2].ends_with("..."));
   const auto live = live_table({running()}, 1125, 0);
-  EXPECT_NE(live[1].find("[########------------] 42 %"), std::string::npos) << live[1];
+  EXPECT_NE(live[1].find("[####------] 42 %"), std::string::npos) << live[1];
   EXPECT_NE(live[1].find("2 min 10 s (1 min 40 s to 3 min 05 s)"), std::string::npos) << live[1];
 }
 
