@@ -14,9 +14,9 @@ constexpr double kIntervalPerAge = 1.0 / 16;
 // Even a plan that is not to be published is kept this short, so that a republish or new budget need not wait.
 constexpr double kLongestPlanSeconds = 1.0;
 // The variance of Sobol points falls as 1/n (noise) to 1/n^3 (edges, towards a power of two). The next look at the
-// error is where the fastest decay would have it in reach, and at least this share of the samples of the last look away:
-// a look costs less than a sample, but a step too far overshoots. It follows from the last look alone, not from how far
-// plans have come since, which is a matter of time: the same picture ends with the same samples on every machine.
+// error is where the fastest decay would have it in reach, and at least this share of the samples of the last look
+// away: a look costs less than a sample, but a step too far overshoots. It follows from the last look alone, not from
+// how far plans have come since, which is a matter of time: a picture ends with the same samples on every machine.
 constexpr double kFastestDecay = 3.0;
 constexpr double kSmallestErrorStep = 1.0 / 32;
 // A round that is to reach a target error aims this much beyond it: the variance falls about as 1/n, n: mean count.

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "renderer/base/result.h"
-#include "renderer/film/film_copy.h"
+#include "renderer/film/copy/film_copy.h"
 #include "renderer/frame/checkpoint/picture_head.h"
 #include "renderer/frame/render_settings.h"
 
@@ -33,16 +33,16 @@ class PictureCheckpoint {
  public:
   static constexpr std::uint32_t kVersion = 1;
 
-  // checkpoint_bytes(), every page touched, for checkpoints to be made in. Precondition: can_checkpoint(settings). Throws
-  // std::bad_alloc.
+  // checkpoint_bytes(), every page touched, for checkpoints to be made in. Precondition: can_checkpoint(settings).
+  // Throws std::bad_alloc.
   explicit PictureCheckpoint(const RenderSettings& settings);
   PictureCheckpoint(PictureCheckpoint&&) noexcept = default;
   PictureCheckpoint& operator=(PictureCheckpoint&&) noexcept = default;
 
   // The whole of it. Nothing is copied: the bytes live as long as this.
   std::span<const std::uint8_t> encode() const { return {memory_.data(), size_}; }
-  // Of a picture of these settings, which are valid; keeps the bytes it is given. failed_precondition: another version or
-  // other settings; invalid_argument: damaged bytes; resource_exhausted: no memory. `where` begins with "checkpoint".
+  // Of a picture of these settings, which are valid; keeps the bytes it is given. failed_precondition: another version
+  // or other settings; invalid_argument: damaged bytes; resource_exhausted: no memory. Places begin with "checkpoint".
   static Result<PictureCheckpoint> decode(std::vector<std::uint8_t> bytes, const RenderSettings& settings);
 
   // Whether a picture of this view with these settings may go on from it; else failed_precondition says what differs.

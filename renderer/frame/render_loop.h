@@ -113,9 +113,8 @@ class RenderLoop {
                                                // kind: the loop makes one itself, if it needs another
     std::shared_ptr<PreviewHistory> previews;  // by make_preview_history(); likewise
     std::shared_ptr<DisplayLayer> display;     // by make_display_layer(); likewise
-    // The picture of the view begins with it, in place of nothing: it must suit the settings and the view, these or
-    // those before (PictureCheckpoint::suits()). Let go of once it is in the film. Null: the view's picture begins anew,
-    // or goes on.
+    // The picture of the view begins with it: it must suit the settings and the view, those of the update or those
+    // before (PictureCheckpoint::suits()). Let go of once it is in the film. Null: no picture is taken up.
     std::shared_ptr<const PictureCheckpoint> resume;
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
@@ -157,8 +156,9 @@ class RenderLoop {
   std::size_t memory_bytes() const;  // film and scratch
   std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
 
-  // Makes a checkpoint of the picture in flight at the next boundary between two plans, a second or so of rendering away
-  // at most, and not before the newest one is free (CheckpointOptions). Where the frame ends before, of the next one.
+  // Makes a checkpoint of the picture in flight at the next boundary between two plans, a second or so away (one sample
+  // of every pixel, where that takes longer), and not before the newest one is free (CheckpointOptions). Where the
+  // frame ends before, of the next frame.
   void checkpoint_soon();
 
   // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame

@@ -95,7 +95,11 @@ DurableJobs::~DurableJobs() {
     changed_.notify_all();
   }
   if (thread_.joinable()) thread_.join();
-  running_.clear();  // each attempt ends as with a drain
+  std::vector<std::unique_ptr<JobAttempt>> attempts;  // each ends as with a drain, and says so below
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto& [id, running] : running_) attempts.push_back(std::move(running.attempt));
+  }
 }
 
 // Whoever was running when the daemon before ended goes back into the queue.
@@ -223,7 +227,7 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
   pb::Job job = to_message(record);
   const std::lock_guard lock(mutex_);
   const auto found = running_.find(record.id);
-  if (found == running_.end() || found->second.over) return job;
+  if (found == running_.end() || found->second.over || !found->second.attempt) return job;
   const JobAttempt& attempt = *found->second.attempt;
   if (const auto progress = attempt.progress()) {
     *job.mutable_progress() = to_message(progress->frame, record.id);
@@ -240,7 +244,7 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
 void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
   const std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
-  if (found != running_.end() && !found->second.over) found->second.attempt->ask(request, by);
+  if (found != running_.end() && found->second.attempt) found->second.attempt->ask(request, by);
 }
 
 // A running job is asked; another changes at once. Which it is may change between the two.
@@ -475,7 +479,7 @@ bool DurableJobs::drain(double deadline_s) {
   std::unique_lock lock(mutex_);
   draining_ = true;
   for (auto& [id, running] : running_) {
-    if (!running.over) running.attempt->ask(JobAttempt::Request::suspend, {});
+    if (!running.over && running.attempt) running.attempt->ask(JobAttempt::Request::suspend, {});
   }
   changed_.notify_all();
   const auto left = std::chrono::duration<double>(std::max(0.0, deadline_s - now_s()));

@@ -104,13 +104,22 @@ JobAttempt::Outcome JobAttempt::work() {
     if (auto stop = asked_to_stop()) return std::move(*stop);
     return failed(loaded.error());
   }
-  for (std::uint32_t view = record_.views_done; view < record_.views; ++view) {
+  for (std::uint32_t view = first_view(); view < record_.views; ++view) {
     if (auto stop = render_view(view)) return std::move(*stop);
   }
   stores_.checkpoints.remove(record_.id);
   Outcome outcome;
   outcome.change.to = JobState::succeeded;
   return outcome;
+}
+
+// Modes that reuse pictures draw on the views before, which an attempt before this one has rendered: either all begin
+// anew, or the bits are others.
+std::uint32_t JobAttempt::first_view() {
+  if (record_.views_done == 0 || !reuses(planned_->plan.settings.mode)) return record_.views_done;
+  if (request_.require_same_bits()) return 0;
+  same_bits_ = false;
+  return record_.views_done;
 }
 
 // The scene is held from here on, loaded again if need be.

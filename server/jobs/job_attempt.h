@@ -69,6 +69,7 @@ class JobAttempt {
 
   void run();
   Outcome work();
+  std::uint32_t first_view();
   Status load();
   Result<SceneLease> load_again();
   Status begin_rendering();

@@ -39,6 +39,7 @@ const std::map<std::string, Rule> kRules = {
 
     {"renderer/film/core", {{"renderer/base"}, {}}},
     {"renderer/film/splats", {{"renderer/base", "renderer/film/core"}, {}}},
+    {"renderer/film/copy", {{"renderer/base", "renderer/film/core", "renderer/film/splats"}, {}}},
     {"renderer/film/history", {{"renderer/base", "renderer/film/core", "renderer/film/splats"}, {}}},
     {"renderer/film/estimate",
      {{"renderer/base", "renderer/film/core", "renderer/film/splats", "renderer/film/history"}, {}}},

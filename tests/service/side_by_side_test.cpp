@@ -22,7 +22,7 @@ class SideBySideTest : public testing::Test {
     ASSERT_TRUE(roots.ok());
     core_ = std::make_unique<ServiceCore>(complete(config), std::move(*roots));
     compare_ = std::make_unique<CompareCore>(*core_);
-    service_ = std::make_unique<RenderService>(*compare_);
+    service_ = std::make_unique<RenderService>(*compare_, nullptr, "");
     grpc::ServerBuilder builder;
     builder.RegisterService(service_.get());
     server_ = builder.BuildAndStart();

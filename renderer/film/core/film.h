@@ -165,7 +165,7 @@ class Film {
   void clear(const PixelRect& window);
 
  private:
-  friend class FilmCopy;  // film_copy.h: the arrays below, as bytes
+  friend class FilmCopy;  // copy/film_copy.h: the arrays below, as bytes
 
   std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
 

@@ -98,7 +98,7 @@ class SampleTargets {
   std::uint64_t samples_in(const Film& film, int h, const PixelRect& window, std::uint32_t first,
                            std::uint32_t count) const;
 
-  // For copies of the film (film_copy.h), where targets are not exact: of a half, one a pixel.
+  // For copies of the film (copy/film_copy.h), where targets are not exact: of a half, one a pixel.
   std::uint8_t* codes(int h) { return codes_[h].data(); }
   std::int16_t* demands(int h) { return demand_[h].data(); }
   static std::uint32_t count_of(std::uint8_t code, std::uint32_t uniform) {

@@ -74,9 +74,9 @@ class SplatBuffer {
   // Forgets everything, in no time: rows are zeroed when they are next written to. Nobody may use the buffer meanwhile.
   void clear();
 
-  // For copies of the film (film_copy.h): rows as they lie in memory, kSumBytes a pixel and half, and splats that did not
-  // enter. Nobody adds splats meanwhile. Rows that nobody has written to since clear() are to be prepared, which zeroes
-  // them; thread safe.
+  // For copies of the film (copy/film_copy.h): rows as they lie in memory, kSumBytes a pixel and half, and splats that
+  // did not enter. Nobody adds splats meanwhile. Rows that nobody has written to since clear() are to be prepared,
+  // which zeroes them; thread safe.
   void prepare_rows(int y0, int y1);
   std::uint8_t* sums(int half);
   std::uint32_t* invalid() { return invalid_.get(); }

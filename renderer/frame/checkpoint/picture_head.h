@@ -1,5 +1,5 @@
-// What a checkpoint says of a picture beside its pixels: numbers, the progress of every block, light tiles, the state of
-// adaptive counts. As bytes: one field after the other, little-endian; see picture_head.cpp for their order.
+// What a checkpoint says of a picture beside its pixels: numbers, the progress of every block, light tiles, the state
+// of adaptive counts. As bytes: one field after the other, little-endian; see picture_head.cpp for their order.
 #pragma once
 
 #include <cstdint>

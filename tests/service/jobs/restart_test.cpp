@@ -103,7 +103,7 @@ TEST_P(KilledJobTest, EndsInTheBitsOfAnUndisturbedOne) {
   std::mt19937 random(std::uint32_t(GetParam() + 1));
   const std::string id = submitted(asked);
   const int kills = full_tier() ? 20 : 3;
-  int interrupted = 0;
+  int interrupted = 0, with_checkpoint = 0;
   for (int i = 0; i < kills; ++i) {
     // Spread over what is left of it.
     const double share = std::uniform_real_distribution<double>(0.05, 0.6)(random);
@@ -111,9 +111,11 @@ TEST_P(KilledJobTest, EndsInTheBitsOfAnUndisturbedOne) {
     interrupted += job(id).state() < pb::JOB_STATE_SUCCEEDED ? 1 : 0;
     daemon_->signal(SIGKILL);
     daemon_->wait();
+    with_checkpoint += fs::exists(folder_ / ("state/checkpoints/" + id + ".a")) ? 1 : 0;
     spawn();
   }
   EXPECT_GT(interrupted, 0) << "every kill came after the end";
+  EXPECT_GT(with_checkpoint, 0) << "every attempt began with nothing";
   const pb::Job done = wait_for(id, pb::JOB_STATE_SUCCEEDED);
   ASSERT_EQ(done.state(), pb::JOB_STATE_SUCCEEDED) << done.reason();
   EXPECT_TRUE(done.same_bits());

@@ -16,6 +16,7 @@
 #include "fake_integrator.h"
 #include "recording_sink.h"
 #include "renderer/frame/picture_checkpoint.h"
+#include "tests/support/failing_allocations.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
 
@@ -475,6 +476,45 @@ TEST_F(Resuming, IsDoneAgainWhereItWasInterrupted) {
   EXPECT_EQ(end->reason, FrameEndReason::samples);
   EXPECT_EQ(fake_.counters->samples, 16u * 256 * 200 - checkpoint->samples());
   EXPECT_EQ(fake_.counters->out_of_order, 0u);
+}
+
+// Memory that is out while a picture is copied or put back fails that picture alone.
+TEST_F(Resuming, FailsOnlyThePictureWhereMemoryIsOut) {
+  const ExemptFromFailing exempt;
+  const RenderSettings settings = film_of(32, 24);
+  const auto checkpoint = made_with(settings, 1);
+  ASSERT_TRUE(checkpoint);
+  hold_ = false;
+  RenderLoopOptions with = options(0);
+  with.publish_interval_s = 1e6;
+  std::uint64_t failed = 0;
+  bool thrown = true;
+  for (std::uint64_t first = 1; thrown && first < 100000; first += 1 + first / 16) {
+    const auto sink = std::make_shared<RecordingSink>();
+    RenderLoop loop(engine_, fake_.function(), settings, samples(16), RenderRank::job, sink, with);
+    RenderLoop::Update update = view(1);
+    update.resume = checkpoint;
+    loop.checkpoint_soon();
+    std::optional<FrameEnd> end;
+    {
+      const FailingAllocations failing(first);
+      end = sink->wait_for_end(loop.update(update));
+      thrown = failing.thrown() > 0;
+    }
+    ASSERT_TRUE(end);
+    if (end->reason == FrameEndReason::failed) {
+      EXPECT_EQ(end->message, "out of memory");
+      ++failed;
+    }
+    loop.checkpoint_soon();
+    const int before = made();
+    end = sink->wait_for_end(loop.update(update));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->reason, FrameEndReason::samples) << first;
+    EXPECT_EQ(end->progress.samples_per_pixel, 16u);
+    EXPECT_EQ(made(), before + 1) << first;
+  }
+  EXPECT_GE(failed, 5u);
 }
 
 }  // namespace

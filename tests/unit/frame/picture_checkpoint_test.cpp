@@ -74,8 +74,8 @@ Bytes traced_checkpoint(Integrator integrator, const RenderSettings& base) {
 }
 
 // Goes on with it to the end, whatever it says.
-FrameEnd rendered_from(PictureCheckpoint checkpoint, const RenderSettings& settings, std::uint32_t count) {
-  static RenderEngine engine(2);
+FrameEnd rendered_from(RenderEngine& engine, PictureCheckpoint checkpoint, const RenderSettings& settings,
+                       std::uint32_t count) {
   const auto sink = std::make_shared<RecordingSink>();
   RenderLoop loop(engine, FakeIntegrator().function(), settings, samples(count), RenderRank::job, sink, {});
   RenderLoop::Update update;
@@ -124,7 +124,8 @@ TEST(PictureCheckpoint, IsRefusedAtEveryLength) {
     const Bytes bytes = checkpoint_of(kind.settings, kind.samples, kind.invalid_share);
     ASSERT_TRUE(PictureCheckpoint::decode(bytes, kind.settings).ok());
     for (std::size_t size = 0; size < bytes.size(); size += size < 2000 ? 1 : 7) {
-      const auto cut = PictureCheckpoint::decode(Bytes(bytes.begin(), bytes.begin() + std::ptrdiff_t(size)), kind.settings);
+      Bytes front(bytes.begin(), bytes.begin() + std::ptrdiff_t(size));
+      const auto cut = PictureCheckpoint::decode(std::move(front), kind.settings);
       ASSERT_FALSE(cut) << kind.name << " " << size;
       EXPECT_EQ(cut.error().code, ErrorCode::invalid_argument);
       EXPECT_EQ(cut.error().where.rfind("checkpoint", 0), 0u) << cut.error().to_string();
@@ -192,6 +193,7 @@ TEST(PictureCheckpoint, SaysWhatDoesNotFit) {
 // Bits that are turned are found or do no harm: such pictures come to their end.
 TEST(PictureCheckpoint, SurvivesTurnedBits) {
   std::mt19937 random(1);
+  RenderEngine engine(2);
   for (const Kind& kind : kinds(64, 40)) {
     const Bytes bytes = checkpoint_of(kind.settings, kind.samples, kind.invalid_share);
     int let_through = 0, rendered = 0;
@@ -210,7 +212,7 @@ TEST(PictureCheckpoint, SurvivesTurnedBits) {
       }
       if (++let_through % 8 != 0) continue;
       ++rendered;
-      const FrameEnd end = rendered_from(std::move(checkpoint).value(), kind.settings, 64);
+      const FrameEnd end = rendered_from(engine, std::move(checkpoint).value(), kind.settings, 64);
       EXPECT_NE(end.reason, FrameEndReason::failed) << end.message;
     }
     EXPECT_LT(let_through, 900) << kind.name;

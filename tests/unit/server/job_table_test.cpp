@@ -93,7 +93,7 @@ TEST_F(JobTableTest, ASubmittedJobIsThereAfterReopening) {
   ASSERT_TRUE(events && events->size() == 1);
   EXPECT_FALSE(events->front().from);
   EXPECT_EQ(events->front().to, queued);
-  EXPECT_EQ(events->front().by, "owner");
+  EXPECT_EQ(events->front().by, "tester");
   EXPECT_EQ(events->front().time_s, 1234.5);
 }
 

@@ -21,8 +21,8 @@ class FilmCopy {
   // Films with history, exact targets or an extension are not copied.
   static bool covers(const FilmState& state);
 
-  // Of a film of this size and state. splats: what light paths brought (Film::splats() is not null). invalid: some sample
-  // was not finite (Film::any_invalid()). Preconditions: covers(state), the region lies in the film.
+  // Of a film of this size and state. splats: what light paths brought (Film::splats() is not null). invalid: some
+  // sample was not finite (Film::any_invalid()). Preconditions: covers(state), the region lies in the film.
   FilmCopy(int width, int height, const FilmState& state, const PixelRect& region, bool splats, bool invalid);
 
   std::uint64_t bytes() const { return bytes_; }
@@ -45,8 +45,24 @@ class FilmCopy {
   Status check(const std::uint8_t* from) const;
 
  private:
-  enum Kind { kHalfA, kHalfB, kFeatures, kWorkA, kWorkB, kCodesA, kCodesB, kDemandA, kDemandB, kSplatsA, kSplatsB,
-              kInvalidSplats, kInvalidA, kInvalidB, kKinds };
+  // In the order in which they are stored; of two halves A comes first.
+  enum Kind {
+    kHalfA,
+    kHalfB,
+    kFeatures,
+    kWorkA,
+    kWorkB,
+    kCodesA,
+    kCodesB,
+    kDemandA,
+    kDemandB,
+    kSplatsA,
+    kSplatsB,
+    kInvalidSplats,
+    kInvalidA,
+    kInvalidB,
+    kKinds
+  };
   struct Plane {
     std::size_t element = 0;   // bytes; 0: there is no such plane
     int side = 1;              // of what an element stands for, pixels

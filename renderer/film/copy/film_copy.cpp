@@ -1,4 +1,4 @@
-#include "renderer/film/film_copy.h"
+#include "renderer/film/copy/film_copy.h"
 
 #include <bit>
 #include <cmath>
