@@ -35,7 +35,8 @@ RowRange window_rows(const PicturePart& part) {
 pb::PictureOrigin common_origin(const pb::PictureOrigin& origin, const MergeOptions& options) {
   pb::PictureOrigin common = origin;
   common.mutable_settings()->clear_region();
-  common.mutable_budget()->clear_bytes_per_second();
+  common.mutable_budget()->clear_bytes_per_second();  // ends nothing
+  common.mutable_budget()->clear_error_measure();     // no choice any more
   if (!options.mix) return common;
   common.clear_build();
   common.clear_isa();

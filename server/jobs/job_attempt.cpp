@@ -326,6 +326,8 @@ pb::PictureOrigin JobAttempt::origin_of(std::uint32_t view) const {
     *origin.mutable_camera() = job.camera();
   }
   *origin.mutable_budget() = job.budget();
+  origin.mutable_budget()->clear_bytes_per_second();
+  origin.mutable_budget()->clear_error_measure();
   origin.set_build(build_description());
   origin.set_isa(rendering_isa());
   origin.set_mixed_builds(!same_bits_);

@@ -21,7 +21,7 @@ std::optional<FrameEnd> JobPicture::end(std::uint64_t revision) {
 Result<std::vector<std::uint8_t>> JobPicture::encode(pb::PictureOrigin origin) {
   const std::lock_guard lock(mutex_);
   *origin.mutable_settings() = to_message(begin_.settings);
-  const pb::FrameEnd end = to_message(FrameReport{*end_}, {});
+  const pb::FrameEnd end = to_message(FrameReport{*end_, 0, 0, {}}, {});
   origin.set_samples_per_pixel(end.totals().samples_per_pixel());
   origin.set_ended_by(end.reason());
   TileHeader header{picture_.window, begin_.settings.width, begin_.settings.height};

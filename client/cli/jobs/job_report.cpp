@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kShortId = 10;
 constexpr std::size_t kNameColumn = 24;
-constexpr int kBar = 20;
+constexpr int kBar = 10;
 
 Json time_or_null(double unix_s) {
   return unix_s > 0 ? Json(unix_s) : Json(nullptr);
@@ -41,8 +41,11 @@ Json to_json(const pb::JobView& view) {
   return json;
 }
 
+// Whole percents, and 100 for what is done alone. Empty: not known, of a job that has run and does not.
 std::string percent(const pb::Job& job) {
-  // Whole percents, and 100 for what is done alone.
+  const bool known = job.has_progress() || job.views_done() > 0 || job.attempt() == 0 ||
+                     job.state() == pb::JOB_STATE_RUNNING || job.state() == pb::JOB_STATE_SUCCEEDED;
+  if (!known) return {};
   return fmt::format("{} %", int(std::floor(100 * done_share(job) + 1e-9)));
 }
 
@@ -184,7 +187,7 @@ Json to_json(const pb::Job& job) {
 std::string describe_progress(const pb::Job& job) {
   std::string text = state_name(job.state());
   if (is_over(job.state()) && job.state() != pb::JOB_STATE_SUCCEEDED) return text;
-  text += ", " + percent(job);
+  if (const std::string done = percent(job); !done.empty()) text += ", " + done;
   if (const std::string views = views_text(job); !views.empty()) text += ", " + views;
   if (job.state() != pb::JOB_STATE_RUNNING) return text;
   if (job.has_progress()) {
@@ -236,9 +239,9 @@ std::vector<std::string> job_table(const std::vector<pb::Job>& jobs, double now_
   std::vector<std::vector<std::string>> rows = {{"JOB", "NAME", "STATE", "DONE", "PRIORITY", "AGE", "REASON"}};
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const pb::Job& job = jobs[i];
-    const std::string views = views_text(job);
+    const std::string views = views_text(job), done = percent(job);
     rows.push_back({ids[i], name_or_scene(job), state_name(job.state()),
-                    percent(job) + (views.empty() ? "" : ", " + views), std::to_string(job.priority()),
+                    done + (views.empty() || done.empty() ? "" : ", ") + views, std::to_string(job.priority()),
                     age_text(job, now_s), reason_text(job)});
   }
   return lay_out(rows, columns);
@@ -247,15 +250,15 @@ std::vector<std::string> job_table(const std::vector<pb::Job>& jobs, double now_
 std::vector<std::string> live_table(const std::vector<pb::Job>& jobs, double now_s, int columns) {
   const std::vector<std::string> ids = short_ids(jobs);
   std::vector<std::vector<std::string>> rows = {
-      {"JOB", "NAME", "STATE", "DONE", "SAMPLES/S", "PRIORITY", "AGE", "LEFT, OR REASON"}};
+      {"JOB", "NAME", "STATE", "DONE", "LEFT", "SAMPLES/S", "AGE", "PRIORITY", "REASON"}};
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const pb::Job& job = jobs[i];
     const bool running = job.state() == pb::JOB_STATE_RUNNING;
-    const std::string reason = reason_text(job), left = left_text(job);
+    const std::string done = percent(job);
     rows.push_back({ids[i], name_or_scene(job), state_name(job.state()),
-                    bar(done_share(job), kBar) + " " + percent(job),
+                    done.empty() ? "" : bar(done_share(job), kBar) + " " + done, running ? left_text(job) : "",
                     running && job.has_progress() ? human_count(job.progress().samples_per_second()) : "",
-                    std::to_string(job.priority()), age_text(job, now_s), running && !left.empty() ? left : reason});
+                    age_text(job, now_s), std::to_string(job.priority()), reason_text(job)});
   }
   return lay_out(rows, columns);
 }

@@ -154,7 +154,7 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   terminal.say(fmt::format("job {}: {}{}", kept.job_id(), state_name(kept.state()),
                            submitted->already_there() ? " (submitted before)" : ""));
   const std::string server = " --server " + context.connection.address;
-  terminal.say("  to follow it:      heliograph job " + kept.job_id() + " --watch" + server);
+  terminal.say("  to follow it:       heliograph job " + kept.job_id() + " --watch" + server);
   if (!kept.has_output())
     terminal.say("  to get its picture: heliograph job " + kept.job_id() + " --fetch FILE.exr" + server);
   terminal.result(report(*submitted, open));

@@ -66,7 +66,7 @@ TEST_F(CliJobs, AJobIsSubmittedWatchedAndFetched) {
   // On a pipe top prints one table and ends.
   const ProcessResult top = heliograph(at(daemon, {"top"}));
   EXPECT_EQ(top.exit_code, 0) << top.err;
-  EXPECT_NE(top.out.find("[####################] 100 %"), std::string::npos) << top.out;
+  EXPECT_NE(top.out.find("[##########] 100 %"), std::string::npos) << top.out;
   EXPECT_EQ(top.out.find('\033'), std::string::npos);
 }
 
@@ -122,7 +122,7 @@ TEST_F(CliJobs, TopShowsJobsAsTheyChangeAndLeavesTheTerminalAsItWas) {
   // A job that comes, goes on and ends while nobody asks.
   const std::string id = submit(daemon, {"--samples", endless_, "--name", "here"});
   ASSERT_TRUE(top.wait_for_errors("1 running")) << top.errors();
-  ASSERT_TRUE(top.wait_for_errors(id.substr(0, 10) + "  here  running  [--------------------] 0 %")) << top.errors();
+  ASSERT_TRUE(top.wait_for_errors(id.substr(0, 10) + "  here  running  [----------] 0 %")) << top.errors();
   heliograph_json(at(daemon, {"job", id, "--cancel"}));
   ASSERT_TRUE(top.wait_for_errors("here  canceled")) << top.errors();
   top.type("q");

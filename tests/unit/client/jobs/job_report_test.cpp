@@ -39,6 +39,19 @@ TEST(JobReport, TellsTimeLeftWithItsInterval) {
   EXPECT_EQ(describe_progress(unknown), "running, 42 %, 42 samples, 2.5 M samples/s");
 }
 
+// The daemon tells progress of what it renders, or has rendered since it began.
+TEST(JobReport, AShareThatIsNotKnownIsNotShown) {
+  pb::Job paused = running();
+  paused.set_state(pb::JOB_STATE_PAUSED);
+  paused.clear_progress();
+  EXPECT_EQ(describe_progress(paused), "paused");
+  EXPECT_EQ(live_table({paused}, 1125, 0)[1].find('['), std::string::npos);
+  pb::Job queued = paused;
+  queued.set_state(pb::JOB_STATE_QUEUED);
+  queued.set_attempt(0);
+  EXPECT_EQ(describe_progress(queued), "queued, 0 %");
+}
+
 TEST(JobReport, JsonHasWhatScriptsRead) {
   const Json json = to_json(running());
   EXPECT_EQ(json["job_id"], "j-0123456789abcdef01234567");
@@ -67,7 +80,7 @@ TEST(JobReport, TablesAreAlignedAndCutToTheTerminal) {
   for (const std::string& line : job_table({running(), failed}, 1125, 60)) EXPECT_LE(line.size(), 60u);
   EXPECT_TRUE(job_table({running(), failed}, 1125, 60)[2].ends_with("..."));
   const auto live = live_table({running()}, 1125, 0);
-  EXPECT_NE(live[1].find("[########------------] 42 %"), std::string::npos) << live[1];
+  EXPECT_NE(live[1].find("[####------] 42 %"), std::string::npos) << live[1];
   EXPECT_NE(live[1].find("2 min 10 s (1 min 40 s to 3 min 05 s)"), std::string::npos) << live[1];
 }
 
