@@ -48,6 +48,7 @@ struct Server::Impl {
   std::string address;
   std::mutex draining;
   bool drained = false;
+  bool jobs_over = true;  // none of those that are kept runs
   std::thread stopper;  // shuts the gRPC server down
   std::promise<void> stop_promise;
   std::future<void> stopped = stop_promise.get_future();
@@ -130,6 +131,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   if (!impl->server || (!config.listen.empty() && port == 0)) {
     return Error{ErrorCode::unavailable, "cannot listen on " + config.listen + "; is the address in use?", "listen"};
   }
+  if (impl->jobs) impl->jobs->begin();
   impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
   if (!config.listen.empty()) {
     impl->address = bracketed(listen.host) + ":" + std::to_string(port);
@@ -152,6 +154,12 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() {
   drain(0);
   impl_->stopper.join();
+  if (!impl_->jobs) return;
+  // Loads and calls in hand use what goes before their threads do.
+  impl_->core.loader.stop();
+  impl_->jobs->calls().stop();
+  while (impl_->core.loader.busy() || impl_->jobs->calls().busy())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 const std::string& Server::http_address() const {
@@ -174,7 +182,8 @@ bool Server::drain(double grace_s) {
   ServiceCore& core = impl_->core;
   const auto idle = [&](double seconds) {
     const auto wait = std::chrono::duration<double>(std::max(0.0, seconds));
-    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy() && !impl_->compare.queue.busy();
+    return impl_->stopped.wait_for(wait) == std::future_status::ready && !core.busy() &&
+           !impl_->compare.queue.busy() && impl_->jobs_over;
   };
   if (impl_->drained) return idle(0);
   impl_->drained = true;
@@ -186,7 +195,8 @@ bool Server::drain(double grace_s) {
   // Comparisons have told all that a later call needs to go on.
   impl_->compare.queue.cancel_all();
   const double result_seconds = std::min(kResultSeconds, grace_s / 2);
-  if (impl_->jobs && !impl_->jobs->drain(deadline - result_seconds))
+  impl_->jobs_over = !impl_->jobs || impl_->jobs->drain(deadline - result_seconds);
+  if (!impl_->jobs_over)
     spdlog::warn("jobs still run; they go on from their newest checkpoints when a daemon takes up the state folder");
   if (!core.jobs.wait_until_empty(deadline - result_seconds)) {
     core.jobs.cancel_all();

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
+#include "server/base/guarded.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
 #include "server/sessions/session_registry.h"
@@ -21,6 +23,7 @@ constexpr std::size_t kMaxName = 256, kMaxClientToken = 128;
 constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
 constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
 constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
+constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
 
 bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
@@ -82,9 +85,12 @@ Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const 
   std::unique_ptr<DurableJobs> jobs(
       new DurableJobs(core, std::move(*outputs), std::move(*held), std::move(*table)));
   if (const Status taken = jobs->take_up(); !taken.ok()) return taken.error();
-  core.jobs.on_removed([&all = *jobs] { all.wake(); });
-  jobs->thread_ = std::thread([&all = *jobs] { all.schedule(); });
   return jobs;
+}
+
+void DurableJobs::begin() {
+  core_.jobs.on_removed([this] { wake(); });
+  thread_ = std::thread([this] { schedule(); });
 }
 
 DurableJobs::~DurableJobs() {
@@ -110,13 +116,18 @@ Status DurableJobs::take_up() {
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
     const auto jobs = table_->in_state(state);
     if (!jobs) return jobs.error();
-    for (const JobRecord& job : *jobs) held.push_back({job.id, job.scene_id});
-    if (state != JobState::running) continue;
     for (const JobRecord& job : *jobs) {
-      JobChange change;
-      change.to = job.target == JobState::succeeded ? JobState::queued : job.target;
-      change.reason = "the daemon ended while it ran";
-      if (const auto changed = table_->change(job.id, change); !changed) return changed.error();
+      if (state == JobState::running) {
+        JobChange change;
+        change.reason = "the daemon ended while it ran";
+        const auto changed = table_->change(job.id, change);
+        if (!changed) return changed.error();
+        if (is_final(changed->state)) {
+          checkpoints_.remove(job.id);
+          continue;
+        }
+      }
+      held.push_back({job.id, job.scene_id});
     }
   }
   return scenes_.open(held);
@@ -127,8 +138,8 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   Problems problems;
   check_request(asked, problems);
   auto planned = plan_job(core_, asked.job(), "job");
-  if (!planned && problems.empty() && !asked.client_token().empty()) {
-    // Sent again when the daemon has lost the scene meanwhile, the job is there all the same.
+  if (problems.empty() && !asked.client_token().empty()) {
+    // Sent again, it is there, whatever has become of its scene and its output meanwhile.
     if (auto again = find_again(asked)) return std::move(*again);
   }
   if (!planned && planned.error().code == ErrorCode::invalid_argument)
@@ -241,6 +252,11 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
   return job;
 }
 
+bool DurableJobs::is_running(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  return running_.contains(id);
+}
+
 void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
   const std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
@@ -313,7 +329,7 @@ Result<DurableJobs::ResultFile> DurableJobs::result(const std::string& id, std::
   const auto results = table_->results(id);
   if (!results) return results.error();
   for (const JobResult& result : *results) {
-    if (result.view == view) return ResultFile{to_message(result, true), result.file};
+    if (result.view == view) return ResultFile{to_message(result, to_message(*record).has_output()), result.file};
   }
   return Error{ErrorCode::failed_precondition,
                fmt::format("view {} is not done; the job is {}, with {} of {} views done", view,
@@ -365,22 +381,35 @@ void DurableJobs::schedule() {
       it = it->second.over ? running_.erase(it) : std::next(it);
     }
     const double now = now_s();
-    double next = forget_at_s_;
+    double next = std::min(forget_at_s_, look_again_s_);
     for (const auto& [id, at_s] : not_before_) next = std::min(next, at_s);
     if (over.empty() && !(due_ && !draining_) && now < next) {
       changed_.wait_for(lock, std::chrono::duration<double>(next - now));
       continue;
     }
-    const bool due = std::exchange(due_, false) || std::erase_if(not_before_, [&](const auto& one) {
-                       return one.second <= now;
-                     }) > 0;
-    const bool begin = due && !draining_;
+    bool due = std::exchange(due_, false);
+    due |= std::erase_if(not_before_, [&](const auto& one) { return one.second <= now; }) > 0;
+    if (look_again_s_ <= now) {
+      due = true;
+      look_again_s_ = kNever;
+    }
+    beginning_ = due && !draining_;
+    const bool begin = beginning_;
     lock.unlock();
     over.clear();
-    if (now >= forget_at_s_) forget_old();
-    while (begin && begin_next()) {
-    }
+    const Status done = guarded([&] {
+      if (now >= forget_at_s_) forget_old();
+      while (begin && begin_next()) {
+      }
+      return ok_status();
+    });
     lock.lock();
+    beginning_ = false;
+    if (!done.ok()) {
+      spdlog::error("no job could be begun: {}", done.error().to_string());
+      look_again_s_ = now_s() + kTryAgainSeconds;
+    }
+    changed_.notify_all();
   }
 }
 
@@ -405,7 +434,12 @@ bool DurableJobs::begin_next() {
     for (const auto& [id, at_s] : not_before_) except.push_back(id);
   }
   const auto next = table_->next_queued(except);
-  if (!next) return spdlog::error("the next job is not known: {}", next.error().to_string()), false;
+  if (!next) {
+    spdlog::error("the next job is not known: {}", next.error().to_string());
+    const std::lock_guard lock(mutex_);
+    look_again_s_ = now_s() + kTryAgainSeconds;
+    return false;
+  }
   if (!*next) return false;
   auto place = core_.jobs.reserve();
   if (!place) return false;
@@ -414,14 +448,16 @@ bool DurableJobs::begin_next() {
   JobChange change;
   change.to = JobState::running;
   change.from = {JobState::queued};
-  change.build = rendering_build(request.job().settings().device());
+  // That of the views that are done stays.
+  if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
   auto record = table_->change((*next)->id, change);
   if (!record) {
     core_.jobs.remove(*place);
     if (record.error().code == ErrorCode::failed_precondition) return true;  // it was paused or cancelled
     spdlog::error("job {} cannot begin: {}", (*next)->id, record.error().to_string());
     const std::lock_guard lock(mutex_);
-    not_before_[(*next)->id] = now_s() + kTryAgainSeconds;
+    due_ = false;  // the place that was given back is no reason to look again at once
+    look_again_s_ = now_s() + kTryAgainSeconds;
     return false;
   }
   const std::string id = record->id;
@@ -429,8 +465,25 @@ bool DurableJobs::begin_next() {
     const std::lock_guard lock(mutex_);
     Running& running = running_[id];
     running.place = *place;
-    running.attempt = std::make_unique<JobAttempt>(
-        stores_, std::move(*record), [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
+    const Status made = guarded([&] {
+      running.attempt = std::make_unique<JobAttempt>(
+          stores_, *record, [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
+      return ok_status();
+    });
+    if (made.ok() && draining_) running.attempt->ask(JobAttempt::Request::suspend, {});
+    if (!made.ok()) {
+      spdlog::error("job {} cannot begin: {}", id, made.error().to_string());
+      running_.erase(id);
+      look_again_s_ = now_s() + kTryAgainSeconds;
+    }
+  }
+  if (!is_running(id)) {
+    core_.jobs.remove(*place);
+    JobChange back;
+    back.from = {JobState::running};
+    back.reason = "the machine had no thread or memory for it";
+    (void)table_->change(id, back);
+    return false;
   }
   spdlog::info("job begun id={} attempt={}", id, (*next)->attempt + 1);
   // Who asked for an end before the attempt was there has left it in the table.
@@ -442,25 +495,35 @@ bool DurableJobs::begin_next() {
 
 // On the attempt's thread, as the last of it.
 void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome& outcome) {
+  std::optional<JobState> state;  // that was written
   for (;;) {
     const auto changed = table_->change(id, outcome.change);
     if (changed) {
+      state = changed->state;
       spdlog::info("job {} id={} {}", to_string(changed->state), id, changed->reason);
       break;
     }
     spdlog::error("job {}: its state cannot be written: {}", id, changed.error().to_string());
-    if (changed.error().code != ErrorCode::unavailable) break;
+    const ErrorCode code = changed.error().code;
+    if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) break;
     std::unique_lock lock(mutex_);
     // A daemon that ends leaves it to the next one, which finds the job running.
     const auto wait = std::chrono::duration<double>(kTryAgainSeconds);
     if (changed_.wait_for(lock, wait, [this] { return stopping_ || draining_; })) break;
   }
-  if (is_final(outcome.change.to)) come_to_end(id);
+  // Without the row, the next daemon finds the job running, and needs all of it.
+  if (state && is_final(*state)) come_to_end(id);
   std::string place;
   {
     const std::lock_guard lock(mutex_);
     Running& running = running_.at(id);
-    if (outcome.retry_after_s > 0) not_before_[id] = now_s() + outcome.retry_after_s;
+    if (state == JobState::queued && outcome.retry_after_s > 0) {
+      // What is lacking may never come: each try waits twice as long as the one before.
+      const int tries = std::min(tries_[id]++, kMostDoublings);
+      not_before_[id] = now_s() + std::ldexp(outcome.retry_after_s, tries);
+    } else {
+      tries_.erase(id);
+    }
     place = running.place;
   }
   core_.jobs.remove(place);  // wakes the scheduler
@@ -484,7 +547,7 @@ bool DurableJobs::drain(double deadline_s) {
   changed_.notify_all();
   const auto left = std::chrono::duration<double>(std::max(0.0, deadline_s - now_s()));
   return changed_.wait_for(lock, left, [this] {
-    return std::all_of(running_.begin(), running_.end(), [](const auto& one) { return one.second.over; });
+    return !beginning_ && std::all_of(running_.begin(), running_.end(), [](const auto& one) { return one.second.over; });
   });
 }
 

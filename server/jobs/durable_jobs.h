@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -29,10 +30,12 @@ namespace helio {
 // that say so.
 class DurableJobs {
  public:
-  // Takes the folder and goes on with the jobs in it; `notices`: what people should be told of it.
+  // Takes the folder; `notices`: what people should be told of it. No job begins before begin().
   static Result<std::unique_ptr<DurableJobs>> open(ServiceCore& core, const std::string& folder,
                                                    std::vector<std::string>& notices);
   ~DurableJobs();
+  // Jobs get their turns from now on. Once.
+  void begin();
 
   // Errors: those of plan_job(), with "job." before the fields; OutputRoots; SceneStore::hold(); JobTable::submit().
   // by: who asks.
@@ -91,6 +94,7 @@ class DurableJobs {
   void come_to_end(const std::string& id);
   void wake();
   void tell();
+  bool is_running(const std::string& id) const;
   void ask(const std::string& id, JobAttempt::Request request, const std::string& by);
 
   ServiceCore& core_;
@@ -101,6 +105,7 @@ class DurableJobs {
   SceneStore scenes_;
   JobStores stores_;
 
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
   static constexpr std::size_t kMaxWaitingCalls = 4096;
   static constexpr int kCallThreads = 16;  // those that come together share a commit
 
@@ -112,7 +117,10 @@ class DurableJobs {
   std::condition_variable changed_;
   std::map<std::string, Running> running_;     // by job
   std::map<std::string, double> not_before_;   // now_s(), of jobs that wait for what they lacked
+  std::map<std::string, int> tries_;           // of these, in a row
+  double look_again_s_ = kNever;               // now_s(): the state folder could not be asked, or told
   bool due_ = true, draining_ = false, stopping_ = false;
+  bool beginning_ = false;  // a job is on its way from the table to running_
   double forget_at_s_ = 0;
   std::thread thread_;
   TaskThread calls_{kMaxWaitingCalls, kCallThreads};  // last: a call in hand may use anything above

@@ -32,6 +32,12 @@ JobAttempt::Outcome failed(const Error& error) {
   return outcome;
 }
 
+JobAttempt::Outcome succeeded() {
+  JobAttempt::Outcome outcome;
+  outcome.change.to = JobState::succeeded;
+  return outcome;
+}
+
 JobAttempt::Outcome paused(std::string reason) {
   JobAttempt::Outcome outcome;
   outcome.change.to = JobState::paused;
@@ -94,23 +100,28 @@ void JobAttempt::run() {
   rendering_.reset();
   outcome.change.from = {JobState::running};
   outcome.change.same_bits = same_bits_;
-  over_(outcome);
+  for (const std::string& note : notes_) outcome.change.reason += (outcome.change.reason.empty() ? "" : "; ") + note;
+  // Without memory, later: nobody else ends the attempt.
+  while (!guarded([&] { return over_(outcome), ok_status(); }).ok())
+    std::this_thread::sleep_for(std::chrono::seconds(1));
 }
 
 JobAttempt::Outcome JobAttempt::work() {
   if (!request_.ParseFromString(record_.request))
     return failed({ErrorCode::internal, "its request in the state folder cannot be read", {}});
+  build_ = rendering_build(request_.job().settings().device());
+  if (record_.views_done == record_.views) return succeeded();
   if (const Status loaded = load(); !loaded.ok()) {
     if (auto stop = asked_to_stop()) return std::move(*stop);
     return failed(loaded.error());
   }
+  if (record_.views_done > 0 && record_.build != build_) {
+    if (auto stop = on_another_build(record_.build)) return std::move(*stop);
+  }
   for (std::uint32_t view = first_view(); view < record_.views; ++view) {
     if (auto stop = render_view(view)) return std::move(*stop);
   }
-  stores_.checkpoints.remove(record_.id);
-  Outcome outcome;
-  outcome.change.to = JobState::succeeded;
-  return outcome;
+  return succeeded();
 }
 
 // Modes that reuse pictures draw on the views before, which an attempt before this one has rendered: either all begin
@@ -125,17 +136,13 @@ std::uint32_t JobAttempt::first_view() {
 // The scene is held from here on, loaded again if need be.
 Status JobAttempt::load() {
   ServiceCore& core = stores_.core;
-  SceneLease held;
-  {
+  auto held = core.scenes.acquire(record_.scene_id, "scene_id");
+  if (!held) {
     const std::lock_guard one_at_a_time(stores_.loading);
-    auto there = core.scenes.acquire(record_.scene_id, "scene_id");
-    if (there) {
-      held = std::move(*there);
-    } else {
-      auto loaded = load_again();
-      if (!loaded) return loaded.error();
-      held = std::move(*loaded);
-    }
+    if (asked_to_stop()) return Error{ErrorCode::cancelled, "it was asked to stop", {}};
+    held = core.scenes.acquire(record_.scene_id, "scene_id");
+    if (!held) held = load_again();
+    if (!held) return held.error();
   }
   auto planned = plan_job(core, request_.job(), "job");
   if (!planned) return planned.error();
@@ -183,21 +190,35 @@ Status JobAttempt::begin_rendering() {
                                          plan.budget, RenderRank::job, FramePublisher::Tiles::final_only,
                                          plan.format.channels, picture_, std::move(checkpoints));
   if (!rendering) return rendering.error();
+  if (const Status fits = picture_->reserve(plan.settings.rendered_region()); !fits.ok()) return fits;
   rendering_ = std::move(*rendering);
   const std::lock_guard lock(signals_->mutex);
   signals_->rendering = rendering_;
   return ok_status();
 }
 
+// A part of the job was rendered by this build.
+std::optional<JobAttempt::Outcome> JobAttempt::on_another_build(const std::string& build) {
+  same_bits_ = false;
+  if (!request_.require_same_bits()) return std::nullopt;
+  same_bits_ = record_.same_bits;
+  return paused(fmt::format("a part of it was rendered by another build or instruction path ({}; this one: {}), and "
+                            "require_same_bits is set; resume it with the other one, or cancel it",
+                            build, build_));
+}
+
 // What the newest checkpoint of the view has: its picture, or, of a finished one, its file.
-JobAttempt::Resumed JobAttempt::find_checkpoint(std::uint32_t view) {
+Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   Resumed resumed;
-  const std::uint64_t most = checkpoint_bytes(planned_->plan.settings) + kHeaderBytes;
+  const JobPlan& plan = planned_->plan;
+  const std::uint64_t file = std::uint64_t(plan.settings.rendered_region().area()) * plan.format.planes() * 8;
+  const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
   auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
-  if (!memory) return resumed;  // from nothing: right, if slow
+  if (!memory) return memory.error();
+  resumed.memory = std::move(*memory);
   auto newest = stores_.checkpoints.read(record_.id, most);
   for (;;) {
-    for (const std::string& line : newest.damaged) spdlog::warn("job {}: {}", record_.id, line);
+    for (const std::string& line : newest.damaged) note(line);
     if (!newest.file) return resumed;
     const std::uint64_t number = newest.file->number;
     const auto header = CheckpointHeader::read(newest.file->header);
@@ -219,21 +240,18 @@ JobAttempt::Resumed JobAttempt::find_checkpoint(std::uint32_t view) {
       }
       useless = suits.error().to_string();
     }
-    if (!useless.empty()) spdlog::warn("job {}: checkpoint {} is of no use: {}", record_.id, number, useless);
+    if (!useless.empty()) note(fmt::format("checkpoint {} was of no use: {}", number, useless));
     newest = stores_.checkpoints.read_before(record_.id, number, most);
   }
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
   if (auto stop = asked_to_stop()) return stop;
-  Resumed resumed = find_checkpoint(view);
-  if (resumed.header && resumed.header->build != record_.build) {
-    if (request_.require_same_bits()) {
-      return paused(fmt::format("its checkpoint was made by another build or instruction path ({}; this one: {}), and "
-                                "require_same_bits is set; resume it with the other one, or cancel it",
-                                resumed.header->build, record_.build));
-    }
-    same_bits_ = false;
+  auto found = find_checkpoint(view);
+  if (!found) return failed(found.error());
+  Resumed resumed = std::move(*found);
+  if (resumed.header && resumed.header->build != build_) {
+    if (auto stop = on_another_build(resumed.header->build)) return stop;
   }
   if (resumed.header && !resumed.header->same_bits) same_bits_ = false;
   if (!resumed.file.empty()) return write_view(view, resumed.file, *resumed.header->frame_end);
@@ -282,7 +300,9 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
       if (auto end = picture_->end(revision_)) return std::move(*end);
     }
     if (checkpoint) write_checkpoint(view, *checkpoint);
-    const bool keeps = asked != Request::none && asked != Request::cancel && can_checkpoint(planned_->plan.settings);
+    // Without a sample there is nothing to keep.
+    const bool keeps = asked != Request::none && asked != Request::cancel &&
+                       can_checkpoint(planned_->plan.settings) && loop.progress().samples_per_pixel > 0;
     if (asked != Request::none && (!keeps || (last_one && checkpoint))) {
       loop.cancel();
       return stopped(asked, by);
@@ -296,14 +316,22 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
   }
 }
 
+// For the log, and for whoever reads how the attempt ended.
+void JobAttempt::note(const std::string& text) {
+  constexpr std::size_t kMostNotes = 4;
+  spdlog::warn("job {}: {}", record_.id, text);
+  if (notes_.size() < kMostNotes && std::find(notes_.begin(), notes_.end(), text) == notes_.end())
+    notes_.push_back(text);
+}
+
 void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
-  const CheckpointHeader header{view, record_.build, same_bits_, std::nullopt};
+  const CheckpointHeader header{view, build_, same_bits_, std::nullopt};
   const std::span<const std::uint8_t> body[] = {checkpoint.encode()};
   const Status written = stores_.checkpoints.write(record_.id, header.write(), body);
   if (written.ok()) {
     checkpoint_s_ = unix_time_s();
   } else {
-    spdlog::warn("job {}: its checkpoint was not written: {}", record_.id, written.error().to_string());
+    note("a checkpoint was not written: " + written.error().to_string());
   }
 }
 
@@ -342,6 +370,12 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
   hash.update(bytes);
   const Sha256Digest digest = hash.finish();
   auto file = place_of(view);
+  // A kill between the file and its row would leave the job before a file that it does not know for its own, unless
+  // the same bits come again.
+  const bool guard = request_.has_output() && !request_.output().overwrite();
+  if (guard) {
+    if (const Status kept = keep_view(view, bytes, frame_end); !kept.ok()) note(kept.error().to_string());
+  }
   Status written = file ? write_file(*file, bytes, digest) : Status(file.error());
   if (written.ok()) {
     JobResult result;
@@ -356,13 +390,18 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
     record_.views_done = view + 1;
     return std::nullopt;
   }
-  const CheckpointHeader header{view, record_.build, same_bits_, frame_end};
-  const std::span<const std::uint8_t> body[] = {bytes};
   std::string reason =
       fmt::format("view {} is rendered, and could not be written: {}", view, written.error().to_string());
-  const Status kept = stores_.checkpoints.write(record_.id, header.write(), body);
+  const Status kept = guard ? ok_status() : keep_view(view, bytes, frame_end);
   if (!kept.ok()) reason += "; nor kept: " + kept.error().to_string();
   return paused(std::move(reason));
+}
+
+// Beside the checkpoints.
+Status JobAttempt::keep_view(std::uint32_t view, std::span<const std::uint8_t> bytes, const std::string& frame_end) {
+  const CheckpointHeader header{view, build_, same_bits_, frame_end};
+  const std::span<const std::uint8_t> body[] = {bytes};
+  return stores_.checkpoints.write(record_.id, header.write(), body);
 }
 
 Result<std::string> JobAttempt::place_of(std::uint32_t view) const {
@@ -379,7 +418,9 @@ Status JobAttempt::write_file(const std::string& file, std::span<const std::uint
   if (request_.has_output() && !request_.output().overwrite()) {
     const auto there = hash_file(file);
     if (there && there->sha256 == digest) return ok_status();  // an attempt wrote it, and ended before it could say so
-    if (there) return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
+    std::error_code error;
+    if (there || std::filesystem::exists(std::filesystem::symlink_status(file, error)))
+      return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
   }
   return write_file_atomically(file, bytes);
 }

@@ -65,6 +65,7 @@ class JobAttempt {
     std::optional<CheckpointHeader> header;
     std::shared_ptr<const PictureCheckpoint> picture;  // of a view on its way
     std::vector<std::uint8_t> file;                    // of one that is rendered
+    Reservation memory;                                // for either
   };
 
   void run();
@@ -73,7 +74,7 @@ class JobAttempt {
   Status load();
   Result<SceneLease> load_again();
   Status begin_rendering();
-  Resumed find_checkpoint(std::uint32_t view);
+  Result<Resumed> find_checkpoint(std::uint32_t view);
   // These answer what becomes of the job, or nothing: it goes on.
   std::optional<Outcome> render_view(std::uint32_t view);
   std::variant<FrameEnd, Outcome> wait_for_end(std::uint32_t view);
@@ -81,6 +82,9 @@ class JobAttempt {
   pb::PictureOrigin origin_of(std::uint32_t view) const;
   std::optional<Outcome> write_view(std::uint32_t view, std::span<const std::uint8_t> bytes,
                                     const std::string& frame_end);
+  std::optional<Outcome> on_another_build(const std::string& build);
+  Status keep_view(std::uint32_t view, std::span<const std::uint8_t> bytes, const std::string& frame_end);
+  void note(const std::string& text);
   void write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint);
   Result<std::string> place_of(std::uint32_t view) const;
   Status write_file(const std::string& file, std::span<const std::uint8_t> bytes, const Sha256Digest& digest) const;
@@ -91,6 +95,8 @@ class JobAttempt {
   JobRecord record_;
   const std::function<void(const Outcome&)> over_;
   pb::SubmitJobRequest request_;
+  std::string build_;               // rendering_build() of this process
+  std::vector<std::string> notes_;  // what people should be told with the outcome
   std::optional<PlannedJob> planned_;
   std::shared_ptr<JobPicture> picture_;
   std::shared_ptr<RenderContext> rendering_;

@@ -4,7 +4,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "server/stream/convert.h"
 
@@ -12,6 +11,14 @@ namespace helio {
 
 JobPicture::JobPicture(MemoryAccount& memory, const TileFormat& format, std::function<void()> ended)
     : memory_(memory), format_(format), ended_(std::move(ended)) {}
+
+Status JobPicture::reserve(const PixelRect& region) {
+  auto memory =
+      memory_.reserve_with_room(std::size_t(region.area()) * format_.planes() * sizeof(float), "the picture of a job");
+  if (!memory) return memory.error();
+  reserved_ = std::move(*memory);
+  return ok_status();
+}
 
 std::optional<FrameEnd> JobPicture::end(std::uint64_t revision) {
   const std::lock_guard lock(mutex_);
@@ -43,13 +50,8 @@ void JobPicture::frame_begun(const FrameBegin& begin) {
 void JobPicture::tile_ready(FrameTile tile) {
   if (!tile.final) return;
   const std::lock_guard lock(mutex_);
-  if (picture_.window != begin_.region || picture_.planes.empty()) {
-    const std::size_t pixels = std::size_t(begin_.region.area());
-    auto memory = memory_.reserve_with_room(pixels * format_.planes() * sizeof(float), "the picture of a job");
-    if (!memory) throw std::runtime_error(memory.error().to_string());
-    reserved_ = std::move(*memory);
+  if (picture_.window != begin_.region || picture_.planes.empty())
     picture_ = PicturePlanes(begin_.region, format_.channels);
-  }
   picture_.put(tile.pixels);
 }
 

@@ -25,6 +25,8 @@ class JobPicture final : public FrameSink {
   // ended: called when a frame has come to its end, on the thread that says so.
   JobPicture(MemoryAccount& memory, const TileFormat& format, std::function<void()> ended);
 
+  // The memory for pictures of this region. resource_exhausted: max_memory.
+  Status reserve(const PixelRect& region);
   // How the newest frame of this revision ended; nothing: it has not.
   std::optional<FrameEnd> end(std::uint64_t revision);
   // The newest frame as an EXR file, whose `comments` are what its integrator leaves out. `origin` lacks what the frame

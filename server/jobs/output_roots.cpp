@@ -10,6 +10,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMaxPath = 4096;
+constexpr std::size_t kMaxName = 200;  // 255 of file systems, less what the temporary file beside it needs
 constexpr const char kView[] = "{view}";
 
 bool is_below(const fs::path& path, const fs::path& root) {
@@ -44,6 +45,8 @@ void OutputRoots::check(const std::string& path, std::uint32_t views, const std:
   const std::string name = fs::path(path).filename().string();
   if (!name.ends_with(".exr") || name == ".exr")
     problems.add(where, "'" + path + "'; allowed: the name of a file that ends in .exr");
+  if (name.size() > kMaxName)
+    problems.add(where, fmt::format("the name of a file of {} bytes; allowed: at most {}", name.size(), kMaxName));
   const bool numbered = name.find(kView) != std::string::npos;
   if (views > 1 && !numbered) {
     problems.add(where, fmt::format("'{}' for {} views; allowed: a name with {}, which becomes a view's index", path,

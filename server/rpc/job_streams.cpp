@@ -148,10 +148,10 @@ class Watch final : public MessageSource {
     pb::WatchJobResponse response;
     response.mutable_watching()->set_next_seq(*next_seq);
     if (!request_.job_id().empty()) {
-      auto job = jobs_.get(request_.job_id());
+      const auto job = jobs_.table().get(request_.job_id());
       if (!job) return job.error();
-      over_ = job->state() >= pb::JOB_STATE_SUCCEEDED;
-      *response.mutable_watching()->mutable_job() = std::move(*job);
+      over_ = is_final(job->state);
+      *response.mutable_watching()->mutable_job() = jobs_.describe(*job);
     }
     begun_ = true;
     return message(response);

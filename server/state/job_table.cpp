@@ -318,8 +318,12 @@ Result<JobRecord> JobTable::change(const std::string& id, const JobChange& chang
     if (const Status allowed = check_change(job, change); !allowed.ok()) return allowed.error();
     const JobState from = job.state;
     const double now = unix_time_s();
-    const std::string by = change.by.empty() && change.to == job.target ? job.target_by : change.by;
-    job.state = change.to;
+    // Whoever asked for a pause or a cancel was told that it comes.
+    const bool owed = (job.target == JobState::canceled && !is_final(change.to)) ||
+                      (job.target == JobState::paused && change.to == JobState::queued);
+    const JobState to = from == JobState::running && owed ? job.target : change.to;
+    const std::string by = (change.by.empty() || to != change.to) && to == job.target ? job.target_by : change.by;
+    job.state = to;
     job.target = JobState::succeeded;
     job.target_by.clear();
     job.reason = change.reason;

@@ -86,8 +86,9 @@ class JobTable {
   // was used for another request; resource_exhausted (max_queued_jobs): so many are queued or paused.
   // by: who asks, for the event.
   Result<Submitted> submit(const JobRecord& job, int max_queued, const std::string& by);
-  // Makes the change and its event, and forgets the target; running counts an attempt. not_found; failed_precondition
-  // names state and change.
+  // Makes the change and its event, and forgets the target; running counts an attempt. A running job that was asked to
+  // be canceled comes to an end by any change, and one that was asked to pause pauses in place of going back into the
+  // queue. not_found; failed_precondition names state and change.
   Result<JobRecord> change(const std::string& id, const JobChange& change);
   // Pause or cancel of a running job is on its way; succeeded: no longer. No event. not_found; failed_precondition: the
   // job is not running; invalid_argument: another target.
