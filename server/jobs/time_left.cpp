@@ -7,29 +7,32 @@ namespace helio {
 namespace {
 
 constexpr double kFewestSamples = 16;
-// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges.
+// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges. What
+// a curve tells of it counts against the first by these: an estimate of the error is off by so much (standard deviation,
+// of its logarithm), and exponents differ from the slowest by so much.
 constexpr double kSlowest = 0.5, kFastest = 1.0;
-// What the interval allows for: an estimate of the error is off by so much (standard deviation, of its logarithm), the
-// exponent by so much, and the rate of samples by so much.
-constexpr double kErrorSpread = 0.03, kExponentSpread = 0.06, kRateSpread = 0.05;
+constexpr double kErrorSpread = 0.08, kExponentSpread = 0.05;
+constexpr double kRateSpread = 0.1;  // of the rate of samples
+constexpr double kLongest = 1e9;         // seconds: what lies beyond 30 years is no end in sight
 constexpr double kFourOfFive = 1.2816;  // standard deviations that hold four fifths of a normal distribution
 
 double error_of(const FilmError& error) {
   return std::hypot(error.rmse, error.hidden_rmse);
 }
 
-// Of the newest points, by least squares in the logarithms.
+// By least squares in the logarithms, of points with enough samples; few points near each other say little.
 double exponent(const std::vector<ErrorCurve::Point>& points) {
   const double newest = points.back().samples;
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (const ErrorCurve::Point& point : points) {
-    if (point.samples * 16 < newest) continue;
+    if (point.samples * 64 < newest || point.samples < kFewestSamples) continue;
     const double x = std::log(point.samples), y = std::log(point.error);
     n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
   }
-  const double spread = n * sxx - sx * sx;
-  if (n < 3 || !(spread > 1e-9)) return kSlowest;
-  return std::clamp(-(n * sxy - sx * sy) / spread, kSlowest, kFastest);
+  if (n < 2) return kSlowest;
+  const double spread = sxx - sx * sx / n, slope = -(sxy - sx * sy / n);  // slope: times spread
+  constexpr double kPrior = (kErrorSpread / kExponentSpread) * (kErrorSpread / kExponentSpread);
+  return std::clamp((slope + kPrior * kSlowest) / (spread + kPrior), kSlowest, kFastest);
 }
 
 }  // namespace
@@ -71,7 +74,7 @@ std::optional<TimeLeft> time_left(const FrameProgress& progress, const Budget& b
     };
     const TimeLeft by_error{seconds(wanted), seconds(wanted - kFourOfFive * spread),
                             seconds(wanted + kFourOfFive * spread)};
-    if (std::isfinite(by_error.high_s)) first(by_error);
+    if (by_error.high_s < kLongest) first(by_error);
   }
   return left;
 }
