@@ -11,7 +11,7 @@ constexpr double kFewestSamples = 16;
 // a curve tells of it counts against the first by these: an estimate of the error is off by so much (standard deviation,
 // of its logarithm), and exponents differ from the slowest by so much.
 constexpr double kSlowest = 0.5, kFastest = 1.0;
-constexpr double kErrorSpread = 0.08, kExponentSpread = 0.05;
+constexpr double kErrorSpread = 0.1, kExponentSpread = 0.05;
 constexpr double kRateSpread = 0.1;  // of the rate of samples
 constexpr double kLongest = 1e9;         // seconds: what lies beyond 30 years is no end in sight
 constexpr double kFourOfFive = 1.2816;  // standard deviations that hold four fifths of a normal distribution

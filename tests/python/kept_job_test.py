@@ -18,6 +18,7 @@ import heliograph.aio as ahg
 
 SIZE = (64, 48)
 ENDLESS = {"size": (256, 256), "until": hg.Samples(10**8)}
+LONG = 120  # seconds, after which something hangs
 OFTEN = ["--checkpoint-interval", "0.05"]
 
 
@@ -69,7 +70,7 @@ def samples_for(scene, seconds):
 def test_the_picture_is_that_of_a_render(scene, tmp_path):
     job = scene.enqueue(size=SIZE, until=hg.Samples(8), seed=7, name="bøx", priority=3, channels="depth")
     assert job.id and job.name == "bøx" and not job.already_there and job.state in ("queued", "running")
-    info = job.wait(60)
+    info = job.wait(LONG)
     assert info is job.latest and info.done and (info.state, info.views_done, info.attempt) == ("succeeded", 1, 1)
     assert (info.priority, info.size, info.until, info.output) == (3, SIZE, (hg.Samples(8),), "")
     assert info.same_bits and info.submitted <= info.started <= info.ended
@@ -87,25 +88,25 @@ def test_the_picture_is_that_of_a_render(scene, tmp_path):
 
 def test_a_watch_tells_every_change_also_afterwards(scene):
     job = scene.enqueue(size=SIZE, until=hg.Samples(4))
-    live = list(job.watch(progress=False))
+    live = list(job.watch(progress=False, timeout=LONG))
     assert [(event.before, event.state) for event in live] == [
         ("", "queued"),
         ("queued", "running"),
         ("running", "succeeded"),
     ]
     assert job.done and all(event.job_id == job.id for event in live)
-    assert list(job.watch(progress=False)) == live
-    assert list(job.watch(from_seq=live[1].seq)) == live[1:]
-    assert list(job.watch(from_seq=0, timeout=60)) == []
+    assert list(job.watch(progress=False, timeout=LONG)) == live
+    assert list(job.watch(from_seq=live[1].seq, timeout=LONG)) == live[1:]
+    assert list(job.watch(from_seq=0, timeout=LONG)) == []
     with pytest.raises(hg.InvalidArgument, match="from_seq"):
-        list(job.watch(from_seq=2**40))
+        list(job.watch(from_seq=2**40, timeout=LONG))
 
 
 def test_a_camera_path(scene):
     views = [scene.camera().orbit(20 * step) for step in range(3)]
     job = scene.enqueue(size=SIZE, until=hg.Samples(2), views=views, seed=5)
     assert job.views == 3
-    job.wait(60)
+    job.wait(LONG)
     assert [result.view for result in job.results] == [0, 1, 2]
     for number, view in enumerate(views):
         image = job.fetch(number)
@@ -124,22 +125,22 @@ def test_pause_resume_and_cancel(endless, keeper):
         job.wait(0.2)
     assert "paused" in (job.pause().target_state, until(job, "paused").state)
     with pytest.raises(hg.FailedPrecondition, match="the job is paused"):
-        job.wait()
+        job.wait(LONG)
     assert job.id in [other.id for other in keeper.jobs(states="paused")]
     job.resume()
-    progress = next(event for event in job.watch(from_seq=0) if event.kind == "progress")
+    progress = next(event for event in job.watch(from_seq=0, timeout=LONG) if event.kind == "progress")
     assert progress.info.stats.samples_per_second > 0 and job.attempt == progress.attempt == 2
     with pytest.raises(hg.FailedPrecondition):
         job.resume()
     job.cancel()
     with pytest.raises(hg.Cancelled):
-        job.wait(60)
+        job.wait(LONG)
     assert job.state == "canceled"
     for change in (job.cancel, job.resume, job.pause):
         with pytest.raises(hg.FailedPrecondition) as told:
             change()
         assert str(told.value)
-    events = [(event.before, event.state) for event in job.watch(progress=False)]
+    events = [(event.before, event.state) for event in job.watch(progress=False, timeout=LONG)]
     assert events == [
         ("", "queued"),
         ("queued", "running"),
@@ -156,20 +157,20 @@ def test_a_token_makes_it_one_job(keeper, scene):
     assert first.id == second.id and not first.already_there and second.already_there
     with pytest.raises(hg.InvalidArgument, match="client_token"):
         scene.enqueue(**{**asked, "until": hg.Samples(3)})
-    first.wait(60)
+    first.wait(LONG)
     assert scene.enqueue(**asked).done
     assert [job.id for job in keeper.jobs()].count(first.id) == 1
 
 
 def test_output(scene, out, tmp_path):
     job = scene.enqueue(size=SIZE, until=hg.Samples(2), output="box.exr")
-    job.wait(60)
+    job.wait(LONG)
     assert pathlib.Path(job.results[0].file).samefile(out / "box.exr") and job.latest.output == "box.exr"
     assert (out / "box.exr").read_bytes() == job.fetch_to(tmp_path / "box.exr").read_bytes()
     with pytest.raises(hg.FailedPrecondition, match="is there already") as told:
         scene.enqueue(size=SIZE, until=hg.Samples(2), output=out / "box.exr")
     assert told.value.field == "output"
-    scene.enqueue(size=SIZE, until=hg.Samples(3), output=out / "box.exr", overwrite=True).wait(60)
+    scene.enqueue(size=SIZE, until=hg.Samples(3), output=out / "box.exr", overwrite=True).wait(LONG)
     with pytest.raises(hg.Internal, match="it was changed after it was rendered"):
         job.fetch()
     with pytest.raises(hg.PermissionDenied, match="outside the output roots"):
@@ -178,7 +179,7 @@ def test_output(scene, out, tmp_path):
     with pytest.raises(hg.InvalidArgument, match="{view}") as told:
         scene.enqueue(size=SIZE, until=hg.Samples(2), output="box.exr", views=views)
     assert told.value.field == "output"
-    scene.enqueue(size=SIZE, until=hg.Samples(2), output="path.{view}.exr", views=views).wait(60)
+    scene.enqueue(size=SIZE, until=hg.Samples(2), output="path.{view}.exr", views=views).wait(LONG)
     assert {"path.0000.exr", "path.0001.exr"} <= set(os.listdir(out))
     (out / "box.exr").unlink()
     with pytest.raises(hg.NotFound):
@@ -209,7 +210,7 @@ def test_lists_and_priorities(endless, keeper):
 
 
 def test_all_jobs_are_watched(keeper, scene):
-    events = keeper.watch_jobs(from_seq=1, timeout=60)
+    events = keeper.watch_jobs(from_seq=1, timeout=LONG)
     before = next(events).seq
     jobs = [scene.enqueue(size=SIZE, until=hg.Samples(2)) for _ in range(2)]
     open_ = {job.id for job in jobs}
@@ -231,7 +232,7 @@ def test_a_daemon_that_restarts_on_another_port(program, tmp_path):
         whole = scene.render(size=SIZE, until=hg.Samples(samples), seed=9)
         job = scene.enqueue(size=SIZE, until=hg.Samples(samples), seed=9, require_same_bits=True)
         told = []
-        for event in job.watch():
+        for event in job.watch(timeout=LONG):
             if event.kind == "progress" and event.info.checkpoint is not None:
                 break
             told.append(event)
@@ -241,10 +242,10 @@ def test_a_daemon_that_restarts_on_another_port(program, tmp_path):
     with hg.serve(program, state=state, arguments=OFTEN) as client:
         assert client.address != address
         job = client.job(job.id)
-        told += job.watch(from_seq=told[-1].seq + 1, progress=False)
+        told += job.watch(from_seq=told[-1].seq + 1, progress=False, timeout=LONG)
         assert [event.state for event in told] == ["queued", "running", "queued", "running", "succeeded"]
         assert [event.attempt for event in told] == [0, 1, 1, 2, 2]
-        assert list(job.watch(progress=False)) == told
+        assert list(job.watch(progress=False, timeout=LONG)) == told
         image = job.fetch()
         assert job.info().same_bits and image.stats.samples == samples
         assert all(np.array_equal(image[name], whole[name]) for name in whole)
@@ -281,7 +282,7 @@ def test_a_watch_goes_on_with_the_next_daemon(number, program, tmp_path):
         scene = client.load(BOX)
         job = scene.enqueue(size=SIZE, until=hg.Samples(samples_for(scene, 3)))
         told, killed = [], False
-        for event in job.watch():
+        for event in job.watch(timeout=LONG):
             if event.kind == "state":
                 told.append(event)
             elif not killed:
@@ -289,7 +290,7 @@ def test_a_watch_goes_on_with_the_next_daemon(number, program, tmp_path):
                 daemon.start()
                 killed = True
         assert killed and [event.state for event in told] == ["queued", "running", "queued", "running", "succeeded"]
-        assert list(job.watch(progress=False)) == told
+        assert list(job.watch(progress=False, timeout=LONG)) == told
         assert job.fetch().size == SIZE
 
 
@@ -299,7 +300,7 @@ def test_asyncio_waits_through_a_restart(program, tmp_path):
             scene = await client.load(BOX)
             samples = max(16, int((await scene.render(size=SIZE, until=ahg.Seconds(0.5))).stats.samples * 4))
             job = await scene.enqueue(size=SIZE, until=ahg.Samples(samples))
-            waiting = asyncio.create_task(job.wait())
+            waiting = asyncio.create_task(job.wait(LONG))
             while (await job.info()).state != "running":
                 await asyncio.sleep(0.02)
             await asyncio.to_thread(daemon.kill)
@@ -317,7 +318,7 @@ def test_asyncio(keeper):
         async with await ahg.connect(keeper.address, token=keeper.daemon.token) as client:
             scene = await client.load(BOX)
             job = await scene.enqueue(**ENDLESS, name="asynchronous")
-            async for event in job.watch(timeout=60):
+            async for event in job.watch(timeout=LONG):
                 if event.kind == "progress":
                     break
             await job.set_priority(5)
@@ -325,11 +326,11 @@ def test_asyncio(keeper):
             while (await job.info()).state != "paused":
                 await asyncio.sleep(0.02)
             with pytest.raises(ahg.FailedPrecondition, match="the job is paused"):
-                await job.wait()
+                await job.wait(LONG)
             found = [other.id async for other in client.jobs(states="paused")]
             assert job.id in found and (await client.job(job.id)).priority == 5
             await job.resume()
-            waiting = asyncio.create_task(job.wait(60))
+            waiting = asyncio.create_task(job.wait(LONG))
             await asyncio.sleep(0)
             await job.cancel()
             with pytest.raises(ahg.Cancelled):
