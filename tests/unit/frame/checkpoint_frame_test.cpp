@@ -42,7 +42,7 @@ void PrintTo(const Course& course, std::ostream* out) {
   *out << course.name;
 }
 
-// Of the error that the picture has after 32 samples: as the variance falls about as 1/n, some 90 bring it down to that.
+// Of the error that the picture has after 32 samples: as the variance falls about as 1/n, some 90 reach that.
 Budget error(double share = 0.6) {
   Budget budget;
   budget.error = share;
