@@ -133,12 +133,12 @@ TEST_F(CliJobs, TopShowsJobsAsTheyChangeAndLeavesTheTerminalAsItWas) {
 
 // A daemon that is killed and started again at the same address: the watch goes on, and misses nothing.
 TEST_F(CliJobs, TheWatchOutlivesTheDaemon) {
-  const std::string address = "unix:" + folder_ / "socket";
-  std::string id;
+  std::string id, address;
   std::unique_ptr<Process> watch;
   {
-    DaemonProcess daemon(daemon_words({"--listen", address}));
-    id = submit(daemon, {"--samples", "20000"});
+    DaemonProcess daemon(daemon_words({}));
+    address = daemon.address();
+    id = submit(daemon, {"--samples", "6000"});
     watch = std::make_unique<Process>(HELIOGRAPH_PROGRAM,
                                       std::vector<std::string>{"job", id, "--watch", "--fetch", "x.exr", "--wait", "60",
                                                                "--server", address, "--progress", "always"},
@@ -247,7 +247,8 @@ TEST_F(CliMerge, PartsOfARenderAreTheWhole) {
   heliograph_json(with({"--shard", "2/3", "--seed", "9", "--output", "other.exr"}));
   const ProcessResult seed = heliograph({"merge", "p1.exr", "other.exr", "p3.exr", "-o", "gap.exr"});
   EXPECT_EQ(seed.exit_code, 1);
-  EXPECT_NE(seed.err.find("other.exr: differs from p1.exr: modified: settings.seed"), std::string::npos) << seed.err;
+  EXPECT_NE(seed.err.find("other.exr: differs from p1.exr"), std::string::npos) << seed.err;
+  EXPECT_NE(seed.err.find("settings.seed"), std::string::npos) << seed.err;
 }
 
 TEST_F(CliMerge, RefusesWhatCannotBeRenderedInParts) {
