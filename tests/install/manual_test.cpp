@@ -109,7 +109,7 @@ TEST_F(Manual, TheExampleConfigurationIsRead) {
   EXPECT_EQ(example, example_config());
   example = std::regex_replace(example, std::regex("\n#([a-z])"), "\n$1");
   example = std::regex_replace(
-      example, std::regex("\n(scene-root|port-file|oidn-library|token-file|http-host) =(?=\n)"), "\n$1 = there");
+      example, std::regex("\n(scene-root|output-root|port-file|oidn-library|token-file|http-host) =(?=\n)"), "\n$1 = there");
   example = std::regex_replace(example, std::regex("\nhttp =(?=\n)"), "\nhttp = 127.0.0.1:0");
   write_file(folder_ / "example.conf", example);
   const auto request = parse_server_config("heliographd", {"--config", folder_ / "example.conf"});
@@ -119,7 +119,7 @@ TEST_F(Manual, TheExampleConfigurationIsRead) {
     EXPECT_NE(example.find("\n" + option.name + " = "), std::string::npos) << option.name;
     static const std::set<std::string> kSet{"listen", "http", "port-file", "oidn-library", "token-file"};
     if (kSet.contains(option.name)) continue;
-    EXPECT_EQ(option.get(request->config), option.get(ServerConfig())) << option.name;
+    EXPECT_EQ(option.get(request->config), option.get(daemon_defaults())) << option.name;
   }
 }
 
