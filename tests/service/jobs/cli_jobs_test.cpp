@@ -194,7 +194,8 @@ TEST_F(CliJobs, ADaemonThatKeepsNoJobsSaysSo) {
   const DaemonProcess daemon({"--render-threads", "1", "--state", "none"});
   const ProcessResult submitted = heliograph(at(daemon, {"submit", "quad.gltf", "--size", "8x8", "--samples", "1"}));
   EXPECT_EQ(submitted.exit_code, 1);
-  EXPECT_NE(submitted.err.find("keeps no jobs: it was started without a state folder"), std::string::npos) << submitted.err;
+  EXPECT_NE(submitted.err.find("keeps no jobs: it was started without a state folder"), std::string::npos)
+      << submitted.err;
   expect_one_line(submitted.err);
   for (const char* command : {"jobs", "top"}) {
     const ProcessResult listed = heliograph(at(daemon, {command}));
