@@ -329,11 +329,13 @@ class Player(api.RenderServiceServicer):
     def __init__(self, script=(), file=b"", sha256=None):
         self.script = list(script)
         self.asked = []
+        self.greeted = 0
         self.file = file
         self.sha256 = sha256 or hashlib.sha256(file).hexdigest()
         self.job = job_of(SUCCEEDED, seq=9, results=[kept.JobView(view=0, bytes=len(file), sha256=self.sha256)])
 
     def GetServerInfo(self, request, context):
+        self.greeted += 1
         return service.GetServerInfoResponse(version=hg.__version__, keeps_jobs=True)
 
     def GetJob(self, request, context):
@@ -420,6 +422,7 @@ def test_a_watch_survives_lost_connections(socket):
         assert [event.seq for event in job.watch()] == TOLD
         assert [request.from_seq for request in player.asked] == [1, 4, 4, 6]
         assert job.state == "succeeded" and all(request.progress for request in player.asked)
+        assert player.greeted == 1 + 3  # by connect(), and by a call that waits after each loss
 
 
 def test_a_watch_survives_lost_connections_in_asyncio(socket):
@@ -432,6 +435,7 @@ def test_a_watch_survives_lost_connections_in_asyncio(socket):
 
     with Playing(player, socket):
         assert asyncio.run(main()) == TOLD
+    assert player.greeted == 1 + 3
     assert [request.from_seq for request in player.asked] == [1, 4, 4, 6]
 
 

@@ -232,6 +232,12 @@ class _Connection:
         self.check()
         return getattr(self.stub, method)(request, timeout=timeout, metadata=self.metadata)
 
+    async def reach(self, seconds: float) -> None:
+        """As heliograph.connection.Connection.reach."""
+        if seconds > 0:
+            with contextlib.suppress(HeliographError):
+                await self.call(Call("GetServerInfo", service.GetServerInfoRequest()), seconds, True)
+
     async def greet(self, wait: float) -> service.GetServerInfoResponse:
         call = Call("GetServerInfo", service.GetServerInfoRequest())
         end = clock.monotonic() + wait
@@ -668,6 +674,7 @@ async def _watch(connection: _Connection, feed: WatchFeed, begins: bool = False)
         finally:
             call.cancel()
         await asyncio.sleep(feed.failed(failure))
+        await connection.reach(feed.reach_s())
 
 
 class Scene(SceneValues):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 import warnings
@@ -160,6 +161,16 @@ class Connection:
         call = getattr(self.stub, method)(request, timeout=timeout, metadata=self.metadata)
         keep_from_children(call)
         return call
+
+    def reach(self, seconds: float) -> None:
+        """Waits until the daemon answers again, or so long; the next call tells which.
+
+        Calls that fail at once let gRPC get no further with a new connection: without a call that waits, nobody polls
+        it but a timer of 5 s.
+        """
+        if seconds > 0:
+            with contextlib.suppress(HeliographError):
+                self.call(Call("GetServerInfo", service.GetServerInfoRequest()), seconds, True)
 
     def greet(self, wait: float) -> service.GetServerInfoResponse:
         """The first call: whether a daemon answers at all, and takes the token. wait: seconds to keep trying."""

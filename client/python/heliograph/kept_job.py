@@ -172,3 +172,4 @@ def watch(connection: Connection, feed: WatchFeed, begins: bool = False) -> Gene
         finally:
             call.cancel()
         time.sleep(feed.failed(failure))
+        connection.reach(feed.reach_s())

@@ -399,6 +399,13 @@ class WatchFeed:
         until_late = self.seconds_left()
         return pause if until_late is None else min(pause, until_late)
 
+    def reach_s(self) -> float:
+        """After failed(): seconds that the daemon may take to come back."""
+        lost_at = self._begun if self._lost_at is None else self._lost_at
+        left = max(0.0, self._patience - (time.monotonic() - lost_at))
+        until_late = self.seconds_left()
+        return left if until_late is None else min(left, until_late)
+
     def check_over(self) -> None:
         """A call ended well. Internal: the job has not come to its end."""
         if self.job is None or not self.job.done:
