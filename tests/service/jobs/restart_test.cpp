@@ -136,9 +136,9 @@ TEST_F(KeptJobsTest, ARestartGoesOnWithScenesThatWereUploadedAndEdited) {
   pb::EditSceneResponse edited;
   const grpc::Status status = call(&pb::RenderService::Stub::EditScene, edit, &edited);
   ASSERT_TRUE(status.ok()) << status.error_message();
-  const std::string whole = submitted(request(edited.scene().scene_id(), 48, 512));
+  const std::string whole = submitted(request(edited.scene().scene_id(), 32, 4096));
   wait_for(whole, pb::JOB_STATE_SUCCEEDED);
-  const std::string id = submitted(request(edited.scene().scene_id(), 48, 512));
+  const std::string id = submitted(request(edited.scene().scene_id(), 32, 4096));
   wait_for_samples(id, 2);
   restart();
   const pb::Job done = wait_for(id, pb::JOB_STATE_SUCCEEDED);
