@@ -13,7 +13,7 @@ struct CommonOptions {
 };
 // The last options of a command. `json_help` describes --json.
 void add_common_options(CLI::App& app, CommonOptions& options, const std::string& json_help);
-// The same of commands that need a daemon.
+// Adds the common options of a command that needs a daemon.
 void add_common_daemon_options(CLI::App& app, CommonOptions& options, const std::string& json_help);
 
 struct CommandContext {

@@ -20,7 +20,7 @@ struct ConnectionOptions {
   bool needs_daemon = false;  // nothing is rendered in process
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);
-// Of commands that need a daemon: --server, else the variable HELIOGRAPH_SERVER, must name it.
+// Adds the options of a command that needs a daemon: --server, else the variable HELIOGRAPH_SERVER, must name it.
 void add_daemon_options(CLI::App& app, ConnectionOptions& options);
 
 struct Connection {

@@ -137,11 +137,11 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting.error();
   Problems problems;
   check_request(asked, problems);
-  auto planned = plan_job(core_, asked.job(), "job");
   if (problems.empty() && !asked.client_token().empty()) {
     // Sent again, it is there, whatever has become of its scene and its output meanwhile.
     if (auto again = find_again(asked)) return std::move(*again);
   }
+  auto planned = plan_job(core_, asked.job(), "job");
   if (!planned && planned.error().code == ErrorCode::invalid_argument)
     problems.add(planned.error().where, planned.error().message);
   if (!problems.empty()) return problems.to_error();
@@ -252,11 +252,6 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
   return job;
 }
 
-bool DurableJobs::is_running(const std::string& id) const {
-  const std::lock_guard lock(mutex_);
-  return running_.contains(id);
-}
-
 void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
   const std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
@@ -274,9 +269,9 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
     if (record->state != JobState::running) {
       change.from = {record->state};
       auto changed = table_->change(id, change);
-      if (!changed && changed.error().code == ErrorCode::failed_precondition && table_->get(id) &&
-          table_->get(id)->state != record->state) {
-        continue;
+      if (!changed && changed.error().code == ErrorCode::failed_precondition) {
+        const auto now = table_->get(id);
+        if (now && now->state != record->state) continue;
       }
       if (changed && is_final(to)) come_to_end(id);
       return changed;
@@ -420,7 +415,7 @@ void DurableJobs::forget_old() {
   for (const std::string& id : *ids) {
     come_to_end(id);
     std::error_code error;
-    std::filesystem::remove_all(std::filesystem::path(folder_.results()) / id, error);
+    std::filesystem::remove_all(result_folder(folder_.results(), id), error);
   }
 }
 
@@ -461,11 +456,12 @@ bool DurableJobs::begin_next() {
     return false;
   }
   const std::string id = record->id;
+  Status made = ok_status();
   {
     const std::lock_guard lock(mutex_);
     Running& running = running_[id];
     running.place = *place;
-    const Status made = guarded([&] {
+    made = guarded([&] {
       running.attempt = std::make_unique<JobAttempt>(
           stores_, *record, [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
       return ok_status();
@@ -477,7 +473,7 @@ bool DurableJobs::begin_next() {
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
   }
-  if (!is_running(id)) {
+  if (!made.ok()) {
     core_.jobs.remove(*place);
     JobChange back;
     back.from = {JobState::running};

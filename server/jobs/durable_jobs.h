@@ -94,7 +94,6 @@ class DurableJobs {
   void come_to_end(const std::string& id);
   void wake();
   void tell();
-  bool is_running(const std::string& id) const;
   void ask(const std::string& id, JobAttempt::Request request, const std::string& by);
 
   ServiceCore& core_;

@@ -51,10 +51,6 @@ std::string rendering_build(const std::string& device) {
   return build_description() + "; " + rendering_isa() + (device.empty() || device == "cpu" ? "" : "; " + device);
 }
 
-std::string result_file(const std::string& results, const std::string& job_id, std::uint32_t view) {
-  return fmt::format("{}/{}/{}.exr", results, job_id, view);
-}
-
 JobAttempt::JobAttempt(JobStores& stores, JobRecord record, std::function<void(const Outcome&)> over)
     : stores_(stores),
       record_(std::move(record)),
@@ -215,11 +211,10 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
   auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
   if (!memory) return memory.error();
-  resumed.memory = std::move(*memory);
   auto newest = stores_.checkpoints.read(record_.id, most);
   for (;;) {
     for (const std::string& line : newest.damaged) note(line);
-    if (!newest.file) return resumed;
+    if (!newest.file) return Resumed();
     const std::uint64_t number = newest.file->number;
     const auto header = CheckpointHeader::read(newest.file->header);
     std::string useless = "its header cannot be read";
@@ -228,6 +223,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
     } else if (header && header->frame_end) {
       resumed.header = *header;
       resumed.file = std::move(newest.file->body);
+      resumed.memory = std::move(*memory);
       return resumed;
     } else if (header) {
       auto picture = PictureCheckpoint::decode(std::move(newest.file->body), planned_->plan.settings);
@@ -235,7 +231,13 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
                                    : Status(picture.error());
       if (suits.ok()) {
         resumed.header = *header;
-        resumed.picture = std::make_shared<const PictureCheckpoint>(std::move(*picture));
+        // Counted until the render loop has let go of it.
+        struct Counted {
+          Reservation memory;
+          PictureCheckpoint picture;
+        };
+        const auto counted = std::make_shared<Counted>(std::move(*memory), std::move(*picture));
+        resumed.picture = {counted, &counted->picture};
         return resumed;
       }
       useless = suits.error().to_string();
@@ -343,7 +345,7 @@ std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, c
   return write_view(view, *file, to_message(FrameReport{end, 0, 0, {}}, record_.id).SerializeAsString());
 }
 
-// What the frame does not tell.
+// The fields that JobPicture::encode() cannot know.
 pb::PictureOrigin JobAttempt::origin_of(std::uint32_t view) const {
   const pb::RunJobRequest& job = request_.job();
   pb::PictureOrigin origin;
@@ -397,7 +399,7 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
   return paused(std::move(reason));
 }
 
-// Beside the checkpoints.
+// A finished view waits in a file of its job's checkpoints.
 Status JobAttempt::keep_view(std::uint32_t view, std::span<const std::uint8_t> bytes, const std::string& frame_end) {
   const CheckpointHeader header{view, build_, same_bits_, frame_end};
   const std::span<const std::uint8_t> body[] = {bytes};
@@ -406,11 +408,11 @@ Status JobAttempt::keep_view(std::uint32_t view, std::span<const std::uint8_t> b
 
 Result<std::string> JobAttempt::place_of(std::uint32_t view) const {
   if (request_.has_output()) return stores_.outputs.file_of(request_.output().path(), view, "output.path");
-  const std::string file = result_file(stores_.results, record_.id, view);
+  const std::string folder = result_folder(stores_.results, record_.id);
   std::error_code error;
-  std::filesystem::create_directories(std::filesystem::path(file).parent_path(), error);
-  if (error) return Error{ErrorCode::unavailable, "cannot be made: " + error.message(), file};
-  return file;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{ErrorCode::unavailable, "cannot be made: " + error.message(), folder};
+  return fmt::format("{}/{}.exr", folder, view);
 }
 
 Status JobAttempt::write_file(const std::string& file, std::span<const std::uint8_t> bytes,

@@ -65,7 +65,7 @@ class JobAttempt {
     std::optional<CheckpointHeader> header;
     std::shared_ptr<const PictureCheckpoint> picture;  // of a view on its way
     std::vector<std::uint8_t> file;                    // of one that is rendered
-    Reservation memory;                                // for either
+    Reservation memory;                                // for the file
   };
 
   void run();

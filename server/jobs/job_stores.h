@@ -23,7 +23,9 @@ struct JobStores {
   std::mutex loading;                 // one job loads its scene at a time
 };
 
-// Where a kept picture is: RESULTS/JOB/VIEW.exr.
-std::string result_file(const std::string& results, const std::string& job_id, std::uint32_t view);
+// Of a job's kept pictures, which are VIEW.exr in it.
+inline std::string result_folder(const std::string& results, const std::string& job_id) {
+  return results + "/" + job_id;
+}
 
 }  // namespace helio

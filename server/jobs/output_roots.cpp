@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
+
+#include "server/base/root_folders.h"
 
 namespace helio {
 namespace fs = std::filesystem;
@@ -13,26 +16,13 @@ constexpr std::size_t kMaxPath = 4096;
 constexpr std::size_t kMaxName = 200;  // 255 of file systems, less what the temporary file beside it needs
 constexpr const char kView[] = "{view}";
 
-bool is_below(const fs::path& path, const fs::path& root) {
-  const fs::path relative = path.lexically_relative(root);
-  return !relative.empty() && *relative.begin() != "..";
-}
-
 }  // namespace
 
 Result<OutputRoots> OutputRoots::open(const std::vector<std::string>& directories) {
+  auto folders = open_root_folders(directories, "output-root");
+  if (!folders) return folders.error();
   OutputRoots roots;
-  Problems problems;
-  for (const std::string& directory : directories) {
-    std::error_code error;
-    const fs::path root = fs::canonical(directory, error);
-    if (error || !fs::is_directory(root, error)) {
-      problems.add("output-root", "'" + directory + "'; allowed: an existing directory");
-    } else {
-      roots.roots_.push_back(root.string());
-    }
-  }
-  if (!problems.empty()) return problems.to_error();
+  roots.roots_ = std::move(*folders);
   return roots;
 }
 
@@ -67,7 +57,7 @@ Result<std::string> OutputRoots::file_of(const std::string& path, std::uint32_t 
   std::error_code error;
   const fs::path folder = fs::weakly_canonical(fs::path(roots_.front()) / given.parent_path(), error);
   const bool inside = !error && std::any_of(roots_.begin(), roots_.end(), [&](const std::string& root) {
-    return folder == root || is_below(folder, root);
+    return is_inside(folder, root);
   });
   if (!inside) return Error{ErrorCode::permission_denied, "'" + path + "' is outside the output roots", where};
   if (!fs::is_directory(folder, error))

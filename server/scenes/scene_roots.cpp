@@ -5,6 +5,9 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
+
+#include "server/base/root_folders.h"
 
 namespace helio {
 namespace fs = std::filesystem;
@@ -15,8 +18,7 @@ constexpr std::size_t kMaxScanned = 100000;       // entries of a folder that a 
 constexpr std::size_t kMaxListedBytes = 1 << 20;  // of paths
 
 bool is_below(const fs::path& path, const fs::path& root) {
-  const fs::path relative = path.lexically_relative(root);
-  return !relative.empty() && *relative.begin() != ".." && relative != ".";
+  return path.lexically_relative(root) != "." && is_inside(path, root);
 }
 
 // Nothing: neither a scene nor an environment map.
@@ -31,18 +33,10 @@ std::optional<bool> is_environment(const std::string& path) {
 }  // namespace
 
 Result<SceneRoots> SceneRoots::open(const std::vector<std::string>& directories) {
+  auto folders = open_root_folders(directories, "scene-root");
+  if (!folders) return folders.error();
   SceneRoots roots;
-  Problems problems;
-  for (const std::string& directory : directories) {
-    std::error_code error;
-    const fs::path root = fs::canonical(directory, error);
-    if (error || !fs::is_directory(root, error)) {
-      problems.add("scene-root", "'" + directory + "'; allowed: an existing directory");
-    } else {
-      roots.roots_.push_back(root.string());
-    }
-  }
-  if (!problems.empty()) return problems.to_error();
+  roots.roots_ = std::move(*folders);
   return roots;
 }
 
@@ -87,7 +81,7 @@ Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::st
     std::error_code error;
     const fs::path real =
         folder.empty() ? fs::path(root) : fs::weakly_canonical(fs::path(root) / fs::path(folder), error);
-    if (error || (real != root && !is_below(real, root))) continue;
+    if (error || !is_inside(real, root)) continue;
     inside = true;
     if (!fs::is_directory(real, error)) continue;
     there = true;

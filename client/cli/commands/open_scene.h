@@ -20,7 +20,7 @@ struct OpenScene {
   const heliograph::v1::SceneInfo& scene() const { return loaded.response.scene(); }
 };
 
-// What a command asks of the server beside the settings, before anything is sent to it.
+// Checks what a command needs of the server beside the settings, before anything is sent to it.
 using ServerCheck = std::function<Status(RenderClient& client)>;
 
 // Connects, loads the scene, and makes the settings whole by what server and camera say. An exit code: something is

@@ -151,7 +151,7 @@ Result<std::string> keep_picture(Outcome& outcome, const FileNames& names, Json&
   return fmt::format("the picture so far, {} samples, is in {}", outcome.picture.samples_per_pixel(), names.exr);
 }
 
-// What is known before the first sample.
+// The fields of a picture's origin that are known before its first sample.
 pb::PictureOrigin origin_of(const pb::RunJobRequest& request, const pb::GetServerInfoResponse& server) {
   pb::PictureOrigin origin;
   origin.set_scene_id(request.scene_id());

@@ -30,7 +30,7 @@ std::string left_text(const heliograph::v1::Job& job);
 
 // A heading and a line for each job. `columns`: that a line may have, at least 40; 0: as many as it needs.
 std::vector<std::string> job_table(const std::vector<heliograph::v1::Job>& jobs, double now_s, int columns);
-// The same for a live display: bars of progress, pace and time left.
+// The table of a live display: bars of progress, pace and time left.
 std::vector<std::string> live_table(const std::vector<heliograph::v1::Job>& jobs, double now_s, int columns);
 
 // "[#####-----]"

@@ -10,7 +10,7 @@ namespace helio::cli {
 struct TerminalSize {
   int rows = 24, columns = 80;
 };
-// Of stdout; the default where it cannot be told.
+// The size of the terminal at stdout, or the defaults above where it cannot be told.
 TerminalSize terminal_size();
 
 // At most one at a time, on a terminal as stdout. Not thread safe, but for wake().
