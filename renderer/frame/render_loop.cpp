@@ -149,6 +149,7 @@ struct RenderLoop::Impl final : PieceSource {
   void set_rate(std::optional<double> bytes_per_second);
   void cancel();
   void republish();
+  void prepare_checkpoints();
   void checkpoint_soon();
   FrameProgress progress() const;
   std::size_t memory_bytes() const;
@@ -437,6 +438,21 @@ void RenderLoop::Impl::cancel() {
     next = Next::nothing;
   }
   engine.wake(id);
+}
+
+void RenderLoop::Impl::prepare_checkpoints() {
+  std::shared_ptr<CheckpointMaker::Memory> memory;  // freed after the lock
+  std::unique_lock lock(mutex);
+  while (checkpoints && !checkpoints->suits(settings)) {
+    if (CheckpointMaker::suits(memory, settings)) {
+      memory = checkpoints->set_memory(std::move(memory));
+      return;
+    }
+    const RenderSettings wanted = settings;
+    lock.unlock();
+    memory = checkpoints->make_memory(wanted);
+    lock.lock();
+  }
 }
 
 void RenderLoop::Impl::checkpoint_soon() {
@@ -1039,6 +1055,10 @@ std::uint64_t RenderLoop::invalid_samples() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->invalid_samples;
 }
+void RenderLoop::prepare_checkpoints() {
+  impl_->prepare_checkpoints();
+}
+
 void RenderLoop::checkpoint_soon() {
   impl_->checkpoint_soon();
 }

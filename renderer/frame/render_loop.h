@@ -160,6 +160,9 @@ class RenderLoop {
   // of every pixel, where that takes longer), and not before the newest one is free (CheckpointOptions). Where the
   // frame ends before, of the next frame.
   void checkpoint_soon();
+  // Makes the memory that CheckpointOptions::prepare_later has put off, tens of milliseconds for a film of 640x360;
+  // nothing if it is there. Throws std::bad_alloc.
+  void prepare_checkpoints();
 
   // Publishes every tile of the newest state again (a client re-attached): within the frame in flight, else as a frame
   // of its own (begun, final tiles, ended with the last reason). Does nothing without samples.

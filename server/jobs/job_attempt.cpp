@@ -176,6 +176,7 @@ Status JobAttempt::begin_rendering() {
   if (can_checkpoint(plan.settings)) {
     checkpoints.emplace();
     checkpoints->interval_s = stores_.checkpoint_interval_s;
+    checkpoints->prepare_later = true;
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);
       signals->checkpoint = std::move(checkpoint);
@@ -272,6 +273,7 @@ std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
   update.view = planned_->plan.views[view];
   update.resume = std::move(resumed.picture);
   revision_ = rendering_->loop().update(update);
+  rendering_->loop().prepare_checkpoints();
   auto end = wait_for_end(view);
   if (auto* stop = std::get_if<Outcome>(&end)) return std::move(*stop);
   return finish_view(view, std::get<FrameEnd>(end));

@@ -7,7 +7,7 @@ namespace helio {
 CheckpointMaker::CheckpointMaker(CheckpointOptions options, const RenderSettings& settings)
     : clock(options.interval_s), options_(std::move(options)) {
   HELIO_CHECK(options_.keep);
-  set_memory(make_memory(settings));
+  if (!options_.prepare_later) set_memory(make_memory(settings));
 }
 
 std::shared_ptr<CheckpointMaker::Memory> CheckpointMaker::make_memory(const RenderSettings& settings) const {

@@ -24,6 +24,9 @@ struct CheckpointOptions {
   std::function<void(std::shared_ptr<const PictureCheckpoint>)> keep = {};
   // What the caller counts checkpoint_bytes() by: released once that memory has been freed.
   std::shared_ptr<const void> count = {};
+  // No memory for checkpoints, and none are made, before RenderLoop::prepare_checkpoints(), or an update of the
+  // settings: clearing it takes as long as clearing a film, and a first sample would wait for both.
+  bool prepare_later = false;
 };
 
 class CheckpointMaker {

@@ -299,6 +299,23 @@ TEST_F(CheckpointLoop, MakesThemAtTheInterval) {
   EXPECT_TRUE(sink_->wait([&] { return made() >= 3; }));
 }
 
+TEST_F(CheckpointLoop, PreparesItsMemoryWhenToldTo) {
+  RenderLoopOptions with = options(0);
+  with.checkpoints->prepare_later = true;
+  RenderLoop loop(engine_, fake_.function(), film_of(64, 48), samples(64), RenderRank::job, sink_, with);
+  loop.checkpoint_soon();
+  ASSERT_TRUE(sink_->wait_for_end(loop.update(view(0))));
+  EXPECT_EQ(made(), 0);
+  const std::size_t own = checkpoint_bytes(film_of(64, 48)), before = loop.memory_bytes();
+  for (int i = 0; i < 2; ++i) {
+    loop.prepare_checkpoints();
+    EXPECT_GE(loop.memory_bytes(), before + own * 9 / 10);
+    EXPECT_LE(loop.memory_bytes(), before + own * 11 / 10);
+  }
+  ASSERT_TRUE(sink_->wait_for_end(loop.update(view(1))));
+  EXPECT_EQ(made(), 1) << "it was asked for before";
+}
+
 TEST_F(CheckpointLoop, BeginsNoneWhileOneIsHeld) {
   hold_ = true;
   RenderLoopOptions with = options(0);

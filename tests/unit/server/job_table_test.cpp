@@ -7,6 +7,7 @@
 #include <map>
 #include <thread>
 
+#include "server/state/sqlite_database.h"
 #include "state_process.h"
 
 namespace helio::test {
@@ -362,6 +363,49 @@ TEST_F(JobTableTest, ForgetsWhatHasEnded) {
   change("running", succeeded);
   ASSERT_EQ(table_->forget_ended_before(4e9)->size(), 1u);
   EXPECT_EQ(*table_->counts(), (std::vector<std::uint64_t>{0, 1, 0, 0, 0, 0, 0}));
+}
+
+// The states' counters follow each row, one by one.
+TEST_F(JobTableTest, CountsFollowEveryChange) {
+  const auto expect_counts = [this](const std::string& when) {
+    const auto counts = table_->counts();
+    ASSERT_TRUE(counts) << counts.error().to_string();
+    for (const JobState state : kJobStates) {
+      const auto rows = table_->in_state(state);
+      ASSERT_TRUE(rows) << rows.error().to_string();
+      EXPECT_EQ((*counts)[std::size_t(state)], rows->size()) << when << ", " << to_string(state);
+    }
+  };
+  expect_counts("at first");
+  for (const JobState state : kJobStates) bring("to " + std::string(to_string(state)), state);
+  expect_counts("one of each");
+  EXPECT_FALSE(table_->change("to SUCCEEDED", {queued}));
+  EXPECT_FALSE(table_->submit(make_job("to QUEUED"), kMany, "tester"));
+  expect_counts("after refusals");
+  ASSERT_TRUE(table_->set_priority("to QUEUED", 3));
+  ASSERT_TRUE(table_->forget_ended_before(1e18));
+  EXPECT_EQ((*table_->counts())[std::size_t(queued)], 1u);
+  EXPECT_EQ((*table_->counts())[std::size_t(failed)], 0u);
+  expect_counts("after the end of some");
+}
+
+TEST_F(JobTableTest, ATableOfTheFirstVersionIsCounted) {
+  for (const JobState state : kJobStates) bring("to " + std::string(to_string(state)), state);
+  table_.reset();
+  const std::string file = folder_ / "jobs.sqlite";
+  {
+    auto database = SqliteDatabase::open(file, SqliteDatabase::Access::write);
+    ASSERT_TRUE(database) << database.error().to_string();
+    const Status undone = (*database)->execute(
+        "DROP TRIGGER job_added; DROP TRIGGER job_changed; DROP TRIGGER job_removed; DROP TABLE job_counts; "
+        "PRAGMA user_version = 1");
+    ASSERT_TRUE(undone.ok()) << undone.error().to_string();
+  }
+  std::vector<std::string> notices;
+  auto table = JobTable::open(file, notices);
+  ASSERT_TRUE(table) << table.error().to_string();
+  EXPECT_EQ(notices.size(), 1u);
+  for (const JobState state : kJobStates) EXPECT_EQ((*(*table)->counts())[std::size_t(state)], 1u) << to_string(state);
 }
 
 TEST_F(JobTableTest, ThoseWhoWatchAreToldAfterTheCommit) {
