@@ -52,6 +52,8 @@ class DurableJobs {
     std::string file;
   };
   Result<ResultFile> result(const std::string& id, std::uint32_t view) const;
+  // Its file, which is no link; none and errno where it cannot be opened.
+  FileDescriptor open(const ResultFile& result) const { return outputs_.open(result.file); }
 
   // For watches. `told` is called after every change of any job, until the listener is let go; on the thread that made
   // the change, so it returns at once.

@@ -417,14 +417,17 @@ Result<std::string> JobAttempt::place_of(std::uint32_t view) const {
 
 Status JobAttempt::write_file(const std::string& file, std::span<const std::uint8_t> bytes,
                               const Sha256Digest& digest) const {
-  if (request_.has_output() && !request_.output().overwrite()) {
+  if (!request_.has_output()) return write_file_atomically(file, bytes);
+  const bool overwrite = request_.output().overwrite();
+  std::error_code error;
+  if (!overwrite && std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error))) {
     const auto there = hash_file(file);
     if (there && there->sha256 == digest) return ok_status();  // an attempt wrote it, and ended before it could say so
-    std::error_code error;
-    if (there || std::filesystem::exists(std::filesystem::symlink_status(file, error)))
-      return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
   }
-  return write_file_atomically(file, bytes);
+  const Status written = stores_.outputs.write(file, bytes, overwrite);
+  if (!written.ok() && written.error().code == ErrorCode::failed_precondition)
+    return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
+  return written;
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::asked_to_stop() const {

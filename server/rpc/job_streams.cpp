@@ -1,9 +1,10 @@
 #include "server/rpc/job_streams.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <deque>
-#include <fstream>
 #include <utility>
 
 #include "renderer/base/clock.h"
@@ -170,10 +171,10 @@ class ResultFile final : public MessageSource {
 
   Result<Next> next() override {
     pb::GetResultResponse response;
-    if (!file_.is_open()) {
+    if (!file_) {
       auto result = jobs_.result(request_.job_id(), request_.view());
       if (!result) return result.error();
-      file_.open(result->file, std::ios::binary);
+      file_ = jobs_.open(*result);
       if (!file_) return Error{ErrorCode::not_found, "'" + result->file + "' is gone, or cannot be read", "view"};
       left_ = result->view.bytes();
       *response.mutable_begin() = std::move(result->view);
@@ -181,7 +182,7 @@ class ResultFile final : public MessageSource {
     }
     if (left_ == 0) return over();
     std::string chunk(std::size_t(std::min<std::uint64_t>(left_, kChunk)), '\0');
-    if (!file_.read(chunk.data(), std::streamsize(chunk.size())))
+    if (!read_whole(chunk))
       return Error{ErrorCode::not_found, "its file has become shorter, or cannot be read", "view"};
     left_ -= chunk.size();
     response.set_data(std::move(chunk));
@@ -189,9 +190,19 @@ class ResultFile final : public MessageSource {
   }
 
  private:
+  bool read_whole(std::string& chunk) const {
+    for (std::size_t have = 0; have < chunk.size();) {
+      const ssize_t got = ::read(file_.get(), chunk.data() + have, chunk.size() - have);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return false;
+      have += std::size_t(got);
+    }
+    return true;
+  }
+
   DurableJobs& jobs_;
   const pb::GetResultRequest request_;
-  std::ifstream file_;
+  FileDescriptor file_;
   std::uint64_t left_ = 0;
 };
 
